@@ -1,0 +1,1 @@
+"""From the entity DAG to pictures and meshes: rendering operations, found by name (see ``base``)."""

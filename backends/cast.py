@@ -1,0 +1,326 @@
+"""The analytic ray caster: which solid every sample of a picture sees, and how far away (numpy only).
+
+Solids are tested only inside their bounding rectangles on the picture: large ones one at a time over their rectangle,
+small ones in batches over all their samples at once. Each sample holds one 64-bit key, the distance's float32 bits
+above the solid's number, so that the nearest hit is a minimum, and equal distances have one winner.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scenelang.backends.camera import View
+from scenelang.backends.intersect import first_hit, normals
+from scenelang.backends.solids import Form, Solids, inverses_of
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+Keys = npt.NDArray[np.uint64]
+
+NEAR = 1e-5  # nothing nearer to the eye is seen; the scene's half diagonal is 1
+NOTHING = np.uint64(0xFFFFFFFFFFFFFFFF)
+_SMALL = 900  # samples in a rectangle below which solids are cast in batches
+_BATCH = 1 << 16
+_BLOCK = 1 << 15
+_SHIFT = np.uint64(32)
+
+_CUBE = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+_EDGES = np.array([(i, i | bit) for i in range(8) for bit in (1, 2, 4) if not i & bit])
+_HULLS = {
+    Form.BALL: _CUBE,
+    Form.BLOCK: _CUBE,
+    Form.CYLINDER: _CUBE,
+    Form.CONE: np.array([[-1.0, -1, -1], [1, -1, -1], [-1, -1, 1], [1, -1, 1], [0, 1, 0]]),
+    Form.TRIANGLE: np.array([[-1.0, -1, 0], [1, -1, 0], [-1, 1, 0]]),
+}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rays:
+    """One ray per sample of a picture of ``width`` x ``height`` samples; row 0 is at the top.
+
+    Sample (column, row) has its centre at x = column + 1/2, y = row + 1/2; its ray starts at ``origin[0] + x origin[1]
+    + y origin[2]`` and runs along ``direction[0] + x direction[1] + y direction[2]``; both (3, 3). Along ``axes[2]``
+    (rows right, up, forward) every direction has length 1, so that ray parameters are depths.
+    """
+
+    width: int
+    height: int
+    origin: FloatArray
+    direction: FloatArray
+    axes: FloatArray
+    half: tuple[float, float]  # half width and height of the picture at depth 1, or at any depth when parallel
+    parallel: bool
+
+    def at(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Origins and directions (N, 3) at picture positions (N,)."""
+        o, d = self.origin, self.direction
+        if self.parallel:
+            return o[0] + x[:, None] * o[1] + y[:, None] * o[2], np.broadcast_to(d[0], (len(x), 3))
+        return np.broadcast_to(o[0], (len(x), 3)), d[0] + x[:, None] * d[1] + y[:, None] * d[2]
+
+
+def view_rays(view: View, width: int, height: int) -> Rays:
+    """Rays of a perspective view."""
+    sx, sy = view.tangent * view.aspect, view.tangent
+    corner = view.forward - sx * view.right + sy * view.up
+    direction = np.stack([corner, 2.0 * sx / width * view.right, -2.0 * sy / height * view.up])
+    origin = np.stack([view.eye, np.zeros(3), np.zeros(3)])
+    return Rays(width, height, origin, direction, view.axes, (sx, sy), False)
+
+
+def parallel_rays(center: FloatArray, axes: FloatArray, half: float, size: int) -> Rays:
+    """Parallel rays along ``axes[2]`` through the square of half width ``half`` about ``center``; size x size."""
+    right, up, forward = axes
+    corner = center - half * right + half * up
+    origin = np.stack([corner, 2.0 * half / size * right, -2.0 * half / size * up])
+    direction = np.stack([forward, np.zeros(3), np.zeros(3)])
+    return Rays(size, size, origin, direction, axes, (half, half), True)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Caster:
+    """Solids prepared for rays: ``inverse`` (N, 3, 3) and ``center`` (N, 3) take world points into the solids' frames;
+    the solids' rectangles on the picture are columns [x0, x1) and rows [y0, y1), empty where out of view."""
+
+    rays: Rays
+    forms: npt.NDArray[np.int8]
+    inverse: FloatArray
+    center: FloatArray
+    rectangles: IntArray  # (N, 4): x0, y0, x1, y1
+    nearest: FloatArray  # (N,) a lower bound of each solid's depth
+
+    def cast(
+        self,
+        which: npt.NDArray[np.bool_] | None = None,
+        beyond: Keys | None = None,
+        progress: Callable[[float], None] | None = None,
+    ) -> Keys:
+        """Keys (height, width) of the first hits among the solids ``which``, or NOTHING.
+
+        With ``beyond``, of the first hits whose key is above the one there, which peels layer after layer.
+        """
+        keys = np.full((self.rays.height, self.rays.width), NOTHING, np.uint64)
+        x0, y0, x1, y1 = self.rectangles.T
+        area = (x1 - x0) * (y1 - y0)
+        chosen = area > 0 if which is None else (area > 0) & which
+        large = np.flatnonzero(chosen & (area > _SMALL))
+        large = large[np.argsort(self.nearest[large], kind="stable")]  # so that what is hidden can be passed over
+        done, total = 0.0, max(1.0, float(area[chosen].sum()))
+        with np.errstate(all="ignore"):
+            for i in large:
+                self._cast_large(int(i), keys, beyond)
+                done += float(area[i])
+                if progress is not None:
+                    progress(done / total)
+            for form in Form:
+                small = np.flatnonzero(chosen & (area <= _SMALL) & (self.forms == form))
+                for batch in _batches(small, area):
+                    self._cast_batch(form, batch, keys, beyond)
+                    done += float(area[batch].sum())
+                    if progress is not None:
+                        progress(done / total)
+        return keys
+
+    def _local_rays(self, which: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Coefficients (K, 3, 3) of origin and direction in the solids' frames; [:, 0] is at the rectangle's corner
+        sample, [:, 1] and [:, 2] change per column and row."""
+        rays, inverse = self.rays, self.inverse[which]
+        x = self.rectangles[which, 0, None] + 0.5
+        y = self.rectangles[which, 1, None] + 0.5
+        origin = np.empty((len(which), 3, 3))
+        direction = np.empty((len(which), 3, 3))
+        origin[:, 0] = rays.origin[0] - self.center[which]
+        direction[:, 0] = rays.direction[0]
+        if rays.parallel:
+            origin[:, 0] += x * rays.origin[1] + y * rays.origin[2]
+        else:
+            direction[:, 0] += x * rays.direction[1] + y * rays.direction[2]
+        origin[:, 1:], direction[:, 1:] = rays.origin[1:], rays.direction[1:]
+        transposed = np.swapaxes(inverse, 1, 2)
+        return origin @ transposed, direction @ transposed
+
+    def _cast_large(self, i: int, keys: Keys, beyond: Keys | None) -> None:
+        x0, y0, x1, y1 = (int(edge) for edge in self.rectangles[i])
+        origin, direction = (c[0] for c in self._local_rays(np.array([i])))
+        columns = np.arange(x1 - x0, dtype=np.float64)[None, :]
+        hidden = _keys_of(np.array([max(0.0, float(self.nearest[i])) * (1.0 - 1e-6)]), np.uint64(0))[0]
+        step = max(1, _BLOCK // (x1 - x0))
+        for top in range(y0, y1, step):
+            bottom = min(y1, top + step)
+            rows = np.arange(top - y0, bottom - y0, dtype=np.float64)[:, None]
+            o, d = origin[0], direction[0]
+            if self.rays.parallel:
+                o = [origin[0, k] + columns * origin[1, k] + rows * origin[2, k] for k in range(3)]
+            else:
+                d = [direction[0, k] + columns * direction[1, k] + rows * direction[2, k] for k in range(3)]
+            part = keys[top:bottom, x0:x1]
+            if part.max() < hidden:
+                continue
+            t = first_hit(int(self.forms[i]), (o[0], o[1], o[2]), (d[0], d[1], d[2]), NEAR)
+            found = _keys_of(t, np.uint64(i))
+            if beyond is not None:
+                found = np.where(found > beyond[top:bottom, x0:x1], found, NOTHING)
+            np.minimum(part, found, out=part)
+
+    def _cast_batch(self, form: int, batch: IntArray, keys: Keys, beyond: Keys | None) -> None:
+        x0, y0, x1, y1 = self.rectangles[batch].T
+        width = x1 - x0
+        area = width * (y1 - y0)
+        owner = np.repeat(np.arange(len(batch)), area)
+        within = np.arange(len(owner)) - np.repeat(np.cumsum(area) - area, area)
+        row, column = np.divmod(within, width[owner])
+        pixel = (row + y0[owner]) * self.rays.width + column + x0[owner]
+        origin, direction = self._local_rays(batch)
+        o: list[FloatArray] = []
+        d: list[FloatArray] = []
+        for k in range(3):
+            for out, c, moves in ((o, origin, self.rays.parallel), (d, direction, not self.rays.parallel)):
+                value = c[:, 0, k][owner]
+                if moves:
+                    value = value + column * c[:, 1, k][owner] + row * c[:, 2, k][owner]
+                out.append(value)
+        t = first_hit(form, (o[0], o[1], o[2]), (d[0], d[1], d[2]), NEAR)
+        hit = np.flatnonzero(t < np.inf)
+        found = _keys_of(t[hit], batch[owner[hit]].astype(np.uint64))
+        pixel = pixel[hit]
+        if beyond is not None:
+            kept = found > beyond.reshape(-1)[pixel]
+            found, pixel = found[kept], pixel[kept]
+        np.minimum.at(keys.reshape(-1), pixel, found)
+
+    def surface(self, ids: IntArray, points: FloatArray, toward: FloatArray) -> FloatArray:
+        """Unit normals (N, 3) of the solids ``ids`` at the world ``points`` (N, 3), turned against ``toward``."""
+        out = np.zeros_like(points)
+        inverse = self.inverse[ids]
+        local = np.einsum("nij,nj->ni", inverse, points - self.center[ids])
+        forms = self.forms[ids]
+        for form in np.unique(forms):
+            rows = np.flatnonzero(forms == form)
+            out[rows] = np.einsum("nji,nj->ni", inverse[rows], normals(int(form), local[rows]))
+        length = np.sqrt(np.einsum("ni,ni->n", out, out))
+        away = np.einsum("ni,ni->n", out, toward) > 0.0
+        sign = np.where(away, -1.0, 1.0)
+        return out * (sign / np.where(length > 0.0, length, 1.0))[:, None]
+
+
+def depths_of(keys: Keys) -> npt.NDArray[np.float32]:
+    """The depths in ``keys``, infinity where there is nothing."""
+    depth = (keys >> _SHIFT).astype(np.uint32).view(np.float32)
+    return np.where(keys == NOTHING, np.float32(np.inf), depth)
+
+
+def ids_of(keys: Keys) -> IntArray:
+    """The solids' numbers in ``keys``, -1 where there is nothing."""
+    return np.where(keys == NOTHING, -1, (keys & np.uint64(0xFFFFFFFF)).astype(np.int64))
+
+
+def caster_for(solids: Solids, rays: Rays) -> Caster:
+    """Prepare ``solids``, whose poses are invertible, for ``rays``."""
+    with np.errstate(all="ignore"):
+        inverse = inverses_of(solids.matrices[:, :, :3])
+        rectangles = _rectangles(solids, rays)
+        forward = rays.axes[2]
+        depth = (solids.matrices[:, :, 3] - rays.origin[0]) @ forward
+        nearest = depth - np.abs(forward @ solids.matrices[:, :, :3]).sum(axis=1)
+    return Caster(rays, solids.forms, inverse, solids.matrices[:, :, 3], rectangles, nearest)
+
+
+def _keys_of(t: npt.NDArray[np.floating], number: npt.NDArray[np.uint64] | np.uint64) -> Keys:
+    near = t.astype(np.float32)
+    key = (near.view(np.uint32).astype(np.uint64) << _SHIFT) | number
+    return np.where(near < np.inf, key, NOTHING)
+
+
+def _batches(which: IntArray, area: IntArray) -> list[IntArray]:
+    """``which`` cut so that each piece covers about ``_BATCH`` samples."""
+    if not len(which):
+        return []
+    ends = np.cumsum(area[which])
+    cuts = np.searchsorted(ends, np.arange(_BATCH, int(ends[-1]), _BATCH))
+    return [piece for piece in np.split(which, np.unique(cuts)) if len(piece)]
+
+
+# --- rectangles ------------------------------------------------------------------------------------------------
+
+
+def _rectangles(solids: Solids, rays: Rays) -> IntArray:
+    """The samples (N, 4) that each solid may cover, cut to the picture."""
+    low = np.full((len(solids), 2), np.inf)
+    high = np.full((len(solids), 2), -np.inf)
+    linear = rays.axes @ solids.matrices[:, :, :3]
+    center = (solids.matrices[:, :, 3] - rays.origin[0]) @ rays.axes.T
+    if rays.parallel:
+        shift = (rays.width / 2.0) * rays.origin[1] + (rays.height / 2.0) * rays.origin[2]
+        center = center - shift @ rays.axes.T
+    for form in Form:
+        rows = np.flatnonzero(solids.forms == form)
+        for start in range(0, len(rows), _BATCH):
+            part = rows[start : start + _BATCH]
+            if rays.parallel:
+                low[part], high[part] = _parallel_bounds(form, linear[part], center[part])
+            else:
+                low[part], high[part] = _perspective_bounds(form, linear[part], center[part])
+    half = np.array(rays.half)
+    size = np.array([rays.width, rays.height], np.float64)
+    first, last = (low / half + 1.0) * (size / 2.0), (high / half + 1.0) * (size / 2.0)
+    first[:, 1], last[:, 1] = rays.height - last[:, 1], rays.height - first[:, 1].copy()
+    empty = ~(low <= high).all(axis=1)
+    first[empty], last[empty] = 0.0, 0.0
+    # a sample counts when its centre, at column + 1/2, may be covered
+    low_edge = np.ceil(np.clip(np.nan_to_num(first - 0.5001, nan=0.0), 0.0, size)).astype(np.int64)
+    high_edge = np.floor(np.clip(np.nan_to_num(last - 0.4999, nan=0.0), -1.0, size - 1.0)).astype(np.int64) + 1
+    out = np.concatenate([low_edge, np.maximum(high_edge, low_edge)], axis=1)
+    out[empty] = 0
+    return out
+
+
+def _parallel_bounds(form: Form, linear: FloatArray, center: FloatArray) -> tuple[FloatArray, FloatArray]:
+    if form == Form.BALL:
+        reach = np.sqrt(np.einsum("nij,nij->ni", linear, linear))[:, :2]
+        return center[:, :2] - reach, center[:, :2] + reach
+    points = np.einsum("nij,kj->nki", linear[:, :2], _HULLS[form]) + center[:, None, :2]
+    return points.min(axis=1), points.max(axis=1)
+
+
+def _perspective_bounds(form: Form, linear: FloatArray, center: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Bounds (K, 2) at depth 1 of what lies before the near plane; empty (low > high) where nothing does."""
+    points = np.einsum("nij,kj->nki", linear, _HULLS[form]) + center[:, None, :]
+    depth = points[:, :, 2]
+    before = depth.min(axis=1) > NEAR
+    flat = points[:, :, :2] / depth[:, :, None]
+    low, high = flat.min(axis=1), flat.max(axis=1)
+    crossing = np.flatnonzero(~before)
+    if len(crossing):
+        low[crossing], high[crossing] = _clipped_bounds(linear[crossing], center[crossing])
+    if form == Form.BALL:
+        rows = np.flatnonzero(before)
+        low[rows], high[rows] = _ball_bounds(linear[rows], center[rows])
+    return low, high
+
+
+def _clipped_bounds(linear: FloatArray, center: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Bounds of the posed cube [-1, 1]^3 cut at the near plane."""
+    points = np.einsum("nij,kj->nki", linear, _CUBE) + center[:, None, :]
+    a, b = points[:, _EDGES[:, 0]], points[:, _EDGES[:, 1]]
+    share = (NEAR - a[:, :, 2]) / (b[:, :, 2] - a[:, :, 2])
+    cut = a + np.clip(np.nan_to_num(share), 0.0, 1.0)[:, :, None] * (b - a)
+    crosses = (a[:, :, 2] > NEAR) != (b[:, :, 2] > NEAR)
+    every = np.concatenate([points, cut], axis=1)
+    valid = np.concatenate([points[:, :, 2] > NEAR, crosses], axis=1)[:, :, None]
+    flat = every[:, :, :2] / np.where(valid, np.maximum(every[:, :, 2:], 0.5 * NEAR), 1.0)
+    return np.where(valid, flat, np.inf).min(axis=1), np.where(valid, flat, -np.inf).max(axis=1)
+
+
+def _ball_bounds(linear: FloatArray, center: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The exact bounds of ellipsoids before the eye, by the dual conic ``A A' - t t'`` of their outlines."""
+    conic = linear @ np.swapaxes(linear, 1, 2) - center[:, :, None] * center[:, None, :]
+    scale = conic[:, 2, 2]
+    diagonal = np.stack([conic[:, 0, 0], conic[:, 1, 1]], axis=1)
+    mixed = conic[:, :2, 2]
+    root = np.sqrt(np.maximum(mixed * mixed - diagonal * scale[:, None], 0.0))
+    first, second = (mixed - root) / scale[:, None], (mixed + root) / scale[:, None]
+    return np.minimum(first, second), np.maximum(first, second)

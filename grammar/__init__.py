@@ -1,0 +1,1 @@
+"""Text <-> trees: reader, core grammar, printer, diagnostics. Knows nothing of what programs mean."""

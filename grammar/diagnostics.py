@@ -1,0 +1,178 @@
+"""Diagnostics: every mistake of a user is one of these, never a Python traceback (docs/language.md, "Diagnostics")."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from typing import Any
+
+from scenelang.grammar.codes import CODES
+from scenelang.grammar.source import Span
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """A second place or remark that belongs to a diagnostic, such as the definition of a macro."""
+
+    message: str
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnostic:
+    """One error or warning. ``chain`` holds the running calls, innermost first: (word or name, place of the call)."""
+
+    name: str
+    message: str
+    span: Span | None = None
+    hint: str | None = None
+    notes: tuple[Note, ...] = ()
+    chain: tuple[tuple[str, Span | None], ...] = ()
+
+    @property
+    def code(self) -> str:
+        return CODES[self.name].code
+
+    @property
+    def is_error(self) -> bool:
+        return self.code.startswith("E")
+
+
+_LONGEST_KEPT = 200
+
+
+@dataclass(eq=False)
+class SceneError(Exception):
+    """A mistake in a program. Builtins raise it without a place; the call that ran them adds its own."""
+
+    name: str
+    message: str
+    hint: str | None = None
+    span: Span | None = None
+    notes: tuple[Note, ...] = ()
+    chain: list[tuple[str, Span | None]] = field(default_factory=list)
+    value: Any = None
+
+    def called(self, name: str, span: Span | None) -> None:
+        """Add a running call to the chain, outward; of a very long chain the middle is dropped."""
+        if len(self.chain) < _LONGEST_KEPT:
+            self.chain.append((name, span))
+        else:
+            self.chain[-1] = (name, span)
+
+    @property
+    def diagnostic(self) -> Diagnostic:
+        return Diagnostic(self.name, self.message, self.span, self.hint, self.notes, tuple(self.chain))
+
+    def __str__(self) -> str:
+        return f"{CODES[self.name].code}: {self.message}"
+
+
+class LimitError(SceneError):
+    """A limit was reached. No ``guard`` catches it."""
+
+
+def suggest(name: str, candidates: Iterable[str]) -> str | None:
+    """The hint "did you mean ...?" with the nearest candidates, or None when none is near."""
+    lowered = {candidate.lower(): candidate for candidate in candidates if candidate != name}
+    near = get_close_matches(name.lower(), lowered, n=2, cutoff=0.72)
+    if not near:
+        return None
+    return "did you mean " + " or ".join(f"`{lowered[match]}`" for match in near) + "?"
+
+
+# --- rendering -------------------------------------------------------------------------------------------------
+
+_STYLES = {"error": "\x1b[1;31m", "warning": "\x1b[1;33m", "place": "\x1b[36m", "hint": "\x1b[32m", "off": "\x1b[0m"}
+_TAB = "    "
+_WIDEST = 160
+_LONGEST_CHAIN = 8
+
+
+def _place(span: Span) -> str:
+    line, column = span.source.position(span.start)
+    return f"{span.source.name}:{line}:{column}"
+
+
+def _excerpt(span: Span, marker: str) -> list[str]:
+    """The source line with ``marker`` under the span, cut to a window around it when it is very long."""
+    line_number, column = span.source.position(span.start)
+    line = span.source.line(line_number)
+    first = column - 1
+    last = max(min(first + span.end - span.start, len(line)), first + 1)
+    offset = max(0, first - _WIDEST // 2) if len(line) > _WIDEST else 0
+    shown = line[offset : offset + _WIDEST]
+    before = line[offset:first].replace("\t", _TAB)
+    width = max(1, len(line[first : min(last, offset + _WIDEST)].replace("\t", _TAB)))
+    shown = "".join(c if c.isprintable() else "�" for c in shown.replace("\t", _TAB))
+    gutter = " " * len(str(line_number))
+    return [f" {line_number} | {shown}", f" {gutter} | {' ' * len(before)}{marker * width}"]
+
+
+def _expansion_notes(span: Span | None) -> list[Note]:
+    notes = []
+    expansion = span.expansion if span else None
+    while expansion is not None and len(notes) < 4:
+        notes.append(Note(f"in the expansion of the macro `{expansion.macro}`", expansion.definition))
+        expansion = expansion.outer
+    return notes
+
+
+def _chain_lines(chain: Sequence[tuple[str, Span | None]]) -> list[str]:
+    lines: list[str] = []
+    index = 0
+    while index < len(chain):
+        name, span = chain[index]
+        repeats = 1
+        while index + repeats < len(chain) and chain[index + repeats][0] == name:
+            repeats += 1
+        place = f", called at {_place(span)}" if span else ""
+        times = f" (and {repeats - 1} more)" if repeats > 1 else ""
+        lines.append(f"   in {name}{place}{times}")
+        index += repeats
+    if len(lines) > _LONGEST_CHAIN:
+        half = _LONGEST_CHAIN // 2
+        lines = [*lines[:half], f"   ... {len(lines) - 2 * half} more calls", *lines[-half:]]
+    return lines
+
+
+def render_text(diagnostic: Diagnostic, color: bool = False) -> str:
+    """The diagnostic as people read it: code, message, place, marked source line, hint, notes, chain of calls."""
+    style = _STYLES if color else dict.fromkeys(_STYLES, "")
+    severity = "error" if diagnostic.is_error else "warning"
+    lines = [f"{style[severity]}{severity}[{diagnostic.code}]{style['off']}: {diagnostic.message}"]
+    if diagnostic.span:
+        lines.append(f"{style['place']}  --> {_place(diagnostic.span)}{style['off']}")
+        excerpt, mark = _excerpt(diagnostic.span, "^")
+        lines += [excerpt, f"{style[severity]}{mark}{style['off']}"]
+    if diagnostic.hint:
+        lines.append(f"{style['hint']}  hint: {diagnostic.hint}{style['off']}")
+    for note in (*diagnostic.notes, *_expansion_notes(diagnostic.span)):
+        lines.append(f"  note: {note.message}" + (f" ({_place(note.span)})" if note.span else ""))
+        if note.span:
+            lines += _excerpt(note.span, "-")
+    lines += _chain_lines(diagnostic.chain)
+    return "\n".join(lines)
+
+
+def _json_place(span: Span | None) -> dict[str, Any] | None:
+    if span is None:
+        return None
+    line, column = span.source.position(span.start)
+    end_line, end_column = span.source.position(span.end)
+    return {"file": span.source.name, "line": line, "column": column, "end_line": end_line, "end_column": end_column}
+
+
+def to_json(diagnostic: Diagnostic) -> dict[str, Any]:
+    """The diagnostic as plain data, for ``--json``."""
+    return {
+        "code": diagnostic.code,
+        "name": diagnostic.name,
+        "severity": "error" if diagnostic.is_error else "warning",
+        "message": diagnostic.message,
+        "place": _json_place(diagnostic.span),
+        "hint": diagnostic.hint,
+        "notes": [{"message": note.message, "place": _json_place(note.span)} for note in (*diagnostic.notes, *_expansion_notes(diagnostic.span))],
+        "chain": [{"word": name, "place": _json_place(span)} for name, span in diagnostic.chain],
+    }

@@ -1,0 +1,81 @@
+"""Datums -> text that reads back equal. Iterative, so that depth does not matter."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from scenelang.grammar.datum import PREFIXES, ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Symbol
+
+_PREFIX_OF = {name: prefix for prefix, name in PREFIXES.items()}
+_STRING_ESCAPES = {
+    '"': '\\"', "\\": "\\\\", "\n": "\\n", "\t": "\\t", "\r": "\\r", "\a": "\\a", "\b": "\\b", "\0": "\\0",
+}  # fmt: skip
+
+
+def number_text(value: int | float) -> str:
+    """A number as the reader reads it back; ``nan`` and ``inf`` by their names."""
+    return repr(value)
+
+
+def string_text(value: str) -> str:
+    """A string literal."""
+    pieces = []
+    for c in value:
+        if c in _STRING_ESCAPES:
+            pieces.append(_STRING_ESCAPES[c])
+        else:
+            pieces.append(c if c.isprintable() else f"\\x{ord(c):x};")
+    return '"' + "".join(pieces) + '"'
+
+
+def atom_text(value: Any) -> str:
+    """The text of an atom's value; anything that is no atom prints as ``<type>``."""
+    kind = type(value)
+    if kind is Symbol:
+        return str(value)
+    if kind is Keyword:
+        return f":{value}"
+    if kind is Handle:
+        return f"<{value}>"
+    if kind is str:
+        return string_text(value)
+    if kind is bool:
+        return "#t" if value else "#f"
+    if value is None:
+        return "none"
+    if kind is int or kind is float:
+        return number_text(value)
+    return f"<{kind.__name__}>"
+
+
+def print_datum(datum: Datum) -> str:
+    """``datum`` on one line. Atoms keep the spelling they were read with where the source still has it."""
+    out: list[str] = []
+    stack: list[Any] = [datum]
+    while stack:
+        item = stack.pop()
+        if isinstance(item, str) and type(item) is str:
+            out.append(item)
+        elif isinstance(item, Atom):
+            out.append(atom_text(item.value))
+        else:
+            _push(item, stack)
+    return "".join(out)
+
+
+def _push(item: Any, stack: list[Any]) -> None:
+    """Push the pieces of a compound datum, last first."""
+    if isinstance(item, ListDatum) and len(item.items) == 2 and item.tail is None:
+        head = item.items[0]
+        if isinstance(head, Atom) and type(head.value) is Symbol and head.value in _PREFIX_OF:
+            stack += (item.items[1], _PREFIX_OF[head.value])
+            return
+    opening, closing = ("[", "]") if isinstance(item, ArrayDatum) else ("(", ")")
+    stack.append(closing)
+    if isinstance(item, ListDatum) and item.tail is not None:
+        stack += (item.tail, " . ")
+    for position in range(len(item.items) - 1, -1, -1):
+        stack.append(item.items[position])
+        if position:
+            stack.append(" ")
+    stack.append(opening)

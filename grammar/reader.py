@@ -1,0 +1,372 @@
+"""Text -> datums with spans, by ``reader.lark``. Tells complete, incomplete and wrong text apart, for the REPL."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from functools import cache
+from importlib.resources import files
+from threading import Lock
+from typing import Any
+
+from lark import Lark, Token, Transformer, v_args
+from lark.exceptions import UnexpectedCharacters
+from lark.lexer import BasicLexer, LexerState
+
+from scenelang.grammar.datum import PREFIXES, ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Symbol
+from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError
+from scenelang.grammar.source import Source, Span
+
+MAX_NESTING = 5_000
+_MAX_DIGITS = 4_000
+
+
+class Completeness(Enum):
+    COMPLETE = "complete"
+    INCOMPLETE = "incomplete"  # more input could make it right
+    WRONG = "wrong"
+
+
+@dataclass(frozen=True, slots=True)
+class ReadResult:
+    """``forms`` are the datums read; they are empty when the brackets do not match."""
+
+    source: Source
+    forms: tuple[Datum, ...]
+    diagnostics: tuple[Diagnostic, ...]
+    completeness: Completeness
+
+
+# --- brackets --------------------------------------------------------------------------------------------------
+
+_OPENER = {"RPAR": "LPAR", "RSQB": "LSQB"}
+_CLOSING = {"LPAR": ")", "LSQB": "]"}
+
+
+class _BracketLexer(BasicLexer):
+    """Checks brackets, dots and nesting on the way to the parser, where the opener at fault is still known."""
+
+    __future_interface__ = 1
+
+    def lex(self, lexer_state: LexerState, parser_state: Any) -> Iterator[Token]:
+        brackets = _Brackets()
+        for token in super().lex(lexer_state, parser_state):
+            brackets.check(token)
+            yield token
+        brackets.check_end()
+
+
+class _Brackets:
+    """The brackets open at a point of the text, and the places where indentation and nesting disagree."""
+
+    def __init__(self) -> None:
+        self.openers: list[Token] = []
+        self.last: Token | None = None
+        self.suspect: Token | None = None  # the first opener that a later line steps out of before it is closed
+        self.early: Token | None = None  # the last top-level closer that an indented line follows
+
+    def check(self, token: Token) -> None:
+        kind, last, openers = token.type, self.last, self.openers
+        if last is not None:
+            if token.line != last.end_line:
+                self._note_indentation(token, last)
+            _check_neighbours(token, last)
+        elif kind == "DOT":
+            raise _bad_dot(token)
+        if kind == "LPAR" or kind == "LSQB":
+            openers.append(token)
+            if len(openers) > MAX_NESTING:
+                raise _wrong("nesting", f"parentheses nested deeper than {MAX_NESTING:,}", token)
+        elif kind == "RPAR" or kind == "RSQB":
+            self._close(kind, token)
+        elif kind == "DOT" and (not openers or openers[-1].type == "LSQB"):
+            raise _bad_dot(token)
+        self.last = token
+
+    def _note_indentation(self, token: Token, last: Token) -> None:
+        column = token.column or 1
+        if self.openers and self.suspect is None and column <= (self.openers[-1].column or 1):
+            self.suspect = self.openers[-1]
+        if not self.openers and column > 1 and last.type == "RPAR":
+            self.early = last
+
+    def _close(self, kind: str, token: Token) -> None:
+        if not self.openers:
+            error = _wrong("extra-close", f"this `{token}` closes nothing", token, "remove it, or look for a `(` missing")
+            if self.early is not None:
+                error.note("the form before it ended here, although the next line is indented", self.early)
+            raise error
+        opener = self.openers[-1]
+        if opener.type != _OPENER[kind]:
+            wanted = _CLOSING[opener.type]
+            error = _wrong("extra-close", f"this `{token}` closes a `{opener}`, which wants `{wanted}`", token)
+            error.note("opened here", opener)
+            raise error
+        self.openers.pop()
+
+    def check_end(self) -> None:
+        last = self.last
+        if self.openers:
+            opener = self.suspect or self.openers[-1]
+            raise _problem("unclosed", f"this `{opener}` is never closed", opener, 1, Completeness.INCOMPLETE)
+        if last is not None and last.type in _OPEN_ENDED:
+            raise _problem("unclosed", f"`{last}` is followed by nothing", last, len(last), Completeness.INCOMPLETE)
+
+
+_OPEN_ENDED = ("PREFIX", "DATUM_COMMENT")
+
+
+def _check_neighbours(token: Token, last: Token) -> None:
+    kind = token.type
+    if kind == "LSQB" and last.type == "ATOM" and last.end_pos == token.start_pos and "::" not in last:
+        hint = f"write `(ref {_short(last)} 0)`, or leave a space before `[`"
+        raise _wrong("bad-atom", f"`{_short(last)}[` is no way to index", token, hint)
+    if kind in ("RPAR", "RSQB"):
+        if last.type in _OPEN_ENDED:
+            raise _wrong("syntax", f"`{last}` must be followed by something", last)
+        if last.type == "DOT":
+            raise _bad_dot(last)
+    elif kind == "DOT" and last.type in ("LPAR", "LSQB", "DOT", *_OPEN_ENDED):
+        raise _bad_dot(token)
+
+
+class _ReadProblem(Exception):
+    """A text whose brackets do not match, with offsets for places: the lexer does not know the source."""
+
+    def __init__(self, name: str, message: str, start: int, end: int, state: Completeness, hint: str | None) -> None:
+        super().__init__(message)
+        self.name, self.message, self.start, self.end, self.state, self.hint = name, message, start, end, state, hint
+        self.notes: list[tuple[str, int]] = []
+
+    def note(self, message: str, token: Token) -> None:
+        self.notes.append((message, token.start_pos or 0))
+
+    def diagnostic(self, source: Source) -> Diagnostic:
+        notes = tuple(Note(message, Span(source, start, start + 1)) for message, start in self.notes)
+        return Diagnostic(self.name, self.message, Span(source, self.start, self.end), self.hint, notes)
+
+
+def _problem(name: str, message: str, token: Token, width: int, state: Completeness, hint: str = "") -> _ReadProblem:
+    start = token.start_pos or 0
+    return _ReadProblem(name, message, start, start + width, state, hint or None)
+
+
+def _wrong(name: str, message: str, token: Token, hint: str = "") -> _ReadProblem:
+    return _problem(name, message, token, len(token), Completeness.WRONG, hint)
+
+
+def _bad_dot(token: Token) -> _ReadProblem:
+    hint = "a pair is `(a . b)`: something before the dot and one datum after it"
+    return _wrong("bad-dot", "a dot stands where no pair can be", token, hint)
+
+
+# --- atoms -----------------------------------------------------------------------------------------------------
+
+_INTEGER = re.compile(r"[+-]?\d+\Z")
+_FLOAT = re.compile(r"[+-]?(?:\d+\.\d*|\.\d+|\d+)(?:[eE][+-]?\d+)?\Z")
+_NUMBER_LIKE = re.compile(r"[+-]?\.?\d")
+_HANDLE = re.compile(r"<([A-Za-z][A-Za-z0-9_-]*\*?)>\Z")
+_LITERALS = {"#t": True, "#true": True, "#f": False, "#false": False}
+
+
+def _classify(text: str) -> Any:
+    """The value of an atom; raises SceneError (without place) for one that is malformed."""
+    first = text[0]
+    if first.isdigit() or first in "+-." and _NUMBER_LIKE.match(text):
+        return _number(text)
+    if first == ":":
+        if len(text) == 1 or text[1] == ":":
+            raise SceneError("bad-atom", f"`{_short(text)}` is no keyword", "a keyword is `:name`")
+        return Keyword(text[1:])
+    if first == "<":
+        match = _HANDLE.match(text)
+        if match:
+            return Handle(match[1])
+    elif first == "#":
+        if text in _LITERALS:
+            return _LITERALS[text]
+        hint = "booleans are `#t` and `#f`; a text is a string, \"...\"; an array is `[1 2 3]`"
+        raise SceneError("bad-atom", f"`{_short(text)}` means nothing here", hint)
+    elif text == "none":
+        return None
+    if not text.isprintable():
+        raise SceneError("bad-atom", f"`{_short(text)}` holds characters that cannot be seen")
+    return Symbol(text)
+
+
+def _number(text: str) -> int | float:
+    if _INTEGER.match(text):
+        if len(text) > _MAX_DIGITS:
+            raise SceneError("bad-atom", f"an integer of {len(text):,} digits is too long")
+        return int(text)
+    if _FLOAT.match(text):
+        return float(text)
+    hint = None
+    if re.fullmatch(r"[+-]?\d+/\d+", text):
+        top, bottom = text.split("/")
+        hint = f"there are no fractions; write `(/ {top} {bottom})`"
+    raise SceneError("bad-atom", f"`{_short(text)}` begins like a number and is none", hint)
+
+
+def _short(text: str) -> str:
+    shown = "".join(c if c.isprintable() else "�" for c in text[:40])
+    return shown + "..." if len(text) > 40 else shown
+
+
+_ESCAPES = {
+    "n": "\n", "t": "\t", "r": "\r", '"': '"', "\\": "\\", "a": "\a", "b": "\b", "0": "\0",
+}  # fmt: skip
+_ESCAPE = re.compile(r"\\(?:x([0-9A-Fa-f]+);|u([0-9A-Fa-f]{4})|([ \t]*\r?\n[ \t]*)|(.))", re.S)
+
+
+def _unescape(body: str) -> str:
+    if "\\" not in body:
+        return body
+
+    def replacement(match: re.Match[str]) -> str:
+        digits = match[1] or match[2]
+        if digits:
+            point = int(digits, 16) if len(digits) < 9 else -1
+            if not 0 <= point < 0x110000 or 0xD800 <= point < 0xE000:
+                raise SceneError("bad-string", f"`{_short(match[0])}` is no character")
+            return chr(point)
+        if match[3]:
+            return ""
+        if match[4] not in _ESCAPES:
+            hint = "the escapes are \\n \\t \\r \\a \\b \\0 \\\" \\\\ \\x41; \\u0041"
+            raise SceneError("bad-string", f"there is no escape `\\{_short(match[4])}`", hint)
+        return _ESCAPES[match[4]]
+
+    return _ESCAPE.sub(replacement, body)
+
+
+# --- trees -----------------------------------------------------------------------------------------------------
+
+_SKIPPED = object()
+
+
+@v_args(inline=True)
+class _Builder(Transformer[Token, Any]):
+    """Builds datums bottom up while the parser runs; malformed atoms are collected, not raised."""
+
+    def begin(self, source: Source, problems: list[Diagnostic]) -> None:
+        self._source = source
+        self._problems = problems
+
+    def _span(self, first: Token, last: Token) -> Span:
+        return Span(self._source, first.start_pos or 0, last.end_pos or 0)
+
+    def _leaf(self, token: Token, parse: Callable[[str], Any], text: str) -> Atom:
+        span = self._span(token, token)
+        try:
+            return Atom(parse(text), span)
+        except SceneError as error:
+            error.span = span
+            self._problems.append(error.diagnostic)
+            return Atom(None, span)
+
+    def atom(self, token: Token) -> Atom:
+        return self._leaf(token, _classify, str(token))
+
+    def string(self, token: Token) -> Atom:
+        return self._leaf(token, _unescape, token[1:-1])
+
+    def proper_list(self, opener: Token, *rest: Any) -> ListDatum:
+        return ListDatum(_kept(rest[:-1]), None, self._span(opener, rest[-1]))
+
+    def dotted_list(self, opener: Token, *rest: Any) -> ListDatum:
+        dot = next(i for i, item in enumerate(rest) if isinstance(item, Token) and item.type == "DOT")
+        before, after = _kept(rest[:dot]), _kept(rest[dot + 1 : -1])
+        span = self._span(opener, rest[-1])
+        if len(after) != 1 or not before:
+            hint = "a pair is `(a . b)`: something before the dot and one datum after it"
+            self._problems.append(Diagnostic("bad-dot", "a dot stands where no pair can be", span, hint))
+            return ListDatum(before + after, None, span)
+        if isinstance(after[0], ListDatum):
+            return ListDatum(before + after[0].items, after[0].tail, span)
+        return ListDatum(before, after[0], span)
+
+    def array(self, opener: Token, *rest: Any) -> ArrayDatum:
+        return ArrayDatum(_kept(rest[:-1]), self._span(opener, rest[-1]))
+
+    def prefixed(self, prefix: Token, *rest: Any) -> ListDatum:
+        head = Atom(Symbol(PREFIXES[str(prefix)]), self._span(prefix, prefix))
+        return ListDatum((head, rest[-1]), None, Span(self._source, prefix.start_pos or 0, rest[-1].span.end))
+
+    def skipped(self, *_: Any) -> Any:
+        return _SKIPPED
+
+    def start(self, *rest: Any) -> tuple[Any, ...]:
+        return _kept(rest)
+
+
+def _kept(items: Sequence[Any]) -> tuple[Any, ...]:
+    return tuple(item for item in items if item is not _SKIPPED) if _SKIPPED in items else tuple(items)
+
+
+class _Parser:
+    """The parser and its builder. Lark ties the two together, so one text at a time goes through them."""
+
+    def __init__(self) -> None:
+        grammar = files("scenelang.grammar").joinpath("reader.lark").read_text("utf-8")
+        self._builder = _Builder()
+        self._lark = Lark(grammar, parser="lalr", lexer=_BracketLexer, transformer=self._builder)
+        self._lock = Lock()
+
+    def parse(self, text: str, source: Source, problems: list[Diagnostic]) -> tuple[Datum, ...]:
+        with self._lock:
+            self._builder.begin(source, problems)
+            forms: tuple[Datum, ...] = self._lark.parse(text)  # type: ignore[assignment]
+            return forms
+
+
+@cache
+def _parser() -> _Parser:
+    return _Parser()
+
+
+_BLOCK = re.compile(r'"(?:[^"\\]|\\.)*"|#;|;[^\n]*|#\||\|#', re.S)
+_BLOCK_EDGE = re.compile(r"#\||\|#")
+
+
+def _without_block_comments(text: str) -> str:
+    """``text`` with nested ``#| |#`` comments blanked, offsets kept; raises _ReadProblem for one never closed."""
+    if "#|" not in text:
+        return text
+    pieces: list[str] = []
+    position, search = 0, 0
+    while (match := _BLOCK.search(text, search)) is not None:
+        search = match.end()
+        if match[0] == "#|":
+            end = _block_end(text, match.start())
+            pieces += [text[position : match.start()], re.sub(r"[^\n]", " ", text[match.start() : end])]
+            position = search = end
+    return "".join([*pieces, text[position:]])
+
+
+def _block_end(text: str, start: int) -> int:
+    depth, search = 1, start + 2
+    while (edge := _BLOCK_EDGE.search(text, search)) is not None:
+        search = edge.end()
+        depth += 1 if edge[0] == "#|" else -1
+        if depth == 0:
+            return search
+    message = "this `#|` comment is never closed"
+    raise _ReadProblem("unclosed", message, start, start + 2, Completeness.INCOMPLETE, None)
+
+
+def read(source: Source) -> ReadResult:
+    """Read every datum of ``source``. Never raises: what is wrong is in ``diagnostics``."""
+    problems: list[Diagnostic] = []
+    try:
+        forms = _parser().parse(_without_block_comments(source.text), source, problems)
+    except _ReadProblem as problem:
+        return ReadResult(source, (), (*problems, problem.diagnostic(source)), problem.state)
+    except UnexpectedCharacters as unexpected:  # every other character begins a token
+        start = unexpected.pos_in_stream or 0
+        diagnostic = Diagnostic("unclosed", "this string is never closed", Span(source, start, start + 1))
+        return ReadResult(source, (), (*problems, diagnostic), Completeness.INCOMPLETE)
+    state = Completeness.WRONG if problems else Completeness.COMPLETE
+    return ReadResult(source, forms, tuple(problems), state)

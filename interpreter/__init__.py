@@ -1,0 +1,1 @@
+"""Meaning: expansion, analysis, compilation and evaluation of programs; the entity DAG and its geometry."""

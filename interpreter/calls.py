@@ -1,0 +1,451 @@
+"""Compiled calls: of closures by number of arguments, in and out of tail position, of builtins, and loops' turns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from scenelang.grammar import ast
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.source import Span
+from scenelang.interpreter.arguments import builtin_arity_error, call_builtin, python_error, type_error
+from scenelang.interpreter.arrays import array_literal
+from scenelang.interpreter.library import Builtin
+from scenelang.interpreter.procedures import TAIL, UNDEFINED, Cell, Closure, Frame, Node
+from scenelang.interpreter.types import BASE_TYPES, Mismatch
+from scenelang.interpreter.values import Pair, Procedure, Vector, make_list
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.compile import Layout
+    from scenelang.interpreter.runtime import Runtime
+
+__all__ = ["Pair", "make_list"]
+
+_UNNAMED = ("lambda", "do")
+
+
+class GlobalHead:
+    """The head of a call that is a global variable which nothing assigns."""
+
+    __slots__ = ("cell", "name", "span")
+
+    def __init__(self, cell: Cell, name: str, span: Span) -> None:
+        self.cell = cell
+        self.name = name
+        self.span = span
+
+    def __call__(self, f: Frame) -> Any:
+        return self.cell.value
+
+
+def locate(error: SceneError, function: Any, span: Span) -> None:
+    """Give an error the place of the call at fault, or add a running call to its chain."""
+    if error.span is None:
+        error.span = span
+    elif type(function) is Closure and function.code.name not in _UNNAMED:
+        error.called(f"`{function.code.name}`", span)
+
+
+def _apply(rt: Runtime, function: Any, arguments: Sequence[Any], head: Any, span: Span) -> Any:
+    """A call that has no fast path."""
+    if function is UNDEFINED:
+        from scenelang.interpreter.compile import undefined
+
+        raise undefined(rt, head.name, head.span)
+    if not isinstance(function, Procedure):
+        raise rt.not_a_procedure(function)
+    return rt.apply(function, arguments)
+
+
+def call(rt: Runtime, head: Any, arguments: Sequence[Node], span: Span) -> Node:
+    """A call whose value is needed here."""
+    if isinstance(head, GlobalHead) and len(arguments) in _GLOBAL_CALLS:
+        return _GLOBAL_CALLS[len(arguments)](rt, head, arguments, span)
+    tick = rt.tick
+
+    def node(f: Frame) -> Any:
+        function = head(f)
+        values = [argument(f) for argument in arguments]
+        try:
+            if type(function) is Closure and function.arity == len(values):
+                tick()
+                result = function.body([function.env, *values, *function.pad])
+                while result is TAIL:
+                    tick()
+                    result = rt.next_body(rt.next_frame)
+                return result
+            return _apply(rt, function, values, head, span)
+        except SceneError as error:
+            locate(error, function, span)
+            raise
+
+    return node
+
+
+def _global_call0(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span: Span) -> Node:
+    cell, tick = head.cell, rt.tick
+
+    def node(f: Frame) -> Any:
+        function = cell.value
+        try:
+            if type(function) is Closure and function.arity == 0:
+                tick()
+                result = function.body([function.env, *function.pad])
+                while result is TAIL:
+                    tick()
+                    result = rt.next_body(rt.next_frame)
+                return result
+            return _apply(rt, function, (), head, span)
+        except SceneError as error:
+            locate(error, function, span)
+            raise
+
+    return node
+
+
+def _global_call1(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span: Span) -> Node:
+    cell, tick = head.cell, rt.tick
+    (a,) = arguments
+
+    def node(f: Frame) -> Any:
+        function = cell.value
+        x = a(f)
+        try:
+            if type(function) is Closure and function.arity == 1:
+                tick()
+                result = function.body([function.env, x, *function.pad])
+                while result is TAIL:
+                    tick()
+                    result = rt.next_body(rt.next_frame)
+                return result
+            return _apply(rt, function, (x,), head, span)
+        except SceneError as error:
+            locate(error, function, span)
+            raise
+
+    return node
+
+
+def _global_call2(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span: Span) -> Node:
+    cell, tick = head.cell, rt.tick
+    a, b = arguments
+
+    def node(f: Frame) -> Any:
+        function = cell.value
+        x = a(f)
+        y = b(f)
+        try:
+            if type(function) is Closure and function.arity == 2:
+                tick()
+                result = function.body([function.env, x, y, *function.pad])
+                while result is TAIL:
+                    tick()
+                    result = rt.next_body(rt.next_frame)
+                return result
+            return _apply(rt, function, (x, y), head, span)
+        except SceneError as error:
+            locate(error, function, span)
+            raise
+
+    return node
+
+
+def _global_call3(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span: Span) -> Node:
+    cell, tick = head.cell, rt.tick
+    a, b, c = arguments
+
+    def node(f: Frame) -> Any:
+        function = cell.value
+        x = a(f)
+        y = b(f)
+        z = c(f)
+        try:
+            if type(function) is Closure and function.arity == 3:
+                tick()
+                result = function.body([function.env, x, y, z, *function.pad])
+                while result is TAIL:
+                    tick()
+                    result = rt.next_body(rt.next_frame)
+                return result
+            return _apply(rt, function, (x, y, z), head, span)
+        except SceneError as error:
+            locate(error, function, span)
+            raise
+
+    return node
+
+
+_GLOBAL_CALLS: dict[int, Callable[..., Node]] = {
+    0: _global_call0,
+    1: _global_call1,
+    2: _global_call2,
+    3: _global_call3,
+}
+
+
+def tail_call(rt: Runtime, head: Any, arguments: Sequence[Node], span: Span) -> Node:
+    """A call in tail position: a closure is handed to whoever called the body."""
+
+    def node(f: Frame) -> Any:
+        function = head(f)
+        values = [argument(f) for argument in arguments]
+        if type(function) is Closure and function.arity == len(values):
+            rt.next_body = function.body
+            rt.next_frame = [function.env, *values, *function.pad]
+            return TAIL
+        try:
+            return _apply(rt, function, values, head, span)
+        except SceneError as error:
+            locate(error, function, span)
+            raise
+
+    return node
+
+
+# --- loops -----------------------------------------------------------------------------------------------------
+
+
+def plain_loop(rt: Runtime, mark: Any, starts: Sequence[Node], binders: Sequence[Any], body: Node) -> Node:
+    """A loop whose variables live in the frame around it."""
+    tick = rt.tick
+
+    def run(f: Frame) -> Any:
+        values = [start(f) for start in starts]
+        for bind, value in zip(binders, values):
+            bind(f, value)
+        while True:
+            tick()
+            result = body(f)
+            if result is not mark:
+                return result
+
+    return run
+
+
+def framed_loop(
+    rt: Runtime, mark: Any, starts: Sequence[Node], binders: Sequence[Any], body: Node, layout: Layout
+) -> Node:
+    """A loop whose turns have variables of their own, since closures capture them."""
+    tick = rt.tick
+
+    def run(f: Frame) -> Any:
+        values: Any = [start(f) for start in starts]
+        pad = [None] * (layout.size - 1)
+        while True:
+            tick()
+            turn = [f, *pad]
+            for bind, value in zip(binders, values):
+                bind(turn, value)
+            result = body(turn)
+            if result is not mark:
+                return result
+            values = rt.next_frame
+
+    return run
+
+
+def next_framed_turn(rt: Runtime, mark: Any, arguments: Sequence[Node]) -> Node:
+    def node(f: Frame) -> Any:
+        rt.next_frame = [argument(f) for argument in arguments]
+        return mark
+
+    return node
+
+
+def next_turn(mark: Any, arguments: Sequence[Node], slots: Sequence[int], depth: int) -> Node:
+    """Set the loop's variables, all at once, and ask for the next turn."""
+    if depth == 0 and len(arguments) == 1:
+        (a,), (i,) = arguments, slots
+
+        def one(f: Frame) -> Any:
+            f[i] = a(f)
+            return mark
+
+        return one
+    if depth == 0 and len(arguments) == 2:
+        (a, b), (i, j) = arguments, slots
+
+        def two(f: Frame) -> Any:
+            x = a(f)
+            f[j] = b(f)
+            f[i] = x
+            return mark
+
+        return two
+
+    def node(f: Frame) -> Any:
+        values = [argument(f) for argument in arguments]
+        for _ in range(depth):
+            f = f[0]
+        for slot, value in zip(slots, values):
+            f[slot] = value
+        return mark
+
+    return node
+
+
+# --- builtins --------------------------------------------------------------------------------------------------
+
+_ARITHMETIC = (ArithmeticError, MemoryError)
+
+
+def slow_call(rt: Runtime, builtin: Builtin, span: Span) -> Callable[[list[Any]], Any]:
+    """Call ``builtin`` with evaluated arguments; errors get this place."""
+
+    def run(values: list[Any]) -> Any:
+        try:
+            return call_builtin(rt, builtin, values)
+        except SceneError as error:
+            if error.span is None:
+                error.span = span
+            raise
+
+    return run
+
+
+def builtin_call(
+    rt: Runtime, builtin: Builtin, arguments: Sequence[Node], syntax: Sequence[ast.Expr], span: Span
+) -> Node:
+    """A call of a builtin. Types are checked inline for a fixed number of positional arguments."""
+    signature = builtin.signature
+    parameters = (*signature.required, *signature.optional)
+    count = len(arguments)
+    keywords = bool(signature.keywords)
+    if not keywords and (
+        count < len(signature.required) or (count > len(parameters) and signature.rest is None)
+    ):
+        error_hint = builtin_arity_error(builtin, count)
+        return _raiser(arguments, error_hint.name, error_hint.message, error_hint.hint, span)
+    if keywords or count > 3 or (signature.rest is not None and count > len(parameters)):
+        slow = slow_call(rt, builtin, span)
+        return lambda f: slow([argument(f) for argument in arguments])
+    checks = tuple([p.type.convert if p.type is not BASE_TYPES["Any"] else None for p in parameters[:count]])
+    return _FIXED[count](rt, builtin, arguments, checks, span)
+
+
+def _raiser(arguments: Sequence[Node], name: str, message: str, hint: str | None, span: Span) -> Node:
+    def node(f: Frame) -> Any:
+        for argument in arguments:
+            argument(f)
+        raise SceneError(name, message, hint, span)
+
+    return node
+
+
+def _builtin0(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: Sequence[Any], span: Span) -> Node:
+    function = builtin.function
+
+    def node(f: Frame) -> Any:
+        try:
+            return function(rt)
+        except (SceneError, *_ARITHMETIC) as error:
+            raise _placed(builtin, error, span) from None
+
+    return node
+
+
+def _builtin1(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: Sequence[Any], span: Span) -> Node:
+    function = builtin.function
+    (a,), (check_a,) = arguments, checks
+
+    def node(f: Frame) -> Any:
+        x = given = a(f)
+        try:
+            if check_a is not None:
+                x = check_a(x)
+            return function(rt, x)
+        except Mismatch:
+            raise _mismatch(builtin, checks, (given,), span) from None
+        except (SceneError, *_ARITHMETIC) as error:
+            raise _placed(builtin, error, span) from None
+
+    return node
+
+
+def _builtin2(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: Sequence[Any], span: Span) -> Node:
+    function = builtin.function
+    (a, b), (check_a, check_b) = arguments, checks
+
+    def node(f: Frame) -> Any:
+        x = first = a(f)
+        y = second = b(f)
+        try:
+            if check_a is not None:
+                x = check_a(x)
+            if check_b is not None:
+                y = check_b(y)
+            return function(rt, x, y)
+        except Mismatch:
+            raise _mismatch(builtin, checks, (first, second), span) from None
+        except (SceneError, *_ARITHMETIC) as error:
+            raise _placed(builtin, error, span) from None
+
+    return node
+
+
+def _builtin3(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: Sequence[Any], span: Span) -> Node:
+    function = builtin.function
+
+    def node(f: Frame) -> Any:
+        given = [argument(f) for argument in arguments]
+        try:
+            x, y, z = (value if check is None else check(value) for check, value in zip(checks, given))
+            return function(rt, x, y, z)
+        except Mismatch:
+            raise _mismatch(builtin, checks, given, span) from None
+        except (SceneError, *_ARITHMETIC) as error:
+            raise _placed(builtin, error, span) from None
+
+    return node
+
+
+_FIXED: dict[int, Callable[..., Node]] = {0: _builtin0, 1: _builtin1, 2: _builtin2, 3: _builtin3}
+
+
+def _mismatch(builtin: Builtin, checks: Sequence[Any], values: Sequence[Any], span: Span) -> SceneError:
+    """The error for the first argument that has another type."""
+    signature = builtin.signature
+    error: SceneError | None = None
+    for parameter, check, value in zip((*signature.required, *signature.optional), checks, values):
+        try:
+            if check is not None:
+                check(value)
+        except Mismatch:
+            error = type_error(builtin, parameter, value)
+            break
+    if error is None:
+        error = SceneError("type", f"`{builtin.name}` got a value of another type", f"its signature is {builtin.usage}")
+    error.span = span
+    return error
+
+
+def _placed(builtin: Builtin, error: Exception, span: Span) -> SceneError:
+    if not isinstance(error, SceneError):
+        error = python_error(builtin.name, error)
+    if error.span is None:
+        error.span = span
+    return error
+
+
+def array_node(items: Sequence[Node], span: Span) -> Node:
+    """``[item ...]``."""
+    if len(items) == 3:
+        a, b, c = items
+
+        def three(f: Frame) -> Any:
+            x, y, z = a(f), b(f), c(f)
+            if type(x) is float and type(y) is float and type(z) is float:
+                return Vector((x, y, z))
+            return _array((x, y, z), span)
+
+        return three
+    return lambda f: _array([item(f) for item in items], span)
+
+
+def _array(values: Sequence[Any], span: Span) -> Any:
+    try:
+        return array_literal(values)
+    except SceneError as error:
+        if error.span is None:
+            error.span = span
+        raise

@@ -1,0 +1,194 @@
+"""Equality and canonical keys of values, without recursion: data may be nested as deep as memory allows."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from scenelang.interpreter.values import (
+    NIL,
+    Array,
+    Embedding,
+    HandleList,
+    Keyword,
+    Matrix,
+    MutableArray,
+    MutableList,
+    Pair,
+    Record,
+    Set,
+    Symbol,
+    Table,
+    Vector,
+)
+
+_NUMBERS = (int, float)
+
+
+def equal(a: Any, b: Any, typed: bool = True) -> bool:
+    """Structural equality. ``typed``: 1 and 1.0 differ (``equal?``); else numbers compare by value (``contains?``)."""
+    stack = [(a, b)]
+    while stack:
+        a, b = stack.pop()
+        if a is b:
+            continue
+        kind = type(a)
+        if not typed and kind in _NUMBERS and type(b) in _NUMBERS:
+            if a != b:
+                return False
+            continue
+        if isinstance(a, (MutableList, Pair)) or a is NIL:
+            left, right = _sequence_step(a, b)
+            if left is None or right is None:
+                return False
+            stack.extend(zip(left, right))
+            continue
+        if kind is not type(b) and not _both_arrays(a, b):
+            return False
+        if not _same_kind(a, b, stack, typed):
+            return False
+    return True
+
+
+def _sequence_step(a: Any, b: Any) -> tuple[list[Any] | None, list[Any] | None]:
+    """What is left to compare of two lists; None when they cannot be equal."""
+    if type(a) is Pair and type(b) is Pair:
+        return [a.car, a.cdr], [b.car, b.cdr]
+    left, right = _list_or_none(a), _list_or_none(b)
+    if left is None or right is None or len(left) != len(right):
+        return None, None
+    return left, right
+
+
+def _list_or_none(value: Any) -> list[Any] | None:
+    if isinstance(value, MutableList):
+        return value.items
+    items = []
+    while type(value) is Pair:
+        items.append(value.car)
+        value = value.cdr
+    return items if value is NIL else None
+
+
+def _both_arrays(a: Any, b: Any) -> bool:
+    arrays = (Vector, Matrix, Array, MutableArray)
+    return isinstance(a, arrays) and isinstance(b, arrays)
+
+
+def _array_items(value: Any) -> tuple[tuple[int, ...], list[Any]]:
+    if type(value) is Vector:
+        return (len(value),), list(value)
+    if type(value) is Matrix:
+        return (4, 4), [*value, 0.0, 0.0, 0.0, 1.0]
+    return value.data.shape, value.data.ravel().tolist()
+
+
+def _same_kind(a: Any, b: Any, stack: list[tuple[Any, Any]], typed: bool) -> bool:
+    kind = type(a)
+    if kind in (str, int, float, bool, Symbol, Keyword):
+        return bool(a == b)
+    if _both_arrays(a, b):
+        (shape_a, items_a), (shape_b, items_b) = _array_items(a), _array_items(b)
+        same_types = not typed or [type(x) for x in items_a] == [type(x) for x in items_b]
+        return shape_a == shape_b and items_a == items_b and same_types
+    if kind is Embedding:
+        if (a.handle, a.text, set(a.attributes)) != (b.handle, b.text, set(b.attributes)):
+            return False
+        stack.extend((a.attributes[name], b.attributes[name]) for name in a.attributes)
+        return True
+    if kind is Table:
+        if a.entries.keys() != b.entries.keys():
+            return False
+        stack.extend((a.entries[key][1], b.entries[key][1]) for key in a.entries)
+        return True
+    if kind is Set:
+        return bool(a.entries.keys() == b.entries.keys())
+    if kind is Record:
+        stack.extend(zip(a.values, b.values))
+        return a.type is b.type
+    return kind is HandleList and a.start == b.start
+
+
+class _Opaque(Exception):
+    """The value has no key."""
+
+
+_SCALAR_TAGS: dict[type, str] = {str: "s", Symbol: "y", Keyword: "k", bool: "b", type(None): "n"}
+
+
+def memo_key(value: Any) -> Any:
+    """A hashable key, equal for values that no program can tell apart; None when ``value`` is not immutable data.
+
+    Flat, so that hashing never recurses. Numbers are keyed by type: 1, 1.0, -0.0 and #t differ.
+    """
+    try:
+        return _key(value, typed=True)
+    except _Opaque:
+        return None
+
+
+def table_key(value: Any) -> Any:
+    """The canonical key under which tables and sets keep ``value``: numbers by value, lists by content, others by
+    identity."""
+    kind = type(value)
+    if kind is str or kind is int or kind is float:
+        return value
+    return _key(value, typed=False)
+
+
+def _key(value: Any, typed: bool) -> tuple[Any, ...]:
+    out: list[Any] = []
+    stack = [value]
+    while stack:
+        item = stack.pop()
+        kind = type(item)
+        if kind is float or kind is int:
+            out.append(_number_key(item) if typed else item)
+        elif kind in _SCALAR_TAGS:
+            out += (_SCALAR_TAGS[kind], item)
+        elif kind is Pair:
+            out.append("(")
+            stack += (item.cdr, item.car)
+        elif item is NIL:
+            out.append(")")
+        elif kind is Vector or kind is Matrix:
+            out += ("v" if kind is Vector else "m", len(item))
+            out += (map(_number_key, item) if typed else item)
+        elif kind is Array:
+            out += ("a", item.data.shape, item.data.dtype.str, item.data.tobytes())
+        elif kind is Embedding:
+            out += ("e", item.handle, item.text, len(item.attributes))
+            for name, attribute in item.attributes.items():
+                stack += (attribute, name)
+        elif kind is HandleList:
+            out += ("h", item.start)
+        elif kind is Table and item.birth < 0:
+            out += ("t", len(item.entries))
+            for key, entry in item.entries.values():
+                stack += (entry, key)
+        else:
+            out += ("o", _opaque_key(item, typed))
+    return tuple(out)
+
+
+def _number_key(item: Any) -> Any:
+    if type(item) is int:
+        return item
+    return ("f", "-0") if item == 0.0 and str(item)[0] == "-" else ("f", item)
+
+
+def _opaque_key(item: Any, typed: bool) -> Any:
+    """Entities are immutable and compare by identity; tables and sets keep anything else by identity too."""
+    if not typed:
+        return item
+    if getattr(item, "tainted", True):
+        raise _Opaque
+    return item
+
+
+def embedding_key(embedding: Embedding) -> Any:
+    """``memo_key`` of an embedding, cached; False when it has none."""
+    key = embedding.key
+    if key is None:
+        key = memo_key(embedding)
+        key = embedding.key = False if key is None else key
+    return key

@@ -1,0 +1,380 @@
+"""Expansion: datums -> core datums. Heads are resolved where they stand, macros expanded, derived forms lowered.
+
+The output is read by ``core.lark``: heads are ``core.Head``, identifiers are what they resolved to. Derived forms are
+in ``derived``, macros in ``macros``; this file has names, bodies, functions and applications.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from scenelang.grammar import ast
+from scenelang.grammar.core import Head, Opaque
+from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Symbol
+from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError, suggest
+from scenelang.grammar.source import Span
+from scenelang.interpreter.forms import ABSENT, FORMS
+from scenelang.interpreter.scope import (
+    Annotated,
+    ConstantBinding,
+    Macro,
+    PaperForm,
+    Scope,
+    Special,
+    Variable,
+    base_name,
+    make_alias,
+)
+from scenelang.interpreter.types import BASE_TYPES, Type, parse_type, record_type
+
+MAX_EXPANSIONS = 100_000
+MAX_MACRO_DEPTH = 1_000
+
+
+def core(head: str, items: Iterable[Datum], span: Span) -> ListDatum:
+    """A core form."""
+    return ListDatum((Atom(Head(head), span), *items), None, span)
+
+
+def opaque(terminal: str, value: Any, span: Span) -> Atom:
+    """A datum that the core grammar takes whole."""
+    return Atom(Opaque(terminal, value), span)
+
+
+def is_identifier(datum: Any) -> bool:
+    return isinstance(datum, Atom) and isinstance(datum.value, Symbol)
+
+
+def syntax_error(form: str, message: str, span: Span, hint: str | None = None) -> SceneError:
+    """A malformed use of a special form; the hint is its shape."""
+    usage = FORMS[form].usage if form in FORMS else None
+    return SceneError("syntax", message, hint or (f"its shape is {usage}" if usage else None), span)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pending:
+    """A form of a body that was found but not expanded yet: first every definition of the body is declared."""
+
+    finish: Callable[[], Datum]
+    defines: bool
+    datum: Datum
+
+
+class Expander:
+    """Expands one file. ``fallback`` resolves builtins and prelude names; ``run_macro`` evaluates a macro's body."""
+
+    def __init__(self, run_macro: Callable[[list[Any], Datum, list[Any]], Any]) -> None:
+        self.run_macro = run_macro
+        self.diagnostics: list[Diagnostic] = []
+        self.record_names: set[str] = set()
+        self.expansions = 0
+        self.macro_depth = 0
+        self.template_scope: Scope | None = None  # set while a define-macro's body is expanded or runs
+        self.template_aliases: dict[Symbol, Symbol] = {}
+
+    # --- identifiers -------------------------------------------------------------------------------------------
+
+    def resolve(self, atom: Atom, scope: Scope) -> Any:
+        """The binding of an identifier; raises SceneError with a suggestion when there is none."""
+        binding = scope.lookup(atom.value)
+        if binding is None:
+            raise self.unbound(atom, scope)
+        return binding
+
+    def unbound(self, atom: Atom, scope: Scope) -> SceneError:
+        name = base_name(atom.value)
+        if name in ABSENT:
+            return SceneError("absent", f"`{name}` does not exist in this language", ABSENT[name], atom.span)
+        hint = suggest(name, {*scope.names(), *self.known_names(), *FORMS})
+        if "::" in name:
+            hint = "annotations belong to parameters: `(lambda (x::Type) ...)`"
+        elif name.startswith("..."):
+            hint = "`...` stands for something left out; write it"
+        return SceneError("unbound", f"`{name}` is not defined", hint, atom.span)
+
+    def known_names(self) -> Iterable[str]:
+        """Names of builtins and prelude, for suggestions; the program's loader overrides this."""
+        return ()
+
+    def binding_of(self, datum: Any, scope: Scope) -> Any:
+        """The binding of ``datum`` if it is an identifier that has one, else None."""
+        return scope.lookup(datum.value) if is_identifier(datum) else None
+
+    def is_literal(self, datum: Any, name: str, scope: Scope) -> bool:
+        """True for an identifier spelled ``name`` that no variable shadows, such as ``else``."""
+        return is_identifier(datum) and base_name(datum.value) == name and scope.lookup(datum.value) is None
+
+    def builtin(self, name: str, span: Span, scope: Scope) -> Atom:
+        """A reference to a builtin that nothing shadows."""
+        binding = scope.lookup(Symbol(f"std/{name}"))
+        return Atom(binding.variable if isinstance(binding, PaperForm) else binding, span)
+
+    def declare(self, atom: Datum, scope: Scope, *, is_global: bool = False, recursive: bool = False) -> Variable:
+        """Bind an identifier to a new variable in ``scope``."""
+        if not is_identifier(atom):
+            raise self.not_a_name(atom)
+        assert isinstance(atom, Atom)
+        name = base_name(atom.value)
+        existing = scope.lookup(atom.value)
+        if isinstance(existing, Special) and name in FORMS:
+            raise SceneError("reserved", f"`{name}` is reserved and cannot be bound", None, atom.span)
+        if "::" in name:
+            raise SceneError("lambda-list", "annotations belong to parameters only", None, atom.span)
+        if isinstance(existing, PaperForm):
+            message = f"this hides the paper's `{name}`; forms that begin with it are plain calls here"
+            self.diagnostics.append(Diagnostic("shadowed-macro", message, atom.span))
+        variable = Variable(name, atom.span, is_global, recursive)
+        scope.bind(atom.value, variable)
+        return variable
+
+    def not_a_name(self, datum: Datum) -> SceneError:
+        if isinstance(datum, ArrayDatum):
+            return SceneError("bracket", "a name or pattern is wanted here, not an array", "write ( )", datum.span)
+        return SceneError("syntax", "a name is wanted here", None, datum.span)
+
+    def template_alias(self, symbol: Symbol) -> Symbol:
+        """The alias of a template's symbol in the running expansion of a ``define-macro``."""
+        alias = self.template_aliases.get(symbol)
+        if alias is None:
+            assert self.template_scope is not None
+            alias = self.template_aliases[symbol] = make_alias(symbol, self.template_scope, soft=True)
+        return alias
+
+    # --- patterns ----------------------------------------------------------------------------------------------
+
+    def declare_target(self, datum: Datum, scope: Scope, *, recursive: bool = False, is_global: bool = False) -> Datum:
+        """Declare the names of a pattern; the core datum for it: a variable, or an opaque pattern."""
+        if is_identifier(datum):
+            if base_name(datum.value) == "_":
+                return opaque("PATTERN", None, datum.span)
+            variable = self.declare(datum, scope, recursive=recursive, is_global=is_global)
+            return Atom(variable, datum.span)
+        return opaque("PATTERN", self._pattern(datum, scope, recursive, is_global), datum.span)
+
+    def _pattern(self, datum: Datum, scope: Scope, recursive: bool, is_global: bool) -> Any:
+        """A pattern as data: None for ``_``, a Variable, or ``(items, rest)``."""
+        if is_identifier(datum):
+            if base_name(datum.value) == "_":
+                return None
+            return self.declare(datum, scope, recursive=recursive, is_global=is_global)
+        if not isinstance(datum, ListDatum):
+            raise self.not_a_name(datum)
+        items = tuple(self._pattern(item, scope, recursive, is_global) for item in datum.items)
+        rest = self._pattern(datum.tail, scope, recursive, is_global) if datum.tail is not None else False
+        return items, rest
+
+    # --- expressions -------------------------------------------------------------------------------------------
+
+    def expand(self, datum: Datum, scope: Scope) -> Datum:
+        """The core datum of an expression."""
+        while True:
+            if isinstance(datum, Atom):
+                return self._expand_atom(datum, scope)
+            if isinstance(datum, ArrayDatum):
+                return ArrayDatum(tuple([self.expand(item, scope) for item in datum.items]), datum.span)
+            if datum.tail is not None:
+                raise SceneError("bad-dot", "a pair cannot be evaluated", "quote it: `'(a . b)`", datum.span)
+            if not datum.items:
+                message = "`()` cannot be evaluated"
+                raise SceneError("empty-application", message, "the empty list is `'()` or `(list)`", datum.span)
+            binding = self.binding_of(datum.items[0], scope)
+            if isinstance(binding, Special):
+                from scenelang.interpreter.derived import HANDLERS
+
+                return HANDLERS[binding.name](self, datum, scope)
+            if isinstance(binding, Macro):
+                datum = self.expand_macro(binding, datum, scope)
+                continue
+            operands = [self.expand(item, scope) for item in datum.items[1:]]
+            if isinstance(binding, PaperForm):
+                return core(binding.terminal, operands, datum.span)
+            head = self.expand(datum.items[0], scope)
+            return ListDatum((head, *operands), None, datum.span)
+
+    def _expand_atom(self, atom: Atom, scope: Scope) -> Datum:
+        value = atom.value
+        if not isinstance(value, Symbol):
+            if isinstance(value, Annotated):
+                raise SceneError("lambda-list", "annotations belong to parameters only", None, atom.span)
+            return atom
+        binding = self.resolve(atom, scope)
+        if isinstance(binding, PaperForm):
+            return Atom(binding.variable, atom.span)
+        if isinstance(binding, ConstantBinding):
+            return core("QUOTE", [opaque("DATUM", binding.value, atom.span)], atom.span)
+        if isinstance(binding, (Special, Macro)):
+            name = base_name(value)
+            kind = "a special form" if isinstance(binding, Special) else "a macro"
+            raise SceneError("misplaced", f"`{name}` is {kind}, so it must stand at the head of a form", None, atom.span)
+        return Atom(binding, atom.span)
+
+    def expand_macro(self, macro: Macro, datum: ListDatum, scope: Scope) -> Datum:
+        """The replacement of one macro use."""
+        self.expansions += 1
+        expansion = datum.span.expansion
+        depth = 0
+        while expansion is not None:
+            depth += 1
+            expansion = expansion.outer
+        if self.expansions > MAX_EXPANSIONS or depth > MAX_MACRO_DEPTH:
+            hint = "does it expand into itself without end?"
+            raise LimitError("expansion", f"the macro `{macro.name}` expands too often", hint, _outermost(datum.span))
+        replacement: Datum = macro.transform(datum, scope)
+        return replacement
+
+    # --- bodies ------------------------------------------------------------------------------------------------
+
+    def expand_body(self, datums: Sequence[Datum], scope: Scope, span: Span, new_scope: bool = True) -> Datum:
+        """A body: definitions and expressions in any order, all definitions visible throughout."""
+        inner = Scope(scope) if new_scope else scope
+        pending: list[Pending] = []
+        for datum in datums:
+            self.scan(datum, inner, pending)
+        if not pending:
+            raise SceneError("syntax", "the body is empty", None, span)
+        items = [item.finish() for item in pending]
+        if pending[-1].defines:
+            items.append(Atom(None, span))
+        return items[0] if len(items) == 1 else core("BODY", items, span)
+
+    def scan(self, datum: Datum, scope: Scope, pending: list[Pending]) -> None:
+        """Find the definitions that a form of a body makes, expanding macros at its head."""
+        from scenelang.interpreter import definitions
+
+        while isinstance(datum, ListDatum) and datum.items and datum.tail is None:
+            binding = self.binding_of(datum.items[0], scope)
+            if isinstance(binding, Macro):
+                datum = self.expand_macro(binding, datum, scope)
+                continue
+            if isinstance(binding, Special):
+                if binding.name == "begin":
+                    for item in datum.items[1:]:
+                        self.scan(item, scope, pending)
+                    return
+                scanner = definitions.SCANNERS.get(binding.name)
+                if scanner is not None:
+                    scanner(self, datum, scope, pending)
+                    return
+            break
+        form = datum
+        pending.append(Pending(lambda: self.expand(form, scope), False, form))
+
+    # --- functions ---------------------------------------------------------------------------------------------
+
+    def expand_lambda(
+        self, parameters: Datum, body: Sequence[Datum], scope: Scope, span: Span, name: str = "lambda"
+    ) -> Datum:
+        """A function: parameters of every kind, then a body."""
+        inner = Scope(scope)
+        plain, defaults = self._lambda_list(parameters, inner)
+        usage = _usage(parameters)
+        opaque_parameters = opaque("PARAMETERS", (name, tuple(plain), usage), parameters.span)
+        default_list = ListDatum(tuple(defaults), None, span)
+        body_datum = self.expand_body(body, inner, span)
+        return core("LAMBDA", [opaque_parameters, default_list, body_datum], span)
+
+    def _lambda_list(self, datum: Datum, scope: Scope) -> tuple[list[ast.Parameter], list[Datum]]:
+        if is_identifier(datum):
+            items: tuple[Datum, ...] = ()
+            tail: Datum | None = datum
+        elif isinstance(datum, ListDatum):
+            items, tail = datum.items, datum.tail
+        elif isinstance(datum, ArrayDatum):
+            raise SceneError("bracket", "parameters stand in ( ), not [ ]", None, datum.span)
+        else:
+            raise SceneError("lambda-list", "a list of parameters is wanted here", None, datum.span)
+        plain: list[ast.Parameter] = []
+        defaults: list[Datum] = []
+        position = 0
+        while position < len(items):
+            item = items[position]
+            if is_identifier(item) and base_name(item.value) == "&keys":
+                if position + 1 >= len(items):
+                    raise SceneError("lambda-list", "`&keys` needs a name after it", None, item.span)
+                position += 1
+                self._add(plain, self._parameter(items[position], scope, "keys"), items[position].span)
+            else:
+                self._one_parameter(item, scope, plain, defaults)
+            position += 1
+        if tail is not None:
+            self._add(plain, self._parameter(tail, scope, "rest"), tail.span)
+        return plain, defaults
+
+    def _one_parameter(
+        self, item: Datum, scope: Scope, plain: list[ast.Parameter], defaults: list[Datum]
+    ) -> None:
+        if isinstance(item, ListDatum):
+            if len(item.items) != 2 or item.tail is not None:
+                hint = "an optional parameter is `(name default)` or `(:name default)`"
+                raise SceneError("lambda-list", "this is no parameter", hint, item.span)
+            default = self.expand(item.items[1], scope)
+            kind = "keyword" if _is_keyword(item.items[0]) else "optional"
+            parameter = self._parameter(item.items[0], scope, kind)
+            defaults.append(default)
+            self._add(plain, replace(parameter, default=ast.Constant(None, item.span)), item.span)
+            return
+        kind = "keyword" if _is_keyword(item) else "required"
+        self._add(plain, self._parameter(item, scope, kind), item.span)
+
+    def _add(self, plain: list[ast.Parameter], parameter: ast.Parameter, span: Span) -> None:
+        order = ("required", "optional")
+        if parameter.kind == "required" and any(p.kind == "optional" for p in plain):
+            hint = "optional parameters come after the required ones"
+            raise SceneError("lambda-list", f"`{parameter.name}` comes too late", hint, span)
+        del order
+        if parameter.name != "_" and any(p.name == parameter.name and p.target == parameter.target for p in plain):
+            raise SceneError("duplicate", f"the parameter `{parameter.name}` is there twice", None, span)
+        plain.append(parameter)
+
+    def _parameter(self, datum: Datum, scope: Scope, kind: str) -> ast.Parameter:
+        name, annotation = self._annotation(datum)
+        spelled = base_name(name)
+        kind_type = self.annotated_type(annotation, datum.span) if annotation is not None else None
+        if spelled == "_":
+            return ast.Parameter(None, "_", kind, kind_type)
+        if scope.bindings.get(name) is not None:
+            raise SceneError("duplicate", f"the parameter `{spelled}` is there twice", None, datum.span)
+        variable = self.declare(Atom(name, datum.span), scope)
+        return ast.Parameter(variable, spelled, kind, kind_type)
+
+    def _annotation(self, datum: Datum) -> tuple[Symbol, str | None]:
+        value = datum.value if isinstance(datum, Atom) else None
+        if isinstance(value, Annotated):
+            return value.name, value.type
+        if isinstance(value, (Symbol, Keyword)):
+            text = base_name(value) if isinstance(value, Symbol) else str(value)
+            name, sign, annotation = text.partition("::")
+            if not sign:
+                return (value if isinstance(value, Symbol) else Symbol(name)), None
+            if name and annotation:
+                return Symbol(name), annotation
+        if isinstance(datum, ArrayDatum):
+            raise SceneError("bracket", "a parameter is a name, not an array", "write ( )", datum.span)
+        raise SceneError("lambda-list", "this is no parameter", "a parameter is `name`, `(name default)`, `:name`", datum.span)
+
+    def annotated_type(self, text: str, span: Span) -> Type:
+        """The type that an annotation names."""
+        if text in self.record_names:
+            return record_type(text)
+        try:
+            return parse_type(text)
+        except KeyError as unknown:
+            name = str(unknown.args[0])
+            hint = suggest(name, {*BASE_TYPES, *self.record_names})
+            raise SceneError("type-name", f"there is no type `{name}`", hint, span) from None
+
+
+def _is_keyword(datum: Datum) -> bool:
+    value = datum.value if isinstance(datum, Atom) else None
+    return isinstance(value, Keyword) or (isinstance(value, Annotated) and value.keyword)
+
+
+def _usage(parameters: Datum) -> str:
+    text = " ".join(parameters.span.text.split())
+    return text if parameters.span.expansion is None and len(text) < 200 else "those of its definition"
+
+
+def _outermost(span: Span) -> Span:
+    return Span(span.source, span.start, span.end)

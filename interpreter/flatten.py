@@ -1,0 +1,193 @@
+"""Flattening: from the entity DAG to primitives with world matrices, vectorised by level of the DAG.
+
+The pose of a primitive is the product of the matrices from the root (paper, section 4). Order is depth first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from scenelang.grammar.diagnostics import LimitError
+from scenelang.interpreter.entity import Entity, Scene, descendants, primitive_count
+
+DEFAULT_LIMIT = 5_000_000
+_CHUNK = 1 << 16
+
+IntArray = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FlatFrame:
+    """One frame's primitives.
+
+    ``primitives`` are the distinct primitive entities (use ``.shape``, ``.embedding``, ``.word``); instance ``i`` is
+    ``primitives[index[i]]`` under ``matrices[i]``, the upper three rows of its world matrix. ``paths[path_index[i]]``
+    are the words from the root down to the primitive's parent. ``ranks[i]`` is the instance's place among the
+    entities without a handle in depth-first pre-order, from 1 (0 where its embedding has a handle).
+    """
+
+    primitives: tuple[Entity, ...]
+    index: IntArray  # (N,)
+    matrices: npt.NDArray[np.float64]  # (N, 3, 4)
+    path_index: IntArray  # (N,)
+    paths: tuple[tuple[str, ...], ...]
+    ranks: IntArray  # (N,)
+
+    def __len__(self) -> int:
+        return len(self.index)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FlatScene:
+    """The flattened scene: one ``FlatFrame`` per frame (a static scene has one)."""
+
+    word: str
+    frames: tuple[FlatFrame, ...]
+    animated: bool
+
+
+def flatten(scene: Scene, limit: int = DEFAULT_LIMIT) -> FlatScene:
+    """Flatten every frame; raises LimitError when the scene has more than ``limit`` primitives in all."""
+    total = sum(primitive_count(root) for root in scene.frames)
+    if total > limit:
+        raise LimitError(
+            "primitives",
+            f"the scene expands to {total:,} primitives, more than the limit of {limit:,}",
+            hint="raise it with --max-primitives, or look at fewer: `count` and `bounds` never expand",
+        )
+    return FlatScene(scene.word, tuple(flatten_entity(root) for root in scene.frames), scene.animated)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Graph:
+    """The DAG as arrays: the edges of node ``n`` are ``start[n]:start[n + 1]``."""
+
+    nodes: list[Entity]
+    start: IntArray  # (V + 1,)
+    child: IntArray  # (E,)
+    pose: npt.NDArray[np.float64]  # (E, 12)
+    leaves: IntArray  # (V,) primitives below each node
+    unhandled: IntArray  # (V,) instances below and including each node whose embedding has no handle
+    leaf_offset: IntArray  # (E,) leaves of the earlier siblings
+    rank_offset: IntArray  # (E,) unhandled instances of the earlier siblings
+
+
+def _graph(root: Entity) -> _Graph:
+    nodes = list(descendants(root))
+    number = {id(entity): i for i, entity in enumerate(nodes)}
+    start = np.zeros(len(nodes) + 1, np.int64)
+    np.cumsum([len(entity.children) for entity in nodes], out=start[1:])
+    parts = [part for entity in nodes for part in entity.children]
+    child = np.fromiter((number[id(part.car)] for part in parts), np.int64, len(parts))
+    pose = np.array([part.cdr for part in parts], np.float64).reshape(len(parts), 12)
+    leaves = [0] * len(nodes)
+    unhandled = [0] * len(nodes)
+    leaf_offset = np.zeros(len(parts), np.int64)
+    rank_offset = np.zeros(len(parts), np.int64)
+    edge = 0
+    for i, entity in enumerate(nodes):
+        leaf_sum = rank_sum = 0
+        for part in entity.children:
+            j = number[id(part.car)]
+            leaf_offset[edge], rank_offset[edge] = leaf_sum, rank_sum
+            leaf_sum += leaves[j]
+            rank_sum += unhandled[j]
+            edge += 1
+        leaves[i] = leaf_sum + entity.is_primitive
+        unhandled[i] = rank_sum + (entity.embedding.handle is None)
+    return _Graph(
+        nodes, start, child, pose, np.array(leaves, np.int64), np.array(unhandled, np.int64), leaf_offset, rank_offset
+    )
+
+
+def compose_many(parents: npt.NDArray[np.float64], children: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Row-wise ``parents @ children`` of affine poses, both (N, 12); in chunks that stay in the cache."""
+    out = np.empty_like(children)
+    for lo in range(0, len(children), _CHUNK):
+        p = parents[lo : lo + _CHUNK].T
+        c = children[lo : lo + _CHUNK].T
+        o = out[lo : lo + _CHUNK].T
+        for row in range(0, 12, 4):
+            for column in range(4):
+                o[row + column] = p[row] * c[column] + p[row + 1] * c[column + 4] + p[row + 2] * c[column + 8]
+            o[row + 3] += p[row + 3]
+    return out
+
+
+class _Paths:
+    """Paths of words as numbers, so that a level is extended at once."""
+
+    def __init__(self, nodes: Sequence[Entity]) -> None:
+        words: dict[str, int] = {}
+        self.word_of = np.array([words.setdefault(entity.word, len(words)) for entity in nodes], np.int64)
+        self.words = list(words)
+        self.paths: list[tuple[str, ...]] = [()]
+        self._numbers: dict[tuple[int, int], int] = {}
+
+    def extend(self, path: IntArray, node: IntArray) -> IntArray:
+        """For each instance, the number of its path plus its own word."""
+        key = path * len(self.words) + self.word_of[node]
+        unique, inverse = np.unique(key, return_inverse=True)
+        numbers = [self._number(int(k) // len(self.words), int(k) % len(self.words)) for k in unique]
+        return np.array(numbers, np.int64)[inverse]
+
+    def _number(self, path: int, word: int) -> int:
+        found = self._numbers.get((path, word))
+        if found is None:
+            found = self._numbers[path, word] = len(self.paths)
+            self.paths.append((*self.paths[path], self.words[word]))
+        return found
+
+
+def flatten_entity(root: Entity) -> FlatFrame:
+    """Flatten one entity; its own pose is the identity. The caller has checked the number of primitives."""
+    graph = _graph(root)
+    total = int(graph.leaves[-1])
+    out_node = np.zeros(total, np.int64)
+    out_pose = np.zeros((total, 12))
+    out_path = np.zeros(total, np.int64)
+    out_rank = np.zeros(total, np.int64)
+    is_leaf = np.array([entity.is_primitive for entity in graph.nodes])
+    has_handle = np.array([entity.embedding.handle is not None for entity in graph.nodes])
+    paths = _Paths(graph.nodes)
+
+    node = np.array([len(graph.nodes) - 1], np.int64)
+    pose = np.array([[1.0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]])
+    offset, rank, path = (np.zeros(1, np.int64) for _ in range(3))
+    while len(node):
+        leaf = is_leaf[node]
+        at = offset[leaf]
+        out_node[at], out_pose[at], out_path[at] = node[leaf], pose[leaf], path[leaf]
+        out_rank[at] = np.where(has_handle[node[leaf]], 0, rank[leaf] + 1)
+
+        inner = ~leaf & (graph.leaves[node] > 0)
+        node, pose, offset, rank, path = node[inner], pose[inner], offset[inner], rank[inner], path[inner]
+        if not len(node):
+            break
+        path = paths.extend(path, node)
+        rank = rank + ~has_handle[node]
+        fan = graph.start[node + 1] - graph.start[node]
+        parent = np.repeat(np.arange(len(node)), fan)
+        edge = np.arange(int(fan.sum())) - np.repeat(np.cumsum(fan) - fan - graph.start[node], fan)
+        keep = graph.leaves[graph.child[edge]] > 0
+        if not keep.all():
+            parent, edge = parent[keep], edge[keep]
+        pose = compose_many(pose[parent], graph.pose[edge])
+        offset = offset[parent] + graph.leaf_offset[edge]
+        rank = rank[parent] + graph.rank_offset[edge]
+        path = path[parent]
+        node = graph.child[edge]
+
+    used, index = np.unique(out_node, return_inverse=True)
+    return FlatFrame(
+        tuple(graph.nodes[i] for i in used),
+        index.reshape(-1).astype(np.int64),
+        out_pose.reshape(total, 3, 4),
+        out_path,
+        tuple(paths.paths),
+        out_rank,
+    )

@@ -1,0 +1,86 @@
+"""Iterating and taking apart the language's sequences."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, Any
+
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter import pose
+from scenelang.interpreter.arrays import from_numpy
+from scenelang.interpreter.show import show
+from scenelang.interpreter.types import type_name
+from scenelang.interpreter.values import (
+    NIL,
+    Array,
+    HandleList,
+    Matrix,
+    MutableArray,
+    MutableList,
+    Pair,
+    Set,
+    Table,
+    Vector,
+)
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.runtime import Runtime
+
+
+def iterate(rt: Runtime, value: Any) -> Iterable[Any]:
+    """What a ``for`` clause runs through: the items of a sequence, or 0 .. n-1 for a whole number n."""
+    kind = type(value)
+    if kind is Pair:
+        return _list_iterator(value)
+    if value is NIL:
+        return ()
+    if kind is Vector or kind is str:
+        return value  # type: ignore[no-any-return]
+    if kind is int:
+        return range(value)
+    if kind is MutableList:
+        rt.read(value)
+        return value.items  # type: ignore[no-any-return]
+    if kind is Table:
+        rt.read(value)
+        return _unchanging(value, [key for key, _ in value.entries.values()])
+    if kind is Set:
+        rt.read(value)
+        return _unchanging(value, list(value.entries.values()))
+    return rows(rt, value)
+
+
+def rows(rt: Runtime, value: Any) -> list[Any]:
+    """The rows of an array of two or more dimensions."""
+    if type(value) is Matrix:
+        return [Vector(row) for row in pose.to_array(value).tolist()]
+    if isinstance(value, (Array, MutableArray)):
+        if isinstance(value, MutableArray):
+            rt.read(value)
+        return [from_numpy(row) for row in value.data]
+    if type(value) is HandleList:
+        raise SceneError("endless", "the root's list of handles has no end", "take some: `(list-head gamma n)`")
+    raise SceneError("type", f"a sequence is wanted here, got {type_name(value)}: {show(value, 60)}")
+
+
+def _list_iterator(value: Any) -> Iterator[Any]:
+    while type(value) is Pair:
+        yield value.car
+        value = value.cdr
+    if value is not NIL:
+        raise SceneError("type", "a list is wanted here, got a pair whose tail is no list")
+
+
+def _unchanging(collection: Any, members: list[Any]) -> Iterator[Any]:
+    size = len(collection.entries)
+    for member in members:
+        if len(collection.entries) != size:
+            raise SceneError("changed", "a table or set was changed while it was being iterated", "iterate a copy")
+        yield member
+
+
+def items_of(rt: Runtime, value: Any) -> list[Any]:
+    """The items of a sequence as a new Python list, for patterns and builtins."""
+    if type(value) is int:
+        raise SceneError("type", f"a sequence is wanted here, got an Integer: {value}")
+    return list(iterate(rt, value))

@@ -1,0 +1,115 @@
+"""Limits and the meter: every loop that a program can drive passes through ``Meter.tick`` or ``Meter.charge``."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import chain, repeat
+from typing import Any
+
+from scenelang.grammar.diagnostics import LimitError
+
+_CHUNK = 2048
+_CHUNKS_PER_MEMORY_CHECK = 16
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What a run may use. ``depth``: nested calls; ``size``: items of a list, characters of a string, digits of an
+    integer; ``memory``: bytes beyond what the process had at the start; ``seconds``: wall time."""
+
+    steps: int = 50_000_000
+    depth: int = 100_000
+    entities: int = 2_000_000
+    primitives: int = 5_000_000
+    size: int = 10_000_000
+    memory: int = 4_000_000_000
+    seconds: float = 120.0
+    log: int = 100_000
+
+
+def resident_bytes() -> int:
+    """Resident memory of this process in bytes; 0 where the system does not tell."""
+    try:
+        with open("/proc/self/statm", "rb") as statm:
+            return int(statm.read().split()[1]) * 4096
+    except (OSError, ValueError, IndexError):
+        return 0
+
+
+class Meter:
+    """Counts steps and watches time and memory. ``tick()`` counts one step at almost no cost."""
+
+    def __init__(self, limits: Limits) -> None:
+        self.limits = limits
+        self.steps = 0
+        self.cancelled = False
+        self._owed = 0
+        self._chunks = 0
+        self._deadline = time.monotonic() + limits.seconds
+        self._memory = resident_bytes() + limits.memory
+        self.tick: Callable[[], Any] = chain.from_iterable(self._refill()).__next__
+
+    def _refill(self) -> Iterator[Iterator[None]]:
+        yield repeat(None, _CHUNK)
+        while True:
+            self.spend(_CHUNK)
+            yield repeat(None, _CHUNK)
+
+    def cancel(self) -> None:
+        """Ask the run to stop; called from another thread."""
+        self.cancelled = True
+
+    def charge(self, work: int) -> None:
+        """Count ``work`` steps at once, for a builtin that does as much."""
+        self._owed += work
+        if self._owed >= _CHUNK:
+            owed, self._owed = self._owed, 0
+            self.spend(owed)
+
+    def spend(self, steps: int) -> None:
+        limits = self.limits
+        self.steps += steps
+        if self.cancelled:
+            raise LimitError("interrupted", "the evaluation was interrupted")
+        if self.steps > limits.steps:
+            raise LimitError(
+                "steps",
+                f"the program ran more than {limits.steps:,} steps",
+                hint="is there a loop or recursion without end? raise the limit with --max-steps",
+            )
+        if time.monotonic() > self._deadline:
+            raise LimitError("time", f"the program ran longer than {limits.seconds:g} seconds", hint="--max-seconds")
+        self._chunks += 1
+        if self._chunks % _CHUNKS_PER_MEMORY_CHECK == 0 or steps > 100_000:
+            self.check_memory()
+
+    def check_memory(self) -> None:
+        if resident_bytes() > self._memory:
+            raise LimitError(
+                "memory", f"the program used more than {self.limits.memory / 1e9:g} GB of memory", hint="--max-memory"
+            )
+
+    def check_size(self, size: int, what: str) -> None:
+        """Refuse to make ``what`` (a list, a string, an array) of ``size`` items."""
+        if size > self.limits.size:
+            raise LimitError(
+                "size", f"{what} of {size:,} items is larger than the limit of {self.limits.size:,}", hint="--max-size"
+            )
+        self.charge(size >> 3)
+
+
+class recursion_room:
+    """Room for deep recursion while a program runs; restores what was there. Use with a thread of a large stack."""
+
+    def __init__(self, depth: int) -> None:
+        self._frames = 5 * depth + 2_000
+
+    def __enter__(self) -> None:
+        self._saved = sys.getrecursionlimit()
+        sys.setrecursionlimit(max(self._saved, self._frames))
+
+    def __exit__(self, *_: object) -> None:
+        sys.setrecursionlimit(self._saved)

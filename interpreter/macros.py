@@ -1,0 +1,304 @@
+"""Macros: ``syntax-rules`` by matching datums, ``define-macro`` by running a function on operands as data.
+
+What a template makes carries the span of the macro's use, with a note of the expansion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Symbol
+from scenelang.grammar.diagnostics import LimitError, Note, SceneError
+from scenelang.grammar.source import Expansion, Span
+from scenelang.interpreter.scope import Annotated, Macro, Scope, Special, base_name, make_alias
+from scenelang.interpreter.syntax_values import datum_of, syntax_value
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.expand import Expander
+
+MAX_EXPANDED_ITEMS = 200_000
+
+
+def use_span(use: Datum, name: str, definition: Span | None) -> Span:
+    """The span of what a macro makes: the use's, with the expansion noted."""
+    span = use.span
+    return Span(span.source, span.start, span.end, Expansion(name, definition, span.expansion))
+
+
+# --- define-macro --------------------------------------------------------------------------------------------------
+
+
+def procedural(
+    expander: Expander, name: str, parameters: Datum, body: Sequence[Datum], scope: Scope, span: Span
+) -> Macro:
+    """The macro of ``(define-macro (name . parameters) body ...)``. Its body sees builtins and earlier macros."""
+    visible = _macro_scope(scope)
+    outer, expander.template_scope = expander.template_scope, scope
+    try:
+        function = expander.expand_lambda(parameters, body, visible, span, name)
+    finally:
+        expander.template_scope = outer
+    procedure: list[Any] = []
+
+    def transform(use: Datum, use_scope: Scope) -> Datum:
+        origins: dict[int, Datum] = {}
+        assert isinstance(use, ListDatum)
+        arguments = [syntax_value(item, origins) for item in use.items[1:]]
+        place = use_span(use, name, span)
+        saved, expander.template_aliases = expander.template_aliases, {}
+        saved_scope, expander.template_scope = expander.template_scope, scope
+        try:
+            value = expander.run_macro(procedure, function, arguments)
+            return datum_of(value, place, origins)
+        except LimitError as error:
+            raise SceneError("expansion", f"expanding `{name}` {_lower(error.message)}", error.hint, use.span) from None
+        except SceneError as error:
+            notes = (Note("the macro is defined here", span), *error.notes)
+            raise SceneError(error.name, f"in the macro `{name}`: {error.message}", error.hint, use.span, notes) from None
+        finally:
+            expander.template_aliases = saved
+            expander.template_scope = saved_scope
+
+    return Macro(name, transform, span)
+
+
+def _lower(message: str) -> str:
+    return "failed: " + message
+
+
+def _macro_scope(scope: Scope) -> Scope:
+    """The part of ``scope`` that a macro's body may use: builtins, forms and macros, no variables of the program."""
+    chain: list[Scope] = []
+    base: Scope | None = scope
+    while base is not None and base.fallback is None:
+        chain.append(base)
+        base = base.parent
+    visible = Scope(base)
+    for region in reversed(chain):
+        for symbol, binding in region.bindings.items():
+            if isinstance(binding, (Macro, Special)):
+                visible.bindings[symbol] = binding
+    return visible
+
+
+# --- syntax-rules --------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Rules:
+    name: str
+    ellipsis: str
+    literals: frozenset[str]
+    rules: tuple[tuple[Datum, Datum], ...]
+    scope: Scope
+    span: Span
+
+
+def syntax_rules(expander: Expander, datum: Datum, scope: Scope, name: str, span: Span) -> Macro:
+    """The macro of ``(syntax-rules (literal ...) (pattern template) ...)``."""
+    items = datum.items if isinstance(datum, ListDatum) else ()
+    head = expander.binding_of(items[0], scope) if items else None
+    if not isinstance(head, Special) or head.name != "syntax-rules" or len(items) < 2:
+        raise SceneError("macro", f"the macro `{name}` needs `(syntax-rules (literal ...) (pattern template) ...)`", None, span)
+    rest = items[1:]
+    ellipsis = "..."
+    if isinstance(rest[0], Atom) and isinstance(rest[0].value, Symbol):
+        ellipsis, rest = base_name(rest[0].value), rest[1:]
+    if not rest or not isinstance(rest[0], ListDatum):
+        raise SceneError("macro", "the literals of `syntax-rules` stand in a list", None, datum.span)
+    literals = frozenset(_name(item) or "" for item in rest[0].items)
+    rules = []
+    for rule in rest[1:]:
+        if not isinstance(rule, ListDatum) or len(rule.items) != 2 or not isinstance(rule.items[0], ListDatum):
+            raise SceneError("macro", "a rule is `(pattern template)`", None, rule.span)
+        _check_pattern(rule.items[0], ellipsis)
+        rules.append((rule.items[0], rule.items[1]))
+    known = _Rules(name, ellipsis, literals, tuple(rules), scope, span)
+    return Macro(name, lambda use, use_scope: _apply_rules(known, use, use_scope), span)
+
+
+def _name(datum: Datum) -> str | None:
+    return base_name(datum.value) if isinstance(datum, Atom) and isinstance(datum.value, Symbol) else None
+
+
+def _check_pattern(pattern: Datum, ellipsis: str) -> None:
+    if isinstance(pattern, Atom):
+        return
+    dots = [index for index, item in enumerate(pattern.items) if _name(item) == ellipsis]
+    if len(dots) > 1 or dots[:1] == [0]:
+        raise SceneError("macro", f"`{ellipsis}` may stand once in a list, after a pattern", None, pattern.span)
+    for item in pattern.items:
+        _check_pattern(item, ellipsis)
+
+
+def _apply_rules(known: _Rules, use: Datum, scope: Scope) -> Datum:
+    assert isinstance(use, ListDatum)
+    for pattern, template in known.rules:
+        bound: dict[Any, Any] = {}
+        assert isinstance(pattern, ListDatum)
+        operands = ListDatum(use.items[1:], use.tail, use.span)
+        shape = ListDatum(pattern.items[1:], pattern.tail, pattern.span)
+        if _match(known, shape, operands, scope, bound):
+            span = use_span(use, known.name, known.span)
+            return _Instance(known, span).build(template, bound)
+    usages = " or ".join(" ".join(pattern.span.text.split()) for pattern, _ in known.rules[:3])
+    note = Note(f"the macro `{known.name}` is defined here", known.span)
+    raise SceneError("macro", f"no rule of the macro `{known.name}` fits this use", f"it wants {usages}", use.span, (note,))
+
+
+def _match(known: _Rules, pattern: Datum, datum: Datum, scope: Scope, bound: dict[Any, Any]) -> bool:
+    if isinstance(pattern, Atom):
+        return _match_atom(known, pattern, datum, scope, bound)
+    if type(pattern) is not type(datum):
+        return False
+    assert not isinstance(datum, Atom)
+    items, tail = list(pattern.items), getattr(pattern, "tail", None)
+    given, rest = list(datum.items), getattr(datum, "tail", None)
+    dots = next((i for i, item in enumerate(items) if _name(item) == known.ellipsis), None)
+    if dots is None:
+        return _match_fixed(known, items, tail, given, rest, datum, scope, bound)
+    before, repeated, after = items[: dots - 1], items[dots - 1], items[dots + 1 :]
+    repeats = len(given) - len(before) - len(after)
+    if repeats < 0 or (tail is None and rest is not None):
+        return False
+    captures = []
+    for item in given[len(before) : len(before) + repeats]:
+        one: dict[Any, Any] = {}
+        if not _match(known, repeated, item, scope, one):
+            return False
+        captures.append(one)
+    for variable in _pattern_variables(known, repeated):
+        bound[variable] = [one[variable] for one in captures]
+    pairs = [*zip(before, given), *zip(after, given[len(before) + repeats :])]
+    if not all([_match(known, p, d, scope, bound) for p, d in pairs]):
+        return False
+    return tail is None or _match(known, tail, rest or ListDatum((), None, datum.span), scope, bound)
+
+
+def _match_fixed(
+    known: _Rules, items: list[Datum], tail: Datum | None, given: list[Datum], rest: Datum | None, datum: Datum,
+    scope: Scope, bound: dict[Any, Any],
+) -> bool:  # fmt: skip
+    if len(given) < len(items) or (tail is None and (len(given) > len(items) or rest is not None)):
+        return False
+    for position, item in enumerate(items):
+        if not _match(known, item, given[position], scope, bound):
+            return False
+    if tail is None:
+        return True
+    remaining = given[len(items) :]
+    if not remaining and rest is not None:
+        return _match(known, tail, rest, scope, bound)
+    return _match(known, tail, ListDatum(tuple(remaining), rest, datum.span), scope, bound)
+
+
+def _match_atom(known: _Rules, pattern: Atom, datum: Datum, scope: Scope, bound: dict[Any, Any]) -> bool:
+    value = pattern.value
+    if not isinstance(value, Symbol):
+        same = isinstance(datum, Atom) and type(datum.value) is type(value)
+        return same and bool(datum.value == value)  # type: ignore[union-attr]
+    name = base_name(value)
+    if name in known.literals:
+        if _name(datum) != name or not isinstance(datum, Atom):
+            return False
+        return scope.lookup(datum.value) is known.scope.lookup(value)
+    if name != "_":
+        bound[value] = datum
+    return True
+
+
+def _pattern_variables(known: _Rules, pattern: Datum) -> list[Any]:
+    found: list[Any] = []
+    stack = [pattern]
+    while stack:
+        item = stack.pop()
+        if isinstance(item, Atom):
+            name = _name(item)
+            if name is not None and name not in known.literals and name not in ("_", known.ellipsis):
+                found.append(item.value)
+        else:
+            stack.extend(item.items)
+            if isinstance(item, ListDatum) and item.tail is not None:
+                stack.append(item.tail)
+    return found
+
+
+class _Instance:
+    """One expansion of a template: its symbols that are no pattern variables become fresh aliases."""
+
+    def __init__(self, known: _Rules, span: Span) -> None:
+        self.known = known
+        self.span = span
+        self.aliases: dict[Symbol, Symbol] = {}
+        self.size = 0
+
+    def build(self, template: Datum, bound: dict[Any, Any], escaped: bool = False) -> Datum:
+        self.size += 1
+        if self.size > MAX_EXPANDED_ITEMS:
+            raise LimitError("expansion", f"an expansion of `{self.known.name}` is too large", None, self.span)
+        if isinstance(template, Atom):
+            return self._atom(template, bound)
+        items = template.items
+        if not escaped and len(items) == 2 and _name(items[0]) == self.known.ellipsis:
+            return self.build(items[1], bound, True)  # (... template) takes `...` literally
+        built: list[Datum] = []
+        position = 0
+        while position < len(items):
+            item, depth = items[position], 0
+            while not escaped and position + 1 < len(items) and _name(items[position + 1]) == self.known.ellipsis:
+                depth, position = depth + 1, position + 1
+            built += self._repeat(item, bound, depth) if depth else [self.build(item, bound, escaped)]
+            position += 1
+        if isinstance(template, ArrayDatum):
+            return ArrayDatum(tuple(built), self.span)
+        if template.tail is None:
+            return ListDatum(tuple(built), None, self.span)
+        tail = self.build(template.tail, bound, escaped)
+        if isinstance(tail, ListDatum):
+            return ListDatum((*built, *tail.items), tail.tail, self.span)
+        return ListDatum(tuple(built), tail, self.span)
+
+    def _atom(self, atom: Atom, bound: dict[Any, Any]) -> Datum:
+        value = atom.value
+        if not isinstance(value, (Symbol, Keyword)):
+            return Atom(value, self.span)
+        if isinstance(value, Symbol) and value in bound:
+            found = bound[value]
+            if isinstance(found, list):
+                name = base_name(value)
+                raise SceneError("macro", f"`{name}` needs `{self.known.ellipsis}` after it here", None, atom.span)
+            return found  # type: ignore[no-any-return]
+        if isinstance(value, Keyword) and "::" not in value:
+            return Atom(value, self.span)
+        return Atom(self._alias(value), self.span)
+
+    def _alias(self, value: Symbol | Keyword) -> Any:
+        text = str(value) if isinstance(value, Keyword) else base_name(value)
+        name, sign, annotation = text.partition("::")
+        if sign and name and annotation:
+            return Annotated(self._fresh(Symbol(name)), annotation, isinstance(value, Keyword))
+        return self._fresh(value)  # type: ignore[arg-type]
+
+    def _fresh(self, symbol: Symbol) -> Symbol:
+        alias = self.aliases.get(symbol)
+        if alias is None:
+            alias = self.aliases[symbol] = make_alias(symbol, self.known.scope, soft=False)
+        return alias
+
+    def _repeat(self, item: Datum, bound: dict[Any, Any], depth: int) -> list[Datum]:
+        variables = [v for v in _pattern_variables(self.known, item) if isinstance(bound.get(v), list)]
+        if not variables:
+            message = f"nothing before `{self.known.ellipsis}` repeats in this template"
+            raise SceneError("macro", message, None, item.span)
+        lengths = {len(bound[v]) for v in variables}
+        if len(lengths) > 1:
+            message = "pattern variables that repeat together matched different numbers of items"
+            raise SceneError("macro", message, None, self.span)
+        out: list[Datum] = []
+        for index in range(lengths.pop()):
+            one = {**bound, **{v: bound[v][index] for v in variables}}
+            out += self._repeat(item, one, depth - 1) if depth > 1 else [self.build(item, one)]
+        return out
+

@@ -1,0 +1,121 @@
+"""The numbers of embeddings: a view of the scene, made when asked for (docs/language.md, section 4, "Z and numbers").
+
+A counter runs over the expanded graph in depth-first pre-order. An instance whose embedding has a handle takes no
+number; each other takes the next one that is no handle anywhere in the scene. In a 4D scene corresponding entities
+(equal child positions from the root) share a number, and paths that appear later are numbered after.
+"""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect_left
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from scenelang.interpreter.entity import Entity, Scene, descendants
+from scenelang.interpreter.flatten import FlatScene
+
+_NUMBERED = re.compile(r"z([1-9]\d{0,17})\Z")
+Path = tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Numbering:
+    """``taken`` are the numbers that handles in the scene use; ``unhandled`` counts instances below each node."""
+
+    scene: Scene
+    taken: tuple[int, ...]
+    unhandled: dict[int, int]
+
+    def number(self, rank: int) -> int:
+        """The number of the instance that is the ``rank``-th (from 1) without a handle."""
+        free_before = [k - 1 - i for i, k in enumerate(self.taken)]
+        return rank + bisect_left(free_before, rank)
+
+    def rank(self, number: int) -> int | None:
+        """The inverse of ``number``; None for a number that a handle in the scene uses."""
+        position = bisect_left(self.taken, number)
+        if position < len(self.taken) and self.taken[position] == number:
+            return None
+        return number - position
+
+    def children(self, entity: Entity, rank: int) -> Iterator[tuple[Any, int]]:
+        """The parts of an instance with ``rank`` unhandled instances before it, each with its own such count."""
+        before = rank + (entity.embedding.handle is None)
+        for part in entity.children:
+            yield part, before
+            before += self.unhandled[id(part.car)]
+
+    def handle(self, entity: Entity, before: int) -> str:
+        """The handle of an instance: its embedding's own, or its number's."""
+        return entity.embedding.handle or f"z{self.number(before + 1)}"
+
+    def path(self, number: int) -> Path | None:
+        """The child positions from the root to the instance with an automatic number, in the first frame."""
+        rank = self.rank(number)
+        if rank is None or not 1 <= rank <= self.unhandled[id(self.scene.root)]:
+            return None
+        entity, before, path = self.scene.root, 0, []
+        while not (entity.embedding.handle is None and before + 1 == rank):
+            for position, (part, count) in enumerate(self.children(entity, before)):
+                if count < rank <= count + self.unhandled[id(part.car)]:
+                    path.append(position)
+                    entity, before = part.car, count
+                    break
+        return tuple(path)
+
+
+def handles_in(scene: Scene) -> set[str]:
+    """Every handle that an embedding in the scene carries."""
+    return {e.embedding.handle for e in descendants(*scene.frames) if e.embedding.handle is not None}
+
+
+def number_scene(scene: Scene) -> Numbering:
+    """The numbering of a scene; exact without expanding its first frame."""
+    taken = sorted(int(m[1]) for m in map(_NUMBERED.match, handles_in(scene)) if m)
+    unhandled: dict[int, int] = {}
+    for entity in descendants(*scene.frames):
+        below = sum(unhandled[id(part.car)] for part in entity.children)
+        unhandled[id(entity)] = below + (entity.embedding.handle is None)
+    return Numbering(scene, tuple(taken), unhandled)
+
+
+def instances(root: Entity) -> Iterator[tuple[Path, Entity]]:
+    """Every instance below and including ``root`` with its child positions, in depth-first pre-order."""
+    stack: list[tuple[Path, Entity]] = [((), root)]
+    while stack:
+        path, entity = stack.pop()
+        yield path, entity
+        for position in range(len(entity.children) - 1, -1, -1):
+            stack.append(((*path, position), entity.children[position].car))
+
+
+def frame_numbers(scene: Scene) -> dict[Path, int]:
+    """The number of every path of a 4D scene: those of the first frame, then what appears in each later one."""
+    numbering = number_scene(scene)
+    numbers: dict[Path, int] = {}
+    for root in scene.frames:
+        for path, entity in instances(root):
+            if entity.embedding.handle is None and path not in numbers:
+                numbers[path] = numbering.number(len(numbers) + 1)
+    return numbers
+
+
+def primitive_handles(scene: Scene, flat: FlatScene) -> list[Sequence[str]]:
+    """The handle of every primitive of every frame, in the order of ``flat``."""
+    if len(scene.frames) > 1:
+        numbers = frame_numbers(scene)
+        return [
+            [e.embedding.handle or f"z{numbers[path]}" for path, e in instances(root) if e.is_primitive]
+            for root in scene.frames
+        ]
+    numbering = number_scene(scene)
+    (frame,) = flat.frames
+    taken = np.array(numbering.taken, np.int64)
+    free_before = taken - 1 - np.arange(len(taken))
+    numbers_of = frame.ranks + np.searchsorted(free_before, frame.ranks, side="left")
+    own = [entity.embedding.handle for entity in frame.primitives]
+    return [[own[i] or f"z{n}" for i, n in zip(frame.index.tolist(), numbers_of.tolist())]]

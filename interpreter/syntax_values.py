@@ -1,0 +1,94 @@
+"""Between datums and values: quoted constants, and programs as data for macros."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Symbol
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.source import Span
+from scenelang.interpreter.arrays import array_literal
+from scenelang.interpreter.scope import Alias, Annotated, base_name
+from scenelang.interpreter.types import type_name
+from scenelang.interpreter.values import NIL, Embedding, MutableList, Pair, Vector, make_list
+
+# The head of a list that stands for brackets where a macro sees its operands as data.
+BRACKETS = Symbol("[ ]")
+
+
+def quoted_value(datum: Datum) -> Any:
+    """The constant that ``(quote datum)`` stands for; macros' aliases become plain symbols."""
+    return _value(datum, _constant, lambda datum, items: array_literal(items))
+
+
+def syntax_value(datum: Datum, origins: dict[int, Datum]) -> Any:
+    """``datum`` as data for a macro; ``origins`` remembers which datum each pair came from, by identity."""
+
+    def brackets(datum: Datum, items: list[Any]) -> Any:
+        return Pair(BRACKETS, make_list(items))
+
+    value = _value(datum, lambda v: v, brackets, origins)
+    return value
+
+
+def _constant(value: Any) -> Any:
+    if isinstance(value, Alias):
+        return Symbol(base_name(value))
+    if type(value) is Annotated:
+        return Symbol(f"{base_name(value.name)}::{value.type}")
+    return Embedding(str(value)) if type(value) is Handle else value
+
+
+def _value(
+    datum: Datum,
+    atom: Callable[[Any], Any],
+    array: Callable[[Datum, list[Any]], Any],
+    origins: dict[int, Datum] | None = None,
+) -> Any:
+    if isinstance(datum, Atom):
+        return atom(datum.value)
+    items = [_value(item, atom, array, origins) for item in datum.items]
+    if isinstance(datum, ArrayDatum):
+        result = array(datum, items)
+    else:
+        tail = _value(datum.tail, atom, array, origins) if datum.tail is not None else NIL
+        result = make_list(items, tail)
+    if origins is not None and type(result) is Pair:
+        origins[id(result)] = datum
+    return result
+
+
+def datum_of(value: Any, span: Span, origins: dict[int, Datum]) -> Datum:
+    """The datum that a macro's value is; parts of the macro's operands keep their own places."""
+    if type(value) is Pair:
+        if id(value) in origins:
+            return origins[id(value)]
+        return _list_datum(value, span, origins)
+    if value is NIL:
+        return ListDatum((), None, span)
+    if isinstance(value, MutableList):
+        return ListDatum(tuple([datum_of(item, span, origins) for item in value.items]), None, span)
+    if type(value) is Vector:
+        return ArrayDatum(tuple(Atom(item, span) for item in value), span)
+    if type(value) is Embedding and value.handle is not None:
+        return Atom(Handle(value.handle), span)
+    if value is None or isinstance(value, (bool, int, float, str, Symbol, Keyword, Annotated)):
+        return Atom(value, span)
+    raise SceneError("macro", f"a macro gave {type_name(value)}, which is no piece of program", span=span)
+
+
+def _list_datum(value: Pair, span: Span, origins: dict[int, Datum]) -> Datum:
+    items: list[Datum] = []
+    rest: Any = value
+    while type(rest) is Pair:
+        origin = origins.get(id(rest))
+        if items and isinstance(origin, ListDatum):
+            return ListDatum((*items, *origin.items), origin.tail, span)
+        items.append(datum_of(rest.car, span, origins))
+        rest = rest.cdr
+    if value.car is BRACKETS:
+        return ArrayDatum(tuple(items[1:]), span)
+    tail = None if rest is NIL else datum_of(rest, span, origins)
+    return ListDatum(tuple(items), tail, span)
+

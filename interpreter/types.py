@@ -1,0 +1,302 @@
+"""Types of parameters: the paper's annotations and what builtins ask for. A typed argument is checked and converted."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from scenelang.interpreter import pose
+from scenelang.interpreter.entity import Entity, Frames
+from scenelang.interpreter.values import (
+    NIL,
+    Array,
+    Embedding,
+    HandleList,
+    Keyword,
+    Matrix,
+    MutableArray,
+    MutableList,
+    Pair,
+    Procedure,
+    Record,
+    RecordType,
+    Set,
+    Stream,
+    Symbol,
+    Table,
+    Vector,
+    list_items,
+    make_list,
+)
+
+
+class Mismatch(Exception):
+    """The value has another type; whoever knows the parameter turns this into a diagnostic."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Type:
+    """``convert(value)`` gives the value as this type or raises Mismatch; ``name`` is what people read."""
+
+    name: str
+    convert: Callable[[Any], Any]
+
+
+def type_name(value: Any) -> str:
+    """The name of a value's type, with an article, for messages: ``a String``, ``an Entity``."""
+    kind = type(value)
+    if kind in _NAMES:
+        return _NAMES[kind]
+    if isinstance(value, Procedure):
+        return "a Function"
+    if kind is Record:
+        return f"a {value.type.name}"
+    return f"a {kind.__name__}"
+
+
+_NAMES: dict[type, str] = {
+    bool: "a Boolean", int: "an Integer", float: "a Float", str: "a String", type(None): "`none`",
+    Symbol: "a symbol", Keyword: "a keyword", Pair: "a List", type(NIL): "the empty list", Vector: "a Vector",
+    Matrix: "a Matrix", Array: "an Array", MutableArray: "a mutable array", MutableList: "a mutable list",
+    Table: "a table", Set: "a set", Stream: "a random stream", Embedding: "an Embedding", Entity: "an Entity",
+    Frames: "frames", HandleList: "the root's list of handles", RecordType: "a record type",
+}  # fmt: skip
+
+
+def _instance(*kinds: type) -> Callable[[Any], Any]:
+    def convert(value: Any) -> Any:
+        if isinstance(value, kinds):
+            return value
+        raise Mismatch
+
+    return convert
+
+
+def _integer(value: Any) -> int:
+    if type(value) is int:
+        return value
+    if type(value) is float and value.is_integer():
+        return int(value)
+    raise Mismatch
+
+
+def _float(value: Any) -> int | float:
+    """An Integer passes as Float unchanged."""
+    if type(value) is float or type(value) is int:
+        return value
+    raise Mismatch
+
+
+def _string(value: Any) -> str:
+    if type(value) is str:
+        return value
+    raise Mismatch
+
+
+def _boolean(value: Any) -> bool:
+    if type(value) is bool:
+        return value
+    raise Mismatch
+
+
+def _symbol(value: Any) -> Any:
+    if type(value) is Symbol:
+        return value
+    raise Mismatch
+
+
+def _keyword(value: Any) -> Any:
+    if type(value) is Keyword:
+        return value
+    raise Mismatch
+
+
+def _embedding(value: Any) -> Embedding:
+    if type(value) is Embedding:
+        return value
+    if type(value) is str:
+        return Embedding(text=value)
+    raise Mismatch
+
+
+def numbers_of(value: Any) -> list[Any] | None:
+    """The items of a Vector, one-dimensional array or list when all are numbers, else None."""
+    if type(value) is Vector:
+        return list(value)
+    if type(value) is Pair:
+        items = list_items(value)
+    elif isinstance(value, MutableList):
+        items = value.items
+    elif isinstance(value, MutableArray) and value.data.ndim == 1:
+        items = value.data.tolist()
+    else:
+        return None
+    return list(items) if all(type(item) in (int, float) for item in items) else None
+
+
+def _vector(value: Any) -> Vector:
+    if type(value) is Vector:
+        return value
+    numbers = numbers_of(value)
+    if numbers is None:
+        raise Mismatch
+    return vector_of(numbers)
+
+
+def vector_of(numbers: list[Any]) -> Vector:
+    """A Vector of ``numbers``: integers stay integers when all of them are, else all become floats."""
+    if all(type(n) is int for n in numbers):
+        return Vector(numbers)
+    try:
+        return Vector([float(n) for n in numbers])
+    except OverflowError:
+        raise Mismatch from None
+
+
+def _point(value: Any) -> Vector:
+    vector = _vector(value)
+    if len(vector) != 3:
+        raise Mismatch
+    return vector
+
+
+def matrix_or_none(value: Any) -> Matrix | None:
+    """The pose that ``value`` (Matrix, 4x4 array, nested list) is, or None."""
+    if type(value) is Matrix:
+        return value
+    if isinstance(value, (Array, MutableArray)):
+        return pose.from_array(value.data)
+    if isinstance(value, (Pair, MutableList)):
+        rows = [numbers_of(row) for row in (list_items(value) if type(value) is Pair else value.items)]
+        if len(rows) == 4 and all(row is not None and len(row) == 4 for row in rows):
+            return pose.from_array(np.array(rows, float))
+    return None
+
+
+def _matrix(value: Any) -> Matrix:
+    matrix = matrix_or_none(value)
+    if matrix is None:
+        raise Mismatch
+    return matrix
+
+
+def _list(value: Any) -> Any:
+    if type(value) is Pair or value is NIL or isinstance(value, (MutableList, HandleList)):
+        return value
+    raise Mismatch
+
+
+def _list_of(item: Type) -> Callable[[Any], Any]:
+    def convert(value: Any) -> Any:
+        _list(value)
+        if isinstance(value, (HandleList, MutableList)):
+            if isinstance(value, MutableList):
+                for member in value.items:
+                    item.convert(member)
+            return value
+        return make_list([item.convert(member) for member in list_items(value)])
+
+    return convert
+
+
+def _tuple_of(items: tuple[Type, ...]) -> Callable[[Any], Any]:
+    def convert(value: Any) -> Any:
+        if type(value) is Pair and len(items) == 2 and type(value.cdr) is not Pair and value.cdr is not NIL:
+            return Pair(items[0].convert(value.car), items[1].convert(value.cdr))
+        members = value.items if isinstance(value, MutableList) else list_items(_list(value))
+        if len(members) != len(items):
+            raise Mismatch
+        converted = [kind.convert(member) for kind, member in zip(items, members)]
+        return value if isinstance(value, MutableList) else make_list(converted)
+
+    return convert
+
+
+_SEQUENCES = (Pair, type(NIL), MutableList, Vector, Matrix, Array, MutableArray, Table, Set)
+
+
+def _sequence(value: Any) -> Any:
+    if isinstance(value, _SEQUENCES) or type(value) is str:
+        return value
+    raise Mismatch
+
+
+def _identity(value: Any) -> Any:
+    return value
+
+
+BASE_TYPES: Mapping[str, Type] = {
+    kind.name: kind
+    for kind in (
+        Type("Any", _identity),
+        Type("Word", _string),
+        Type("String", _string),
+        Type("Embedding", _embedding),
+        Type("Matrix", _matrix),
+        Type("Vector", _vector),
+        Type("Point", _point),
+        Type("Array", _instance(Vector, Matrix, Array, MutableArray)),
+        Type("Entity", _instance(Entity)),
+        Type("Parts", _instance(Entity, Pair, type(NIL), MutableList)),
+        Type("Integer", _integer),
+        Type("Float", _float),
+        Type("Number", _float),
+        Type("Boolean", _boolean),
+        Type("Function", _instance(Procedure)),
+        Type("List", _list),
+        Type("Sequence", _sequence),
+        Type("Symbol", _symbol),
+        Type("Keyword", _keyword),
+        Type("Pair", _instance(Pair, HandleList)),
+        Type("MutableList", _instance(MutableList)),
+        Type("MutableArray", _instance(MutableArray)),
+        Type("Table", _instance(Table)),
+        Type("Set", _instance(Set)),
+        Type("Stream", _instance(Stream)),
+        Type("Record", _instance(Record)),
+    )
+}
+_GENERIC = re.compile(r"(\w+)\[(.*)\]\Z", re.S)
+
+
+def _split_arguments(text: str) -> list[str]:
+    depth, start, parts = 0, 0, []
+    for i, c in enumerate(text):
+        depth += (c == "[") - (c == "]")
+        if c == "," and depth == 0:
+            parts.append(text[start:i])
+            start = i + 1
+    return [part.strip() for part in (*parts, text[start:])]
+
+
+@cache
+def parse_type(text: str) -> Type:
+    """The type that an annotation names; raises KeyError with the unknown name."""
+    text = text.strip()
+    if text in BASE_TYPES:
+        return BASE_TYPES[text]
+    match = _GENERIC.match(text)
+    if match and match[1] in ("List", "Array", "Tuple"):
+        arguments = tuple(parse_type(part) for part in _split_arguments(match[2]))
+        name = f"{match[1]}[{', '.join(argument.name for argument in arguments)}]"
+        if match[1] == "Tuple":
+            return Type(name, _tuple_of(arguments))
+        if len(arguments) == 1:
+            return Type(name, _list_of(arguments[0]) if match[1] == "List" else BASE_TYPES["Array"].convert)
+    raise KeyError(text)
+
+
+def record_type(name: str) -> Type:
+    """The type of the records that ``(define-record name ...)`` makes."""
+
+    def convert(value: Any) -> Any:
+        if type(value) is Record and value.type.name == name:
+            return value
+        raise Mismatch
+
+    return Type(name, convert)

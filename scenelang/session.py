@@ -1,0 +1,255 @@
+"""One object that the command line, the REPL, editors and language-model loops all use: text in, value and diagnostics
+out. It puts library and interpreter together; meaning lives below."""
+
+from __future__ import annotations
+
+import gc
+import os
+import sys
+import threading
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TypeVar
+
+from scenelang.grammar.core import check_strict
+from scenelang.grammar.datum import Datum
+from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
+from scenelang.grammar.reader import read
+from scenelang.grammar.source import Source, Span
+from scenelang.interpreter.entity import Scene
+from scenelang.interpreter.evaluate import Run, macro_runner
+from scenelang.interpreter.limits import Limits, Meter, recursion_room
+from scenelang.interpreter.program import Program, load_program
+from scenelang.interpreter.runtime import Entry, Runtime
+from scenelang.interpreter.words import find_root, word_warnings
+from scenelang.stdlib.library import build_library
+
+T = TypeVar("T")
+_STACK = 512 * 1024 * 1024
+_MACRO_LIMITS = Limits(steps=2_000_000, seconds=10.0, depth=20_000)
+_EXPANSION_DEPTH = 60_000
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """How programs are read and run. ``defines`` overrides params, as text; ``project`` bounds what may be imported
+    (None: the main file's folder); ``handles`` is Z by handle name."""
+
+    root: str | None = None
+    seed: int = 0
+    defines: Mapping[str, str] = field(default_factory=dict)
+    limits: Limits = field(default_factory=Limits)
+    project: Path | None = None
+    allow_outside: bool = False
+    strict: bool = False
+    z_entries: Mapping[str, Entry] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Checked:
+    """A program and what was found wrong with it, in reading order."""
+
+    program: Program | None
+    diagnostics: tuple[Diagnostic, ...]
+
+    @property
+    def ok(self) -> bool:
+        return not any(d.is_error for d in self.diagnostics)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Evaluated:
+    """``scene`` is None when something went wrong. ``log`` holds what the program printed."""
+
+    program: Program | None
+    scene: Scene | None
+    diagnostics: tuple[Diagnostic, ...]
+    log: tuple[str, ...] = ()
+    steps: int = 0
+
+    @property
+    def ok(self) -> bool:
+        return self.scene is not None
+
+
+def run_with_room(action: Callable[[], T], depth: int, cancel: Callable[[], None] | None = None) -> T:
+    """Run ``action`` in a thread whose stack allows deep recursion. Ctrl-C calls ``cancel``, then waits for the end."""
+    outcome: list[Any] = []
+
+    def target() -> None:
+        try:
+            with recursion_room(depth):
+                outcome.append((True, action()))
+        except BaseException as error:
+            outcome.append((False, error))
+
+    old = threading.stack_size(_STACK)
+    try:
+        thread = threading.Thread(target=target, daemon=True)
+        thread.start()
+    finally:
+        threading.stack_size(old)
+    interrupted = False
+    while thread.is_alive():
+        try:
+            thread.join(0.5)
+        except KeyboardInterrupt:
+            if cancel is None or interrupted:
+                raise
+            interrupted = True
+            cancel()
+    ok, value = outcome[0]
+    if ok:
+        result: T = value
+        return result
+    raise value
+
+
+class Session:
+    """Checks and evaluates programs under one set of options."""
+
+    def __init__(self, options: Options | None = None) -> None:
+        self.options = options or Options()
+        self.library = build_library()
+        self._meter: Meter | None = None
+
+    # --- sources ---------------------------------------------------------------------------------------------------
+
+    def source(self, path: str) -> Source:
+        """The text of a file, ``-`` for standard input; raises SceneError when it cannot be read."""
+        return _read_source(path, path)
+
+    def _loader(self, main: Source) -> Callable[[str, Source, Span], Source]:
+        """Finds imported files: relative to the importing one, inside the project folder."""
+        base = Path(main.name).parent if not main.name.startswith("<") else Path.cwd()
+        project = (self.options.project or base).resolve()
+
+        def load(path: str, importing: Source, span: Span) -> Source:
+            folder = Path(importing.name).parent if not importing.name.startswith("<") else Path.cwd()
+            try:
+                target = (folder / path).resolve()
+            except (OSError, ValueError, RuntimeError):
+                raise SceneError("file", f"`{path[:80]}` is no path", None, span) from None
+            if not self.options.allow_outside and not target.is_relative_to(project):
+                hint = "files may import only from the project folder; --allow-outside lifts this"
+                raise SceneError("import-outside", f"`{path}` leads out of {project}", hint, span)
+            shown = os.path.relpath(target)
+            try:
+                return _read_source(str(target), shown)
+            except SceneError as error:
+                error.span = span
+                raise
+
+        return load
+
+    # --- checking ----------------------------------------------------------------------------------------------
+
+    def check(self, source: Source) -> Checked:
+        """Read, expand and analyse; never raises for a mistake in a program."""
+        try:
+            return run_with_room(lambda: self._check(source), _EXPANSION_DEPTH)
+        except RecursionError:
+            return Checked(None, (Diagnostic("nesting", "the program is nested too deeply", Span(source, 0, 1)),))
+
+    def _check(self, source: Source) -> Checked:
+        try:
+            overrides = {name: _value_datum(name, text) for name, text in self.options.defines.items()}
+        except SceneError as error:
+            return Checked(None, (error.diagnostic,))
+        program = load_program(
+            source, self.library, self._loader(source), macro_runner(self.library, _MACRO_LIMITS), overrides
+        )
+        diagnostics = list(program.diagnostics)
+        if self.options.strict and program.ok:
+            try:
+                check_strict(read(source).forms)
+            except SceneError as error:
+                diagnostics.append(error.diagnostic)
+        if program.ok:
+            diagnostics += word_warnings(program)
+            try:
+                diagnostics += self._root(program)[1]
+            except SceneError as error:
+                if error.name != "no-root":
+                    diagnostics.append(error.diagnostic)
+        return Checked(program, tuple(_sorted(diagnostics)))
+
+    def _root(self, program: Program) -> tuple[str, list[Diagnostic]]:
+        if self.options.root is not None:
+            return self.options.root, []
+        return find_root(program)
+
+    # --- evaluating --------------------------------------------------------------------------------------------
+
+    def evaluate(self, source: Source) -> Evaluated:
+        """Check and run a program; never raises for a mistake in it."""
+        checked = self.check(source)
+        if not checked.ok or checked.program is None:
+            return Evaluated(checked.program, None, checked.diagnostics)
+        program = checked.program
+        runtime = Runtime(self.library, self.options.limits, self.options.seed, self.options.z_entries)
+        try:
+            scene = run_with_room(
+                lambda: self._run(program, runtime), self.options.limits.depth, runtime.meter.cancel
+            )
+            problem = None
+        except SceneError as error:
+            scene, problem = None, error.diagnostic
+        except RecursionError:
+            problem = _too_deep(self.options.limits)
+            scene = None
+        except MemoryError:
+            scene, problem = None, Diagnostic("memory", "the program ran out of memory", None, "--max-memory")
+        diagnostics = [*checked.diagnostics, *runtime.warnings.values(), *([problem] if problem else [])]
+        return Evaluated(program, scene, tuple(diagnostics), tuple(runtime.log), runtime.meter.steps)
+
+    def _run(self, program: Program, runtime: Runtime) -> Scene:
+        thresholds = gc.get_threshold()
+        gc.set_threshold(200_000, 50, 100)
+        try:
+            run = Run(self.library, runtime)
+            run.run_forms(program)
+            word, _ = self._root(program)
+            return run.run_root(program, word, self.options.seed)
+        finally:
+            gc.set_threshold(*thresholds)
+
+
+def _too_deep(limits: Limits) -> Diagnostic:
+    hint = "is there a recursion without end? raise the limit with --max-depth"
+    return Diagnostic("depth", f"calls were nested deeper than {limits.depth:,}", None, hint)
+
+
+def _sorted(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
+    """Errors and warnings by place, each once."""
+    unique: dict[Any, Diagnostic] = {}
+    for d in diagnostics:
+        place = (d.span.source.name, d.span.start) if d.span else ("", -1)
+        unique.setdefault((place, d.name, d.message), d)
+    return [unique[key] for key in sorted(unique, key=lambda k: k[0])]
+
+
+def _read_source(path: str, shown: str) -> Source:
+    try:
+        data = sys.stdin.buffer.read() if path == "-" else Path(path).read_bytes()
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or "is no path"
+        raise SceneError("file", f"cannot read {shown}: {reason}") from None
+    name = "<stdin>" if path == "-" else shown
+    try:
+        return Source(name, data.decode("utf-8-sig"))
+    except UnicodeDecodeError as error:
+        line = data[: error.start].count(b"\n") + 1
+        raise SceneError("encoding", f"{name} is not UTF-8 text (line {line}, byte {error.start + 1})") from None
+
+
+def _value_datum(name: str, text: str) -> Datum:
+    """The literal that ``--define name=text`` gives; a bare word is a string."""
+    result = read(Source(f"<--define {name}>", text))
+    if len(result.forms) == 1 and not result.diagnostics:
+        return result.forms[0]
+    raise SceneError("param", f"--define {name}: `{text[:60]}` is no value", "give a number, \"string\", #t, #f or [array]")
+
+
+__all__ = ["Checked", "Evaluated", "LimitError", "Options", "Session", "run_with_room"]

@@ -1,0 +1,1 @@
+"""What programs can call: builtins by topic, and modules written in the language."""

@@ -1,0 +1,400 @@
+"""Arrays: making, shaping and reducing them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.library import Registry
+from scenelang.interpreter.runtime import Runtime
+from scenelang.interpreter.show import show
+from scenelang.interpreter.values import (
+    NIL,
+    Matrix,
+    MutableArray,
+    MutableList,
+    Pair,
+    Vector,
+    make_list,
+)
+from scenelang.stdlib.arithmetic import add, bounded, check_operand, multiply
+from scenelang.stdlib.arraydata import (
+    Numpy,
+    check_shape,
+    common_shape,
+    from_numpy,
+    is_array,
+    shape_argument,
+    shape_of,
+    to_numpy,
+    without_overflow,
+)
+from scenelang.stdlib.errors import bad_index, empty_sequence, wrong_type
+from scenelang.stdlib.items import items
+
+registry = Registry("arrays")
+
+
+# --- making ----------------------------------------------------------------------------------------------------
+
+
+@registry.define("array", "data::Any", "Array", "The array that nested lists of numbers, or arrays of one shape, make.",
+                 ("(array '((1 2) (3 4)))", "[[1 2] [3 4]]"))  # fmt: skip
+def array(rt: Runtime, data: Any) -> Any:
+    made = to_numpy(rt, data, "array")
+    if made.ndim == 0:
+        raise wrong_type("array", "an array or a list", data, "`(vector x y z)` makes a vector of numbers")
+    return from_numpy(made)
+
+
+@registry.define("vector", "numbers::Any ...", "Vector",
+                 "The vector of the arguments; of one list, the vector of its items. The same as brackets.",
+                 ("(list (vector 1 2 3) (vector '(1 2.5)))", "([1 2 3] [1.0 2.5])"))  # fmt: skip
+def vector(rt: Runtime, *numbers: Any) -> Any:
+    if len(numbers) == 1 and not isinstance(numbers[0], (int, float)):
+        return array(rt, numbers[0])
+    rt.charge(len(numbers) >> 2)
+    return from_numpy(to_numpy(rt, make_list(numbers), "vector"))
+
+
+@registry.define("list->vector", "xs::Sequence", "Vector", "The vector of a list of numbers.",
+                 ("(list->vector '(1 2 3))", "[1 2 3]"))  # fmt: skip
+def list_to_vector(rt: Runtime, xs: Any) -> Any:
+    return array(rt, xs)
+
+
+def _filled(rt: Runtime, name: str, sides: tuple[Any, ...], value: float) -> Any:
+    shape: Any = sides[0] if len(sides) == 1 else make_list(sides)
+    return from_numpy(np.full(shape_argument(rt, shape, name), value))
+
+
+@registry.define("zeros", "shape::Any more::Integer ...", "Array",
+                 "An array of zeros, Floats. The shape is a count, several counts, or a list of counts.",
+                 ("(list (zeros 2) (zeros '(1 2)))", "([0.0 0.0] [[0.0 0.0]])"))  # fmt: skip
+def zeros(rt: Runtime, *shape: Any) -> Any:
+    return _filled(rt, "zeros", shape, 0.0)
+
+
+@registry.define("ones", "shape::Any more::Integer ...", "Array", "An array of ones, Floats.",
+                 ("(ones 3)", "[1.0 1.0 1.0]"))  # fmt: skip
+def ones(rt: Runtime, *shape: Any) -> Any:
+    return _filled(rt, "ones", shape, 1.0)
+
+
+@registry.define("full", "shape::Any value::Number", "Array", "An array that holds one number everywhere.",
+                 ("(full '(2 2) 7)", "[[7 7] [7 7]]"))  # fmt: skip
+def full(rt: Runtime, shape: Any, value: Any) -> Any:
+    return from_numpy(np.full(shape_argument(rt, shape, "full"), to_numpy(rt, value)))
+
+
+@registry.define("eye", "n::Integer [columns::Integer]", "Array", "The identity matrix with `n` rows.",
+                 ("(eye 2)", "[[1.0 0.0] [0.0 1.0]]"))  # fmt: skip
+def eye(rt: Runtime, n: int, columns: int | None = None) -> Any:
+    return from_numpy(np.eye(*check_shape(rt, (n, n if columns is None else columns), "eye")))
+
+
+@registry.define("linspace", "start::Number end::Number [count::Integer] [:endpoint::Boolean]", "Vector",
+                 "`count` numbers (50) evenly spaced from `start` to `end`; with `:endpoint #f` the end is left out.",
+                 ("(list (linspace 0 1 3) (linspace 0 1 2 :endpoint #f))", "([0.0 0.5 1.0] [0.0 0.5])"))  # fmt: skip
+def linspace(rt: Runtime, start: Any, end: Any, count: int = 50, *, endpoint: bool = True) -> Any:
+    check_shape(rt, (count,), "linspace")
+    with np.errstate(all="ignore"):
+        return from_numpy(np.linspace(float(start), float(end), count, endpoint=endpoint))
+
+
+@registry.define("arange", "start::Number [end::Number] [step::Number]", "Vector",
+                 "The numbers from `start` up to `end`, which is left out, in steps of `step`; `(arange n)` counts "
+                 "from 0. For a given count, `linspace` is safer with fractions.",
+                 ("(list (arange 3) (arange 0 1 .25))", "([0 1 2] [0.0 0.25 0.5 0.75])"))  # fmt: skip
+def arange(rt: Runtime, start: Any, end: Any = None, step: Any = 1) -> Any:
+    if end is None:
+        start, end = 0, start
+    if step == 0:
+        raise SceneError("value", "`arange` wants a step that is not 0")
+    extent = (end - start) / step
+    if not math.isfinite(extent):
+        raise SceneError("value", f"`arange` has no end from {show(start)} to {show(end)}")
+    count = max(0, math.ceil(extent))
+    check_shape(rt, (count,), "arange")
+    if max(abs(start), abs(end), abs(step)) >= 1 << 62:
+        start, end, step = float(start), float(end), float(step)
+    return from_numpy(np.arange(start, end, step))
+
+
+# --- shape -----------------------------------------------------------------------------------------------------
+
+
+@registry.define("array-shape", "array::Array", "List", "The number of items along every axis.",
+                 ("(array-shape [[1 2 3] [4 5 6]])", "(2 3)"))  # fmt: skip
+def array_shape(rt: Runtime, array: Any) -> Any:
+    return make_list(shape_of(array))
+
+
+@registry.define("transpose", "array::Any", "Array", "The array with its axes reversed: rows become columns.",
+                 ("(transpose [[1 2 3] [4 5 6]])", "[[1 4] [2 5] [3 6]]"))  # fmt: skip
+def transpose(rt: Runtime, array: Any) -> Any:
+    return from_numpy(to_numpy(rt, array, "transpose").T)
+
+
+@registry.define("reshape", "array::Any shape::Any", "Array",
+                 "The same numbers, row by row, in another shape; one side may be -1, to be worked out.",
+                 ("(reshape [1 2 3 4 5 6] '(2 -1))", "[[1 2 3] [4 5 6]]"))  # fmt: skip
+def reshape(rt: Runtime, array: Any, shape: Any) -> Any:
+    data = to_numpy(rt, array, "reshape")
+    sides = [shape] if type(shape) is int else [int(side) for side in to_numpy(rt, shape, "reshape").ravel().tolist()]
+    known = math.prod(side for side in sides if side != -1)
+    if sides.count(-1) == 1 and known and data.size % known == 0:
+        sides[sides.index(-1)] = data.size // known
+    check_shape(rt, [max(side, 0) for side in sides], "reshape")
+    if math.prod(sides) != data.size or min(sides, default=0) < 0:
+        raise SceneError("value", f"an array of {data.size} numbers does not fill the shape {show(shape, 60)}")
+    return from_numpy(data.reshape(sides))
+
+
+def _parts(rt: Runtime, name: str, arrays: tuple[Any, ...]) -> list[Numpy]:
+    """The arrays given one by one or in one list, as numpy arrays."""
+    members = items(rt, arrays[0], name) if len(arrays) == 1 else list(arrays)
+    if not members:
+        raise empty_sequence(name)
+    parts = [to_numpy(rt, member, name) for member in members]
+    rt.meter.check_size(sum(part.size for part in parts), "an array")
+    return parts
+
+
+@registry.define("stack", "arrays::Any ... [:axis::Integer]", "Array",
+                 "The arrays, all of one shape, along a new axis (the first); also given as one list.",
+                 ("(list (stack [1 2] [3 4]) (stack (list [1 2] [3 4]) :axis 1))",
+                  "([[1 2] [3 4]] [[1 3] [2 4]])"))  # fmt: skip
+def stack(rt: Runtime, *arrays: Any, axis: int = 0) -> Any:
+    return _joined("stack", np.stack, _parts(rt, "stack", arrays), axis)
+
+
+@registry.define("concatenate", "arrays::Any ... [:axis::Integer]", "Array",
+                 "The arrays one behind the other along an axis (the first); also given as one list.",
+                 ("(concatenate [1 2] [3])", "[1 2 3]"))  # fmt: skip
+def concatenate(rt: Runtime, *arrays: Any, axis: int = 0) -> Any:
+    return _joined("concatenate", np.concatenate, _parts(rt, "concatenate", arrays), axis)
+
+
+def _joined(name: str, join: Callable[..., Any], parts: list[Numpy], axis: int) -> Any:
+    try:
+        return from_numpy(join(parts, axis=axis))
+    except ValueError:
+        shapes = ", ".join(show(make_list(part.shape)) for part in parts[:4])
+        raise SceneError("value", f"`{name}` cannot join arrays of the shapes {shapes} along axis {axis}") from None
+
+
+# --- reductions ------------------------------------------------------------------------------------------------
+
+_CONTAINERS = (Pair, type(NIL), MutableList)
+
+
+def check_axis(name: str, data: Numpy, axis: int | None) -> int | None:
+    if axis is not None and not -data.ndim <= axis < data.ndim:
+        raise bad_index(axis, data.ndim, f"axes of the array in `{name}`, a list")
+    return axis
+
+
+def _reduced(rt: Runtime, name: str, value: Any, axis: int | None, reduce: Callable[..., Any]) -> Any:
+    """A numpy reduction over all items or along one axis."""
+    data = to_numpy(rt, value, name)
+    check_axis(name, data, axis)
+    rt.charge(data.size >> 4)
+    if data.size == 0 and name != "sum" and name != "product":
+        raise empty_sequence(name)
+    if name == "sum" or name == "cumsum":
+        data = without_overflow(data, max(1, data.size))
+    with np.errstate(all="ignore"):
+        return from_numpy(reduce(data, axis=axis))
+
+
+def _numpy_product(data: Numpy, axis: int | None) -> Any:
+    """``np.prod``, in floats when integers would wrap around."""
+    floats = data.astype(float)
+    if data.dtype.kind == "i" and np.max(np.prod(np.maximum(np.abs(floats), 1.0), axis=axis), initial=0.0) < 1 << 62:
+        return np.prod(data, axis=axis)
+    return np.prod(floats, axis=axis)
+
+
+def _folded(rt: Runtime, xs: Any, name: str, operation: Callable[..., Any], start: int) -> Any:
+    """Sum or product of a list from the left, as Python's; its items may be arrays."""
+    members = items(rt, xs, name)
+    result: Any = start
+    for position, item in enumerate(members):
+        rt.charge(1)
+        if position == 0:
+            check_operand(name, item)
+            result = item
+        else:
+            result = operation(rt, result, item)
+    return result
+
+
+@registry.define("sum", "xs::Sequence [:axis::Integer]", "Any",
+                 "The sum of the items of a sequence; of an array, of all its numbers or along `:axis`.",
+                 ("(list (sum '(1 2 3)) (sum [[1 2] [3 4]] :axis 0))", "(6 [4 6])"))  # fmt: skip
+def sum_(rt: Runtime, xs: Any, *, axis: int | None = None) -> Any:
+    if is_array(xs) or axis is not None:
+        return _reduced(rt, "sum", xs, axis, np.sum)
+    return _folded(rt, xs, "sum", add, 0)
+
+
+@registry.define("product", "xs::Sequence [:axis::Integer]", "Any",
+                 "The product of the items of a sequence; of an array, of all its numbers or along `:axis`.",
+                 ("(product '(2 3 4))", "24"))  # fmt: skip
+def product(rt: Runtime, xs: Any, *, axis: int | None = None) -> Any:
+    if axis is not None or (is_array(xs) and type(xs) is not Vector):
+        return _reduced(rt, "product", xs, axis, _numpy_product)
+    return bounded(_folded(rt, xs, "product", multiply, 1))
+
+
+@registry.define("mean", "xs::Any [:axis::Integer]", "Any",
+                 "The mean of the numbers of a list or an array, or along `:axis`.",
+                 ("(list (mean '(1 2 6)) (mean [[1 2] [3 4]] :axis 1))", "(3.0 [1.5 3.5])"))  # fmt: skip
+def mean(rt: Runtime, xs: Any, *, axis: int | None = None) -> Any:
+    return _reduced(rt, "mean", xs, axis, np.mean)
+
+
+def _extreme(rt: Runtime, name: str, values: tuple[Any, ...], axis: int | None, of_two: Any, of_all: Any) -> Any:
+    """``min`` and ``max``: of one sequence, of several numbers, or item by item of arrays."""
+    if len(values) == 1:
+        only = values[0]
+        if is_array(only) or axis is not None:
+            return _reduced(rt, name, only, axis, of_all)
+        if type(only) is int or type(only) is float:
+            return only
+        values = tuple(items(rt, only, name, ordered=False))
+        if not values:
+            raise empty_sequence(name)
+    for value in values:
+        if type(value) is str:
+            raise wrong_type(name, "numbers", value, f"`{name}-of` takes strings and lists")
+        check_operand(name, value)
+    if any(is_array(value) for value in values):
+        arrays = [to_numpy(rt, value, name) for value in values]
+        common_shape(rt, name, *arrays)
+        result = arrays[0]
+        for other in arrays[1:]:
+            result = of_two(result, other)
+        return from_numpy(result)
+    rt.charge(len(values) >> 3)
+    return min(values) if name == "min" else max(values)
+
+
+@registry.define("min", "values::Any more::Any ... [:axis::Integer]", "Any",
+                 "The smallest of several numbers, or of the numbers of one sequence; of an array also along `:axis`, "
+                 "of several arrays item by item. `min-of` takes anything that has an order.",
+                 ("(list (min 3 1 2) (min '(5 4)) (min [[1 2] [3 0]] :axis 0))", "(1 4 [1 0])"))  # fmt: skip
+def min_(rt: Runtime, *values: Any, axis: int | None = None) -> Any:
+    return _extreme(rt, "min", values, axis, np.minimum, np.min)
+
+
+@registry.define("max", "values::Any more::Any ... [:axis::Integer]", "Any",
+                 "The largest of several numbers, or of the numbers of one sequence; of an array also along `:axis`, "
+                 "of several arrays item by item. `max-of` takes anything that has an order.",
+                 ("(list (max 3 1 2) (max '(5 4)) (max [1 5] [3 2]))", "(3 5 [3 5])"))  # fmt: skip
+def max_(rt: Runtime, *values: Any, axis: int | None = None) -> Any:
+    return _extreme(rt, "max", values, axis, np.maximum, np.max)
+
+
+@registry.define("argmin", "xs::Any [:axis::Integer]", "Any",
+                 "The index of the smallest number, or the indices along `:axis`.",
+                 ("(argmin '(3 1 2))", "1"))  # fmt: skip
+def argmin(rt: Runtime, xs: Any, *, axis: int | None = None) -> Any:
+    return _reduced(rt, "argmin", xs, axis, np.argmin)
+
+
+@registry.define("argmax", "xs::Any [:axis::Integer]", "Any",
+                 "The index of the largest number, or the indices along `:axis`.",
+                 ("(argmax [3 1 2])", "0"))  # fmt: skip
+def argmax(rt: Runtime, xs: Any, *, axis: int | None = None) -> Any:
+    return _reduced(rt, "argmax", xs, axis, np.argmax)
+
+
+@registry.define("cumsum", "xs::Any [:axis::Integer]", "Array",
+                 "The sums up to every item: of all numbers in a row, or along `:axis`.",
+                 ("(cumsum '(1 2 3))", "[1 3 6]"))  # fmt: skip
+def cumsum(rt: Runtime, xs: Any, *, axis: int | None = None) -> Any:
+    data = to_numpy(rt, xs, "cumsum")
+    return from_numpy(data) if data.size == 0 else _reduced(rt, "cumsum", xs, axis, np.cumsum)
+
+
+# --- item by item ----------------------------------------------------------------------------------------------
+
+
+@registry.define("clip", "x::Any low::Any high::Any", "Any",
+                 "The numbers of an array, but not below `low` and not above `high`.",
+                 ("(clip [-1 5 12] 0 10)", "[0 5 10]"))  # fmt: skip
+def clip(rt: Runtime, x: Any, low: Any, high: Any) -> Any:
+    arrays = [to_numpy(rt, value, "clip") for value in (x, low, high)]
+    common_shape(rt, "clip", *arrays)
+    return from_numpy(np.minimum(np.maximum(arrays[0], arrays[1]), arrays[2]))
+
+
+@registry.define("interp", "x::Any xs::Any ys::Any", "Any",
+                 "The value at `x` of the line through the points (xs, ys); `xs` must rise. Outside it stays level.",
+                 ("(interp 1.5 '(1 2 3) '(10 20 40))", "15.0"))  # fmt: skip
+def interp(rt: Runtime, x: Any, xs: Any, ys: Any) -> Any:
+    at, known, values = (to_numpy(rt, value, "interp") for value in (x, xs, ys))
+    if known.ndim != 1 or known.shape != values.shape or not known.size:
+        raise SceneError("value", "`interp` wants as many xs as ys, at least one of each")
+    if not (np.diff(known) >= 0).all():
+        raise SceneError("value", "`interp` wants xs that rise")
+    return from_numpy(np.interp(at, known, values))
+
+
+def _mask(rt: Runtime, condition: Any, depth: int = 0) -> Any:
+    """Nested lists of booleans as nested Python lists."""
+    if type(condition) is bool or condition is None:
+        return bool(condition)
+    if isinstance(condition, _CONTAINERS) and depth < 8:
+        return [_mask(rt, item, depth + 1) for item in items(rt, condition, "where")]
+    return (to_numpy(rt, condition, "where") != 0).tolist()
+
+
+@registry.define("where", "condition::Any a::Any b::Any", "Any",
+                 "The array with the numbers of `a` where the condition is true, else of `b`. The condition is a list "
+                 "of booleans, or an array that is not 0 where true.",
+                 ("(let ((v [-1 5 -3])) (where (map positive? v) v 0))", "[0 5 0]"))  # fmt: skip
+def where(rt: Runtime, condition: Any, a: Any, b: Any) -> Any:
+    try:
+        mask = np.array(_mask(rt, condition), dtype=bool)
+    except ValueError:
+        raise SceneError("value", "`where` wants a condition whose rows have one length") from None
+    left, right = to_numpy(rt, a, "where"), to_numpy(rt, b, "where")
+    common_shape(rt, "where", mask, left, right)
+    return from_numpy(np.where(mask, left, right))
+
+
+# --- coordinates -----------------------------------------------------------------------------------------------
+
+
+def _coordinate(rt: Runtime, name: str, point: Any, index: int) -> Any:
+    if type(point) is not Vector:
+        if type(point) is Matrix or (type(point) is MutableArray and point.data.ndim != 1):
+            raise wrong_type(name, "a vector", point, "the position in a pose is `(@ pose [0 0 0])`")
+        point = items(rt, point, name)
+    if len(point) <= index:
+        raise SceneError("index", f"`{name}` wants a vector of length {index + 1} at least, got one of {len(point)}")
+    return point[index]
+
+
+@registry.define("x-of", "point::Sequence", "Number", "The first coordinate, to the right.", ("(x-of [5 6 7])", "5"))
+def x_of(rt: Runtime, point: Any) -> Any:
+    return _coordinate(rt, "x-of", point, 0)
+
+
+@registry.define("y-of", "point::Sequence", "Number", "The second coordinate, upwards.", ("(y-of [5 6 7])", "6"))
+def y_of(rt: Runtime, point: Any) -> Any:
+    return _coordinate(rt, "y-of", point, 1)
+
+
+@registry.define(
+    "z-of", "point::Sequence", "Number", "The third coordinate, towards the viewer.", ("(z-of [5 6 7])", "7")
+)
+def z_of(rt: Runtime, point: Any) -> Any:
+    return _coordinate(rt, "z-of", point, 2)

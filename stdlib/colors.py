@@ -1,0 +1,113 @@
+"""Colours as people write them, converted to the linear sRGB that scenes use."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+from scenelang.grammar.diagnostics import SceneError, suggest
+from scenelang.interpreter.library import Registry
+from scenelang.interpreter.runtime import Runtime
+from scenelang.interpreter.show import show
+from scenelang.interpreter.values import Vector
+from scenelang.stdlib.errors import wrong_type
+
+registry = Registry("colors")
+
+# The named colours of CSS.
+_NAMES = """
+aliceblue:f0f8ff antiquewhite:faebd7 aqua:00ffff aquamarine:7fffd4 azure:f0ffff beige:f5f5dc bisque:ffe4c4
+black:000000 blanchedalmond:ffebcd blue:0000ff blueviolet:8a2be2 brown:a52a2a burlywood:deb887 cadetblue:5f9ea0
+chartreuse:7fff00 chocolate:d2691e coral:ff7f50 cornflowerblue:6495ed cornsilk:fff8dc crimson:dc143c cyan:00ffff
+darkblue:00008b darkcyan:008b8b darkgoldenrod:b8860b darkgray:a9a9a9 darkgreen:006400 darkgrey:a9a9a9
+darkkhaki:bdb76b darkmagenta:8b008b darkolivegreen:556b2f darkorange:ff8c00 darkorchid:9932cc darkred:8b0000
+darksalmon:e9967a darkseagreen:8fbc8f darkslateblue:483d8b darkslategray:2f4f4f darkslategrey:2f4f4f
+darkturquoise:00ced1 darkviolet:9400d3 deeppink:ff1493 deepskyblue:00bfff dimgray:696969 dimgrey:696969
+dodgerblue:1e90ff firebrick:b22222 floralwhite:fffaf0 forestgreen:228b22 fuchsia:ff00ff gainsboro:dcdcdc
+ghostwhite:f8f8ff gold:ffd700 goldenrod:daa520 gray:808080 green:008000 greenyellow:adff2f grey:808080
+honeydew:f0fff0 hotpink:ff69b4 indianred:cd5c5c indigo:4b0082 ivory:fffff0 khaki:f0e68c lavender:e6e6fa
+lavenderblush:fff0f5 lawngreen:7cfc00 lemonchiffon:fffacd lightblue:add8e6 lightcoral:f08080 lightcyan:e0ffff
+lightgoldenrodyellow:fafad2 lightgray:d3d3d3 lightgreen:90ee90 lightgrey:d3d3d3 lightpink:ffb6c1
+lightsalmon:ffa07a lightseagreen:20b2aa lightskyblue:87cefa lightslategray:778899 lightslategrey:778899
+lightsteelblue:b0c4de lightyellow:ffffe0 lime:00ff00 limegreen:32cd32 linen:faf0e6 magenta:ff00ff maroon:800000
+mediumaquamarine:66cdaa mediumblue:0000cd mediumorchid:ba55d3 mediumpurple:9370db mediumseagreen:3cb371
+mediumslateblue:7b68ee mediumspringgreen:00fa9a mediumturquoise:48d1cc mediumvioletred:c71585
+midnightblue:191970 mintcream:f5fffa mistyrose:ffe4e1 moccasin:ffe4b5 navajowhite:ffdead navy:000080
+oldlace:fdf5e6 olive:808000 olivedrab:6b8e23 orange:ffa500 orangered:ff4500 orchid:da70d6 palegoldenrod:eee8aa
+palegreen:98fb98 paleturquoise:afeeee palevioletred:db7093 papayawhip:ffefd5 peachpuff:ffdab9 peru:cd853f
+pink:ffc0cb plum:dda0dd powderblue:b0e0e6 purple:800080 rebeccapurple:663399 red:ff0000 rosybrown:bc8f8f
+royalblue:4169e1 saddlebrown:8b4513 salmon:fa8072 sandybrown:f4a460 seagreen:2e8b57 seashell:fff5ee
+sienna:a0522d silver:c0c0c0 skyblue:87ceeb slateblue:6a5acd slategray:708090 slategrey:708090 snow:fffafa
+springgreen:00ff7f steelblue:4682b4 tan:d2b48c teal:008080 thistle:d8bfd8 tomato:ff6347 turquoise:40e0d0
+violet:ee82ee wheat:f5deb3 white:ffffff whitesmoke:f5f5f5 yellow:ffff00 yellowgreen:9acd32"""
+
+
+@cache
+def named_colors() -> dict[str, str]:
+    """Hexadecimal digits by name."""
+    return dict(entry.split(":") for entry in _NAMES.split())
+
+
+def linear(encoded: float) -> float:
+    """An sRGB component, 0 to 1, as linear light."""
+    return encoded / 12.92 if encoded <= 0.04045 else float(((encoded + 0.055) / 1.055) ** 2.4)
+
+
+def _from_hex(text: str) -> Vector | None:
+    digits = text[1:]
+    if len(digits) == 3:
+        digits = "".join(digit * 2 for digit in digits)
+    if len(digits) != 6 or not all(digit in "0123456789abcdef" for digit in digits):
+        return None
+    return Vector([linear(int(digits[start : start + 2], 16) / 255) for start in (0, 2, 4)])
+
+
+@registry.define(
+    "color",
+    "name::String",
+    "Vector",
+    "The colour `#rrggbb`, `#rgb` or of a CSS name, as the linear sRGB that `:color` takes.",
+    ('(list (color "#f00") (color "white"))', "([1.0 0.0 0.0] [1.0 1.0 1.0])"),
+)
+def color(rt: Runtime, name: str) -> Vector:
+    text = name.strip().lower()
+    if not text.startswith("#"):
+        digits = named_colors().get(text.replace(" ", ""))
+        if digits is None:
+            hint = suggest(text, named_colors()) or 'a colour is written "#c08040" or named as in CSS'
+            raise SceneError("value", f"no colour has the name {show(name, 40)}", hint=hint)
+        text = "#" + digits
+    vector = _from_hex(text)
+    if vector is None:
+        raise SceneError("value", f"{show(name, 40)} is no colour", hint='a colour is written "#c08040" or "#c84"')
+    return vector
+
+
+@registry.define(
+    "rgb",
+    "red::Number green::Number blue::Number",
+    "Vector",
+    "The colour with sRGB components from 0 to 255, as the linear sRGB that `:color` takes.",
+    ("(rgb 255 0 0)", "[1.0 0.0 0.0]"),
+)
+def rgb(rt: Runtime, *components: Any) -> Vector:
+    for component in components:
+        if not 0 <= component <= 255:
+            raise SceneError("value", f"a component of `rgb` goes from 0 to 255, got {show(component, 30)}")
+    return Vector([linear(component / 255) for component in components])
+
+
+@registry.define(
+    "hsv",
+    "hue::Number saturation::Number value::Number",
+    "Vector",
+    "The colour of a hue on the circle 0 to 1 (0 red, 1/3 green, 2/3 blue), with saturation and value from 0 to 1. "
+    "The components are taken as linear, as Python's `colorsys` gives them.",
+    ("(hsv 0 1 .5)", "[0.5 0.0 0.0]"),
+)
+def hsv(rt: Runtime, hue: Any, saturation: Any, value: Any) -> Vector:
+    from colorsys import hsv_to_rgb
+
+    if not abs(hue) < 1e15:
+        raise wrong_type("hsv", "a finite number for `hue`", hue)
+    return Vector(map(float, hsv_to_rgb(hue, saturation, value)))

@@ -1,0 +1,88 @@
+"""Errors as data, printing, and other things that are done rather than computed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from scenelang.grammar.codes import CODES
+from scenelang.grammar.diagnostics import SceneError, suggest
+from scenelang.interpreter.library import Registry
+from scenelang.interpreter.procedures import Condition
+from scenelang.interpreter.runtime import Runtime
+from scenelang.interpreter.show import display, show
+from scenelang.stdlib.errors import wrong_type
+
+registry = Registry("control")
+
+
+@registry.define("error", "message::Any irritants::Any ...", "Any",
+                 "Raises an error with a message, followed by the values that it is about.",
+                 ('(guard (e (#t (error-message e))) (error "no such leg:" 5))', '"no such leg: 5"'))  # fmt: skip
+def error(rt: Runtime, message: Any, *irritants: Any) -> Any:
+    text = " ".join([display(message, 1000), *(show(irritant, 200) for irritant in irritants)])
+    raise SceneError("user", text)
+
+
+@registry.define("raise", "value::Any", "Any",
+                 "Raises any value, which `guard` gets; an error that was caught is raised again as it was.",
+                 ("(guard (e (#t (+ e 1))) (raise 41))", "42"))  # fmt: skip
+def raise_(rt: Runtime, value: Any) -> Any:
+    if type(value) is Condition:
+        raise value.error
+    raise SceneError("user", f"the program raised {show(value, 200)}", value=value)
+
+
+@registry.define("error?", "value::Any", "Boolean", "True for an error that `guard` caught; false for a raised value.",
+                 ("(guard (e (#t (error? e))) (car '()))", "#t"))  # fmt: skip
+def is_error(rt: Runtime, value: Any) -> bool:
+    return type(value) is Condition
+
+
+@registry.define("error-message", "error::Any", "String", "The message of an error; of a raised value, its text.",
+                 ('(guard (e (#t (error-message e))) (ref \'(1 2) 5))', '"index 5 is outside the list of length 2"'))  # fmt: skip
+def error_message(rt: Runtime, caught: Any) -> str:
+    if type(caught) is Condition:
+        message: str = caught.error.message
+        return message
+    return display(caught)
+
+
+def _condition(name: str, value: Any) -> SceneError:
+    if type(value) is not Condition:
+        raise wrong_type(name, "an error that `guard` caught", value)
+    found: SceneError = value.error
+    return found
+
+
+@registry.define("error-code", "error::Any", "String", "The stable code of an error, such as E405.",
+                 ("(guard (e (#t (error-code e))) (ref '(1 2) 5))", '"E405"'))  # fmt: skip
+def error_code(rt: Runtime, caught: Any) -> str:
+    return CODES[_condition("error-code", caught).name].code
+
+
+@registry.define("error-is?", "error::Any name::String", "Boolean",
+                 "True for an error of this name, such as \"index\", \"key\", \"type\" or \"user\".",
+                 ("(guard (e ((error-is? e \"zero-division\") 0)) (/ 1 0))", "0"))  # fmt: skip
+def error_is(rt: Runtime, caught: Any, name: str) -> bool:
+    if name not in CODES:
+        hint = suggest(name, CODES) or 'such as "index", "key", "type", "value" or "user"'
+        raise SceneError("value", f"no error has the name {show(name, 40)}", hint=hint)
+    if type(caught) is Condition:
+        return bool(caught.error.name == name)
+    return name == "user"
+
+
+@registry.define("print", "values::Any ...", "Any", "Writes the values into the log, with blanks between them; gives none.",
+                 ('(print "legs:" 4)', "none"))  # fmt: skip
+def print_(rt: Runtime, *values: Any) -> None:
+    rt.print(" ".join(display(value) for value in values))
+
+
+@registry.define("void", "values::Any ...", "Any", "Gives none, whatever the arguments.", ("(void 1 2)", "none"))
+def void(rt: Runtime, *values: Any) -> None:
+    return None
+
+
+@registry.define("identity", "value::Any", "Any", "Gives its argument.", ("(map identity '(1 2))", "(1 2)"))
+def identity(rt: Runtime, value: Any) -> Any:
+    return value

@@ -1,0 +1,254 @@
+"""Entities and embeddings: making calls, looking into entities (paper, appendix A; docs/language.md, section 4)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter import parts
+from scenelang.interpreter.bounds import UNIT_BOX, parts_box
+from scenelang.interpreter.entity import Entity, Frames
+from scenelang.interpreter.iteration import items_of
+from scenelang.interpreter.library import Registry
+from scenelang.interpreter.runtime import Runtime
+from scenelang.interpreter.types import type_name
+from scenelang.interpreter.values import NIL, Embedding, HandleList, Keyword, Pair, Procedure, Vector, make_list
+
+registry = Registry("entities")
+define = registry.define
+
+
+@define("retrieve", "word::Word", "Function", "The function bound to `word`; `(lambda _ (list))` when there is none.")
+def retrieve(rt: Runtime, word: str) -> Any:
+    function = rt.word_cell(word).function
+    return function if function is not None else rt.library.builtins["no-entities"]
+
+
+@define(
+    "no-entities",
+    "arguments ...",
+    "List",
+    "The function of an unbound word: no sub-entities.",
+    ("(no-entities 1)", "()"),
+)
+def no_entities(rt: Runtime, *arguments: Any) -> Any:
+    return NIL
+
+
+@define(
+    "bound?", "word::Word", "Boolean", "Whether an entity function is bound to `word`.", ('(bound? "unknown")', "#f")
+)
+def is_bound(rt: Runtime, word: str) -> bool:
+    return rt.word_cell(word).function is not None
+
+
+@define(
+    "call-embeddings",
+    "word::Word arguments::List",
+    "List[Embedding]",
+    "The embeddings among the arguments of a `call`; `:name value` pairs join the first, anonymous if none is given.",
+    ('(call-embeddings "tree" (list :height 3))', "((embedding :height 3))"),
+)
+def call_embeddings(rt: Runtime, word: str, arguments: Any) -> Any:
+    z, rest, written = parts.call_embeddings(rt, word, items_of(rt, arguments))
+    rt.check_written(word, written)
+    return Pair(z, make_list(rest))
+
+
+@define(
+    "apply-entity-function",
+    "function::Function z::Embedding rest::List",
+    "Any",
+    "Apply an entity function to its embedding and the list of its descendants' embeddings; shared like a `call`.",
+    ("(apply-entity-function (lambda (z gamma) (length gamma)) <z1> (list <z2>))", "1"),
+)
+def apply_entity_function(rt: Runtime, function: Procedure, z: Embedding, rest: Any) -> Any:
+    return rt.shared_application(function, z, rest)
+
+
+@define(
+    "make-entity", "word::Word embedding::Embedding parts::Parts", "Entity", "An entity with these parts as children."
+)
+def make_entity(rt: Runtime, word: str, embedding: Embedding, children: Any) -> Entity:
+    return rt.make_entity(word, embedding, parts.parts_of(rt, children, word))
+
+
+@define(
+    "primitive",
+    "word::Word arguments ...",
+    "Entity",
+    'A primitive, also where `word` is bound: a program may bind its own "cube" on top of the real one.',
+    ('(primitive "cube" :color [1 0 0])', '<entity "cube">'),
+)
+def primitive(rt: Runtime, word: str, *arguments: Any) -> Entity:
+    z, _, _ = parts.call_embeddings(rt, word, list(arguments))
+    return rt.primitive(word, z)
+
+
+@define(
+    "parts",
+    "x",
+    "List[Tuple[Entity, Matrix]]",
+    "The flat list of parts that an entity, a pair (entity . matrix), or a list of these to any depth is.",
+    ('(length (parts (list (call "cube") (list (call "cone")))))', "2"),
+)
+def parts_list(rt: Runtime, x: Any) -> Any:
+    return make_list(parts.parts_of(rt, x))
+
+
+@define(
+    "map-parts",
+    "function::Function x",
+    "Any",
+    "`(function x)` for a pair (entity . matrix); a list of the function's values for the parts of anything else.",
+    ('(length (map-parts (lambda (p) p) (list (call "cube"))))', "1"),
+)
+def map_parts(rt: Runtime, function: Procedure, x: Any) -> Any:
+    if type(x) is Pair and type(x.car) is Entity and type(x.cdr) is not Pair and x.cdr is not NIL:
+        (part,) = parts.parts_of(rt, x)
+        return rt.call1(function, part)
+    return make_list([rt.call1(function, part) for part in parts.parts_of(rt, x)])
+
+
+@define(
+    "frames",
+    "list::Sequence",
+    "Frames",
+    "A 4D scene: the members, entities or parts, are its frames. Only the root's value.",
+)
+def frames(rt: Runtime, sequence: Any) -> Frames:
+    members = items_of(rt, sequence)
+    if not members:
+        raise SceneError("frames", "`frames` needs at least one frame")
+    return Frames(tuple(parts.parts_of(rt, member, "frames") for member in members))
+
+
+@define(
+    "embedding",
+    "parts ...",
+    "Embedding",
+    "An embedding from a handle, a text and `:name value` attributes, each optional.",
+    ('(embedding "ivory" :scale 2)', '(embedding "ivory" :scale 2)'),
+)
+def embedding(rt: Runtime, *arguments: Any) -> Embedding:
+    handle: str | None = None
+    text: str | None = None
+    attributes: dict[str, Any] = {}
+    pending = iter(arguments)
+    for argument in pending:
+        if type(argument) is Keyword:
+            try:
+                attributes[str(argument)] = next(pending)
+            except StopIteration:
+                raise SceneError("keyword", f"`:{argument}` is followed by no value") from None
+        elif type(argument) is str:
+            text = argument
+        elif type(argument) is Embedding:
+            handle, text = argument.handle or handle, argument.text or text
+            attributes = {**argument.attributes, **attributes}
+        else:
+            hint = "attributes are named: `(embedding :name value)`"
+            raise SceneError(
+                "type", f"an embedding is made of handle, text and attributes, got {type_name(argument)}", hint
+            )
+    return parts.with_attributes(rt, Embedding(handle, text), attributes)
+
+
+@define(
+    "embedding-text", "z::Embedding", "String", "The text of an embedding, `none` without one.",
+    ('(embedding-text (embedding "ivory"))', '"ivory"'),
+)  # fmt: skip
+def embedding_text(rt: Runtime, z: Embedding) -> Any:
+    return z.text
+
+
+@define(
+    "embedding-handle", "z::Embedding", "String", "The name of an embedding's handle, `none` without one.",
+    ("(embedding-handle <z3>)", '"z3"'),
+)  # fmt: skip
+def embedding_handle(rt: Runtime, z: Embedding) -> Any:
+    return z.handle
+
+
+@define(
+    "embedding-attributes", "z::Embedding", "Table", "The attributes of an embedding, by name.",
+    ("(embedding-attributes (embedding :scale 2))", '(table "scale" 2)'),
+)  # fmt: skip
+def embedding_attributes(rt: Runtime, z: Embedding) -> Any:
+    return parts.attribute_table(rt, z.attributes)
+
+
+@define("entity-word", "entity::Entity", "Word", "The word of an entity.", ('(entity-word (call "cube"))', '"cube"'))
+def entity_word(rt: Runtime, entity: Entity) -> str:
+    return entity.word
+
+
+@define(
+    "entity-embedding", "entity::Entity", "Embedding", "The embedding of an entity.",
+    ('(entity-embedding (call "cube" :scale 2))', "(embedding :scale 2)"),
+)  # fmt: skip
+def entity_embedding(rt: Runtime, entity: Entity) -> Embedding:
+    return entity.embedding
+
+
+@define(
+    "entity-children", "entity::Entity", "List[Tuple[Entity, Matrix]]", "The parts of an entity.",
+    ('(entity-children (call "cube"))', "()"),
+)  # fmt: skip
+def entity_children(rt: Runtime, entity: Entity) -> Any:
+    return make_list(entity.children)
+
+
+@define(
+    "primitive?", "x", "Boolean", "Whether `x` is a primitive entity, one made without an entity function.",
+    ('(primitive? (call "cube"))', "#t"),
+)  # fmt: skip
+def is_primitive(rt: Runtime, x: Any) -> bool:
+    return type(x) is Entity and x.is_primitive
+
+
+def box_of(rt: Runtime, x: Any) -> tuple[float, ...]:
+    """The exact box of what a program measures; the unit box, with a warning, when it has no geometry."""
+    box = parts_box(parts.parts_of(rt, x))
+    if box is None:
+        rt.warn("empty-box", "the bounding box of nothing is [-.5, .5] on each axis")
+        return UNIT_BOX
+    return box
+
+
+@define(
+    "compute-shape-min", "x::Parts", "Vector", "The minimum corner of the bounding box of an entity or parts.",
+    ('(compute-shape-min (call "cube" :scale [1 2 1]))', "[-0.5 -1.0 -0.5]"),
+)  # fmt: skip
+def shape_min(rt: Runtime, x: Any) -> Vector:
+    return Vector(box_of(rt, x)[:3])
+
+
+@define(
+    "compute-shape-max", "x::Parts", "Vector", "The maximum corner of the bounding box of an entity or parts.",
+    ('(compute-shape-max (call "cylinder"))', "[1.0 1.0 1.0]"),
+)  # fmt: skip
+def shape_max(rt: Runtime, x: Any) -> Vector:
+    return Vector(box_of(rt, x)[3:])
+
+
+@define(
+    "compute-shape-center", "x::Parts", "Vector", "The centre of the bounding box of an entity or parts.",
+    ('(compute-shape-center (call "cylinder"))', "[0.0 0.5 0.0]"),
+)  # fmt: skip
+def shape_center(rt: Runtime, x: Any) -> Vector:
+    box = box_of(rt, x)
+    return Vector([(box[i] + box[i + 3]) / 2 for i in range(3)])
+
+
+@define(
+    "compute-shape-sizes", "x::Parts", "Vector", "The sizes of the bounding box of an entity or parts.",
+    ('(compute-shape-sizes (call "sphere"))', "[2.0 2.0 2.0]"),
+)  # fmt: skip
+def shape_sizes(rt: Runtime, x: Any) -> Vector:
+    box = box_of(rt, x)
+    return Vector([box[i + 3] - box[i] for i in range(3)])
+
+
+def is_endless(value: Any) -> bool:
+    return type(value) is HandleList

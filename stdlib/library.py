@@ -1,0 +1,83 @@
+"""The standard library as the interpreter takes it: all builtins, the constants, and modules in the language."""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib.resources import files
+
+from scenelang.interpreter.library import Builtin, Library, Registry
+from scenelang.stdlib import (
+    arithmetic,
+    arrays,
+    colors,
+    control,
+    entities,
+    formatting,
+    geometry,
+    higher_order,
+    indexing,
+    linear,
+    lists,
+    mutation,
+    numbers,
+    predicates,
+    random,
+    sequences,
+    sorting,
+    strings,
+    tables,
+)
+from scenelang.stdlib.constants import CONSTANTS
+
+TOPICS: tuple[Registry, ...] = (
+    entities.registry,
+    geometry.registry,
+    arithmetic.registry,
+    numbers.registry,
+    predicates.registry,
+    lists.registry,
+    sequences.registry,
+    higher_order.registry,
+    indexing.registry,
+    sorting.registry,
+    mutation.registry,
+    tables.registry,
+    strings.registry,
+    formatting.registry,
+    arrays.registry,
+    linear.registry,
+    random.registry,
+    control.registry,
+    colors.registry,
+)
+
+PRELUDE = ("prelude.scene", "combinators.scene")
+
+
+def _collect(topics: tuple[Registry, ...]) -> dict[str, Builtin]:
+    builtins: dict[str, Builtin] = {}
+    for registry in topics:
+        for name, entry in registry.entries.items():
+            if name in builtins:
+                raise ValueError(f"{name} is registered by two topics, {builtins[name].topic} and {entry.topic}")
+            builtins[name] = entry
+    return builtins
+
+
+def _modules() -> dict[str, str]:
+    """The source of every module in the language that comes with the package, by file name."""
+    folder = files("scenelang.stdlib")
+    found = (entry for entry in folder.iterdir() if entry.name.endswith(".scene"))
+    return {entry.name: entry.read_text(encoding="utf-8") for entry in sorted(found, key=lambda entry: entry.name)}
+
+
+@cache
+def build_library() -> Library:
+    """The standard library; made once, as nothing changes it."""
+    return Library(
+        builtins=_collect(TOPICS),
+        constants={name: value for name, (value, _) in CONSTANTS.items()},
+        modules=_modules(),
+        prelude=PRELUDE,
+        constant_docs={name: doc for name, (_, doc) in CONSTANTS.items()},
+    )

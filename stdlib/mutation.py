@@ -1,0 +1,376 @@
+"""Changing mutable lists, arrays, tables and sets in place."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.entity import Entity
+from scenelang.interpreter.equality import table_key
+from scenelang.interpreter.library import Registry
+from scenelang.interpreter.runtime import Runtime
+from scenelang.interpreter.show import show
+from scenelang.interpreter.values import (
+    NIL,
+    Array,
+    Embedding,
+    Matrix,
+    Mutable,
+    MutableArray,
+    MutableList,
+    Pair,
+    Record,
+    Set,
+    Table,
+    Vector,
+)
+from scenelang.stdlib.arraydata import INT64, to_numpy
+from scenelang.stdlib.errors import bad_index, empty_sequence, wrong_type
+from scenelang.stdlib.indexing import axis_selection, check_index, missing_key, ref, whole
+from scenelang.stdlib.items import items
+from scenelang.stdlib.sequences import position_of
+from scenelang.stdlib.sorting import sorted_items
+
+registry = Registry("changes")
+
+_TWINS: dict[type, tuple[str, str]] = {
+    Pair: ("a list", "a mutable list"),
+    type(NIL): ("a list", "a mutable list"),
+    Vector: ("a Vector", "a mutable array"),
+    Matrix: ("a Matrix", "a mutable array"),
+    Array: ("an Array", "a mutable array"),
+    str: ("a String", "a mutable list of its characters"),
+}
+
+
+def cannot_change(name: str, value: Any, wanted: str) -> SceneError:
+    """``value`` is immutable, or another kind of thing than ``wanted``."""
+    kind = type(value)
+    if kind in _TWINS:
+        what, twin = _TWINS[kind]
+        maker = "`(mutable x)`" if kind is str else f"`({twin[2:].replace(' ', '-')} ...)` or `(mutable x)`"
+        hint = f"{maker} makes {twin}, which can be changed"
+        return SceneError("immutable", f"`{name}` cannot change {what}", hint=hint)
+    if kind is Entity or kind is Embedding:
+        what = "an Entity" if kind is Entity else "an Embedding"
+        return SceneError("immutable", f"`{name}` cannot change {what}", hint="make a new one instead")
+    if kind is Record:
+        hint = f"its fields are changed by `set-{value.type.name}-...!`"
+        return wrong_type(name, wanted, value, hint)
+    return wrong_type(name, wanted, value)
+
+
+def _writable_list(rt: Runtime, name: str, value: Any) -> list[Any]:
+    if type(value) is not MutableList:
+        raise cannot_change(name, value, "a mutable list")
+    rt.write(value)
+    members: list[Any] = value.items
+    return members
+
+
+def _writable_table(rt: Runtime, name: str, value: Any) -> dict[Any, tuple[Any, Any]]:
+    if type(value) is not Table:
+        raise cannot_change(name, value, "a table")
+    rt.write(value)
+    entries: dict[Any, tuple[Any, Any]] = value.entries
+    return entries
+
+
+def _check_growth(rt: Runtime, count: int) -> None:
+    if count >= rt.limits.size:
+        rt.meter.check_size(count + 1, "a list")
+
+
+# --- setting ---------------------------------------------------------------------------------------------------
+
+
+def set_entry(entries: dict[Any, tuple[Any, Any]], key: Any, value: Any) -> None:
+    """Put ``value`` under ``key``; a key that is there stays as it was written first."""
+    canonical = table_key(key)
+    old = entries.get(canonical)
+    entries[canonical] = (key if old is None else old[0], value)
+
+
+def set_array(rt: Runtime, array: MutableArray, keys: tuple[Any, ...], value: Any) -> None:
+    """Put a number or an array into the place that ``keys`` select."""
+    data = array.data
+    place = axis_selection(data.shape, keys, "set-ref!")
+    filling = to_numpy(rt, value, "set-ref!")
+    if data.dtype.kind == "i" and filling.dtype.kind == "f":
+        if not all(number.is_integer() and abs(number) < INT64 for number in filling.ravel().tolist()):
+            hint = "make it of Floats: `(mutable (* 1. array))`"
+            raise SceneError("type", f"this array holds Integers, not {show(value, 60)}", hint=hint)
+    rt.write(array)
+    rt.charge(filling.size >> 2)
+    try:
+        data[place] = filling
+    except ValueError:
+        raise SceneError("value", f"`set-ref!` got {show(value, 60)}, which does not fit into its place") from None
+
+
+@registry.define(
+    "set-ref!",
+    "thing::Any key::Any more::Any ...",
+    "Any",
+    "`(set-ref! xs i value)` puts a value into a mutable list, a mutable array or a table. An array takes an index, "
+    "`:all` or '(start end) per axis; further indices of a list go deeper.",
+    (
+        '(let ((xs (mutable \'(1 2 3))) (t (table))) (set-ref! xs -1 9) (set-ref! t "a" 5) (list xs t))',
+        '((mutable-list 1 2 9) (table "a" 5))',
+    ),
+)
+def set_ref(rt: Runtime, thing: Any, key: Any, *more: Any) -> None:
+    if not more:
+        raise SceneError("arity", "`set-ref!` wants a value after the index", hint="`(set-ref! xs index value)`")
+    value = more[-1]
+    if type(thing) is MutableArray:
+        set_array(rt, thing, (key, *more[:-1]), value)
+        return
+    for deeper in more[:-1]:
+        thing, key = ref(rt, thing, key), deeper
+        if type(thing) is MutableArray:
+            hint = "an item of a mutable array is set by `(set-ref! array i j value)`"
+            raise SceneError("value", "`set-ref!` goes deeper only through lists and tables", hint=hint)
+    if type(thing) is Table:
+        rt.write(thing)
+        set_entry(thing.entries, key, value)
+        _check_growth(rt, len(thing.entries))
+    else:
+        members = _writable_list(rt, "set-ref!", thing)
+        members[check_index(whole(key, "set-ref!"), len(members), thing)] = value
+
+
+@registry.define(
+    "update!",
+    "thing::Any key::Any [f::Function] [default::Any]",
+    "Any",
+    "`(update! xs key f)` replaces the value at an index or key by `(f value)`; for a table, `default` stands for a "
+    "value that is missing. `(update! table other)` adds all entries of another table.",
+    (
+        '(let ((t (table "a" 1))) (update! t "a" (lambda (n) (+ n 1))) (update! t "b" - 5) t)',
+        '(table "a" 2 "b" -5)',
+    ),
+)
+def update(rt: Runtime, thing: Any, key: Any, f: Any = None, *default: Any) -> None:
+    if f is None:
+        extend(rt, thing, key)
+        return
+    if not isinstance(thing, Mutable):
+        raise cannot_change("update!", thing, "a mutable list, a mutable array or a table")
+    old = ref(rt, thing, key, *default) if type(thing) is Table else ref(rt, thing, key)
+    set_ref(rt, thing, key, rt.call1(f, old))
+
+
+# --- growing and shrinking -------------------------------------------------------------------------------------
+
+
+@registry.define(
+    "push!",
+    "xs::Any value::Any",
+    "Any",
+    "Appends a value to a mutable list.",
+    ("(let ((xs (mutable-list 1))) (push! xs 2) xs)", "(mutable-list 1 2)"),
+)
+def push(rt: Runtime, xs: Any, value: Any) -> None:
+    members = _writable_list(rt, "push!", xs)
+    _check_growth(rt, len(members))
+    members.append(value)
+
+
+@registry.define(
+    "pop!",
+    "xs::Any [key::Any] [default::Any]",
+    "Any",
+    "Removes the last item of a mutable list, or the one at an index, and gives it; of a table, the value under a key, "
+    "or the default where there is none.",
+    ("(let ((xs (mutable-list 1 2 3))) (list (pop! xs) (pop! xs 0) xs))", "(3 1 (mutable-list 2))"),
+)
+def pop(rt: Runtime, xs: Any, *given: Any) -> Any:
+    if type(xs) is Table:
+        return _pop_entry(rt, xs, given)
+    members = _writable_list(rt, "pop!", xs)
+    if not members:
+        raise empty_sequence("pop!", "mutable list")
+    if not given:
+        return members.pop()
+    rt.charge(len(members) >> 4)
+    return members.pop(check_index(whole(given[0], "pop!"), len(members), xs))
+
+
+def _pop_entry(rt: Runtime, table: Table, given: tuple[Any, ...]) -> Any:
+    if not given:
+        raise SceneError("arity", "`pop!` of a table wants a key", hint="`(pop! table key default)`")
+    entries = _writable_table(rt, "pop!", table)
+    key = table_key(given[0])
+    if key in entries:
+        return entries.pop(key)[1]
+    if len(given) == 2:
+        return given[1]
+    raise missing_key("table", given[0], [name for name, _ in entries.values()])
+
+
+@registry.define(
+    "insert!",
+    "xs::Any index::Integer value::Any",
+    "Any",
+    "Puts a value into a mutable list in front of the item at `index`; the length itself is the end.",
+    ("(let ((xs (mutable-list 1 3))) (insert! xs 1 2) xs)", "(mutable-list 1 2 3)"),
+)
+def insert(rt: Runtime, xs: Any, index: int, value: Any) -> None:
+    members = _writable_list(rt, "insert!", xs)
+    if not -len(members) <= index <= len(members):
+        raise bad_index(index, len(members), "list")
+    _check_growth(rt, len(members))
+    rt.charge(len(members) >> 4)
+    members.insert(index, value)
+
+
+@registry.define(
+    "extend!",
+    "xs::Any more::Sequence",
+    "Any",
+    "Appends all items to a mutable list; adds all entries of a table to a table, all members to a set.",
+    ("(let ((xs (mutable-list 1))) (extend! xs '(2 3)) xs)", "(mutable-list 1 2 3)"),
+)
+def extend(rt: Runtime, xs: Any, more: Any) -> None:
+    if type(xs) is Table:
+        if type(more) is not Table:
+            raise wrong_type("extend!", "a table to add to a table", more)
+        rt.read(more)
+        added = list(more.entries.values())
+        entries = _writable_table(rt, "extend!", xs)
+        rt.charge(len(added))
+        for key, value in added:
+            set_entry(entries, key, value)
+        _check_growth(rt, len(entries))
+        return
+    members = items(rt, more, "extend!")
+    if type(xs) is Set:
+        for member in members:
+            add(rt, xs, member)
+        return
+    target = _writable_list(rt, "extend!", xs)
+    rt.meter.check_size(len(target) + len(members), "a list")
+    target.extend(members)
+
+
+@registry.define(
+    "add!",
+    "set::Any member::Any",
+    "Any",
+    "Adds a member to a set; one that is there stays.",
+    ("(let ((s (set 1))) (add! s 2) (add! s 1.) s)", "(set 1 2)"),
+)
+def add(rt: Runtime, target: Any, member: Any) -> None:
+    if type(target) is not Set:
+        hint = "`push!` appends to a mutable list" if type(target) is MutableList else None
+        raise wrong_type("add!", "a set", target, hint)
+    rt.write(target)
+    _check_growth(rt, len(target.entries))
+    target.entries.setdefault(table_key(member), member)
+
+
+@registry.define(
+    "remove!",
+    "xs::Any value::Any",
+    "Any",
+    "Removes the first item equal to `value` from a mutable list, or a member from a set; it must be there.",
+    ("(let ((xs (mutable-list 1 2 1))) (remove! xs 1) xs)", "(mutable-list 2 1)"),
+)
+def remove(rt: Runtime, xs: Any, value: Any) -> None:
+    if type(xs) is Set:
+        rt.write(xs)
+        if table_key(value) not in xs.entries:
+            raise missing_key("set", value, list(xs.entries.values()))
+        del xs.entries[table_key(value)]
+        return
+    if type(xs) is Table:
+        raise wrong_type("remove!", "a mutable list or a set", xs, "`remove-key!` removes an entry of a table")
+    members = _writable_list(rt, "remove!", xs)
+    index = position_of(rt, xs, value, "remove!")
+    if index is None:
+        raise SceneError("value", f"the list does not hold {show(value, 60)}, so it cannot be removed")
+    rt.charge(len(members) >> 4)
+    del members[index]
+
+
+@registry.define(
+    "remove-at!",
+    "xs::Any index::Integer",
+    "Any",
+    "Removes the item at an index from a mutable list.",
+    ("(let ((xs (mutable-list 1 2 3))) (remove-at! xs 0) xs)", "(mutable-list 2 3)"),
+)
+def remove_at(rt: Runtime, xs: Any, index: int) -> None:
+    members = _writable_list(rt, "remove-at!", xs)
+    rt.charge(len(members) >> 4)
+    del members[check_index(index, len(members), xs)]
+
+
+@registry.define(
+    "remove-key!",
+    "table::Any key::Any",
+    "Any",
+    "Removes the entry under a key, which must be there, from a table.",
+    ('(let ((t (table "a" 1 "b" 2))) (remove-key! t "a") t)', '(table "b" 2)'),
+)
+def remove_key(rt: Runtime, table: Any, key: Any) -> None:
+    entries = _writable_table(rt, "remove-key!", table)
+    if table_key(key) not in entries:
+        raise missing_key("table", key, [name for name, _ in entries.values()])
+    del entries[table_key(key)]
+
+
+@registry.define(
+    "clear!",
+    "xs::Any",
+    "Any",
+    "Removes everything from a mutable list, a table or a set.",
+    ("(let ((xs (mutable-list 1 2))) (clear! xs) xs)", "(mutable-list)"),
+)
+def clear(rt: Runtime, xs: Any) -> None:
+    if type(xs) is Table or type(xs) is Set:
+        rt.write(xs)
+        xs.entries.clear()
+    else:
+        _writable_list(rt, "clear!", xs).clear()
+
+
+# --- reordering ------------------------------------------------------------------------------------------------
+
+
+@registry.define(
+    "sort!",
+    "xs::Any [less::Function] [:key::Function] [:reverse::Boolean]",
+    "Any",
+    "Sorts a mutable list or a mutable array in place, as `sort` does.",
+    ("(let ((xs (mutable-list 3 1 2))) (sort! xs) xs)", "(mutable-list 1 2 3)"),
+)
+def sort_in_place(rt: Runtime, xs: Any, less: Any = None, *, key: Any = None, reverse: bool = False) -> None:
+    reorder(rt, "sort!", xs, lambda members: sorted_items(rt, members, less, key, reverse))
+
+
+@registry.define(
+    "reverse!",
+    "xs::Any",
+    "Any",
+    "Reverses a mutable list or a mutable array in place.",
+    ("(let ((xs (mutable-list 1 2 3))) (reverse! xs) xs)", "(mutable-list 3 2 1)"),
+)
+def reverse_in_place(rt: Runtime, xs: Any) -> None:
+    reorder(rt, "reverse!", xs, lambda members: members[::-1])
+
+
+def reorder(rt: Runtime, name: str, xs: Any, order: Any) -> None:
+    """Replace the items of a mutable list or array by ``order(items)``."""
+    if type(xs) is MutableList:
+        members = order(items(rt, xs, name))
+        rt.write(xs)
+        xs.items[:] = members
+    elif type(xs) is MutableArray:
+        members = [to_numpy(rt, row) for row in order(items(rt, xs, name))]
+        rt.write(xs)
+        for index, row in enumerate(members):
+            xs.data[index] = row
+    else:
+        raise cannot_change(name, xs, "a mutable list or a mutable array")

@@ -1,0 +1,194 @@
+"""Tests of a value's type, and equality."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from scenelang.interpreter import equality
+from scenelang.interpreter.entity import Entity
+from scenelang.interpreter.library import Registry
+from scenelang.interpreter.runtime import Runtime
+from scenelang.interpreter.values import (
+    NIL,
+    Embedding,
+    HandleList,
+    Keyword,
+    Matrix,
+    Mutable,
+    MutableArray,
+    MutableList,
+    Pair,
+    Procedure,
+    Record,
+    Set,
+    Stream,
+    Symbol,
+    Table,
+    Vector,
+)
+from scenelang.stdlib.arraydata import from_numpy, is_array
+
+registry = Registry("tests")
+
+
+def note_read(rt: Runtime, *values: Any) -> None:
+    """Note that the content of ``values`` is looked at, where it can change."""
+    for value in values:
+        if isinstance(value, Mutable):
+            rt.read(value)
+
+
+def same_value(rt: Runtime, a: Any, b: Any) -> bool:
+    """Equality as sets and tables have it: by structure, numbers by value."""
+    note_read(rt, a, b)
+    return equality.equal(a, b, typed=False)
+
+
+def _define_test(
+    name: str, holds: Callable[[Any], bool], doc: str, example: tuple[str, str], intrinsic: str | None = None
+) -> None:
+    @registry.define(name, "value::Any", "Boolean", doc, example, intrinsic)
+    def entry(rt: Runtime, value: Any) -> bool:
+        return holds(value)
+
+
+def _is_whole(value: Any) -> bool:
+    return type(value) is int or (type(value) is float and value.is_integer())
+
+
+_define_test("not", lambda v: v is False or v is None, "True for #f and none only.", ("(not 0)", "#f"), "not")
+_define_test("boolean?", lambda v: type(v) is bool, "True for #t and #f.", ("(boolean? #f)", "#t"))
+_define_test("none?", lambda v: v is None, "True for none.", ("(none? '())", "#f"))
+_define_test("number?", lambda v: type(v) in (int, float), "True for Integers and Floats.", ("(number? 1.5)", "#t"))
+_define_test("integer?", _is_whole, "True for Integers and whole Floats.", ("(integer? 2.)", "#t"))
+_define_test(
+    "exact?", lambda v: type(v) is int, "True for an Integer, such as 2; false for 2.0.", ("(exact? 2.)", "#f")
+)
+_define_test("inexact?", lambda v: type(v) is float, "True for a Float, such as 2.0.", ("(inexact? 2.)", "#t"))
+_define_test("string?", lambda v: type(v) is str, "True for a String.", ('(string? "a")', "#t"))
+_define_test("symbol?", lambda v: type(v) is Symbol, "True for a symbol.", ("(symbol? 'a)", "#t"))
+_define_test("keyword?", lambda v: type(v) is Keyword, "True for a keyword.", ("(keyword? :size)", "#t"))
+_define_test("table?", lambda v: type(v) is Table, "True for a table.", ('(table? (table "a" 1))', "#t"))
+_define_test("set?", lambda v: type(v) is Set, "True for a set.", ("(set? (set 1 2))", "#t"))
+_define_test("record?", lambda v: type(v) is Record, "True for a record of any type.", ("(record? 1)", "#f"))
+_define_test(
+    "procedure?",
+    lambda v: isinstance(v, Procedure),
+    "True for anything that can be called.",
+    ("(procedure? car)", "#t"),
+)
+_define_test("entity?", lambda v: type(v) is Entity, "True for an Entity.", ('(entity? (call "cube"))', "#t"))
+_define_test(
+    "embedding?", lambda v: type(v) is Embedding, "True for an Embedding.", ('(embedding? (embedding "ivory"))', "#t")
+)
+_define_test(
+    "stream?",
+    lambda v: type(v) is Stream,
+    "True for a random stream of one's own.",
+    ("(stream? (random-stream 1))", "#t"),
+)
+_define_test(
+    "mutable?",
+    lambda v: isinstance(v, Mutable) and v.birth >= 0,
+    "True for what can be changed: mutable lists and arrays, tables, sets, records, streams.",
+    ("(mutable? (mutable-list 1 2))", "#t"),
+)
+_define_test("array?", is_array, "True for arrays of any number of dimensions.", ("(array? [[1 2] [3 4]])", "#t"))
+_define_test(
+    "vector?",
+    lambda v: type(v) is Vector or (type(v) is MutableArray and v.data.ndim == 1),
+    "True for an array of one dimension.",
+    ("(vector? [1 2 3])", "#t"),
+)
+
+
+@registry.define(
+    "matrix?",
+    "value::Any",
+    "Boolean",
+    "True for a pose: a 4x4 array whose last row is 0 0 0 1.",
+    ("(list (matrix? (eye 4)) (matrix? (eye 3)))", "(#t #f)"),
+)
+def is_matrix(rt: Runtime, value: Any) -> bool:
+    if type(value) is MutableArray and value.data.shape == (4, 4):
+        rt.read(value)
+        value = from_numpy(value.data)
+    return type(value) is Matrix
+
+
+@registry.define(
+    "pair?",
+    "value::Any",
+    "Boolean",
+    "True for a pair, and so for every list that is not empty.",
+    ("(list (pair? '(1)) (pair? '()))", "(#t #f)"),
+    "pair?",
+)
+def is_pair(rt: Runtime, value: Any) -> bool:
+    if type(value) is MutableList:
+        rt.read(value)
+        return bool(value.items)
+    return type(value) is Pair or type(value) is HandleList
+
+
+@registry.define("null?", "value::Any", "Boolean", "True for the empty list.", ("(null? (list))", "#t"), "null?")
+def is_null(rt: Runtime, value: Any) -> bool:
+    if type(value) is MutableList:
+        rt.read(value)
+        return not value.items
+    return value is NIL
+
+
+@registry.define(
+    "list?",
+    "value::Any",
+    "Boolean",
+    "True for a list: pairs that end in the empty list, or a mutable list.",
+    ("(list (list? '(1 2)) (list? (cons 1 2)))", "(#t #f)"),
+)
+def is_list(rt: Runtime, value: Any) -> bool:
+    count = 0
+    while type(value) is Pair:
+        count += 1
+        value = value.cdr
+    rt.charge(count >> 3)
+    return value is NIL or type(value) is MutableList
+
+
+# --- equality --------------------------------------------------------------------------------------------------
+
+_BY_VALUE = (int, float, str, Symbol, Keyword)
+
+
+def identical(a: Any, b: Any) -> bool:
+    """``eq?``: the same object, or the same number or text."""
+    return a is b or (type(a) is type(b) and type(a) in _BY_VALUE and a == b)
+
+
+@registry.define(
+    "eq?",
+    "a::Any b::Any",
+    "Boolean",
+    "True when both are the same thing; numbers and strings go by value, 1 and 1.0 differ.",
+    ("(list (eq? 1 1) (eq? 1 1.) (eq? '() '()))", "(#t #f #t)"),
+)
+def eq(rt: Runtime, a: Any, b: Any) -> bool:
+    return identical(a, b)
+
+
+@registry.define("eqv?", "a::Any b::Any", "Boolean", "The same as `eq?`.", ('(eqv? "a" "a")', "#t"))
+def eqv(rt: Runtime, a: Any, b: Any) -> bool:
+    return identical(a, b)
+
+
+@registry.define(
+    "equal?",
+    "a::Any b::Any more::Any ...",
+    "Boolean",
+    "True when all have the same structure, content and types: 1 and 1.0 differ. Numbers alone are compared by `=`.",
+    ("(list (equal? '(1 (2)) '(1 (2))) (equal? 1 1.))", "(#t #f)"),
+)
+def equal(rt: Runtime, a: Any, b: Any, *more: Any) -> bool:
+    note_read(rt, a, b, *more)
+    return all(equality.equal(a, other) for other in (b, *more))

@@ -1,0 +1,351 @@
+"""Random draws: numpy's legacy generator, and under the prefix ``py-`` Python's, drawing exactly what they draw."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.library import Registry
+from scenelang.interpreter.runtime import Runtime
+from scenelang.interpreter.show import show
+from scenelang.interpreter.values import NIL, Stream, Vector, make_list
+from scenelang.stdlib.arraydata import from_numpy, shape_argument, to_numpy
+from scenelang.stdlib.errors import empty_sequence, wrong_type
+from scenelang.stdlib.items import items, rebuild
+from scenelang.stdlib.mutation import reorder
+from scenelang.stdlib.sorting import plain_kind
+
+registry = Registry("random")
+
+_INT64 = 1 << 63
+
+
+# --- streams ---------------------------------------------------------------------------------------------------
+
+
+def _numpy_source(rt: Runtime, name: str, stream: Stream | None) -> Any:
+    """The generator to draw from; the draw is noted."""
+    if stream is None:
+        rt.draw()
+        return rt.streams.numpy
+    if stream.kind == "py-random-stream":
+        raise wrong_type(
+            name, "a stream of `random-stream` or `default-rng`", stream, f"Python's is drawn by `py-{name}`"
+        )
+    rt.draw(stream)
+    return stream.generator
+
+
+def _python_source(rt: Runtime, name: str, stream: Stream | None) -> Any:
+    if stream is None:
+        rt.draw()
+        return rt.streams.python
+    if stream.kind != "py-random-stream":
+        raise wrong_type(name, "a stream of `py-random-stream`", stream, f"numpy's is drawn by `{name[3:]}`")
+    rt.draw(stream)
+    return stream.generator
+
+
+def _check_seed(name: str, seed: int) -> int:
+    if not 0 <= seed < 1 << 32:
+        raise SceneError("value", f"`{name}` wants a seed from 0 to 2^32 - 1, got {show(seed, 30)}")
+    return seed
+
+
+@registry.define("set-seed!", "seed::Integer", "Any",
+                 "Seeds the stream of `random uniform randint` and their kin anew, from here on.",
+                 ("(begin (set-seed! 7) (let ((a (random))) (set-seed! 7) (= a (random))))", "#t"))  # fmt: skip
+def set_seed(rt: Runtime, seed: int) -> None:
+    rt.draw()
+    rt.streams.seed_numpy(_check_seed("set-seed!", seed))
+
+
+@registry.define("py-set-seed!", "seed::Integer", "Any",
+                 "Seeds the stream of `py-random` and its kin anew, from here on.",
+                 ("(begin (py-set-seed! 7) (let ((a (py-random))) (py-set-seed! 7) (= a (py-random))))",
+                  "#t"))  # fmt: skip
+def py_set_seed(rt: Runtime, seed: int) -> None:
+    rt.draw()
+    rt.streams.seed_python(seed)
+
+
+@registry.define("random-stream", "[seed::Integer]", "Stream",
+                 "A stream of its own for `:stream`, as numpy's `RandomState(seed)`; the seed is 0 when left out.",
+                 ("(let ((a (random-stream 3)) (b (random-stream 3))) (= (random :stream a) (random :stream b)))",
+                  "#t"))  # fmt: skip
+def random_stream(rt: Runtime, seed: int = 0) -> Stream:
+    return Stream("random-stream", np.random.RandomState(_check_seed("random-stream", seed)), rt.clock)
+
+
+@registry.define("default-rng", "[seed::Integer]", "Stream",
+                 "A stream of its own for `:stream`, as numpy's `default_rng(seed)`; the seed is 0 when left out.",
+                 ("(randint 5 6 :stream (default-rng 3))", "5"))  # fmt: skip
+def default_rng(rt: Runtime, seed: int = 0) -> Stream:
+    if seed < 0:
+        raise SceneError("value", f"`default-rng` wants a seed that is not negative, got {show(seed, 30)}")
+    return Stream("default-rng", np.random.default_rng(seed), rt.clock)
+
+
+@registry.define("py-random-stream", "[seed::Integer]", "Stream",
+                 "A stream of its own for the `:stream` of `py-random` and its kin, as Python's `random.Random(seed)`; "
+                 "the seed is 0 when left out.",
+                 ("(py-randint 5 5 :stream (py-random-stream 3))", "5"))  # fmt: skip
+def py_random_stream(rt: Runtime, seed: int = 0) -> Stream:
+    import random
+
+    return Stream("py-random-stream", random.Random(seed), rt.clock)
+
+
+# --- numpy's draws ---------------------------------------------------------------------------------------------
+
+
+def _drawn(name: str, draw: Callable[[], Any]) -> Any:
+    """The value of a draw; what numpy or Python refuse becomes a diagnostic."""
+    try:
+        value = draw()
+    except (ValueError, OverflowError, IndexError) as error:
+        raise SceneError("value", f"`{name}` cannot draw: {error}") from None
+    return value if type(value) in (int, float) else from_numpy(value)
+
+
+def _shape(rt: Runtime, name: str, size: Any) -> Any:
+    return None if size is None else shape_argument(rt, size, name)
+
+
+@registry.define("random", "[:size::Any] [:stream::Stream]", "Number",
+                 "A number from 0 up to 1, evenly; with `:size` an array of that shape.",
+                 ("(let ((x (random))) (and (<= 0 x) (< x 1)))", "#t"))  # fmt: skip
+def random(rt: Runtime, *, size: Any = None, stream: Any = None) -> Any:
+    shape = _shape(rt, "random", size)
+    source = _numpy_source(rt, "random", stream)
+    return _drawn("random", lambda: source.random(shape))
+
+
+@registry.define("uniform", "[low::Any] [high::Any] [:size::Any] [:stream::Stream]", "Number",
+                 "A number from `low` (0) up to `high` (1), evenly; with `:size` an array of that shape.",
+                 ("(array-shape (uniform -1 1 :size '(2 3)))", "(2 3)"))  # fmt: skip
+def uniform(rt: Runtime, low: Any = 0.0, high: Any = 1.0, *, size: Any = None, stream: Any = None) -> Any:
+    shape = _shape(rt, "uniform", size)
+    bounds = [_parameter(rt, "uniform", bound) for bound in (low, high)]
+    source = _numpy_source(rt, "uniform", stream)
+    return _drawn("uniform", lambda: source.uniform(*bounds, shape))
+
+
+def _parameter(rt: Runtime, name: str, value: Any) -> Any:
+    """A parameter of a distribution: a number, or an array for as many draws."""
+    if type(value) is int or type(value) is float:
+        return float(value)
+    return to_numpy(rt, value, name)
+
+
+@registry.define("normal", "[mean::Any] [deviation::Any] [:size::Any] [:stream::Stream]", "Number",
+                 "A number from the normal distribution with `mean` (0) and standard `deviation` (1).",
+                 ("(length (normal 0 2 :size 3))", "3"))  # fmt: skip
+def normal(rt: Runtime, mean: Any = 0.0, deviation: Any = 1.0, *, size: Any = None, stream: Any = None) -> Any:
+    shape = _shape(rt, "normal", size)
+    parameters = [_parameter(rt, "normal", value) for value in (mean, deviation)]
+    source = _numpy_source(rt, "normal", stream)
+    return _drawn("normal", lambda: source.normal(*parameters, shape))
+
+
+@registry.define("randint", "low::Integer [high::Integer] [:size::Any] [:stream::Stream]", "Integer",
+                 "An Integer from `low` up to `high`, which is left out; `(randint n)` begins at 0.",
+                 ("(randint 5 6)", "5"))  # fmt: skip
+def randint(rt: Runtime, low: int, high: int | None = None, *, size: Any = None, stream: Any = None) -> Any:
+    first, end = (0, low) if high is None else (low, high)
+    if first >= end:
+        raise SceneError("value", f"`randint` wants a range that is not empty, got {show(first)} up to {show(end)}")
+    if first < -_INT64 or end > _INT64:
+        raise SceneError("value", "`randint` draws Integers of 64 bits only")
+    shape = _shape(rt, "randint", size)
+    source = _numpy_source(rt, "randint", stream)
+    draw = source.integers if stream is not None and stream.kind == "default-rng" else source.randint
+    return _drawn("randint", lambda: draw(first, end, shape))
+
+
+@registry.define("rand", "sides::Integer ... [:stream::Stream]", "Number",
+                 "An array of this shape of numbers from 0 up to 1; without arguments one number.",
+                 ("(array-shape (rand 2 3))", "(2 3)"))  # fmt: skip
+def rand(rt: Runtime, *sides: int, stream: Any = None) -> Any:
+    return random(rt, size=make_list(sides) if sides else None, stream=stream)
+
+
+@registry.define("randn", "sides::Integer ... [:stream::Stream]", "Number",
+                 "An array of this shape from the standard normal distribution; without arguments one number.",
+                 ("(length (randn 4))", "4"))  # fmt: skip
+def randn(rt: Runtime, *sides: int, stream: Any = None) -> Any:
+    shape = _shape(rt, "randn", make_list(sides) if sides else None)
+    source = _numpy_source(rt, "randn", stream)
+    return _drawn("randn", lambda: source.standard_normal(shape))
+
+
+def _pool(rt: Runtime, name: str, xs: Any) -> tuple[list[Any] | range, bool]:
+    """What to choose from, and whether several choices make an array."""
+    if type(xs) is float and xs.is_integer():
+        xs = int(xs)
+    if type(xs) is int:
+        if not 0 < xs < _INT64:
+            raise SceneError("value", f"`{name}` wants a count above 0, got {show(xs, 30)}")
+        return range(xs), True
+    members = items(rt, xs, name)
+    if not members:
+        raise empty_sequence(name)
+    return members, plain_kind(xs) is not NIL
+
+
+@registry.define("choice", "xs::Any [:size::Any] [:replace::Boolean] [:p::Any] [:stream::Stream]", "Any",
+                 "A random item of a sequence, or of 0 .. n-1 for a number n. `:size` draws several, `:replace #f` "
+                 "each at most once; `:p` are the probabilities of the items.",
+                 ("(choice '(a b c) :p '(0 1 0))", "b"))  # fmt: skip
+def choice(rt: Runtime, xs: Any, *, size: Any = None, replace: bool = True, p: Any = None, stream: Any = None) -> Any:
+    pool, as_array = _pool(rt, "choice", xs)
+    shape = _shape(rt, "choice", size)
+    chances = None if p is None else to_numpy(rt, p, "choice").astype(float)
+    if chances is not None or not replace:
+        rt.meter.check_size(len(pool), "an array")
+    source = _numpy_source(rt, "choice", stream)
+    drawn = _drawn("choice", lambda: source.choice(len(pool), shape, replace, chances))
+    if type(drawn) is int:
+        return pool[drawn]
+    if isinstance(pool, range):
+        return drawn
+    indices = to_numpy(rt, drawn)
+    chosen = [pool[index] for index in indices.ravel().tolist()]
+    if as_array:
+        return from_numpy(np.array(chosen).reshape(indices.shape))
+    return _nested_list(chosen, indices.shape)
+
+
+def _nested_list(members: list[Any], shape: tuple[int, ...]) -> Any:
+    for side in reversed(shape[1:]):
+        members = [make_list(members[start : start + side]) for start in range(0, len(members), max(1, side))]
+    return make_list(members)
+
+
+def _shuffled(rt: Runtime, name: str, members: list[Any], stream: Any) -> list[Any]:
+    """The items in the order that numpy's ``shuffle`` gives a list."""
+    rt.charge(len(members) >> 1)
+    order = list(range(len(members)))
+    _numpy_source(rt, name, stream).shuffle(order)
+    return [members[index] for index in order]
+
+
+@registry.define("shuffle", "xs::Sequence [:stream::Stream]", "Sequence",
+                 "A new list of the items in random order; of a vector a vector. `shuffle!` works in place.",
+                 ("(sort (shuffle '(3 1 2)))", "(1 2 3)"))  # fmt: skip
+def shuffle(rt: Runtime, xs: Any, *, stream: Any = None) -> Any:
+    return rebuild(rt, plain_kind(xs), _shuffled(rt, "shuffle", items(rt, xs, "shuffle"), stream))
+
+
+@registry.define("shuffle!", "xs::Any [:stream::Stream]", "Any", "Shuffles a mutable list or a mutable array in place.",
+                 ("(let ((xs (mutable-list 3 1 2))) (shuffle! xs) (length xs))", "3"))  # fmt: skip
+def shuffle_in_place(rt: Runtime, xs: Any, *, stream: Any = None) -> None:
+    reorder(rt, "shuffle!", xs, lambda members: _shuffled(rt, "shuffle!", members, stream))
+
+
+@registry.define("permutation", "xs::Any [:stream::Stream]", "Sequence",
+                 "The numbers 0 .. n-1, or the items of a sequence, in random order.",
+                 ("(sort (permutation 4))", "[0 1 2 3]"))  # fmt: skip
+def permutation(rt: Runtime, xs: Any, *, stream: Any = None) -> Any:
+    is_count = type(xs) is int or type(xs) is float
+    if is_count:
+        (count,) = shape_argument(rt, xs, "permutation")
+        members, kind = list(range(count)), Vector()
+    else:
+        members, kind = items(rt, xs, "permutation"), plain_kind(xs)
+    order = _numpy_source(rt, "permutation", stream).permutation(len(members)).tolist()
+    return rebuild(rt, kind, [members[index] for index in order])
+
+
+# --- Python's draws --------------------------------------------------------------------------------------------
+
+
+@registry.define("py-random", "[:stream::Stream]", "Float", "A number from 0 up to 1, as Python's `random.random()`.",
+                 ("(let ((x (py-random))) (and (<= 0 x) (< x 1)))", "#t"))  # fmt: skip
+def py_random(rt: Runtime, *, stream: Any = None) -> Any:
+    return _python_source(rt, "py-random", stream).random()
+
+
+@registry.define("py-uniform", "low::Number high::Number [:stream::Stream]", "Float",
+                 "A number between `low` and `high`, as Python's `random.uniform`.",
+                 ("(let ((x (py-uniform 2 3))) (and (<= 2 x) (<= x 3)))", "#t"))  # fmt: skip
+def py_uniform(rt: Runtime, low: Any, high: Any, *, stream: Any = None) -> Any:
+    return _python_source(rt, "py-uniform", stream).uniform(low, high)
+
+
+@registry.define("py-gauss", "[mean::Number] [deviation::Number] [:stream::Stream]", "Float",
+                 "A number from the normal distribution, as Python's `random.gauss`.",
+                 ("(py-gauss 5 0)", "5.0"))  # fmt: skip
+def py_gauss(rt: Runtime, mean: Any = 0.0, deviation: Any = 1.0, *, stream: Any = None) -> Any:
+    return float(_python_source(rt, "py-gauss", stream).gauss(mean, deviation))
+
+
+@registry.define("py-randint", "low::Integer high::Integer [:stream::Stream]", "Integer",
+                 "An Integer from `low` to `high`, both included, as Python's `random.randint`.",
+                 ("(py-randint 5 5)", "5"))  # fmt: skip
+def py_randint(rt: Runtime, low: int, high: int, *, stream: Any = None) -> Any:
+    source = _python_source(rt, "py-randint", stream)
+    return _drawn("py-randint", lambda: source.randint(low, high))
+
+
+@registry.define("py-randrange", "start::Integer [end::Integer] [step::Integer] [:stream::Stream]", "Integer",
+                 "A random number of `(range start end step)`, as Python's `random.randrange`.",
+                 ("(py-randrange 5 6)", "5"))  # fmt: skip
+def py_randrange(rt: Runtime, *bounds: int, stream: Any = None) -> Any:
+    source = _python_source(rt, "py-randrange", stream)
+    return _drawn("py-randrange", lambda: source.randrange(*bounds))
+
+
+@registry.define("py-choice", "xs::Sequence [:stream::Stream]", "Any", "A random item, as Python's `random.choice`.",
+                 ("(py-choice '(a))", "a"))  # fmt: skip
+def py_choice(rt: Runtime, xs: Any, *, stream: Any = None) -> Any:
+    members, _ = _pool(rt, "py-choice", xs)
+    return _python_source(rt, "py-choice", stream).choice(members)
+
+
+@registry.define("py-choices", "xs::Sequence [:weights::Any] [:k::Integer] [:stream::Stream]", "List",
+                 "A list of `:k` (1) random items, each drawn from all, as Python's `random.choices`.",
+                 ("(py-choices '(a b) :weights '(0 1) :k 3)", "(b b b)"))  # fmt: skip
+def py_choices(rt: Runtime, xs: Any, *, weights: Any = None, k: int = 1, stream: Any = None) -> Any:
+    members, _ = _pool(rt, "py-choices", xs)
+    rt.meter.check_size(max(0, k), "a list")
+    chances = None
+    if weights is not None:
+        chances = to_numpy(rt, weights, "py-choices").ravel().tolist()
+        if len(chances) != len(members) or not math.isfinite(sum(chances)) or sum(chances) <= 0:
+            raise SceneError("value", "`py-choices` wants a weight for every item, with a sum above 0")
+    return make_list(_python_source(rt, "py-choices", stream).choices(members, chances, k=k))
+
+
+@registry.define("py-sample", "xs::Sequence count::Integer [:stream::Stream]", "List",
+                 "A list of `count` random items, each at most once, as Python's `random.sample`.",
+                 ("(sort (py-sample '(3 1 2) 3))", "(1 2 3)"))  # fmt: skip
+def py_sample(rt: Runtime, xs: Any, count: int, *, stream: Any = None) -> Any:
+    members = items(rt, xs, "py-sample")
+    if not 0 <= count <= len(members):
+        raise SceneError("value", f"`py-sample` cannot draw {show(count, 30)} of {len(members)} items")
+    return make_list(_python_source(rt, "py-sample", stream).sample(members, count))
+
+
+def _py_shuffled(rt: Runtime, name: str, members: list[Any], stream: Any) -> list[Any]:
+    rt.charge(len(members))
+    _python_source(rt, name, stream).shuffle(members)
+    return members
+
+
+@registry.define("py-shuffle", "xs::Sequence [:stream::Stream]", "Sequence",
+                 "A new list of the items in the order that Python's `random.shuffle` gives them.",
+                 ("(sort (py-shuffle '(3 1 2)))", "(1 2 3)"))  # fmt: skip
+def py_shuffle(rt: Runtime, xs: Any, *, stream: Any = None) -> Any:
+    return rebuild(rt, plain_kind(xs), _py_shuffled(rt, "py-shuffle", items(rt, xs, "py-shuffle"), stream))
+
+
+@registry.define("py-shuffle!", "xs::Any [:stream::Stream]", "Any",
+                 "Shuffles a mutable list or array in place, as Python's `random.shuffle`.",
+                 ("(let ((xs (mutable-list 3 1 2))) (py-shuffle! xs) (length xs))", "3"))  # fmt: skip
+def py_shuffle_in_place(rt: Runtime, xs: Any, *, stream: Any = None) -> None:
+    reorder(rt, "py-shuffle!", xs, lambda members: _py_shuffled(rt, "py-shuffle!", members, stream))

@@ -1,0 +1,201 @@
+"""Strings. A character is a String of length 1."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable
+from itertools import pairwise
+from typing import Any
+
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.library import Registry
+from scenelang.interpreter.runtime import Runtime
+from scenelang.interpreter.show import display, show
+from scenelang.interpreter.values import Symbol, make_list
+from scenelang.stdlib.errors import bad_index, wrong_type
+from scenelang.stdlib.items import items
+
+registry = Registry("strings")
+
+
+def _check_text(rt: Runtime, size: int) -> None:
+    rt.meter.check_size(size, "a string")
+
+
+def _texts(name: str, values: Any) -> list[str]:
+    for value in values:
+        if type(value) is not str:
+            hint = "`(string x)` makes a text of anything"
+            raise wrong_type(name, "strings", value, hint)
+    return list(values)
+
+
+@registry.define("string", "values::Any ...", "String", "The texts of all values, joined: as `print` shows them.",
+                 ('(string "leg" 2 \'(a "b"))', '"leg2(a \\"b\\")"'))  # fmt: skip
+def string(rt: Runtime, *values: Any) -> str:
+    texts = [display(value) for value in values]
+    _check_text(rt, sum(map(len, texts)))
+    return "".join(texts)
+
+
+@registry.define("string-append", "texts::String ...", "String", "The texts joined.",
+                 ('(string-append "chair" "/" "leg")', '"chair/leg"'))  # fmt: skip
+def string_append(rt: Runtime, *texts: str) -> str:
+    _check_text(rt, sum(map(len, texts)))
+    return "".join(texts)
+
+
+@registry.define("string-join", "texts::Sequence [separator::String]", "String",
+                 "The texts of a list joined, with a separator (a blank) between them.",
+                 ("(string-join '(\"a\" \"b\" \"c\") \", \")", '"a, b, c"'))  # fmt: skip
+def string_join(rt: Runtime, texts: Any, separator: str = " ") -> str:
+    members = _texts("string-join", items(rt, texts, "string-join"))
+    _check_text(rt, sum(map(len, members)) + len(separator) * len(members))
+    return separator.join(members)
+
+
+@registry.define("list->string", "texts::Sequence", "String", "The characters of a list, joined.",
+                 ('(list->string (reverse (string->list "abc")))', '"cba"'))  # fmt: skip
+def list_to_string(rt: Runtime, texts: Any) -> str:
+    return string_join(rt, texts, "")
+
+
+@registry.define("string-split", "text::String [separator::String]", "List",
+                 "The pieces between separators; without a separator, the words between white space.",
+                 ('(list (string-split "a,b,,c" ",") (string-split " two  words "))',
+                  '(("a" "b" "" "c") ("two" "words"))'))  # fmt: skip
+def string_split(rt: Runtime, text: str, separator: str | None = None) -> Any:
+    if separator == "":
+        raise SceneError(
+            "value", "`string-split` wants a separator that is not empty", hint="`string->list` splits all"
+        )
+    rt.charge(len(text) >> 2)
+    return make_list(text.split(separator))
+
+
+@registry.define(
+    "string-upcase", "text::String", "String", "The text in upper case.", ('(string-upcase "Oak")', '"OAK"')
+)
+def string_upcase(rt: Runtime, text: str) -> str:
+    rt.charge(len(text) >> 4)
+    return text.upper()
+
+
+@registry.define("string-downcase", "text::String", "String", "The text in lower case.",
+                 ('(string-downcase "Oak")', '"oak"'))  # fmt: skip
+def string_downcase(rt: Runtime, text: str) -> str:
+    rt.charge(len(text) >> 4)
+    return text.lower()
+
+
+@registry.define("string-trim", "text::String [characters::String]", "String",
+                 "The text without white space, or without the given characters, at both ends.",
+                 ('(list (string-trim "  oak ") (string-trim "--oak-" "-"))', '("oak" "oak")'))  # fmt: skip
+def string_trim(rt: Runtime, text: str, characters: str | None = None) -> str:
+    return text.strip(characters)
+
+
+@registry.define("string-contains?", "text::String part::String", "Boolean", "True when `part` stands in the text.",
+                 ('(string-contains? "chair leg" "leg")', "#t"))  # fmt: skip
+def string_contains(rt: Runtime, text: str, part: str) -> bool:
+    rt.charge(len(text) >> 4)
+    return part in text
+
+
+@registry.define("string-prefix?", "text::String prefix::String", "Boolean", "True when the text begins with `prefix`.",
+                 ('(string-prefix? "chair leg" "chair")', "#t"))  # fmt: skip
+def string_prefix(rt: Runtime, text: str, prefix: str) -> bool:
+    return text.startswith(prefix)
+
+
+@registry.define("string-suffix?", "text::String suffix::String", "Boolean", "True when the text ends with `suffix`.",
+                 ('(string-suffix? "chair leg" "leg")', "#t"))  # fmt: skip
+def string_suffix(rt: Runtime, text: str, suffix: str) -> bool:
+    return text.endswith(suffix)
+
+
+@registry.define("string-index", "text::String part::String [start::Integer]", "Any",
+                 "The index where `part` first stands in the text, looking from `start` on, or #f.",
+                 ('(list (string-index "chair leg" "leg") (string-index "chair" "x"))', "(6 #f)"))  # fmt: skip
+def string_index(rt: Runtime, text: str, part: str, start: int = 0) -> Any:
+    if not 0 <= start <= len(text):
+        raise bad_index(start, len(text), "string")
+    rt.charge(len(text) >> 4)
+    position = text.find(part, start)
+    return False if position < 0 else position
+
+
+@registry.define("string-replace", "text::String old::String new::String [count::Integer]", "String",
+                 "The text with every `old`, or the first `count` of them, replaced by `new`.",
+                 ('(string-replace "oak leg" "oak" "ash")', '"ash leg"'))  # fmt: skip
+def string_replace(rt: Runtime, text: str, old: str, new: str, count: int = -1) -> str:
+    found = text.count(old)
+    if count >= 0:
+        found = min(found, count)
+    _check_text(rt, len(text) + found * max(0, len(new) - len(old)))
+    return text.replace(old, new, found)
+
+
+def _padding(rt: Runtime, text: str, width: int, fill: str) -> str:
+    if len(fill) != 1:
+        raise SceneError("value", f"a text is padded with one character, got {show(fill, 30)}")
+    _check_text(rt, width)
+    return fill * (width - len(text))
+
+
+@registry.define("string-pad", "text::String width::Integer [fill::String]", "String",
+                 "The text, filled up at its front to `width` characters (with blanks).",
+                 ('(string-pad "7" 3 "0")', '"007"'))  # fmt: skip
+def string_pad(rt: Runtime, text: str, width: int, fill: str = " ") -> str:
+    return _padding(rt, text, width, fill) + text
+
+
+@registry.define("string-pad-right", "text::String width::Integer [fill::String]", "String",
+                 "The text, filled up at its end to `width` characters (with blanks).",
+                 ('(string-pad-right "oak" 5 ".")', '"oak.."'))  # fmt: skip
+def string_pad_right(rt: Runtime, text: str, width: int, fill: str = " ") -> str:
+    return text + _padding(rt, text, width, fill)
+
+
+@registry.define("ord", "character::String", "Integer", "The Unicode number of a character.", ('(ord "A")', "65"))
+def ord_(rt: Runtime, character: str) -> int:
+    if len(character) != 1:
+        raise SceneError("value", f"`ord` wants one character, got {show(character, 30)}")
+    return ord(character)
+
+
+@registry.define("chr", "number::Integer", "String", "The character with a Unicode number.", ("(chr 65)", '"A"'))
+def chr_(rt: Runtime, number: int) -> str:
+    if not 0 <= number <= 0x10FFFF or 0xD800 <= number <= 0xDFFF:
+        raise SceneError("value", f"no character has the number {show(number, 30)}")
+    return chr(number)
+
+
+@registry.define(
+    "symbol->string", "symbol::Symbol", "String", "The name of a symbol.", ("(symbol->string 'oak)", '"oak"')
+)
+def symbol_to_string(rt: Runtime, symbol: Any) -> str:
+    return str(symbol)
+
+
+@registry.define(
+    "string->symbol", "text::String", "Symbol", "The symbol with a name.", ('(string->symbol "oak")', "oak")
+)
+def string_to_symbol(rt: Runtime, text: str) -> Any:
+    return Symbol(text)
+
+
+# --- order -----------------------------------------------------------------------------------------------------
+
+
+def _define_comparison(sign: str, holds: Callable[[str, str], bool], doc: str, example: tuple[str, str]) -> None:
+    @registry.define(f"string{sign}?", "text::String more::String ...", "Boolean", doc, example)
+    def entry(rt: Runtime, *texts: str) -> bool:
+        return all(holds(a, b) for a, b in pairwise(texts))
+
+
+_define_comparison("=", operator.eq, "True when all texts are the same.", ('(string=? "a" "a")', "#t"))
+_define_comparison("<", operator.lt, "True when the texts stand in rising order.", ('(string<? "a" "b" "c")', "#t"))
+_define_comparison(">", operator.gt, "True when the texts stand in falling order.", ('(string>? "a" "b")', "#f"))
+_define_comparison("<=", operator.le, "True when no text comes after the next.", ('(string<=? "a" "a")', "#t"))
+_define_comparison(">=", operator.ge, "True when no text comes before the next.", ('(string>=? "a" "b")', "#f"))

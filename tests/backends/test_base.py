@@ -1,0 +1,113 @@
+"""The registry, lazy imports, and writing files whole."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scenelang.backends import base
+from scenelang.backends.files import written_whole
+from scenelang.backends.glb import GLB
+from scenelang.backends.picture import DRAFT, FINAL, save_picture
+from scenelang.grammar.diagnostics import SceneError
+
+
+def modules_after(statement: str) -> set[str]:
+    code = f"import sys; {statement}; print(' '.join(sys.modules))"
+    return set(subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split())
+
+
+def test_base_imports_nothing_heavy() -> None:
+    loaded = modules_after("import scenelang.backends.base")
+    assert not loaded & {"numpy", "mitsuba", "trimesh", "PIL", "importlib.metadata", "drjit"}
+
+
+@pytest.mark.parametrize("module", ["picture", "glb", "mitsuba", "labels", "draft", "camera"])
+def test_backends_import_no_package_until_they_run(module: str) -> None:
+    loaded = modules_after(f"import scenelang.backends.{module}")
+    assert not loaded & {"mitsuba", "mitsuba_oidn", "drjit", "trimesh", "PIL", "scipy"}
+
+
+def points(*backends: base.Backend) -> list[SimpleNamespace]:
+    return [SimpleNamespace(name=b.name, value="somewhere", load=lambda b=b: b) for b in backends]
+
+
+def test_backends_are_found_by_name_and_by_file(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(base, "_entry_points", lambda: points(FINAL, DRAFT, GLB))
+    assert base.names() == ["draft", "glb", "mitsuba"]
+    assert base.find("glb") is GLB
+    assert base.for_file("a.PNG") is DRAFT
+    assert base.for_file("a.glb", base.Work.MESH) is GLB
+    assert all(backend.is_installed for backend in base.every())
+    with pytest.raises(SceneError, match="no backend `drft`") as caught:
+        base.find("drft")
+    assert caught.value.hint == "did you mean `draft`?"
+    with pytest.raises(SceneError, match=r"no backend writes `\.obj` files"):
+        base.for_file("a.obj")
+
+
+def test_a_broken_backend_does_not_hide_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail() -> None:
+        raise ImportError("no module named `nothing`")
+
+    broken = SimpleNamespace(name="broken", value="x", load=fail)
+    wrong = SimpleNamespace(name="wrong", value="x:y", load=lambda: 3)
+    monkeypatch.setattr(base, "_entry_points", lambda: [broken, wrong, *points(DRAFT)])
+    assert base.every() == [DRAFT]
+    with pytest.raises(SceneError, match="cannot be loaded"):
+        base.find("broken")
+    with pytest.raises(SceneError, match="names no Backend"):
+        base.find("wrong")
+
+
+def test_a_missing_package_names_its_command() -> None:
+    with pytest.raises(SceneError, match="no_such_package_here") as caught:
+        base.need("no_such_package_here", "such-a-package")
+    assert caught.value.name == "backend"
+    assert caught.value.hint == "pip install such-a-package"
+
+
+PICTURE = np.full((4, 5, 3), 200, np.uint8)
+
+
+def test_pictures_are_saved_whole(tmp_path: Path) -> None:
+    from PIL import Image
+
+    path = tmp_path / "a.png"
+    save_picture(PICTURE, path)
+    assert (np.asarray(Image.open(path)) == PICTURE).all()
+    assert os.listdir(tmp_path) == ["a.png"]
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError])
+def test_an_interrupted_write_changes_nothing(tmp_path: Path, error: type[BaseException]) -> None:
+    path = tmp_path / "a.txt"
+    path.write_text("before")
+
+    def interrupted() -> None:
+        with written_whole(path) as temporary:
+            temporary.write_text("half")
+            raise error
+
+    with pytest.raises(error):
+        interrupted()
+    assert path.read_text() == "before"
+    assert os.listdir(tmp_path) == ["a.txt"]
+
+
+def test_unwritable_files_and_unknown_endings_are_diagnosed(tmp_path: Path) -> None:
+    with pytest.raises(SceneError) as caught:
+        save_picture(PICTURE, tmp_path / "no" / "a.png")
+    assert caught.value.name == "file"
+    (tmp_path / "folder.png").mkdir()
+    with pytest.raises(SceneError) as caught:
+        save_picture(PICTURE, tmp_path / "folder.png")
+    assert caught.value.name == "file"
+    with pytest.raises(SceneError) as caught:
+        save_picture(PICTURE, tmp_path / "a.gif")
+    assert caught.value.name == "backend"

@@ -1,0 +1,262 @@
+"""Pictures: draft and final agree, and hard scenes are drawn without a warning."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scenelang.backends import draft, mitsuba
+from scenelang.backends.base import Options
+from scenelang.backends.camera import Camera
+from scenelang.backends.labels import labels_of, write_labels
+from scenelang.backends.picture import DRAFT, PictureOptions, render, save_picture
+from scenelang.backends.stage import stage_of
+from scenelang.backends.studio import BACKDROP, encode, from_srgb, to_srgb, tone
+from scenelang.grammar.diagnostics import LimitError, SceneError
+from scenelang.interpreter import pose
+from scenelang.interpreter.entity import Scene
+from scenelang.interpreter.values import Matrix
+
+BACKGROUND = encode(np.array(BACKDROP))
+
+
+def drafted(scene: Scene, **options: Any) -> np.ndarray:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        return render(scene, PictureOptions(quality="draft", **{"width": 64, "height": 64} | options))
+
+
+def test_draft_and_final_agree(make: Any) -> None:
+    stage = stage_of(make.odd(), Camera(), 0, 128, 96, 1000)
+    quick = draft.draw(stage)
+    guide = draft.draw(stage, shaded=False)
+    assert (guide.ids == quick.ids).all()
+    final = mitsuba.draw(stage, guide, samples=24)
+    a, b = encode(quick.linear).astype(float), encode(final).astype(float)
+    solid = quick.ids >= 0
+    assert np.abs(a - b)[solid].mean() < 9
+    assert np.abs(a - b)[~solid].mean() < 5
+    assert np.abs((a - b)[solid].mean(axis=0)).max() < 6
+
+
+def test_silhouettes_agree(make: Any) -> None:
+    black = {"color": (0, 0, 0)}
+    parts = [
+        (make.primitive(word, **black), pose.translation(3 * i, 0, 0)) for i, word in enumerate(("sphere", "cone"))
+    ]
+    parts.append(
+        (
+            make.primitive("cylinder", **black),
+            make.chain(pose.translation(6, 0, 0), pose.scaling(-1, 2, 0.5, (0, 0, 0))),
+        )
+    )
+    camera = Camera(elevation=-10)  # from below the ground is not drawn, so that black means solid
+    stage = stage_of(make.scene(*parts), camera, 0, 160, 120, 10)
+    quick = draft.draw(stage)
+    final = mitsuba.draw(stage, quick, samples=16)
+    a, b = quick.linear.mean(axis=2) < 0.3, final.mean(axis=2) < 0.3
+    assert a.sum() > 2000
+    assert (a != b).sum() < 0.015 * a.sum()
+
+
+def test_the_unshaded_ground_is_the_backdrop(make: Any) -> None:
+    for quality in ("draft", "final"):
+        picture = render(
+            make.scene(make.primitive("sphere")),
+            PictureOptions(quality=quality, width=64, height=64, samples=32, camera=Camera(elevation=8, distance=30)),
+        )
+        corners = picture[[0, 0, -1, -1], [0, -1, 0, -1]].astype(float)
+        assert np.abs(corners - BACKGROUND).max() < 5
+        middle = picture[:, 0].astype(float)
+        assert np.abs(np.diff(middle[:40], axis=0)).max() < 4  # no horizon
+
+
+def test_colours_are_right(make: Any) -> None:
+    for color, strongest in (((0.8, 0.1, 0.1), 0), ((0.1, 0.7, 0.1), 1), ((0.05, 0.1, 0.8), 2)):
+        picture = drafted(make.scene(make.primitive("cube", color=color)), labels=False)
+        middle = picture[24:40, 24:40].reshape(-1, 3).mean(axis=0)
+        assert np.argmax(middle) == strongest
+        assert middle[strongest] > 1.6 * np.delete(middle, strongest).max()
+
+
+def test_light_comes_from_the_left_and_shadow_falls_to_the_right(make: Any) -> None:
+    picture = drafted(make.scene(make.primitive("cube")), camera=Camera(0, 20, distance=6), width=128, height=128)
+    ground = picture[90, :].astype(float).mean(axis=1)
+    left, right = picture[70, :30].mean(), picture[70:80, 92:100].mean()
+    assert right < left - 25
+    assert ground[2] == pytest.approx(BACKGROUND.mean(), abs=3)
+
+
+def hard_scenes(make: Any) -> dict[str, Scene]:
+    cube, ball = make.primitive("cube"), make.primitive("sphere")
+    nothing = Matrix((0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 3))
+    line = Matrix((1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0))
+    plane = Matrix((1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0))
+    far = pose.translation(1e9, 0, 0)
+    return {
+        "a point": make.scene((cube, nothing)),
+        "a line": make.scene((ball, line)),
+        "a disk": make.scene((ball, plane)),
+        "a flat square": make.scene(make.primitive("cube", scale=(1, 0, 1))),
+        "no radius": make.scene(make.primitive("sphere", radius=0), cube),
+        "no length": make.scene(make.primitive("cylinder", p1=(0, 0, 0)), make.primitive("cone", p1=(0, 0, 0))),
+        "far away": make.scene((cube, far)),
+        "tiny": make.scene((cube, pose.scaling(1e-30, 1e-30, 1e-30, (0, 0, 0)))),
+        "huge": make.scene((cube, pose.scaling(1e150, 1e150, 1e150, (0, 0, 0)))),
+        "see-through only": make.scene(make.primitive("sphere", opacity=0.5)),
+        "invisible": make.scene(make.primitive("sphere", opacity=0), cube),
+        "glowing": make.scene(make.primitive("sphere", emission=2.0), make.primitive("cube", emission=(1, 0, 0))),
+        "deleted blocks": make.scene(make.primitive("delete-blocks", scale=(1, 1, 1)), cube),
+    }
+
+
+HARD = "a point,a line,a disk,a flat square,no radius,no length,far away,tiny,huge,see-through only,invisible,glowing"
+
+
+@pytest.mark.parametrize("name", [*HARD.split(","), "deleted blocks"])
+def test_hard_scenes_are_drawn(make: Any, name: str) -> None:
+    scene = hard_scenes(make)[name]
+    picture = drafted(scene, width=40, height=30)
+    assert picture.shape == (30, 40, 3)
+    if name not in ("a point", "a line", "no length"):
+        assert np.ptp(picture) > 20
+    final = render(scene, PictureOptions(width=40, height=30, samples=4))
+    assert np.abs(picture.astype(float) - final).mean() < 25
+
+
+def test_opacity_lets_what_is_behind_through(make: Any) -> None:
+    behind = (make.primitive("cube", scale=(4, 4, 0.1), color=(0.9, 0, 0)), pose.translation(0, 0, -3))
+
+    def red(opacity: float) -> float:
+        camera = Camera(0, 0)
+        picture = drafted(
+            make.scene(behind, make.primitive("sphere", color=(0, 0, 0.9), opacity=opacity)), camera=camera
+        )
+        return float(picture[32, 32, 0]) - float(picture[32, 32, 2])
+
+    assert red(1.0) < -60 < red(0.3) < red(0.0) - 30
+
+
+def test_frames_share_one_camera_and_one_ground(make: Any) -> None:
+    cube = make.primitive("cube", color=(0.8, 0, 0))
+    roots = [make.group("film", (cube, pose.translation(x, 0, 0))) for x in (0.0, 4.0)]
+    film = Scene("film", [*roots, make.group("film")], True)
+    views = [stage_of(film, Camera(), k, 64, 64, 10).view.eye for k in range(3)]
+    assert (views[0] == views[1]).all()
+    assert np.abs(drafted(film, frame=0).astype(int) - drafted(film, frame=1)).max() > 50
+    assert np.ptp(drafted(film, frame=2)) < 8  # an empty frame of a film is an empty studio
+    with pytest.raises(SceneError, match="no frame 3"):
+        drafted(film, frame=3)
+
+
+def test_errors(make: Any) -> None:
+    cube = make.primitive("cube")
+    with pytest.raises(SceneError) as caught:
+        drafted(make.scene())
+    assert caught.value.name == "empty-scene"
+    with pytest.raises(LimitError):
+        drafted(make.scene(cube, cube, cube), limit=2)
+    with pytest.raises(SceneError, match="opacity"):
+        drafted(make.scene(make.primitive("cube", opacity="much")))
+    with pytest.raises(SceneError, match="emission"):
+        drafted(make.scene(make.primitive("cube", emission=(1, 2))))
+    for options in ({"width": 0}, {"height": 10**6}, {"width": 8000, "height": 8000}, {"samples": 0}):
+        with pytest.raises(SceneError) as caught:
+            drafted(make.scene(cube), **options)
+        assert caught.value.name == "value"
+
+
+def test_progress_rises_to_one(make: Any) -> None:
+    for quality in ("draft", "final"):
+        seen: list[float] = []
+        render(make.odd(), PictureOptions(quality=quality, width=48, height=48, samples=8, progress=seen.append))
+        assert seen == sorted(seen)
+        assert seen[-1] == pytest.approx(1.0)
+
+
+def test_the_same_seed_gives_the_same_picture(make: Any) -> None:
+    options = PictureOptions(width=40, height=40, samples=4)
+    assert (render(make.odd(), options) == render(make.odd(), options)).all()
+
+
+def village(make: Any) -> Scene:
+    house = make.primitive("house", scale=(2, 2, 2))
+    trees = [(make.primitive("tree", scale=(1, 3, 1)), pose.translation(x, 0, -1)) for x in (3, -3)]
+    return make.scene(house, *trees, (make.primitive("mouse", scale=0.2), pose.translation(0, 0, -4)))
+
+
+def test_labels_stand_on_what_is_seen_of_their_boxes(make: Any) -> None:
+    stage = stage_of(village(make), Camera(azimuth=0, elevation=10), 0, 256, 256, 10)
+    ids = draft.draw(stage, shaded=False).ids
+    labels = labels_of(stage.solids, ids)
+    assert sorted(label.text for label in labels) == ["house", "tree", "tree"]  # the mouse is hidden
+    for label in labels:
+        seen = ids[int(label.y), int(label.x)]
+        assert stage.solids.words[stage.solids.word[seen]] == label.text
+    blank = np.full((256, 256, 3), 128, np.uint8)
+    written = write_labels(blank, labels)
+    assert (blank == 128).all()
+    assert (written != blank).any(axis=2).sum() > 300
+    assert (drafted(village(make), labels=True) != drafted(village(make), labels=False)).any()
+
+
+def test_words_have_stable_tints_unless_they_have_a_colour(make: Any) -> None:
+    from scenelang.backends.solids import look_of
+
+    assert look_of(make.primitive("house")) == look_of(make.primitive("house"))
+    assert look_of(make.primitive("house")).color != look_of(make.primitive("tree")).color
+    assert look_of(make.primitive("house", color=(0.1, 0.2, 0.3))).color == (0.1, 0.2, 0.3)
+    stone = [look_of(make.primitive("set-cuboid", block_type=block)).color for block in ("stone", "stone", "dirt")]
+    assert stone[0] == stone[1] != stone[2]
+    assert look_of(make.primitive("cube")).color == (1.0, 1.0, 1.0)
+
+
+def test_an_asset_is_drawn_as_its_mesh(make: Any, tmp_path: Path) -> None:
+    import trimesh
+    from scenelang.interpreter.entity import Entity
+    from scenelang.interpreter.shapes import shape_of
+    from scenelang.interpreter.values import Embedding
+
+    path = tmp_path / "ball.glb"
+    trimesh.creation.icosphere(subdivisions=4).export(path)
+    given = {"file": str(path), "color": make.vector(0.8, 0.1, 0.1)}
+    mesh = Entity("asset", Embedding(attributes=given), (), shape_of("asset", given, (-1, -1, -1, 1, 1, 1)))
+    ball = make.primitive("sphere", color=(0.8, 0.1, 0.1))
+    a, b = drafted(make.scene(mesh)).astype(float), drafted(make.scene(ball)).astype(float)
+    assert np.abs(a - b).mean() < 2
+    lost = {"file": str(tmp_path / "lost.glb"), "color": given["color"]}
+    box = Entity("asset", Embedding(attributes=lost), (), shape_of("asset", lost, (-1, -1, -1, 1, 1, 1)))
+    cube = make.primitive("cube", scale=2, color=(0.8, 0.1, 0.1))
+    assert (drafted(make.scene(box)) == drafted(make.scene(cube))).all()
+
+
+def test_twenty_thousand_primitives_are_drawn_soon(make: Any) -> None:
+    import time
+
+    scene = make.random(20_000)
+    started = time.process_time()
+    picture = drafted(scene, width=256, height=256)
+    assert np.ptp(picture) > 100
+    assert time.process_time() - started < 20
+
+
+def test_film_curves() -> None:
+    x = np.linspace(0, 20, 2001)
+    y = tone(x)
+    assert (np.diff(y) >= 0).all()
+    assert y.max() <= 1
+    assert (y[x <= 0.7] == x[x <= 0.7]).all()
+    unit = np.linspace(0, 1, 101)
+    assert from_srgb(to_srgb(unit)) == pytest.approx(unit, abs=1e-6)
+
+
+def test_the_backend_object_writes_a_file(make: Any, tmp_path: Path) -> None:
+    from PIL import Image
+
+    DRAFT.run(make.odd(), tmp_path / "a.webp", Options())
+    assert Image.open(tmp_path / "a.webp").size == (512, 512)
+    save_picture(drafted(make.odd()), tmp_path / "b.jpg")
+    assert Image.open(tmp_path / "b.jpg").size == (64, 64)
