@@ -32,9 +32,12 @@ _LAYERS = 6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Draft:
-    """A draft picture: ``linear`` (H, W, 3) after the film's tone curve, linear sRGB in [0, 1]; ``depth`` (H, W) along
-    the view, infinity on the backdrop; ``ids`` (H, W) solids' numbers, GROUND or SKY; ``albedo`` and ``normal``
-    (H, W, 3) averaged over each pixel, for denoisers; ``sky`` (H, W) the share of each pixel that is backdrop."""
+    """A draft picture of H x W pixels.
+
+    ``linear`` (H, W, 3) is after the film's tone curve, linear sRGB in [0, 1]; ``depth`` (H, W) of opaque surfaces
+    along the view, infinity on the backdrop; ``ids`` (H, W) the nearest solids' numbers, GROUND or SKY; ``albedo`` and
+    ``normal`` (H, W, 3) are averaged over each pixel, for denoisers; ``sky`` (H, W) is its share of backdrop.
+    """
 
     linear: Float32Array
     depth: Float32Array
@@ -61,7 +64,7 @@ def draw(stage: Stage, progress: Callable[[float], None] | None = None, shaded: 
     caster = caster_for(stage.solids, rays)
     opaque = stage.solids.opacity >= 1.0
     keys = caster.cast(opaque, progress=lambda share: report(0.4 * share))
-    layers = _layers(caster, ~opaque, keys) if shaded and not opaque.all() else []
+    layers = _layers(caster, ~opaque, keys) if not opaque.all() else []
     shadows = _shadows(stage) if shaded else []
     report(0.55)
     first = _surface(stage, caster, rays, keys[::_SAMPLES, ::_SAMPLES], 0, _SAMPLES)
@@ -81,7 +84,10 @@ def draw(stage: Stage, progress: Callable[[float], None] | None = None, shaded: 
             output[top:bottom] = _averaged(part, bottom - top, stage.width)
         report(0.7 + 0.3 * bottom / stage.height)
     color, albedo, normal, sky = outputs
-    return Draft(color, depth, first.ids.reshape(size), albedo, normal, sky[:, :, 0] * _above_horizon(stage, rays))
+    ids = first.ids.reshape(size)
+    for layer in layers[:1]:
+        ids = np.where(layer[::_SAMPLES, ::_SAMPLES] != NOTHING, ids_of(layer[::_SAMPLES, ::_SAMPLES]), ids)
+    return Draft(color, depth, ids, albedo, normal, sky[:, :, 0] * _above_horizon(stage, rays))
 
 
 def _above_horizon(stage: Stage, rays: Rays) -> Float32Array:
@@ -169,23 +175,27 @@ def _band(
     """Colour, albedo, normal (N, 3) and emptiness (N, 1) of the samples of a band of rows, from row ``top`` on."""
     seen = _surface(stage, caster, rays, keys, top, 1)
     albedo = _albedo(stage, seen.ids)
-    geometry = albedo, seen.normals.astype(np.float32), (seen.ids < 0).astype(np.float32)[:, None]
-    if not shadows:
-        return np.zeros_like(albedo), *geometry
+    normals, empty = seen.normals.astype(np.float32), (seen.ids < 0).astype(np.float32)[:, None]
+    color = np.zeros_like(albedo)
     row, column = np.divmod(np.arange(keys.size), keys.shape[1])
     row = row + top
-    light = _fetched(ambient, depth, seen.depth, row, column)
-    color = tone(_lit(stage, seen, albedo, shadows, light, row, column)).astype(np.float32)
+    if shadows:
+        light = _fetched(ambient, depth, seen.depth, row, column)
+        color = tone(_lit(stage, seen, albedo, shadows, light, row, column)).astype(np.float32)
     for layer in reversed(layers):
         at = np.flatnonzero(layer.reshape(-1) != NOTHING)
         if len(at):
             over = _surface(stage, caster, rays, layer, top, 1)
             part = _Surface(over.ids[at], over.depth[at], over.points[at], over.normals[at])
-            light = np.full(len(at), 0.9, np.float32)
-            shade = tone(_lit(stage, part, _albedo(stage, part.ids), shadows, light, row[at], column[at]))
-            share = _hidden_share(stage.solids)[part.ids][:, None]
-            color[at] = color[at] * (1.0 - share) + shade * share
-    return color, *geometry
+            own = _albedo(stage, part.ids)
+            share = _hidden_share(stage.solids)[part.ids].astype(np.float32)[:, None]
+            if shadows:
+                light = np.full(len(at), 0.9, np.float32)
+                shade = tone(_lit(stage, part, own, shadows, light, row[at], column[at])).astype(np.float32)
+                color[at] += (shade - color[at]) * share
+            albedo[at] += (own - albedo[at]) * share
+            normals[at] += (part.normals.astype(np.float32) - normals[at]) * share
+    return color, albedo, normals, empty
 
 
 def _hidden_share(solids: Solids) -> FloatArray:

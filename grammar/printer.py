@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from scenelang.grammar.datum import PREFIXES, ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Symbol
 
+_LONGEST_BITS = 12_000  # Python refuses to print more than 4,300 digits
 _PREFIX_OF = {name: prefix for prefix, name in PREFIXES.items()}
 _STRING_ESCAPES = {
     '"': '\\"', "\\": "\\\\", "\n": "\\n", "\t": "\\t", "\r": "\\r", "\a": "\\a", "\b": "\\b", "\0": "\\0",
@@ -14,6 +16,8 @@ _STRING_ESCAPES = {
 
 def number_text(value: int | float) -> str:
     """A number as the reader reads it back; ``nan`` and ``inf`` by their names."""
+    if type(value) is int and value.bit_length() > _LONGEST_BITS:
+        return f"<integer of {value.bit_length():,} bits>"
     return repr(value)
 
 
@@ -67,7 +71,9 @@ def _push(item: Any, stack: list[Any]) -> None:
     """Push the pieces of a compound datum, last first."""
     if isinstance(item, ListDatum) and len(item.items) == 2 and item.tail is None:
         head = item.items[0]
-        if isinstance(head, Atom) and type(head.value) is Symbol and head.value in _PREFIX_OF:
+        operand = item.items[1]
+        splices = isinstance(operand, Atom) and str(operand.value).startswith("@")  # `,@x` is another form
+        if isinstance(head, Atom) and type(head.value) is Symbol and head.value in _PREFIX_OF and not splices:
             stack += (item.items[1], _PREFIX_OF[head.value])
             return
     opening, closing = ("[", "]") if isinstance(item, ArrayDatum) else ("(", ")")
@@ -79,3 +85,35 @@ def _push(item: Any, stack: list[Any]) -> None:
         if position:
             stack.append(" ")
     stack.append(opening)
+
+
+def pretty(datum: Datum, indents: Mapping[str, int | None], width: int = 88) -> str:
+    """``datum`` over several lines where it does not fit one. ``indents``: operands on the head's line, by head."""
+    return "\n".join(_lines(datum, indents, width))
+
+
+def _lines(datum: Datum, indents: Mapping[str, int | None], width: int) -> list[str]:
+    flat = print_datum(datum)
+    if len(flat) <= width or isinstance(datum, (Atom, ArrayDatum)) or datum.tail is not None:
+        return [flat]
+    if not datum.items or not isinstance(datum.items[0], Atom):
+        return _aligned(datum, indents, width)
+    head = datum.items[0].value
+    kept = indents.get(str(head)) if type(head) is Symbol else None
+    if kept is None:
+        kept = 0
+    first = "(" + " ".join(print_datum(item) for item in datum.items[: 1 + kept])
+    lines = [first]
+    for item in datum.items[1 + kept :]:
+        lines += ["  " + line for line in _lines(item, indents, width - 2)]
+    lines[-1] += ")"
+    return lines
+
+
+def _aligned(datum: ListDatum, indents: Mapping[str, int | None], width: int) -> list[str]:
+    lines: list[str] = []
+    for item in datum.items:
+        lines += [" " + line for line in _lines(item, indents, width - 1)]
+    lines[0] = "(" + lines[0][1:]
+    lines[-1] += ")"
+    return lines

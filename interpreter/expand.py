@@ -17,6 +17,7 @@ from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError, su
 from scenelang.grammar.source import Span
 from scenelang.interpreter.forms import ABSENT, FORMS
 from scenelang.interpreter.scope import (
+    Alias,
     Annotated,
     ConstantBinding,
     Macro,
@@ -126,6 +127,7 @@ class Expander:
             message = f"this hides the paper's `{name}`; forms that begin with it are plain calls here"
             self.diagnostics.append(Diagnostic("shadowed-macro", message, atom.span))
         variable = Variable(name, atom.span, is_global, recursive)
+        variable.from_macro = isinstance(atom.value, Alias)
         scope.bind(atom.value, variable)
         return variable
 

@@ -19,6 +19,7 @@ from scenelang.grammar.reader import read
 from scenelang.grammar.source import Source, Span
 from scenelang.interpreter.entity import Scene
 from scenelang.interpreter.evaluate import Run, macro_runner
+from scenelang.interpreter.graft import automatic_entries, graft, serials_at
 from scenelang.interpreter.limits import Limits, Meter, recursion_room
 from scenelang.interpreter.program import Program, load_program
 from scenelang.interpreter.runtime import Entry, Runtime
@@ -208,12 +209,31 @@ class Session:
         thresholds = gc.get_threshold()
         gc.set_threshold(200_000, 50, 100)
         try:
-            run = Run(self.library, runtime)
-            run.run_forms(program)
             word, _ = self._root(program)
-            return run.run_root(program, word, self.options.seed)
+            scene = self._run_once(program, runtime, word)
+            return self._with_entries(program, runtime, word, scene) if self.options.z_entries else scene
         finally:
             gc.set_threshold(*thresholds)
+
+    def _run_once(self, program: Program, runtime: Runtime, word: str) -> Scene:
+        run = Run(self.library, runtime)
+        run.run_forms(program)
+        return run.run_root(program, word, self.options.seed)
+
+    def _with_entries(self, program: Program, runtime: Runtime, word: str, scene: Scene) -> Scene:
+        """The scene with Z's entries for automatic numbers; the program runs again to keep the streams' states."""
+        entries, unused = automatic_entries(scene, self.options.z_entries)
+        for name in unused:
+            runtime.warn("unused-entry", f"the entry `<{name}>` of Z names nothing in the scene")
+        if not entries:
+            return scene
+        again = Runtime(
+            self.library, self.options.limits, self.options.seed, self.options.z_entries,
+            snapshots=serials_at(scene, entries),
+        )  # fmt: skip
+        grafted = graft(again, self._run_once(program, again, word), entries)
+        runtime.warnings.update(again.warnings)
+        return grafted
 
 
 def _too_deep(limits: Limits) -> Diagnostic:

@@ -39,7 +39,8 @@ def is_error(rt: Runtime, value: Any) -> bool:
 
 
 @registry.define("error-message", "error::Any", "String", "The message of an error; of a raised value, its text.",
-                 ('(guard (e (#t (error-message e))) (ref \'(1 2) 5))', '"index 5 is outside the list of length 2"'))  # fmt: skip
+                 ("(guard (e (#t (error-message e))) (ref '(1 2) 5))",
+                  '"index 5 is outside the list of length 2"'))  # fmt: skip
 def error_message(rt: Runtime, caught: Any) -> str:
     if type(caught) is Condition:
         message: str = caught.error.message
@@ -72,7 +73,8 @@ def error_is(rt: Runtime, caught: Any, name: str) -> bool:
     return name == "user"
 
 
-@registry.define("print", "values::Any ...", "Any", "Writes the values into the log, with blanks between them; gives none.",
+@registry.define("print", "values::Any ...", "Any",
+                 "Writes the values into the log, with blanks between them; gives none.",
                  ('(print "legs:" 4)', "none"))  # fmt: skip
 def print_(rt: Runtime, *values: Any) -> None:
     rt.print(" ".join(display(value) for value in values))

@@ -100,4 +100,3 @@ def reflect(rt: Runtime, first: Vector, normal: Vector | None = None) -> Matrix:
 )  # fmt: skip
 def to_pose(rt: Runtime, matrix: Any) -> Matrix:
     return parts.pose_of(rt, matrix)
-

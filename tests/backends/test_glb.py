@@ -152,3 +152,14 @@ def test_errors(make: Any, tmp_path: Path) -> None:
 def test_nothing_but_a_line_is_still_a_file(make: Any, tmp_path: Path) -> None:
     export(make.scene(make.primitive("cylinder", p1=(0, 0, 0))), tmp_path / "a.glb")
     assert "meshes" not in document_of(tmp_path / "a.glb")
+
+
+def test_an_asset_keeps_its_mesh(make: Any, tmp_path: Path) -> None:
+    import trimesh
+    from scenelang.interpreter.shapes import shape_of
+
+    trimesh.creation.box((1, 2, 3)).export(tmp_path / "box.ply")
+    given = {"file": str(tmp_path / "box.ply")}
+    asset = Entity("asset", Embedding(attributes=given), (), shape_of("asset", given, (-0.5, -1, -1.5, 0.5, 1, 1.5)))
+    export(make.scene((asset, pose.translation(1, 1, 1))), tmp_path / "a.glb")
+    assert trimesh.load(tmp_path / "a.glb").bounds.reshape(-1) == pytest.approx([0.5, 0, -0.5, 1.5, 2, 2.5])

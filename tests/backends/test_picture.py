@@ -227,6 +227,8 @@ def test_an_asset_is_drawn_as_its_mesh(make: Any, tmp_path: Path) -> None:
     ball = make.primitive("sphere", color=(0.8, 0.1, 0.1))
     a, b = drafted(make.scene(mesh)).astype(float), drafted(make.scene(ball)).astype(float)
     assert np.abs(a - b).mean() < 2
+    final = render(make.scene(mesh), PictureOptions(width=64, height=64, samples=8)).astype(float)
+    assert np.abs(a - final).mean() < 4
     lost = {"file": str(tmp_path / "lost.glb"), "color": given["color"]}
     box = Entity("asset", Embedding(attributes=lost), (), shape_of("asset", lost, (-1, -1, -1, 1, 1, 1)))
     cube = make.primitive("cube", scale=2, color=(0.8, 0.1, 0.1))

@@ -1,0 +1,227 @@
+"""Core AST -> a program in the language again, for ``expand``: what is left when macros and derived forms are gone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from scenelang.grammar import ast
+from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Symbol
+from scenelang.grammar.source import Source, Span
+from scenelang.interpreter.analyse import walk
+from scenelang.interpreter.library import Builtin
+from scenelang.interpreter.pose import to_array
+from scenelang.interpreter.procedures import Procedure
+from scenelang.interpreter.records import MAKE_RECORD
+from scenelang.interpreter.scope import Variable
+from scenelang.interpreter.values import NIL, Array, Embedding, Matrix, Pair, Vector
+
+_NOWHERE = Span(Source("<expansion>", ""), 0, 0)
+
+
+def _list(*items: Datum) -> ListDatum:
+    return ListDatum(items, None, _NOWHERE)
+
+
+def _symbol(name: str) -> Atom:
+    return Atom(Symbol(name), _NOWHERE)
+
+
+def unparse(forms: Iterable[Any]) -> list[Datum]:
+    """The datums of top-level core forms. Variables that share a name where both are visible get numbers."""
+    forms = list(forms)
+    return [_Unparser(forms).form(form) for form in forms]
+
+
+class _Unparser:
+    def __init__(self, forms: list[Any]) -> None:
+        self.names: dict[Variable, str] = {}
+        self.taken: dict[str, int] = {}
+        for node in walk(*forms):
+            target = getattr(node, "target", None)
+            if isinstance(target, Variable):
+                self.name(target)
+
+    def name(self, variable: Variable) -> str:
+        if variable not in self.names:
+            count = self.taken.get(variable.name, 0)
+            self.taken[variable.name] = count + 1
+            shared = count and variable.from_macro
+            self.names[variable] = f"{variable.name}.{count}" if shared else variable.name
+        return self.names[variable]
+
+    def form(self, node: Any) -> Datum:
+        return _UNPARSERS[type(node)](self, node)
+
+    def forms(self, nodes: Iterable[Any]) -> list[Datum]:
+        return [self.form(node) for node in nodes]
+
+    def target(self, target: Any) -> Datum:
+        if target is None:
+            return _symbol("_")
+        if isinstance(target, Variable):
+            return _symbol(self.name(target))
+        if isinstance(target, tuple):
+            items, rest = target
+            tail = None if rest is False else self.target(rest)
+            return ListDatum(tuple(self.target(item) for item in items), tail, _NOWHERE)
+        return _symbol(self._procedure_name(target))
+
+    def _procedure_name(self, target: Any) -> str:
+        name = target.name if isinstance(target, (Builtin, Procedure)) else str(target)
+        return f"std/{name}" if name in self.taken else name
+
+    def body(self, node: Any) -> list[Datum]:
+        """The forms of a function's body."""
+        if type(node) is ast.Body:
+            return self.forms(node.items)
+        return [self.form(node)]
+
+    # --- one method per node -----------------------------------------------------------------------------------
+
+    def constant(self, node: ast.Constant) -> Datum:
+        datum = constant_datum(node.value)
+        plain = isinstance(datum, ArrayDatum) or (isinstance(datum, Atom) and not isinstance(datum.value, Symbol))
+        return datum if plain else _list(_symbol("quote"), datum)
+
+    def handle(self, node: ast.HandleLiteral) -> Datum:
+        return Atom(Handle(node.name), _NOWHERE)
+
+    def reference(self, node: ast.Reference) -> Datum:
+        return self.target(node.target)
+
+    def define(self, node: ast.Define) -> Datum:
+        value = node.value
+        if type(value) is ast.Lambda and isinstance(node.target, Variable):
+            parameters = self.parameters(value)
+            head = ListDatum((self.target(node.target), *parameters.items), parameters.tail, _NOWHERE)
+            return _list(_symbol("define"), head, *self.body(value.body))
+        name = "define" if isinstance(node.target, Variable) else "define-values"
+        return _list(_symbol(name), self.target(node.target), self.form(value))
+
+    def function(self, node: ast.Lambda) -> Datum:
+        return _list(_symbol("lambda"), self.parameters(node), *self.body(node.body))
+
+    def parameters(self, node: ast.Lambda) -> ListDatum:
+        items: list[Datum] = []
+        tail: Datum | None = None
+        for parameter in node.parameters:
+            annotation = f"::{parameter.type.name}" if parameter.type is not None else ""
+            name = self.name(parameter.target) if parameter.target is not None else "_"
+            atom: Datum = _symbol(name + annotation)
+            if parameter.kind == "keyword":
+                atom = Atom(Keyword(parameter.name + annotation), _NOWHERE)
+            if parameter.default is not None:
+                atom = _list(atom, self.form(parameter.default))
+            if parameter.kind == "rest":
+                tail = atom
+            elif parameter.kind == "keys":
+                items += (_symbol("&keys"), atom)
+            else:
+                items.append(atom)
+        return ListDatum(tuple(items), tail, _NOWHERE)
+
+    def block(self, node: ast.Body) -> Datum:
+        if any(type(item) is ast.Define for item in node.items):
+            return _list(_symbol("let"), _list(), *self.forms(node.items))
+        return _list(_symbol("begin"), *self.forms(node.items))
+
+    def application(self, node: ast.Application) -> Datum:
+        head = node.function
+        if type(head) is ast.Reference and head.target is MAKE_RECORD:
+            return self._record(node)
+        return _list(self.form(head), *self.forms(node.arguments))
+
+    def _record(self, node: ast.Application) -> Datum:
+        facts = node.arguments[0]
+        assert type(facts) is ast.Constant
+        return _list(_symbol("record-type"), _symbol(facts.value[0]), *(_symbol(f) for f in facts.value[1]))
+
+    def loop(self, node: ast.For) -> Datum:
+        name = "for*" if node.kind == "each" else f"for*/{node.kind}"
+        parts: list[Datum] = [_symbol(name)]
+        if node.accumulators:
+            parts.append(_list(*(_list(self.target(a.target), self.form(a.value)) for a in node.accumulators)))
+            parts[0] = _symbol("for/fold")
+        parallel = any(len(clause.targets) > 1 for clause in node.clauses)
+        if parallel and not node.accumulators:
+            parts[0] = _symbol(name.replace("for*", "for"))
+        clauses: list[Datum] = []
+        for clause in node.clauses:
+            if clause.kind == "each":
+                clauses += [_list(self.target(t), self.form(v)) for t, v in zip(clause.targets, clause.values)]
+            else:
+                clauses += (Atom(Keyword(clause.kind), _NOWHERE), self.form(clause.values[0]))
+        return _list(*parts, _list(*clauses), *self.body(node.body))
+
+    def guard(self, node: ast.Guard) -> Datum:
+        clause = _list(_symbol("else"), *self.body(node.handler))
+        return _list(_symbol("guard"), _list(self.target(node.target), clause), *self.body(node.body))
+
+
+def constant_datum(value: Any) -> Datum:
+    """A constant as a datum (without the quote that a list or symbol needs)."""
+    if type(value) is Pair:
+        items = []
+        while type(value) is Pair:
+            items.append(constant_datum(value.car))
+            value = value.cdr
+        return ListDatum(tuple(items), None if value is NIL else constant_datum(value), _NOWHERE)
+    if value is NIL:
+        return _list()
+    if type(value) is Vector:
+        return ArrayDatum(tuple(Atom(item, _NOWHERE) for item in value), _NOWHERE)
+    if type(value) in (Matrix, Array):
+        data = to_array(value) if type(value) is Matrix else value.data
+        return _nested(data.tolist())
+    if type(value) is Embedding and value.handle is not None:
+        return Atom(Handle(value.handle), _NOWHERE)
+    return Atom(value, _NOWHERE)
+
+
+def _nested(rows: Any) -> Datum:
+    if isinstance(rows, list):
+        return ArrayDatum(tuple(_nested(row) for row in rows), _NOWHERE)
+    return Atom(rows, _NOWHERE)
+
+
+def _headed(name: str, *fields: str) -> Callable[[_Unparser, Any], Datum]:
+    """A form whose operands are the node's fields in order; a tuple field is spliced, a missing one left out."""
+
+    def build(unparser: _Unparser, node: Any) -> Datum:
+        operands: list[Datum] = []
+        for field in fields:
+            value = getattr(node, field)
+            if isinstance(value, tuple):
+                operands += unparser.forms(value)
+            elif value is not None:
+                operands.append(unparser.target(value) if field == "target" else unparser.form(value))
+        return _list(_symbol(name), *operands)
+
+    return build
+
+
+_UNPARSERS: dict[type, Callable[[_Unparser, Any], Datum]] = {
+    ast.Constant: _Unparser.constant,
+    ast.HandleLiteral: _Unparser.handle,
+    ast.Reference: _Unparser.reference,
+    ast.Assignment: _headed("set!", "target", "value"),
+    ast.If: _headed("if", "test", "then", "otherwise"),
+    ast.And: _headed("and", "items"),
+    ast.Or: _headed("or", "items"),
+    ast.Lambda: _Unparser.function,
+    ast.Define: _Unparser.define,
+    ast.Body: _Unparser.block,
+    ast.First: _headed("begin0", "items"),
+    ast.Application: _Unparser.application,
+    ast.ArrayLiteral: lambda u, n: ArrayDatum(tuple(u.forms(n.items)), _NOWHERE),
+    ast.While: lambda u, n: _list(_symbol("while"), u.form(n.test), *u.body(n.body)),
+    ast.For: _Unparser.loop,
+    ast.LetEscape: lambda u, n: _list(_symbol("let/ec"), u.target(n.target), *u.body(n.body)),
+    ast.Guard: _Unparser.guard,
+    ast.Bind: _headed("bind", "word", "function"),
+    ast.Call: _headed("call", "word", "arguments"),
+    ast.Union: _headed("union", "members"),
+    ast.UnionLoop: _headed("union-loop", "count", "function"),
+    ast.Transform: _headed("transform", "part", "matrix"),
+}

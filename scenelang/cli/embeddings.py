@@ -1,0 +1,134 @@
+"""The command that shows and changes Z, the embeddings of a scene."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from scenelang.cli.options import add_common, add_file, z_path
+from scenelang.cli.output import print_json, table
+from scenelang.cli.programs import evaluated
+from scenelang.grammar.datum import Handle
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.reader import read
+from scenelang.grammar.source import Source
+from scenelang.interpreter.arrays import array_literal
+from scenelang.interpreter.entity import Scene
+from scenelang.interpreter.numbering import frame_numbers, instances, number_scene
+from scenelang.interpreter.runtime import Entry
+from scenelang.interpreter.show import show
+from scenelang.interpreter.syntax_values import quoted_value
+from scenelang.zfile import beside, read_z, write_z
+
+MAX_ROWS = 500
+
+
+def add_embeddings(subparsers: Any) -> None:
+    parser = subparsers.add_parser("embeddings", help="list the embeddings of a scene, or change one in Z")
+    add_file(parser)
+    actions = parser.add_subparsers(dest="action", required=True, metavar="list|set")
+    listing = actions.add_parser("list", help="every entity's handle, word, text and attributes")
+    add_common(listing)
+    listing.set_defaults(run=list_embeddings)
+    setting = actions.add_parser("set", help="give a handle a text or attributes")
+    setting.add_argument("handle", metavar="'<z5>'", help="a handle as `tree` shows it")
+    setting.add_argument("--text", help="the text of the embedding")
+    setting.add_argument(
+        "--attribute", action="append", default=[], metavar="NAME=VALUE", help="an attribute, such as color=[1,0,0]"
+    )
+    setting.add_argument("--clear", action="store_true", help="forget what Z says of the handle first")
+    add_common(setting)
+    setting.set_defaults(run=set_embedding)
+
+
+def list_embeddings(arguments: argparse.Namespace) -> int:
+    result = evaluated(arguments)
+    if result.scene is None:
+        return 1
+    rows = _rows(result.scene)
+    if arguments.json:
+        print_json([dict(zip(("handle", "word", "text", "attributes"), row)) for row in rows])
+        return 0
+    print(table([("handle", "word", "text", "attributes"), *rows], (False, False, False, False)))
+    if len(rows) == MAX_ROWS:
+        print(f"... only the first {MAX_ROWS} are shown")
+    return 0
+
+
+def _rows(scene: Scene) -> list[tuple[str, str, str, str]]:
+    """Handle, word, text and attributes of the first entities, each handle once."""
+    if scene.animated:
+        numbers = frame_numbers(scene)
+    else:
+        numbering = number_scene(scene)
+        numbers = {}
+    rows: dict[str, tuple[str, str, str, str]] = {}
+    rank = 0
+    for root in scene.frames:
+        for path, entity in instances(root):
+            z = entity.embedding
+            if z.handle is not None:
+                name = z.handle
+            elif scene.animated:
+                name = f"z{numbers[path]}"
+            else:
+                rank += 1
+                name = f"z{numbering.number(rank)}"
+            attributes = " ".join(f":{key} {show(value, 40)}" for key, value in z.attributes.items())
+            rows.setdefault(name, (f"<{name}>", entity.word, z.text or "", attributes))
+            if len(rows) >= MAX_ROWS:
+                return list(rows.values())
+    return list(rows.values())
+
+
+def set_embedding(arguments: argparse.Namespace) -> int:
+    name = _handle(arguments.handle)
+    path = z_path(arguments) or beside(arguments.file)
+    if arguments.file == "-" and arguments.z is None:
+        raise SceneError("file", "say where Z is: --z FILE")
+    entries, vectors = read_z(path) if path.exists() else ({}, {})
+    old = Entry() if arguments.clear else entries.get(name, Entry())
+    attributes = dict(old.attributes)
+    for item in arguments.attribute:
+        key, sign, text = item.partition("=")
+        if not sign or not key:
+            raise SceneError("value", f"--attribute wants NAME=VALUE, got `{item}`")
+        attributes[key.lstrip(":").strip()] = _value(text)
+    if arguments.text is None and not arguments.attribute and not arguments.clear:
+        raise SceneError("value", "nothing to set", "give --text or --attribute")
+    entry = Entry(arguments.text if arguments.text is not None else old.text, attributes)
+    if arguments.clear and entry == Entry():
+        entries.pop(name, None)
+    else:
+        entries[name] = entry
+    write_z(path, entries, vectors)
+    if not arguments.quiet:
+        print(f"wrote {path}: <{name}>")
+    return 0
+
+
+def _handle(text: str) -> str:
+    inner = text if text.startswith("<") else f"<{text}>"
+    forms = read(Source("<handle>", inner)).forms
+    if len(forms) == 1 and type(getattr(forms[0], "value", None)) is Handle:
+        return str(forms[0].value)  # type: ignore[union-attr]
+    raise SceneError("value", f"`{text}` is no handle", "a handle is `<z5>`; quote it for the shell: '<z5>'")
+
+
+def _value(text: str) -> Any:
+    """The value of an attribute: a literal of the language, `[1,0,0]` with commas too; a bare word is a string."""
+    written = text.replace(",", " ") if text.strip().startswith("[") else text
+    result = read(Source("<attribute>", written))
+    if len(result.forms) != 1 or result.diagnostics:
+        return text
+    value = quoted_value(result.forms[0])
+    return text if type(value).__name__ == "Symbol" else value
+
+
+def default_z(program: str) -> Path:
+    return beside(program)
+
+
+COMMANDS = (add_embeddings,)
+__all__ = ["COMMANDS", "array_literal"]

@@ -1,0 +1,61 @@
+"""The entry point: parses the command line, runs one command, turns every failure into one clear message.
+
+Exit codes: 0 success, 1 a wrong program or file, 2 wrong usage, 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from importlib.metadata import version
+
+from scenelang.cli import embeddings, pictures, programs
+from scenelang.cli.output import report
+from scenelang.grammar.diagnostics import SceneError
+
+
+def build_parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="scenelang", description="The Scene Language: scenes as programs, words and embeddings."
+    )
+    parser.add_argument("--version", action="version", version=f"scenelang {version('scenelang')}")
+    subparsers = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    for add in (*programs.COMMANDS, *pictures.COMMANDS, *embeddings.COMMANDS):
+        add(subparsers)
+    return parser
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit code; argparse exits with 2 for wrong usage."""
+    arguments = build_parser().parse_args(argv)
+    try:
+        code: int = arguments.run(arguments)
+        sys.stdout.flush()
+        return code
+    except SceneError as error:
+        report(arguments, [error.diagnostic])
+        return 1
+    except BrokenPipeError:
+        _silence_stdout()
+        return 1
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        return 130
+    except OSError as error:
+        report(arguments, [SceneError("file", f"{error.strerror or error}: {error.filename or 'output'}").diagnostic])
+        return 1
+
+
+def _silence_stdout() -> None:
+    """Whoever read our output is gone: what is still buffered goes nowhere instead of failing at exit."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def entry() -> None:
+    sys.exit(main())
+
+
+if __name__ == "__main__":
+    entry()

@@ -1,0 +1,122 @@
+"""Options that commands share, and how they become a session."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.limits import Limits
+from scenelang.interpreter.runtime import Entry
+from scenelang.session import Options, Session
+
+_LIMIT_HELP = {
+    "steps": "steps of evaluation",
+    "depth": "nested calls",
+    "entities": "distinct entities",
+    "primitives": "primitives when the scene is expanded",
+    "size": "items of a list, characters of a string, digits of an integer",
+    "memory": "bytes of memory (suffixes k, M, G)",
+    "seconds": "wall time",
+}
+_SUFFIXES = {"k": 10**3, "m": 10**6, "g": 10**9}
+
+
+def amount(text: str) -> float:
+    """A positive number, with an optional suffix k, M or G."""
+    scale = _SUFFIXES.get(text[-1:].lower(), 1)
+    try:
+        value = float(text[:-1] if scale > 1 else text) * scale
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"`{text}` is no number") from None
+    if not 0 < value < 1e18:
+        raise argparse.ArgumentTypeError(f"`{text}` is no positive number")
+    return value
+
+
+def add_file(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("file", metavar="FILE", help="a program, `-` for standard input")
+
+
+def add_output(parser: argparse.ArgumentParser) -> None:
+    """How much is said, and how."""
+    group = parser.add_argument_group("output")
+    group.add_argument("-q", "--quiet", action="store_true", help="no warnings, no log, no progress")
+    group.add_argument("-v", "--verbose", action="store_true", help="also steps and times")
+    group.add_argument("--no-color", action="store_true", help="no colours in diagnostics")
+    group.add_argument("--json", action="store_true", help="machine-readable output")
+
+
+def add_common(parser: argparse.ArgumentParser) -> None:
+    """What every command that evaluates understands."""
+    add_output(parser)
+    group = parser.add_argument_group("evaluation")
+    group.add_argument("--root", metavar="WORD", help="the word to evaluate (default: see docs/language.md)")
+    group.add_argument("--seed", type=int, default=0, metavar="N", help="seed of the random streams (default 0)")
+    group.add_argument(
+        "--define", action="append", default=[], metavar="NAME=VALUE", help="override a `param` of the program"
+    )
+    group.add_argument("--z", metavar="FILE", help="embeddings (default: FILE.z.safetensors beside the program)")
+    group.add_argument("--allow-outside", action="store_true", help="let files import from outside the project folder")
+    limits = parser.add_argument_group("limits")
+    for field in fields(Limits):
+        if field.name in _LIMIT_HELP:
+            text = f"{_LIMIT_HELP[field.name]} (default {field.default:,})"
+            limits.add_argument(f"--max-{field.name}", type=amount, metavar="N", help=text)
+
+
+def limits_of(arguments: argparse.Namespace) -> Limits:
+    chosen: dict[str, Any] = {}
+    for field in fields(Limits):
+        value = getattr(arguments, f"max_{field.name}", None)
+        if value is not None:
+            chosen[field.name] = value if field.name == "seconds" else int(value)
+    return Limits(**chosen)
+
+
+def z_path(arguments: argparse.Namespace) -> Path | None:
+    """The file of embeddings to use: the one named, else the one beside the program if it exists."""
+    from scenelang.zfile import beside
+
+    if arguments.z is not None:
+        return Path(arguments.z)
+    if arguments.file == "-":
+        return None
+    path = beside(arguments.file)
+    return path if path.exists() else None
+
+
+def z_entries(arguments: argparse.Namespace) -> dict[str, Entry]:
+    if arguments.z is None and (arguments.file == "-" or not _has_z(arguments.file)):
+        return {}
+    from scenelang.zfile import read_z
+
+    path = z_path(arguments)
+    return read_z(path)[0] if path is not None else {}
+
+
+def _has_z(program: str) -> bool:
+    """Whether Z lies beside a program; asked before anything is imported for it."""
+    return Path(program).with_suffix(".z.safetensors").exists()
+
+
+def session_of(arguments: argparse.Namespace, strict: bool = False) -> Session:
+    """The session that a command works with; raises SceneError for a malformed option."""
+    defines = {}
+    for item in arguments.define:
+        name, sign, text = item.partition("=")
+        if not sign or not name:
+            raise SceneError("param", f"--define wants NAME=VALUE, got `{item}`")
+        defines[name.strip()] = text
+    options = Options(
+        root=arguments.root,
+        seed=arguments.seed % (1 << 32),
+        defines=defines,
+        limits=limits_of(arguments),
+        allow_outside=arguments.allow_outside,
+        strict=strict,
+        z_entries=z_entries(arguments),
+    )
+    return Session(options)

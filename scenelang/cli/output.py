@@ -1,0 +1,79 @@
+"""What commands say: diagnostics as text or JSON, the program's log, progress on a terminal."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+import time
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, TextIO
+
+from scenelang.grammar.diagnostics import Diagnostic, render_text, to_json
+from scenelang.session import Evaluated
+
+_PATIENCE = 1.0  # seconds before progress is shown
+_WIDTH = 30
+
+
+def use_color(arguments: argparse.Namespace, stream: TextIO) -> bool:
+    return stream.isatty() and not arguments.no_color and "NO_COLOR" not in os.environ
+
+
+def report(arguments: argparse.Namespace, diagnostics: Iterable[Diagnostic], stream: TextIO | None = None) -> None:
+    """Print diagnostics: errors always, warnings unless quiet; with ``--json`` one list."""
+    shown = [d for d in diagnostics if d.is_error or not arguments.quiet]
+    stream = stream or sys.stderr
+    if arguments.json:
+        print(json.dumps([to_json(d) for d in shown]), file=stream)
+        return
+    for diagnostic in shown:
+        print(render_text(diagnostic, use_color(arguments, stream)), file=stream)
+
+
+def report_run(arguments: argparse.Namespace, result: Evaluated) -> None:
+    """Print what a run said: its log, then diagnostics. Both go to standard error, data to standard output."""
+    if not arguments.quiet:
+        for line in result.log:
+            print(line, file=sys.stderr)
+    if result.diagnostics:
+        report(arguments, result.diagnostics)
+    if arguments.verbose:
+        print(f"{result.steps:,} steps", file=sys.stderr)
+
+
+def print_json(data: Any) -> None:
+    """One JSON document on standard output, written in pieces."""
+    for piece in json.JSONEncoder().iterencode(data):
+        sys.stdout.write(piece)
+    sys.stdout.write("\n")
+
+
+def progress(arguments: argparse.Namespace, label: str) -> Callable[[float], None] | None:
+    """A progress line on standard error, on a terminal only, once the work has taken a while."""
+    if arguments.quiet or not sys.stderr.isatty():
+        return None
+    started = time.monotonic()
+
+    def show(fraction: float) -> None:
+        elapsed = time.monotonic() - started
+        if elapsed < _PATIENCE:
+            return
+        filled = round(_WIDTH * min(1.0, max(0.0, fraction)))
+        bar = "#" * filled + "-" * (_WIDTH - filled)
+        end = "\n" if fraction >= 1.0 else ""
+        sys.stderr.write(f"\r{label} [{bar}] {100 * fraction:3.0f}% {elapsed:5.1f}s{end}")
+        sys.stderr.flush()
+
+    return show
+
+
+def table(rows: Sequence[Sequence[str]], right: Sequence[bool]) -> str:
+    """Rows in aligned columns."""
+    widths = [max((len(row[i]) for row in rows), default=0) for i in range(len(right))]
+    lines = []
+    for row in rows:
+        cells = [c.rjust(w) if r else c.ljust(w) for c, w, r in zip(row, widths, right)]
+        lines.append("  ".join(cells).rstrip())
+    return "\n".join(lines)

@@ -1,0 +1,248 @@
+"""Commands about programs: check, run, expand, tree, flatten, count, bounds."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import Any
+
+from scenelang.cli.options import add_common, add_file, session_of
+from scenelang.cli.output import print_json, report, report_run, table
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.entity import Entity, Scene, count_words, descendants
+from scenelang.session import Evaluated, Session
+
+
+def evaluated(arguments: argparse.Namespace) -> Evaluated:
+    """Evaluate the command's file and print what the run said."""
+    session = session_of(arguments)
+    result = session.evaluate(session.source(arguments.file))
+    report_run(arguments, result)
+    return result
+
+
+# --- check, run, expand --------------------------------------------------------------------------------------------
+
+
+def add_check(subparsers: Any) -> None:
+    parser = subparsers.add_parser("check", help="find mistakes without running the program")
+    parser.add_argument("files", metavar="FILE", nargs="+", help="programs, `-` for standard input")
+    parser.add_argument("--strict", action="store_true", help="hold the program to the paper's grammar")
+    add_common(parser)
+    parser.set_defaults(run=check, file="-")
+
+
+def check(arguments: argparse.Namespace) -> int:
+    found = []
+    session: Session | None = None
+    for path in arguments.files:
+        arguments.file = path
+        session = session or session_of(arguments, arguments.strict)
+        try:
+            found += session.check(session.source(path)).diagnostics
+        except SceneError as error:
+            found.append(error.diagnostic)
+    report(arguments, found, sys.stdout if arguments.json else None)
+    return 1 if any(d.is_error for d in found) else 0
+
+
+def add_run(subparsers: Any) -> None:
+    parser = subparsers.add_parser("run", help="evaluate a program and say what the scene is")
+    add_file(parser)
+    add_common(parser)
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    session = session_of(arguments)
+    result = session.evaluate(session.source(arguments.file))
+    if arguments.json:
+        report(arguments, result.diagnostics, sys.stdout)
+    else:
+        report_run(arguments, result)
+        if result.scene is not None:
+            print(summary(result.scene))
+    return 0 if result.ok else 1
+
+
+def summary(scene: Scene) -> str:
+    """One line: the root, its instances and distinct entities."""
+    instances = sum(count_words(scene.root).values())
+    distinct = sum(1 for _ in descendants(*scene.frames))
+    frames = f"{len(scene.frames)} frames, " if scene.animated else ""
+    return f"{scene.word}: {frames}{_plural(instances, 'entity', 'entities')}, {distinct:,} distinct"
+
+
+def _plural(count: int, one: str, many: str) -> str:
+    return f"{count:,} {one if count == 1 else many}"
+
+
+def add_expand(subparsers: Any) -> None:
+    parser = subparsers.add_parser("expand", help="print the program after macro expansion")
+    add_file(parser)
+    add_common(parser)
+    parser.set_defaults(run=expand)
+
+
+def expand(arguments: argparse.Namespace) -> int:
+    from scenelang.grammar.printer import pretty
+    from scenelang.interpreter.forms import FORMS
+    from scenelang.interpreter.unparse import unparse
+
+    session = session_of(arguments)
+    checked = session.check(session.source(arguments.file))
+    report_needed = [d for d in checked.diagnostics if d.is_error]
+    if report_needed or checked.program is None:
+        report(arguments, checked.diagnostics)
+        return 1
+    indents = {name: form.indent for name, form in FORMS.items()} | {"transform": 1, "call": 1, "union-loop": 1}
+    program = checked.program
+    forms = [*program.forms, *([program.scene] if program.scene else [])]
+    for datum, form in zip(unparse(forms), forms):
+        text = pretty(datum, indents)
+        print("(scene" + text[len("(call") :] if form is program.scene else text)
+    return 0
+
+
+# --- count, bounds -------------------------------------------------------------------------------------------------
+
+
+def add_count(subparsers: Any) -> None:
+    parser = subparsers.add_parser("count", help="count the instances of every word")
+    add_file(parser)
+    add_common(parser)
+    parser.set_defaults(run=count)
+
+
+def count(arguments: argparse.Namespace) -> int:
+    result = evaluated(arguments)
+    if result.scene is None:
+        return 1
+    counts = count_words(result.scene.root)
+    if arguments.json:
+        print_json(counts)
+    else:
+        print(table([(f"{n:,}", word) for word, n in counts.items()], (True, False)))
+    return 0
+
+
+def add_bounds(subparsers: Any) -> None:
+    parser = subparsers.add_parser("bounds", help="the exact bounding box of the scene, or of a word's entities")
+    add_file(parser)
+    parser.add_argument("--word", help="only the entities of this word, in the world's frame")
+    add_common(parser)
+    parser.set_defaults(run=bounds)
+
+
+def bounds(arguments: argparse.Namespace) -> int:
+    from scenelang.interpreter.selection import word_box
+
+    result = evaluated(arguments)
+    if result.scene is None:
+        return 1
+    box = word_box(result.scene, arguments.word)
+    if box is None:
+        what = f'"{arguments.word}"' if arguments.word else "the scene"
+        raise SceneError("empty-scene", f"{what} has no geometry, so it has no bounding box")
+    low, high = list(box[:3]), list(box[3:])
+    facts = {
+        "min": low,
+        "max": high,
+        "center": [(a + b) / 2 for a, b in zip(low, high)],
+        "sizes": [b - a for a, b in zip(low, high)],
+    }
+    if arguments.json:
+        print_json(facts)
+    else:
+        rows = [(name, *(f"{x:.6g}" for x in values)) for name, values in facts.items()]
+        print(table(rows, (False, True, True, True)))
+    return 0
+
+
+# --- tree, flatten -------------------------------------------------------------------------------------------------
+
+
+def add_tree(subparsers: Any) -> None:
+    parser = subparsers.add_parser("tree", help="print the entity hierarchy")
+    add_file(parser)
+    parser.add_argument("--depth", type=int, metavar="N", help="levels below the root")
+    parser.add_argument("--poses", action="store_true", help="also the pose of every part")
+    parser.add_argument("--all", action="store_true", help="every instance: no counts of repeated parts")
+    add_common(parser)
+    parser.set_defaults(run=tree)
+
+
+def tree(arguments: argparse.Namespace) -> int:
+    from scenelang.interpreter.outline import outline, outline_data
+
+    result = evaluated(arguments)
+    if result.scene is None:
+        return 1
+    if arguments.json:
+        print_json(outline_data(result.scene, arguments.depth))
+        return 0
+    for line in outline(result.scene, arguments.depth, arguments.poses, arguments.all):
+        print(line)
+    return 0
+
+
+def add_flatten(subparsers: Any) -> None:
+    parser = subparsers.add_parser("flatten", help="the primitives with their world matrices")
+    add_file(parser)
+    add_common(parser)
+    parser.set_defaults(run=flatten)
+
+
+def flatten(arguments: argparse.Namespace) -> int:
+    result = evaluated(arguments)
+    if result.scene is None:
+        return 1
+    from scenelang.interpreter.flatten import flatten as flatten_scene
+    from scenelang.interpreter.numbering import primitive_handles
+
+    flat = flatten_scene(result.scene, session_limit(arguments))
+    if not arguments.json:
+        for number, frame in enumerate(flat.frames):
+            label = f"frame {number}: " if flat.animated else ""
+            print(f"{label}{len(frame):,} primitives, {len(frame.primitives):,} distinct")
+        return 0
+    handles = primitive_handles(result.scene, flat)
+    _write_flat(flat, handles)
+    return 0
+
+
+def session_limit(arguments: argparse.Namespace) -> int:
+    from scenelang.cli.options import limits_of
+
+    return limits_of(arguments).primitives
+
+
+def _write_flat(flat: Any, handles: Any) -> None:
+    """The flattened scene as JSON, primitive by primitive, so that memory stays small."""
+    import json
+
+    from scenelang.interpreter.plain import primitive_attributes
+
+    out = sys.stdout
+    out.write(f'{{"root": {json.dumps(flat.word)}, "frames": [')
+    for position, (frame, names) in enumerate(zip(flat.frames, handles)):
+        out.write((", " if position else "") + '{"primitives": [')
+        words = [json.dumps(entity.word) for entity in frame.primitives]
+        attributes = [json.dumps(primitive_attributes(entity)) for entity in frame.primitives]
+        paths = [json.dumps(path) for path in frame.paths]
+        for i in range(len(frame)):
+            k = frame.index[i]
+            matrix = [*frame.matrices[i].tolist(), [0.0, 0.0, 0.0, 1.0]]
+            out.write(
+                f'{", " if i else ""}{{"word": {words[k]}, "attributes": {attributes[k]}, '
+                f'"handle": {json.dumps("<" + names[i] + ">")}, "matrix": {matrix}, "path": {paths[frame.path_index[i]]}}}'
+            )
+        out.write("]}")
+    out.write("]}\n")
+
+
+def roots(scene: Scene) -> tuple[Entity, ...]:
+    return scene.frames
+
+
+COMMANDS = (add_check, add_run, add_tree, add_flatten, add_count, add_bounds, add_expand)
