@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
+
 from scenelang.grammar.diagnostics import SceneError, suggest
 
 FloatArray = npt.NDArray[np.float64]

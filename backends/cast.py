@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+
 from scenelang.backends.camera import View
 from scenelang.backends.intersect import first_hit, normals
 from scenelang.backends.solids import Form, Solids, inverses_of

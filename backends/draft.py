@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+
 from scenelang.backends.cast import NOTHING, Caster, Keys, Rays, caster_for, depths_of, ids_of, view_rays
 from scenelang.backends.shade import ShadowMap, key_light, occlusion, shadow_map, sky_light, smoothed
 from scenelang.backends.solids import Form, Solids

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+
 from scenelang.backends.base import Backend, Options, Work
 from scenelang.backends.files import written_whole
 from scenelang.backends.meshes import posed, unit_mesh

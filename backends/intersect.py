@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+
 from scenelang.backends.solids import Form
 
 Triple = tuple[Any, Any, Any]

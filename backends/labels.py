@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+
 from scenelang.backends.base import need
 from scenelang.backends.solids import Solids
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+
 from scenelang.backends.solids import Form, cofactors_of
 
 FloatArray = npt.NDArray[np.float64]

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+
 from scenelang.backends.base import need
 from scenelang.backends.draft import Draft
 from scenelang.backends.meshes import posed, unit_mesh

@@ -9,6 +9,7 @@ from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
+
 from scenelang.backends.base import Backend, Options, Work, need
 from scenelang.backends.camera import Camera
 from scenelang.backends.files import written_whole

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
+
 from scenelang.backends.cast import caster_for, depths_of, parallel_rays
 from scenelang.backends.solids import Solids
 from scenelang.backends.studio import KEY_RADIUS

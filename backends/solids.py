@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+
 from scenelang.backends.studio import from_srgb
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.entity import Entity

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+
 from scenelang.backends.camera import Camera, View, checked, place
 from scenelang.backends.solids import Solids, normalized, solids_of
 from scenelang.backends.studio import Studio, studio_for

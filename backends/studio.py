@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+
 from scenelang.backends.camera import View
 
 FloatArray = npt.NDArray[np.float64]

@@ -24,7 +24,9 @@ CODES: dict[str, Code] = {
     # E2xx: forms
     "syntax": Code("E201", "A form does not have the shape that its head asks for."),
     "lambda-list": Code("E202", "A list of parameters is malformed."),
-    "misplaced": Code("E203", "A form stands where it may not: `scene` inside a body, `else` outside `cond`, and so on."),
+    "misplaced": Code(
+        "E203", "A form stands where it may not: `scene` inside a body, `else` outside `cond`, and so on."
+    ),
     "reserved": Code("E204", "The name is reserved and cannot be bound."),
     "duplicate": Code("E205", "The same name is bound twice in one place."),
     "absent": Code("E206", "A Scheme feature that this language leaves out on purpose."),

@@ -129,7 +129,8 @@ class _Builder(Transformer[Any, Any]):
         name, plain, usage = parameters.datum.value.value
         pending = iter(defaults)
         filled = tuple(
-            ast.Parameter(p.target, p.name, p.kind, p.type, next(pending)) if p.default is not None else p for p in plain
+            ast.Parameter(p.target, p.name, p.kind, p.type, next(pending)) if p.default is not None else p
+            for p in plain
         )
         return ast.Lambda(name, filled, usage, body, opener.datum.span)
 
@@ -221,7 +222,9 @@ def _misfit(unexpected: UnexpectedToken) -> SceneError:
     name = _spelling(head, span)
     if token.type in ("RPAR", "RSQB"):
         if name is None:
-            return SceneError("empty-application", "`()` cannot be evaluated", "the empty list is `'()` or `(list)`", span)
+            return SceneError(
+                "empty-application", "`()` cannot be evaluated", "the empty list is `'()` or `(list)`", span
+            )
         return SceneError("syntax", f"`{name}` ends too early", span=span, value=name)
     if name is None:
         return SceneError("syntax", "this form is malformed", span=datum.span)
@@ -243,9 +246,56 @@ _STRICT_HEADS = {
     "call": "CALL", "list": "LIST", "if": "IF", "and": "AND", "or": "OR", "embedding": "EMBEDDING",
 }  # fmt: skip
 _STRICT_OPERATORS = frozenset(
-    """car cdr list-ref + - * / // % = < > <= >= not abs min max floor ceiling round truncate sqrt expt exp log sin
-    cos tan asin acos atan hypot degrees radians quotient remainder modulo translate rotate scale reflect @ vector
-    norm normalize dot cross""".split()
+    [
+        "car",
+        "cdr",
+        "list-ref",
+        "+",
+        "-",
+        "*",
+        "/",
+        "//",
+        "%",
+        "=",
+        "<",
+        ">",
+        "<=",
+        ">=",
+        "not",
+        "abs",
+        "min",
+        "max",
+        "floor",
+        "ceiling",
+        "round",
+        "truncate",
+        "sqrt",
+        "expt",
+        "exp",
+        "log",
+        "sin",
+        "cos",
+        "tan",
+        "asin",
+        "acos",
+        "atan",
+        "hypot",
+        "degrees",
+        "radians",
+        "quotient",
+        "remainder",
+        "modulo",
+        "translate",
+        "rotate",
+        "scale",
+        "reflect",
+        "@",
+        "vector",
+        "norm",
+        "normalize",
+        "dot",
+        "cross",
+    ]
 )
 _MEASURES = frozenset(f"compute-shape-{what}" for what in ("center", "min", "max", "sizes"))
 _RULE_OF_HEAD = {

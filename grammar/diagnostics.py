@@ -111,7 +111,7 @@ def _excerpt(span: Span, marker: str) -> list[str]:
 
 
 def _expansion_notes(span: Span | None) -> list[Note]:
-    notes = []
+    notes: list[Note] = []
     expansion = span.expansion if span else None
     while expansion is not None and len(notes) < 4:
         notes.append(Note(f"in the expansion of the macro `{expansion.macro}`", expansion.definition))
@@ -173,6 +173,9 @@ def to_json(diagnostic: Diagnostic) -> dict[str, Any]:
         "message": diagnostic.message,
         "place": _json_place(diagnostic.span),
         "hint": diagnostic.hint,
-        "notes": [{"message": note.message, "place": _json_place(note.span)} for note in (*diagnostic.notes, *_expansion_notes(diagnostic.span))],
+        "notes": [
+            {"message": note.message, "place": _json_place(note.span)}
+            for note in (*diagnostic.notes, *_expansion_notes(diagnostic.span))
+        ],
         "chain": [{"word": name, "place": _json_place(span)} for name, span in diagnostic.chain],
     }

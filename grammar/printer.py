@@ -7,7 +7,7 @@ from typing import Any
 
 from scenelang.grammar.datum import PREFIXES, ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Symbol
 
-_LONGEST_BITS = 12_000  # Python refuses to print more than 4,300 digits
+_LONGEST_BITS = 14_000  # Python refuses to print more than 4,300 digits
 _PREFIX_OF = {name: prefix for prefix, name in PREFIXES.items()}
 _STRING_ESCAPES = {
     '"': '\\"', "\\": "\\\\", "\n": "\\n", "\t": "\\t", "\r": "\\r", "\a": "\\a", "\b": "\\b", "\0": "\\0",

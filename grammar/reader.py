@@ -94,7 +94,9 @@ class _Brackets:
 
     def _close(self, kind: str, token: Token) -> None:
         if not self.openers:
-            error = _wrong("extra-close", f"this `{token}` closes nothing", token, "remove it, or look for a `(` missing")
+            error = _wrong(
+                "extra-close", f"this `{token}` closes nothing", token, "remove it, or look for a `(` missing"
+            )
             if self.early is not None:
                 error.note("the form before it ended here, although the next line is indented", self.early)
             raise error
@@ -174,7 +176,7 @@ _LITERALS = {"#t": True, "#true": True, "#f": False, "#false": False}
 def _classify(text: str) -> Any:
     """The value of an atom; raises SceneError (without place) for one that is malformed."""
     first = text[0]
-    if first.isdigit() or first in "+-." and _NUMBER_LIKE.match(text):
+    if first.isdigit() or (first in "+-." and _NUMBER_LIKE.match(text)):
         return _number(text)
     if first == ":":
         if len(text) == 1 or text[1] == ":":
@@ -187,7 +189,7 @@ def _classify(text: str) -> Any:
     elif first == "#":
         if text in _LITERALS:
             return _LITERALS[text]
-        hint = "booleans are `#t` and `#f`; a text is a string, \"...\"; an array is `[1 2 3]`"
+        hint = 'booleans are `#t` and `#f`; a text is a string, "..."; an array is `[1 2 3]`'
         raise SceneError("bad-atom", f"`{_short(text)}` means nothing here", hint)
     elif text == "none":
         return None
@@ -235,7 +237,7 @@ def _unescape(body: str) -> str:
         if match[3]:
             return ""
         if match[4] not in _ESCAPES:
-            hint = "the escapes are \\n \\t \\r \\a \\b \\0 \\\" \\\\ \\x41; \\u0041"
+            hint = 'the escapes are \\n \\t \\r \\a \\b \\0 \\" \\\\ \\x41; \\u0041'
             raise SceneError("bad-string", f"there is no escape `\\{_short(match[4])}`", hint)
         return _ESCAPES[match[4]]
 

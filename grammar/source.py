@@ -41,8 +41,8 @@ class Expansion(NamedTuple):
     """A macro use that made a piece of program: the macro, its definition, and the expansion around it."""
 
     macro: str
-    definition: "Span | None"
-    outer: "Expansion | None" = None
+    definition: Span | None
+    outer: Expansion | None = None
 
 
 class Span(NamedTuple):

@@ -10,7 +10,7 @@ from scenelang.interpreter.library import Builtin, Parameter
 from scenelang.interpreter.procedures import split_keywords
 from scenelang.interpreter.show import show
 from scenelang.interpreter.types import Mismatch, type_name
-from scenelang.interpreter.values import Procedure, Vector
+from scenelang.interpreter.values import Mutable, MutableList, Pair, Procedure, Vector, iterate_list
 
 if TYPE_CHECKING:
     from scenelang.interpreter.runtime import Runtime
@@ -43,12 +43,26 @@ def _article(name: str) -> str:
     return ("an " if name[0] in "AEIOU" else "a ") + name
 
 
-def convert(builtin: Builtin, parameter: Parameter, value: Any) -> Any:
+def convert(runtime: Runtime, builtin: Builtin, parameter: Parameter, value: Any) -> Any:
     """``value`` as the parameter's type, or a diagnostic."""
     try:
-        return parameter.type.convert(value)
+        converted = parameter.type.convert(value)
     except Mismatch:
         raise type_error(builtin, parameter, value) from None
+    if converted is not value:
+        note_reads(runtime, value)
+    return converted
+
+
+def note_reads(runtime: Runtime, value: Any) -> None:
+    """Note that a value was read to make another of it: itself, and the rows of a list, where they can change."""
+    if isinstance(value, Mutable):
+        runtime.read(value)
+    if type(value) is Pair or type(value) is MutableList:
+        rows = value.items if type(value) is MutableList else iterate_list(value)
+        for row in rows:
+            if isinstance(row, Mutable):
+                runtime.read(row)
 
 
 def call_builtin(runtime: Runtime, builtin: Builtin, arguments: Sequence[Any]) -> Any:
@@ -57,36 +71,36 @@ def call_builtin(runtime: Runtime, builtin: Builtin, arguments: Sequence[Any]) -
     keywords: dict[str, Any] = {}
     if signature.keywords:
         positional, given = split_keywords(builtin.name, builtin.usage, arguments)
-        keywords = _keywords(builtin, given)
+        keywords = _keywords(runtime, builtin, given)
     else:
         positional = list(arguments)
-    _convert_positionals(builtin, positional)
+    _convert_positionals(runtime, builtin, positional)
     try:
         return builtin.function(runtime, *positional, **keywords)
     except (ArithmeticError, MemoryError) as error:
         raise python_error(builtin.name, error) from None
 
 
-def _convert_positionals(builtin: Builtin, positional: list[Any]) -> None:
+def _convert_positionals(runtime: Runtime, builtin: Builtin, positional: list[Any]) -> None:
     signature = builtin.signature
     parameters = (*signature.required, *signature.optional)
     if len(positional) < len(signature.required) or (len(positional) > len(parameters) and signature.rest is None):
         raise builtin_arity_error(builtin, len(positional))
     for index, parameter in enumerate(parameters[: len(positional)]):
-        positional[index] = convert(builtin, parameter, positional[index])
+        positional[index] = convert(runtime, builtin, parameter, positional[index])
     if signature.rest is not None:
         for index in range(len(parameters), len(positional)):
-            positional[index] = convert(builtin, signature.rest, positional[index])
+            positional[index] = convert(runtime, builtin, signature.rest, positional[index])
 
 
-def _keywords(builtin: Builtin, given: dict[str, Any]) -> dict[str, Any]:
+def _keywords(runtime: Runtime, builtin: Builtin, given: dict[str, Any]) -> dict[str, Any]:
     known = {parameter.name: parameter for parameter in builtin.signature.keywords}
     out: dict[str, Any] = {}
     for name, value in given.items():
         if name not in known:
             hint = suggest(name, known) or f"its signature is {builtin.usage}"
             raise SceneError("keyword", f"`{builtin.name}` has no parameter `:{name}`", hint=hint)
-        out[name.replace("-", "_")] = convert(builtin, known[name], value)
+        out[name.replace("-", "_")] = convert(runtime, builtin, known[name], value)
     return out
 
 

@@ -1,4 +1,4 @@
-"""Array values: literals and the step from numpy back to the language's own array types."""
+"""Array values: literals, and the way between the language's array types and numpy's."""
 
 from __future__ import annotations
 
@@ -15,13 +15,35 @@ from scenelang.interpreter.types import numbers_of, type_name
 from scenelang.interpreter.values import Array, Matrix, MutableArray, Vector
 
 
-def from_numpy(data: npt.NDArray[Any]) -> Any:
-    """A number, Vector, Matrix (a 4x4 whose last row is 0 0 0 1) or Array."""
+def from_numpy(data: Any) -> Any:
+    """The value that a numpy array is: a number, a Vector, a Matrix when it is a pose, else an Array."""
+    data = np.asarray(data)
+    if data.dtype.kind == "f":
+        data = data.astype(np.float64, copy=False)
+    elif data.dtype.kind in "biu":
+        data = data.astype(np.int64, copy=False)
     if data.ndim == 0:
         return data.item()
     if data.ndim == 1:
         return Vector(data.tolist())
-    return (pose.from_array(data) if data.shape == (4, 4) else None) or Array(data.copy())
+    if data.shape == (4, 4):
+        matrix = pose.from_array(data)
+        if matrix is not None:
+            return matrix
+    return Array(data.copy() if data.base is not None else data)
+
+
+def numbers_to_numpy(numbers: Any) -> npt.NDArray[Any]:
+    """Python numbers, nested or not, as int64 when all are integers that fit, else float64."""
+    data = np.array(numbers)
+    if data.dtype.kind in "iu" and data.dtype != np.uint64:
+        return data.astype(np.int64, copy=False)
+    if data.dtype == np.float64:
+        return data
+    try:
+        return np.array(numbers, dtype=np.float64)
+    except OverflowError:
+        raise SceneError("domain", "an integer is too large to stand in an array") from None
 
 
 def array_literal(items: Sequence[Any]) -> Any:
@@ -29,22 +51,23 @@ def array_literal(items: Sequence[Any]) -> Any:
     kinds = {type(item) for item in items}
     if kinds <= {float} or kinds == {int}:
         return Vector(items)
-    if kinds == {int, float}:
-        return Vector([float(item) for item in items])
-    rows = [_row(item) for item in items]
     try:
-        return from_numpy(np.array(rows))
-    except (ValueError, OverflowError):
+        if kinds == {int, float}:
+            return Vector([float(item) for item in items])
+        return from_numpy(numbers_to_numpy([_row(item) for item in items]))
+    except OverflowError:
+        raise SceneError("domain", "an integer is too large to stand in an array of floats") from None
+    except ValueError:
         raise SceneError("value", "the rows of an array must have one shape") from None
 
 
-def _row(item: Any) -> npt.NDArray[Any]:
+def _row(item: Any) -> Any:
     if isinstance(item, (Array, MutableArray)):
-        return item.data
+        return item.data.tolist()
     if type(item) is Matrix:
-        return pose.to_array(item)
+        return pose.to_array(item).tolist()
     numbers = numbers_of(item)
     if numbers is None:
         what = f"an array holds numbers, got {type_name(item)}: {show(item, 60)}"
         raise SceneError("type", what, hint="a list of anything is `(list ...)`")
-    return np.array(numbers)
+    return numbers

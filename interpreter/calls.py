@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from scenelang.grammar import ast
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.source import Span
-from scenelang.interpreter.arguments import builtin_arity_error, call_builtin, python_error, type_error
+from scenelang.interpreter.arguments import builtin_arity_error, call_builtin, note_reads, python_error, type_error
 from scenelang.interpreter.arrays import array_literal
 from scenelang.interpreter.library import Builtin
 from scenelang.interpreter.procedures import TAIL, UNDEFINED, Cell, Closure, Frame, Node
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Pair", "make_list"]
 
+_NUMBERS = frozenset((int, float))
+_BLOCK = 2048
 _UNNAMED = ("lambda", "do")
 
 
@@ -69,7 +71,7 @@ def call(rt: Runtime, head: Any, arguments: Sequence[Node], span: Span) -> Node:
         try:
             if type(function) is Closure and function.arity == len(values):
                 tick()
-                result = function.body([function.env, *values, *function.pad])
+                result = function.body([function.env, *values])
                 while result is TAIL:
                     tick()
                     result = rt.next_body(rt.next_frame)
@@ -90,7 +92,7 @@ def _global_call0(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span
         try:
             if type(function) is Closure and function.arity == 0:
                 tick()
-                result = function.body([function.env, *function.pad])
+                result = function.body([function.env])
                 while result is TAIL:
                     tick()
                     result = rt.next_body(rt.next_frame)
@@ -113,7 +115,7 @@ def _global_call1(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span
         try:
             if type(function) is Closure and function.arity == 1:
                 tick()
-                result = function.body([function.env, x, *function.pad])
+                result = function.body([function.env, x])
                 while result is TAIL:
                     tick()
                     result = rt.next_body(rt.next_frame)
@@ -137,7 +139,7 @@ def _global_call2(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span
         try:
             if type(function) is Closure and function.arity == 2:
                 tick()
-                result = function.body([function.env, x, y, *function.pad])
+                result = function.body([function.env, x, y])
                 while result is TAIL:
                     tick()
                     result = rt.next_body(rt.next_frame)
@@ -162,7 +164,7 @@ def _global_call3(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span
         try:
             if type(function) is Closure and function.arity == 3:
                 tick()
-                result = function.body([function.env, x, y, z, *function.pad])
+                result = function.body([function.env, x, y, z])
                 while result is TAIL:
                     tick()
                     result = rt.next_body(rt.next_frame)
@@ -185,39 +187,120 @@ _GLOBAL_CALLS: dict[int, Callable[..., Node]] = {
 
 def tail_call(rt: Runtime, head: Any, arguments: Sequence[Node], span: Span) -> Node:
     """A call in tail position: a closure is handed to whoever called the body."""
+    if isinstance(head, GlobalHead) and len(arguments) in _GLOBAL_TAIL_CALLS:
+        return _GLOBAL_TAIL_CALLS[len(arguments)](rt, head, arguments, span)
 
     def node(f: Frame) -> Any:
         function = head(f)
         values = [argument(f) for argument in arguments]
         if type(function) is Closure and function.arity == len(values):
             rt.next_body = function.body
-            rt.next_frame = [function.env, *values, *function.pad]
+            rt.next_frame = [function.env, *values]
             return TAIL
-        try:
-            return _apply(rt, function, values, head, span)
-        except SceneError as error:
-            locate(error, function, span)
-            raise
+        return _apply_at(rt, function, values, head, span)
 
     return node
+
+
+def _apply_at(rt: Runtime, function: Any, values: Sequence[Any], head: Any, span: Span) -> Any:
+    """A call that has no fast path, with its place for errors."""
+    try:
+        return _apply(rt, function, values, head, span)
+    except SceneError as error:
+        locate(error, function, span)
+        raise
+
+
+def _global_tail_call1(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span: Span) -> Node:
+    cell = head.cell
+    (a,) = arguments
+
+    def node(f: Frame) -> Any:
+        function = cell.value
+        x = a(f)
+        if type(function) is Closure and function.arity == 1:
+            rt.next_body = function.body
+            rt.next_frame = [function.env, x]
+            return TAIL
+        return _apply_at(rt, function, (x,), head, span)
+
+    return node
+
+
+def _global_tail_call2(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span: Span) -> Node:
+    cell = head.cell
+    a, b = arguments
+
+    def node(f: Frame) -> Any:
+        function = cell.value
+        x = a(f)
+        y = b(f)
+        if type(function) is Closure and function.arity == 2:
+            rt.next_body = function.body
+            rt.next_frame = [function.env, x, y]
+            return TAIL
+        return _apply_at(rt, function, (x, y), head, span)
+
+    return node
+
+
+def _global_tail_call3(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span: Span) -> Node:
+    cell = head.cell
+    a, b, c = arguments
+
+    def node(f: Frame) -> Any:
+        function = cell.value
+        x = a(f)
+        y = b(f)
+        z = c(f)
+        if type(function) is Closure and function.arity == 3:
+            rt.next_body = function.body
+            rt.next_frame = [function.env, x, y, z]
+            return TAIL
+        return _apply_at(rt, function, (x, y, z), head, span)
+
+    return node
+
+
+_GLOBAL_TAIL_CALLS: dict[int, Callable[..., Node]] = {
+    1: _global_tail_call1,
+    2: _global_tail_call2,
+    3: _global_tail_call3,
+}
+
+
+def with_locals(body: Node, count: int) -> Node:
+    """``body`` with room in its frame for ``count`` variables beside the parameters."""
+    if not count:
+        return body
+    room = (None,) * count
+
+    def run(f: Frame) -> Any:
+        f.extend(room)
+        return body(f)
+
+    return run
 
 
 # --- loops -----------------------------------------------------------------------------------------------------
 
 
 def plain_loop(rt: Runtime, mark: Any, starts: Sequence[Node], binders: Sequence[Any], body: Node) -> Node:
-    """A loop whose variables live in the frame around it."""
-    tick = rt.tick
+    """A loop whose variables live in the frame around it. Turns are counted in blocks, which is cheaper than ticks."""
+    spend, charge = rt.meter.spend, rt.charge
+    block = range(1, _BLOCK + 1)
 
     def run(f: Frame) -> Any:
         values = [start(f) for start in starts]
         for bind, value in zip(binders, values):
             bind(f, value)
         while True:
-            tick()
-            result = body(f)
-            if result is not mark:
-                return result
+            for turn in block:
+                result = body(f)
+                if result is not mark:
+                    charge(turn)
+                    return result
+            spend(_BLOCK)
 
     return run
 
@@ -311,9 +394,7 @@ def builtin_call(
     parameters = (*signature.required, *signature.optional)
     count = len(arguments)
     keywords = bool(signature.keywords)
-    if not keywords and (
-        count < len(signature.required) or (count > len(parameters) and signature.rest is None)
-    ):
+    if not keywords and (count < len(signature.required) or (count > len(parameters) and signature.rest is None)):
         error_hint = builtin_arity_error(builtin, count)
         return _raiser(arguments, error_hint.name, error_hint.message, error_hint.hint, span)
     if keywords or count > 3 or (signature.rest is not None and count > len(parameters)):
@@ -352,7 +433,9 @@ def _builtin1(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: 
         x = given = a(f)
         try:
             if check_a is not None:
-                x = check_a(x)
+                x = check_a(given)
+                if x is not given:
+                    note_reads(rt, given)
             return function(rt, x)
         except Mismatch:
             raise _mismatch(builtin, checks, (given,), span) from None
@@ -371,9 +454,13 @@ def _builtin2(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: 
         y = second = b(f)
         try:
             if check_a is not None:
-                x = check_a(x)
+                x = check_a(first)
+                if x is not first:
+                    note_reads(rt, first)
             if check_b is not None:
-                y = check_b(y)
+                y = check_b(second)
+                if y is not second:
+                    note_reads(rt, second)
             return function(rt, x, y)
         except Mismatch:
             raise _mismatch(builtin, checks, (first, second), span) from None
@@ -389,7 +476,10 @@ def _builtin3(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: 
     def node(f: Frame) -> Any:
         given = [argument(f) for argument in arguments]
         try:
-            x, y, z = (value if check is None else check(value) for check, value in zip(checks, given))
+            x, y, z = [value if check is None else check(value) for check, value in zip(checks, given)]
+            for value, converted in zip(given, (x, y, z)):
+                if converted is not value:
+                    note_reads(rt, value)
             return function(rt, x, y, z)
         except Mismatch:
             raise _mismatch(builtin, checks, given, span) from None
@@ -434,8 +524,14 @@ def array_node(items: Sequence[Node], span: Span) -> Node:
 
         def three(f: Frame) -> Any:
             x, y, z = a(f), b(f), c(f)
-            if type(x) is float and type(y) is float and type(z) is float:
+            s, t, u = type(x), type(y), type(z)
+            if s is t is u and (s is float or s is int):
                 return Vector((x, y, z))
+            if s in _NUMBERS and t in _NUMBERS and u in _NUMBERS:
+                try:
+                    return Vector((float(x), float(y), float(z)))
+                except OverflowError:
+                    pass  # an integer too large for a float: the general case says so
             return _array((x, y, z), span)
 
         return three

@@ -268,10 +268,21 @@ class Compiler:
     # --- control -----------------------------------------------------------------------------------------------
 
     def conditional(self, node: ast.If, context: Context) -> Node:
-        test = self.compile(node.test, context.inner)
         then = self.compile(node.then, context)
         otherwise = self.compile(node.otherwise, context) if node.otherwise is not None else _none
-        if self.is_boolean(node.test):
+        return self._choice(node.test, then, otherwise, context)
+
+    def _choice(self, condition: Any, then: Node, otherwise: Node, context: Context) -> Node:
+        name, operands = self._intrinsic_use(condition)
+        if name == "not" and len(operands) == 1:
+            return self._choice(operands[0], otherwise, then, context)
+        if name in intrinsics.TESTS and len(operands) == 2 and type(operands[1]) is ast.Constant:
+            slot, number = self._local_slot(operands[0], context), operands[1].value
+            if slot is not None and type(number) in (int, float):
+                slow = calls.slow_call(self.rt, condition.function.target, condition.span)
+                return intrinsics.TESTS[name](slot, number, lambda x, y: slow([x, y]), then, otherwise)
+        test = self.compile(condition, context.inner)
+        if name in intrinsics.PREDICATES:
 
             def choose_boolean(f: Frame) -> Any:
                 if test(f):
@@ -288,12 +299,14 @@ class Compiler:
 
         return choose
 
-    def is_boolean(self, node: Any) -> bool:
-        """True for an expression that surely gives a boolean."""
-        if type(node) is not ast.Application or type(node.function) is not ast.Reference:
-            return False
-        builtin = node.function.target
-        return isinstance(builtin, Builtin) and builtin.intrinsic in intrinsics.PREDICATES
+    @staticmethod
+    def _intrinsic_use(node: Any) -> tuple[str, tuple[Any, ...]]:
+        """The operation and operands of a call of a builtin that has a fast path; an empty name for anything else."""
+        if type(node) is ast.Application and type(node.function) is ast.Reference:
+            builtin = node.function.target
+            if isinstance(builtin, Builtin) and builtin.intrinsic is not None:
+                return builtin.intrinsic, node.arguments
+        return "", ()
 
     def conjunction(self, node: ast.And, context: Context) -> Node:
         if not node.items:
@@ -460,8 +473,8 @@ class Compiler:
         body = self.compile(node.body, Context(layout, tail=True))
         plain = all(p.kind == "required" and p.type is None and not p.in_cell for p in parameters)
         arity = len(parameters) if plain else -1
-        pad = (None,) * (layout.size - 1 - len(parameters))
-        code = Code(node.name, parameters, node.usage, arity, body, pad)
+        body = calls.with_locals(body, layout.size - 1 - len(parameters))
+        code = Code(node.name, parameters, node.usage, arity, body)
         return lambda f: Closure(code, f)
 
     def application(self, node: ast.Application, context: Context) -> Node:
@@ -513,17 +526,20 @@ class Compiler:
             return intrinsics.UNARY[name](self.compile(operands[0], context.inner), lambda x: slow_one([x]))
         if name not in intrinsics.BINARY:
             return None
-        if len(operands) > 2 and name in ("add", "mul"):
+        if len(operands) > 2 and name in ("add", "mul", "matmul"):
             nested = ast.Application(node.function, operands[:-1], node.span)
-            return self._intrinsic(builtin, name, ast.Application(node.function, (nested, operands[-1]), node.span), context)
+            return self._intrinsic(
+                builtin, name, ast.Application(node.function, (nested, operands[-1]), node.span), context
+            )
         if len(operands) != 2:
             return None
         slow_call = calls.slow_call(self.rt, builtin, node.span)
         slow = lambda x, y: slow_call([x, y])
-        left, right = self._local_slot(operands[0], context), self._local_slot(operands[1], context)
+        left = self._local_slot(operands[0], context)
         number = operands[1].value if type(operands[1]) is ast.Constant else None
         if left is not None and type(number) in (int, float) and name in intrinsics.SLOT_CONSTANT:
             return intrinsics.SLOT_CONSTANT[name](left, number, slow)
+        right = self._local_slot(operands[1], context)
         if left is not None and right is not None and name in intrinsics.SLOTS:
             return intrinsics.SLOTS[name](left, right, slow)
         a, b = self.compile_all(operands, context.inner)

@@ -163,7 +163,9 @@ def _fields(datum: ListDatum) -> tuple[list[str], list[str], list[Datum | None]]
         if name in fields:
             raise SceneError("duplicate", f"the field `{name}` is there twice", None, item.span)
         if default is None and any(defaults):
-            raise syntax_error("define-record", f"the field `{name}` needs a default, as one before it has one", item.span)
+            raise syntax_error(
+                "define-record", f"the field `{name}` needs a default, as one before it has one", item.span
+            )
         fields.append(name)
         types.append(annotation)
         defaults.append(default)

@@ -91,7 +91,9 @@ def _check_assignment(datum: ListDatum, operands: Sequence[Datum]) -> None:
     if not isinstance(variable, Variable):
         if is_identifier(datum.items[1]):
             name = base_name(datum.items[1].value)  # type: ignore[union-attr]
-            raise syntax_error("set!", f"`{name}` is built in and cannot be assigned", datum.items[1].span, "define your own")
+            raise syntax_error(
+                "set!", f"`{name}` is built in and cannot be assigned", datum.items[1].span, "define your own"
+            )
         hint = "an item of a list or table is changed with `(set-ref! xs i value)`"
         raise syntax_error("set!", "`set!` assigns a variable", datum.items[1].span, hint)
     variable.assigned = True
@@ -268,9 +270,7 @@ def expand_cond(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
     return _cond_clauses(expander, datum.items[1:], scope, datum.span, none(datum.span))
 
 
-def _cond_clauses(
-    expander: Expander, clauses: Sequence[Datum], scope: Scope, span: Span, otherwise: Datum
-) -> Datum:
+def _cond_clauses(expander: Expander, clauses: Sequence[Datum], scope: Scope, span: Span, otherwise: Datum) -> Datum:
     """Nested conditionals, built from the last clause."""
     result = otherwise
     for index in range(len(clauses) - 1, -1, -1):
@@ -417,9 +417,7 @@ def _expand_for(expander: Expander, datum: ListDatum, scope: Scope, kind: str, n
     return core("FOR", [opaque("KIND", kind, span), listed(accumulators), listed(clauses), body], span)
 
 
-def _clauses(
-    expander: Expander, operand: Datum, scope: Scope, form: str, nested: bool
-) -> tuple[list[Datum], Scope]:
+def _clauses(expander: Expander, operand: Datum, scope: Scope, form: str, nested: bool) -> tuple[list[Datum], Scope]:
     """Core clauses, and the scope that sees all their variables."""
     if isinstance(operand, ArrayDatum):
         raise SceneError("bracket", f"the clauses of `{form}` stand in ( ), not [ ]", None, operand.span)
@@ -453,9 +451,7 @@ def _sequence_clause(item: Datum, form: str) -> tuple[Datum, Datum]:
     return item.items[0], item.items[1]
 
 
-def _close_group(
-    expander: Expander, group: list[tuple[Datum, Datum]], clauses: list[Datum], scope: Scope
-) -> Scope:
+def _close_group(expander: Expander, group: list[tuple[Datum, Datum]], clauses: list[Datum], scope: Scope) -> Scope:
     _check_distinct(group)
     values = [expander.expand(value, scope) for _, value in group]
     scope = Scope(scope)
@@ -471,9 +467,10 @@ def _test_clause(expander: Expander, items: list[Datum], scope: Scope, form: str
     assert isinstance(keyword, Atom)
     kind = str(keyword.value)
     if kind not in ("when", "unless", "break"):
-        raise syntax_error(form, f"`:{kind}` means nothing here", keyword.span, "there are `:when`, `:unless`, `:break`")
+        raise syntax_error(
+            form, f"`:{kind}` means nothing here", keyword.span, "there are `:when`, `:unless`, `:break`"
+        )
     if not items:
         raise syntax_error(form, f"`:{kind}` is followed by no test", keyword.span)
     test = expander.expand(items.pop(0), scope)
     return ListDatum((opaque("CLAUSE", kind, keyword.span), test), None, keyword.span)
-

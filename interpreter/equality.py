@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from typing import Any, Protocol
 
+from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.values import (
     NIL,
     Array,
@@ -11,6 +13,7 @@ from scenelang.interpreter.values import (
     HandleList,
     Keyword,
     Matrix,
+    Mutable,
     MutableArray,
     MutableList,
     Pair,
@@ -22,15 +25,38 @@ from scenelang.interpreter.values import (
 )
 
 _NUMBERS = (int, float)
+_CHARGE = 1024
+_LONGEST_KEY = 200_000
 
 
-def equal(a: Any, b: Any, typed: bool = True) -> bool:
-    """Structural equality. ``typed``: 1 and 1.0 differ (``equal?``); else numbers compare by value (``contains?``)."""
+class Reader(Protocol):
+    """What equality tells of its work: the mutable things that it reads, and how much it does."""
+
+    def read(self, thing: Mutable) -> None: ...
+
+    charge: Callable[[int], None]
+
+
+def equal(reader: Reader, a: Any, b: Any, typed: bool = True) -> bool:
+    """Structural equality. ``typed``: 1 and 1.0 differ (``equal?``); else numbers compare by value (``contains?``).
+
+    Pairs that were compared before are not compared again, so shared and circular data end.
+    """
     stack = [(a, b)]
+    seen: set[tuple[int, int]] = set()
     while stack:
         a, b = stack.pop()
         if a is b:
             continue
+        if isinstance(a, (Pair, Mutable)):
+            if (id(a), id(b)) in seen:
+                continue
+            seen.add((id(a), id(b)))
+            if len(seen) % _CHARGE == 0:
+                reader.charge(_CHARGE)
+        for side in (a, b):
+            if isinstance(side, Mutable):
+                reader.read(side)
         kind = type(a)
         if not typed and kind in _NUMBERS and type(b) in _NUMBERS:
             if a != b:
@@ -141,6 +167,10 @@ def _key(value: Any, typed: bool) -> tuple[Any, ...]:
     while stack:
         item = stack.pop()
         kind = type(item)
+        if len(out) > _LONGEST_KEY:
+            if typed:
+                raise _Opaque
+            raise LimitError("size", "a key of a table or set is too large")
         if kind is float or kind is int:
             out.append(_number_key(item) if typed else item)
         elif kind in _SCALAR_TAGS:
@@ -152,7 +182,7 @@ def _key(value: Any, typed: bool) -> tuple[Any, ...]:
             out.append(")")
         elif kind is Vector or kind is Matrix:
             out += ("v" if kind is Vector else "m", len(item))
-            out += (map(_number_key, item) if typed else item)
+            out += map(_number_key, item) if typed else item
         elif kind is Array:
             out += ("a", item.data.shape, item.data.dtype.str, item.data.tobytes())
         elif kind is Embedding:

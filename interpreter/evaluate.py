@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from scenelang.grammar import ast
-from scenelang.grammar.datum import Datum
 from scenelang.grammar.core import parse_core
+from scenelang.grammar.datum import Datum
 from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.interpreter.compile import compile_forms
 from scenelang.interpreter.entity import Entity, Frames, Scene
@@ -66,7 +66,7 @@ class Run:
         cell = rt.words.get(word)
         span = program.all_words.get(word) or (program.scene.span if program.scene else None)
         if cell is None or cell.function is None:
-            hint = suggest(word, rt.words) or "bind it: `(bind \"word\" (lambda () ...))`"
+            hint = suggest(word, rt.words) or 'bind it: `(bind "word" (lambda () ...))`'
             raise SceneError("root", f'the root "{word}" is not bound', hint, span)
         return self.evaluate_root(word, cell.function, z, gamma)
 

@@ -209,7 +209,9 @@ class Expander:
         if isinstance(binding, (Special, Macro)):
             name = base_name(value)
             kind = "a special form" if isinstance(binding, Special) else "a macro"
-            raise SceneError("misplaced", f"`{name}` is {kind}, so it must stand at the head of a form", None, atom.span)
+            raise SceneError(
+                "misplaced", f"`{name}` is {kind}, so it must stand at the head of a form", None, atom.span
+            )
         return Atom(binding, atom.span)
 
     def expand_macro(self, macro: Macro, datum: ListDatum, scope: Scope) -> Datum:
@@ -304,9 +306,7 @@ class Expander:
             self._add(plain, self._parameter(tail, scope, "rest"), tail.span)
         return plain, defaults
 
-    def _one_parameter(
-        self, item: Datum, scope: Scope, plain: list[ast.Parameter], defaults: list[Datum]
-    ) -> None:
+    def _one_parameter(self, item: Datum, scope: Scope, plain: list[ast.Parameter], defaults: list[Datum]) -> None:
         if isinstance(item, ListDatum):
             if len(item.items) != 2 or item.tail is not None:
                 hint = "an optional parameter is `(name default)` or `(:name default)`"
@@ -354,7 +354,9 @@ class Expander:
                 return Symbol(name), annotation
         if isinstance(datum, ArrayDatum):
             raise SceneError("bracket", "a parameter is a name, not an array", "write ( )", datum.span)
-        raise SceneError("lambda-list", "this is no parameter", "a parameter is `name`, `(name default)`, `:name`", datum.span)
+        raise SceneError(
+            "lambda-list", "this is no parameter", "a parameter is `name`, `(name default)`, `:name`", datum.span
+        )
 
     def annotated_type(self, text: str, span: Span) -> Type:
         """The type that an annotation names."""

@@ -48,7 +48,9 @@ _FORMS = [
     Form("quasiquote", "(quasiquote template)", "A template: `` `(a ,x ,@xs) ``.", None),
     Form("if", "(if test then [else])", "Choose: `#f` and `none` are false, all else is true.", 1),
     Form("lambda", "(lambda (parameter ...) body ...)", "A function."),
-    Form("define", "(define name value) or (define (name parameter ...) body ...)", "Define a name, here or in a body."),
+    Form(
+        "define", "(define name value) or (define (name parameter ...) body ...)", "Define a name, here or in a body."
+    ),
     Form("define-values", "(define-values (name ...) value)", "Take a sequence apart and define its items."),
     Form(
         "define-record",
@@ -59,13 +61,17 @@ _FORMS = [
     Form("syntax-rules", "(syntax-rules (literal ...) (pattern template) ...)", "Rules of a hygienic macro.", 1),
     Form("define-macro", "(define-macro (name parameter ...) body ...)", "A macro computed from its operands as data."),
     Form("let-syntax", "(let-syntax ((name (syntax-rules ...)) ...) body ...)", "Local macros."),
-    Form("letrec-syntax", "(letrec-syntax ((name (syntax-rules ...)) ...) body ...)", "Local macros that see each other."),
+    Form(
+        "letrec-syntax", "(letrec-syntax ((name (syntax-rules ...)) ...) body ...)", "Local macros that see each other."
+    ),
     Form("bind", '(bind "word" function)', "Define and bind an entity function (paper, appendix A)."),
     Form("import", '(import "file.scene" [:prefix name/])', "Use another file's definitions, words and macros.", None),
     Form("scene", '(scene "word" argument ...)', "Name the root of the scene; arguments as in `call`.", None),
     Form("param", '(param name value "doc" [:min a] [:max b])', "A constant that the command line may override."),
     Form("set!", "(set! name value)", "Assign a variable that exists.", 1),
-    Form("let", "(let ((name value) ...) body ...) or (let loop ((name value) ...) body ...)", "Local names, or a loop."),
+    Form(
+        "let", "(let ((name value) ...) body ...) or (let loop ((name value) ...) body ...)", "Local names, or a loop."
+    ),
     Form("let*", "(let* ((name value) ...) body ...)", "Local names, each seeing those before it."),
     Form("letrec", "(letrec ((name value) ...) body ...)", "Local names that see one another."),
     Form("letrec*", "(letrec* ((name value) ...) body ...)", "Local names that see one another, in order."),
@@ -102,7 +108,7 @@ ABSENT: dict[str, str] = {
     "define-record-type": "write `(define-record name field ...)`",
     "read": "programs cannot read input; use `param`",
     "read-line": "programs cannot read input; use `param`",
-    "open-input-file": "programs cannot open files; use `import` or \"asset\"",
+    "open-input-file": 'programs cannot open files; use `import` or "asset"',
     "open-output-file": "programs cannot open files",
     "with-output-to-file": "programs cannot open files",
     "display": "use `print`",

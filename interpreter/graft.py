@@ -61,7 +61,10 @@ def graft(rt: Runtime, scene: Scene, entries: Mapping[Path, Entry]) -> Scene:
             entity = find(root, path)
             if entity is None:
                 if len(frames) == 1:
-                    rt.warn("unused-entry", f"an entry's instance, at {list(path)}, is gone since an entry around it changed")
+                    rt.warn(
+                        "unused-entry",
+                        f"an entry's instance, at {list(path)}, is gone since an entry around it changed",
+                    )
                 continue
             frames[index] = _replaced(rt, root, path, _remade(rt, entity, entry))
     return Scene(scene.word, frames, scene.animated)
@@ -94,6 +97,11 @@ def _replaced(rt: Runtime, root: Entity, path: Path, replacement: Entity) -> Ent
         children = list(parent.children)
         children[position] = Pair(replacement, children[position].cdr)
         copy = rt.make_entity(parent.word, parent.embedding, tuple(children))
-        copy.function, copy.rest, copy.serial, copy.effects = parent.function, parent.rest, parent.serial, parent.effects
+        copy.function, copy.rest, copy.serial, copy.effects = (
+            parent.function,
+            parent.rest,
+            parent.serial,
+            parent.effects,
+        )
         replacement = copy
     return replacement

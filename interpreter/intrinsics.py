@@ -9,10 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from scenelang.interpreter.pose import compose
 from scenelang.interpreter.procedures import Frame, Node
-from scenelang.interpreter.values import NIL, Pair
+from scenelang.interpreter.values import NIL, Matrix, Pair
 
 Slow = Callable[[Any, Any], Any]
+_NUMBERS = frozenset((int, float))
 _LIMIT = 1 << 4000  # beyond this the builtin checks the size
 
 
@@ -22,11 +24,17 @@ def add(a: Node, b: Node, slow: Slow) -> Node:
     def node(f: Frame) -> Any:
         x = a(f)
         y = b(f)
-        if type(x) is float and type(y) is float:
-            return x + y
-        if type(x) is int and type(y) is int:
-            r = x + y
-            if floor < r < limit:
+        kind = type(x)
+        if kind is type(y):
+            if kind is float:
+                return x + y
+            if kind is int:
+                r = x + y
+                if floor < r < limit:
+                    return r
+        elif kind in _NUMBERS and type(y) in _NUMBERS:
+            r = _mixed_add(x, y)
+            if r is not None:
                 return r
         return slow(x, y)
 
@@ -34,15 +42,12 @@ def add(a: Node, b: Node, slow: Slow) -> Node:
 
 
 def add_slot_constant(slot: int, y: Any, slow: Slow) -> Node:
-    limit, floor = _LIMIT, -_LIMIT
     kind = type(y)
 
     def node(f: Frame) -> Any:
         x = f[slot]
         if type(x) is kind:
-            r = x + y
-            if floor < r < limit:
-                return r
+            return x + y  # grows by a constant a step, so the limit on steps bounds it
         return slow(x, y)
 
     return node
@@ -54,12 +59,25 @@ def add_slots(i: int, j: int, slow: Slow) -> Node:
     def node(f: Frame) -> Any:
         x = f[i]
         y = f[j]
-        if type(x) is float and type(y) is float:
-            return x + y
-        if type(x) is int and type(y) is int:
-            r = x + y
-            if floor < r < limit:
-                return r
+        kind = type(x)
+        if kind is type(y):
+            if kind is float:
+                return x + y
+            if kind is int:
+                r = x + y
+                if floor < r < limit:
+                    return r
+        return slow(x, y)
+
+    return node
+
+
+def lt_slots(i: int, j: int, slow: Slow) -> Node:
+    def node(f: Frame) -> Any:
+        x = f[i]
+        y = f[j]
+        if type(x) is type(y) and type(x) in _NUMBERS:
+            return x < y
         return slow(x, y)
 
     return node
@@ -71,11 +89,17 @@ def sub(a: Node, b: Node, slow: Slow) -> Node:
     def node(f: Frame) -> Any:
         x = a(f)
         y = b(f)
-        if type(x) is float and type(y) is float:
-            return x - y
-        if type(x) is int and type(y) is int:
-            r = x - y
-            if floor < r < limit:
+        kind = type(x)
+        if kind is type(y):
+            if kind is float:
+                return x - y
+            if kind is int:
+                r = x - y
+                if floor < r < limit:
+                    return r
+        elif kind in _NUMBERS and type(y) in _NUMBERS:
+            r = _mixed_sub(x, y)
+            if r is not None:
                 return r
         return slow(x, y)
 
@@ -83,15 +107,12 @@ def sub(a: Node, b: Node, slow: Slow) -> Node:
 
 
 def sub_slot_constant(slot: int, y: Any, slow: Slow) -> Node:
-    limit, floor = _LIMIT, -_LIMIT
     kind = type(y)
 
     def node(f: Frame) -> Any:
         x = f[slot]
         if type(x) is kind:
-            r = x - y
-            if floor < r < limit:
-                return r
+            return x - y  # grows by a constant a step, so the limit on steps bounds it
         return slow(x, y)
 
     return node
@@ -103,24 +124,65 @@ def mul(a: Node, b: Node, slow: Slow) -> Node:
     def node(f: Frame) -> Any:
         x = a(f)
         y = b(f)
-        if type(x) is float:
-            if type(y) is float:
+        kind = type(x)
+        if kind is type(y):
+            if kind is float:
                 return x * y
-        elif type(x) is int and type(y) is int and floor < x < limit and floor < y < limit:
-            r = x * y
-            if floor < r < limit:
+            if kind is int and floor < x < limit and floor < y < limit:
+                r = x * y
+                if floor < r < limit:
+                    return r
+        elif kind in _NUMBERS and type(y) in _NUMBERS:
+            r = _mixed_mul(x, y)
+            if r is not None:
                 return r
         return slow(x, y)
 
     return node
 
 
+def _mixed_add(x: Any, y: Any) -> Any:
+    """The sum of an Integer and a Float; None when the Integer is too large for one."""
+    try:
+        return x + y
+    except OverflowError:
+        return None
+
+
+def _mixed_sub(x: Any, y: Any) -> Any:
+    try:
+        return x - y
+    except OverflowError:
+        return None
+
+
+def _mixed_mul(x: Any, y: Any) -> Any:
+    try:
+        return x * y
+    except OverflowError:
+        return None
+
+
 def div(a: Node, b: Node, slow: Slow) -> Node:
     def node(f: Frame) -> Any:
         x = a(f)
         y = b(f)
-        if type(x) is float and type(y) is float and y != 0.0:
-            return x / y
+        if type(x) in _NUMBERS and type(y) in _NUMBERS and y:
+            try:
+                return x / y
+            except OverflowError:
+                return slow(x, y)
+        return slow(x, y)
+
+    return node
+
+
+def matmul(a: Node, b: Node, slow: Slow) -> Node:
+    def node(f: Frame) -> Any:
+        x = a(f)
+        y = b(f)
+        if type(x) is Matrix and type(y) is Matrix:
+            return compose(x, y)
         return slow(x, y)
 
     return node
@@ -130,9 +192,7 @@ def lt(a: Node, b: Node, slow: Slow) -> Node:
     def node(f: Frame) -> Any:
         x = a(f)
         y = b(f)
-        if type(x) is int and type(y) is int:
-            return x < y
-        if type(x) is float and type(y) is float:
+        if type(x) in _NUMBERS and type(y) in _NUMBERS:
             return x < y
         return slow(x, y)
 
@@ -152,18 +212,10 @@ def lt_slot_constant(slot: int, y: Any, slow: Slow) -> Node:
 
 
 def gt(a: Node, b: Node, slow: Slow) -> Node:
-    return _swapped(lt, a, b, slow)
-
-
-def _swapped(factory: Callable[[Node, Node, Slow], Node], a: Node, b: Node, slow: Slow) -> Node:
-    """``(> a b)`` as ``(< b a)``, operands still evaluated left to right."""
-
     def node(f: Frame) -> Any:
         x = a(f)
         y = b(f)
-        if type(x) is int and type(y) is int:
-            return x > y
-        if type(x) is float and type(y) is float:
+        if type(x) in _NUMBERS and type(y) in _NUMBERS:
             return x > y
         return slow(x, y)
 
@@ -174,9 +226,7 @@ def le(a: Node, b: Node, slow: Slow) -> Node:
     def node(f: Frame) -> Any:
         x = a(f)
         y = b(f)
-        if type(x) is int and type(y) is int:
-            return x <= y
-        if type(x) is float and type(y) is float:
+        if type(x) in _NUMBERS and type(y) in _NUMBERS:
             return x <= y
         return slow(x, y)
 
@@ -187,9 +237,7 @@ def ge(a: Node, b: Node, slow: Slow) -> Node:
     def node(f: Frame) -> Any:
         x = a(f)
         y = b(f)
-        if type(x) is int and type(y) is int:
-            return x >= y
-        if type(x) is float and type(y) is float:
+        if type(x) in _NUMBERS and type(y) in _NUMBERS:
             return x >= y
         return slow(x, y)
 
@@ -200,9 +248,7 @@ def eq(a: Node, b: Node, slow: Slow) -> Node:
     def node(f: Frame) -> Any:
         x = a(f)
         y = b(f)
-        if type(x) is int and type(y) is int:
-            return x == y
-        if type(x) is float and type(y) is float:
+        if type(x) in _NUMBERS and type(y) in _NUMBERS:
             return x == y
         return slow(x, y)
 
@@ -223,11 +269,11 @@ def eq_slot_constant(slot: int, y: Any, slow: Slow) -> Node:
 
 BINARY: dict[str, Callable[[Node, Node, Slow], Node]] = {
     "add": add, "sub": sub, "mul": mul, "div": div, "lt": lt, "gt": gt, "le": le, "ge": ge, "eq": eq,
+    "matmul": matmul,
 }  # fmt: skip
 SLOT_CONSTANT: dict[str, Callable[[int, Any, Slow], Node]] = {
     "add": add_slot_constant, "sub": sub_slot_constant, "lt": lt_slot_constant, "eq": eq_slot_constant,
 }  # fmt: skip
-SLOTS: dict[str, Callable[[int, int, Slow], Node]] = {"add": add_slots}
 
 
 def negation(a: Node, slow: Callable[[Any], Any]) -> Node:
@@ -262,6 +308,35 @@ def is_null(a: Node, slow: Callable[[Any], Any]) -> Node:
     return node
 
 
+SLOTS: dict[str, Callable[[int, int, Slow], Node]] = {"add": add_slots, "lt": lt_slots}
+
+
+def if_slot_equals(slot: int, y: Any, slow: Slow, then: Node, otherwise: Node) -> Node:
+    """``(if (= variable number) then otherwise)`` in one step."""
+    kind = type(y)
+
+    def node(f: Frame) -> Any:
+        x = f[slot]
+        if (x == y) if type(x) is kind else slow(x, y):
+            return then(f)
+        return otherwise(f)
+
+    return node
+
+
+def if_slot_less(slot: int, y: Any, slow: Slow, then: Node, otherwise: Node) -> Node:
+    kind = type(y)
+
+    def node(f: Frame) -> Any:
+        x = f[slot]
+        if (x < y) if type(x) is kind else slow(x, y):
+            return then(f)
+        return otherwise(f)
+
+    return node
+
+
+TESTS: dict[str, Callable[[int, Any, Slow, Node, Node], Node]] = {"eq": if_slot_equals, "lt": if_slot_less}
 UNARY: dict[str, Callable[[Node, Callable[[Any], Any]], Node]] = {
     "not": negation, "car": car, "cdr": cdr, "null?": is_null,
 }  # fmt: skip

@@ -56,7 +56,9 @@ def procedural(
             raise SceneError("expansion", f"expanding `{name}` {_lower(error.message)}", error.hint, use.span) from None
         except SceneError as error:
             notes = (Note("the macro is defined here", span), *error.notes)
-            raise SceneError(error.name, f"in the macro `{name}`: {error.message}", error.hint, use.span, notes) from None
+            raise SceneError(
+                error.name, f"in the macro `{name}`: {error.message}", error.hint, use.span, notes
+            ) from None
         finally:
             expander.template_aliases = saved
             expander.template_scope = saved_scope
@@ -101,7 +103,9 @@ def syntax_rules(expander: Expander, datum: Datum, scope: Scope, name: str, span
     items = datum.items if isinstance(datum, ListDatum) else ()
     head = expander.binding_of(items[0], scope) if items else None
     if not isinstance(head, Special) or head.name != "syntax-rules" or len(items) < 2:
-        raise SceneError("macro", f"the macro `{name}` needs `(syntax-rules (literal ...) (pattern template) ...)`", None, span)
+        raise SceneError(
+            "macro", f"the macro `{name}` needs `(syntax-rules (literal ...) (pattern template) ...)`", None, span
+        )
     rest = items[1:]
     ellipsis = "..."
     if isinstance(rest[0], Atom) and isinstance(rest[0].value, Symbol):
@@ -145,7 +149,9 @@ def _apply_rules(known: _Rules, use: Datum, scope: Scope) -> Datum:
             return _Instance(known, span).build(template, bound)
     usages = " or ".join(" ".join(pattern.span.text.split()) for pattern, _ in known.rules[:3])
     note = Note(f"the macro `{known.name}` is defined here", known.span)
-    raise SceneError("macro", f"no rule of the macro `{known.name}` fits this use", f"it wants {usages}", use.span, (note,))
+    raise SceneError(
+        "macro", f"no rule of the macro `{known.name}` fits this use", f"it wants {usages}", use.span, (note,)
+    )
 
 
 def _match(known: _Rules, pattern: Datum, datum: Datum, scope: Scope, bound: dict[Any, Any]) -> bool:
@@ -301,4 +307,3 @@ class _Instance:
             one = {**bound, **{v: bound[v][index] for v in variables}}
             out += self._repeat(item, one, depth - 1) if depth > 1 else [self.build(item, one)]
         return out
-

@@ -39,9 +39,13 @@ def parts_of(runtime: Runtime, value: Any, word: str | None = None) -> tuple[Pai
         return (Pair(value, IDENTITY),)
     out: list[Pair] = []
     stack: list[Any] = [value]
+    turns = 0
     while stack:
         item = stack.pop()
         kind = type(item)
+        turns += 1
+        if turns & 1023 == 0:
+            runtime.charge(1024)  # lists that share their members can be far larger than they look
         while kind is Pair:
             head = item.car
             if type(head) is Entity:
@@ -89,8 +93,9 @@ def pose_of(runtime: Runtime, value: Any) -> Matrix:
     if type(value) is Matrix:
         matrix: Matrix | None = value
     else:
-        if isinstance(value, (MutableArray, MutableList)):
-            runtime.read(value)
+        from scenelang.interpreter.arguments import note_reads
+
+        note_reads(runtime, value)
         matrix = matrix_or_none(value)
     if matrix is None:
         message = f"a pose must be a 4x4 matrix whose last row is 0 0 0 1, got {type_name(value)}: {show(value, 60)}"

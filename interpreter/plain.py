@@ -23,16 +23,22 @@ from scenelang.interpreter.values import (
 )
 
 MAX_DEPTH = 100
+MAX_ITEMS = 1_000_000
 
 
 class NotPlain(Exception):
     """The value holds something that no file can: a function, an entity, nan, or nesting without end."""
 
 
-def plain_value(value: Any, tagged: bool = False, depth: int = 0) -> Any:
+def plain_value(value: Any, tagged: bool = False) -> Any:
     """``value`` as JSON data. ``tagged`` keeps arrays, tables and embeddings apart from lists, to read them back."""
+    return _plain(value, tagged, 0, [MAX_ITEMS])
+
+
+def _plain(value: Any, tagged: bool, depth: int, room: list[int]) -> Any:
     kind = type(value)
-    if depth > MAX_DEPTH:
+    room[0] -= 1
+    if depth > MAX_DEPTH or room[0] < 0:
         raise NotPlain
     if value is None or kind in (str, int, bool):
         return value
@@ -45,7 +51,7 @@ def plain_value(value: Any, tagged: bool = False, depth: int = 0) -> Any:
     array = _array(value)
     if array is not None:
         return {"array": array} if tagged else array
-    inner = lambda item: plain_value(item, tagged, depth + 1)
+    inner = lambda item: _plain(item, tagged, depth + 1, room)
     if kind is Pair or value is NIL or kind is MutableList:
         return [inner(item) for item in _items(value)]
     if kind is Table:

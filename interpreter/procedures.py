@@ -68,7 +68,6 @@ class Code:
     usage: str
     arity: int
     body: Node
-    pad: tuple[None, ...]
     keyword_names: frozenset[str] | None = field(init=False)
     required: int = field(init=False)
     positional: int = field(init=False)
@@ -88,16 +87,15 @@ class Code:
 
 
 class Closure(Procedure):
-    """A function value. ``arity``, ``body`` and ``pad`` repeat the code's, to be near at hand."""
+    """A function value. ``arity`` and ``body`` repeat the code's, to be near at hand."""
 
-    __slots__ = ("arity", "body", "code", "env", "pad")
+    __slots__ = ("arity", "body", "code", "env")
 
     def __init__(self, code: Code, env: Frame) -> None:
         self.code = code
         self.env = env
         self.arity = code.arity
         self.body = code.body
-        self.pad = code.pad
 
     @property
     def name(self) -> str:  # type: ignore[override]
@@ -209,24 +207,24 @@ def _fill(
     given = len(positional)
     if word is None and (given < code.required or (given > code.positional and code.rest is None)):
         raise arity_error(code, given)
-    frame: Frame = [closure.env, *([None] * len(code.parameters)), *code.pad]
+    frame: Frame = [closure.env, *([None] * len(code.parameters))]
     index = 0
     for parameter in code.parameters:
         kind = parameter.kind
         if kind == "required" or (kind == "optional" and index < given):
-            value = _checked(code, parameter, positional[index], word)
+            value = _checked(runtime, code, parameter, positional[index], word)
             index += 1
         elif kind == "keyword" and parameter.name in keywords:
-            value = _checked(code, parameter, keywords[parameter.name], word)
+            value = _checked(runtime, code, parameter, keywords[parameter.name], word)
         elif kind == "rest":
             value = entity_rest if word is not None else make_list(positional[code.positional :])
-            value = _checked(code, parameter, value, word)
+            value = _checked(runtime, code, parameter, value, word)
         elif kind == "keys":
             known = code.keyword_names or frozenset()
             extra = {name: value for name, value in keywords.items() if name not in known}
             value = runtime.table_of({name: (name, value) for name, value in extra.items()})
         elif parameter.default is not None:
-            value = _checked(code, parameter, parameter.default(frame), word)
+            value = _checked(runtime, code, parameter, parameter.default(frame), word)
         else:
             owner = f'"{word}"' if word is not None else f"`{code.name}`"
             what = "attribute" if word is not None else "argument"
@@ -240,7 +238,12 @@ def _checked(code: Code, parameter: CodeParameter, value: Any, word: str | None)
     if parameter.type is None:
         return value
     try:
-        return parameter.type.convert(value)
+        converted = parameter.type.convert(value)
+        if converted is not value:
+            from scenelang.interpreter.arguments import note_reads
+
+            note_reads(runtime, value)
+        return converted
     except Mismatch:
         owner = f'"{word}"' if word is not None else f"`{code.name}`"
         sign = ":" if parameter.kind == "keyword" else ""

@@ -13,7 +13,6 @@ from scenelang.grammar.datum import Atom, Datum, Keyword, ListDatum, Symbol
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, suggest
 from scenelang.grammar.reader import read
 from scenelang.grammar.source import Source, Span
-from scenelang.interpreter import definitions
 from scenelang.interpreter.expand import Expander, Pending, core, is_identifier, syntax_error
 from scenelang.interpreter.forms import FORMS
 from scenelang.interpreter.library import Library
@@ -160,7 +159,9 @@ class _FileExpander(Expander):
 class _File:
     """One file on its way: scanned for definitions first, then expanded form by form."""
 
-    def __init__(self, source: Source, parent: Scope, run_macro: Any, state: _State | None, is_main: bool = False) -> None:
+    def __init__(
+        self, source: Source, parent: Scope, run_macro: Any, state: _State | None, is_main: bool = False
+    ) -> None:
         self.source = source
         self.scope = Scope(parent)
         self.state = state
@@ -202,7 +203,9 @@ class _File:
                 for item in datum.items[1:]:
                     self._scan_form(item)
                 return
-            handler = {"import": self._scan_import, "scene": self._scan_scene, "param": self._scan_param}.get(name or "")
+            handler = {"import": self._scan_import, "scene": self._scan_scene, "param": self._scan_param}.get(
+                name or ""
+            )
             if handler is not None and self.state is not None:
                 handler(datum)
                 return
@@ -308,9 +311,9 @@ class _File:
         """The ``(scene word argument ...)`` of the main file as a call."""
         if self.scene is None:
             return None
-        expand = lambda: parse_core([
-            core("CALL", [self.expander.expand(item, self.scope) for item in self.scene.items[1:]], self.scene.span)
-        ])
+        expand = lambda: parse_core(
+            [core("CALL", [self.expander.expand(item, self.scope) for item in self.scene.items[1:]], self.scene.span)]
+        )
         found = self._guarded(expand)
         return found[0] if found else None
 

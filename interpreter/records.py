@@ -68,7 +68,9 @@ def _constructor(kind: RecordType, types: Sequence[Type | None], defaults: Seque
                 raise SceneError("keyword", f"`{kind.name}` needs the field `{field}`", hint=f"make one with {usage}")
             values.append(_converted(kind, index, types, value))
         for name in keywords:
-            raise SceneError("keyword", f"`{kind.name}` has no field `{name}` left to fill", hint=f"make one with {usage}")
+            raise SceneError(
+                "keyword", f"`{kind.name}` has no field `{name}` left to fill", hint=f"make one with {usage}"
+            )
         return Record(kind, values, rt.clock)
 
     return construct

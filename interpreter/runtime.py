@@ -127,7 +127,7 @@ class Runtime:
         """Call any procedure; raises SceneError when ``function`` is none."""
         if type(function) is Closure:
             if function.arity == len(args):
-                frame = [function.env, *args, *function.pad]
+                frame = [function.env, *args]
             else:
                 frame = bind_arguments(self, function, args)
             self.tick()
@@ -141,7 +141,7 @@ class Runtime:
         """``apply`` to one argument, for builtins' loops."""
         if type(function) is Closure and function.arity == 1:
             self.tick()
-            result = function.body([function.env, a, *function.pad])
+            result = function.body([function.env, a])
             while result is TAIL:
                 result = self.next_body(self.next_frame)
             return result
@@ -151,7 +151,7 @@ class Runtime:
         """``apply`` to two arguments, for builtins' loops."""
         if type(function) is Closure and function.arity == 2:
             self.tick()
-            result = function.body([function.env, a, b, *function.pad])
+            result = function.body([function.env, a, b])
             while result is TAIL:
                 result = self.next_body(self.next_frame)
             return result
@@ -174,7 +174,7 @@ class Runtime:
 
     def not_a_procedure(self, value: Any) -> SceneError:
         message = f"{show(value, 60)} is {type_name(value)}, not a function, so it cannot be called"
-        hint = "a list of values is `(list ...)`; a word is called with `(call \"word\" ...)`"
+        hint = 'a list of values is `(list ...)`; a word is called with `(call "word" ...)`'
         return SceneError("not-a-procedure", message, hint=hint)
 
     # --- what calls read and write ---------------------------------------------------------------------------------
@@ -360,11 +360,11 @@ class Runtime:
         """Fill the parameters of ``function`` with z and gamma, and run it."""
         if type(function) is Closure:
             if function.arity == 0:
-                frame = [function.env, *function.pad]
+                frame = [function.env]
             elif function.arity == 1:
-                frame = [function.env, z, *function.pad]
+                frame = [function.env, z]
             elif function.arity == 2:
-                frame = [function.env, z, rest, *function.pad]
+                frame = [function.env, z, rest]
             else:
                 frame = bind_entity(self, function, word, z, rest)
             result = function.body(frame)

@@ -79,9 +79,7 @@ def compile_call(compiler: Compiler, node: ast.Call, context: Context) -> Node:
 def _is_constant(node: ast.Expr) -> bool:
     """True for literals: numbers, strings, arrays of numbers."""
     if type(node) is ast.ArrayLiteral:
-        return bool(node.items) and all(
-            type(i) is ast.Constant and type(i.value) in (int, float) for i in node.items
-        )
+        return bool(node.items) and all(type(i) is ast.Constant and type(i.value) in (int, float) for i in node.items)
     return type(node) is ast.Constant
 
 
@@ -191,10 +189,10 @@ def compile_union_loop(compiler: Compiler, node: ast.UnionLoop, context: Context
             if not isinstance(body, Procedure):
                 raise rt.not_a_procedure(body)
             if type(body) is Closure and body.arity == 1:
-                run, env, pad = body.body, body.env, body.pad
+                run, env = body.body, body.env
                 for i in range(turns):
                     tick()
-                    value = run([env, i, *pad])
+                    value = run([env, i])
                     while value is TAIL:
                         tick()
                         value = rt.next_body(rt.next_frame)
@@ -242,4 +240,3 @@ def compile_transform(compiler: Compiler, node: ast.Transform, context: Context)
             raise _placed(error, span) from None
 
     return transform
-

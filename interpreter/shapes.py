@@ -86,6 +86,10 @@ def _problem(word: str, name: str, wanted: str) -> SceneError:
 
 
 def _point(word: str, name: str, value: Any, wanted: str = "three finite numbers") -> Point:
+    if type(value) is Vector and len(value) == 3 and type(value[0]) is float:
+        x, y, z = value
+        if math.isfinite(x + y + z):
+            return (x, y, z)
     numbers = _numbers(value)
     if numbers is None or len(numbers) != 3 or not all(type(x) in (int, float) for x in numbers):
         raise _problem(word, name, wanted)
@@ -115,9 +119,10 @@ def _color(word: str, value: Any) -> Point:
     numbers = _numbers(value)
     if numbers is not None and len(numbers) > 3:
         value = Vector(numbers[:3])
-    r, g, b = _point(word, "color", value, "three numbers (red, green, blue), as `(color \"ivory\")` gives")
-    clip = lambda x: min(1.0, max(0.0, x))
-    return (clip(r), clip(g), clip(b))
+    r, g, b = _point(word, "color", value, 'three numbers (red, green, blue), as `(color "ivory")` gives')
+    if 0.0 <= r <= 1.0 and 0.0 <= g <= 1.0 and 0.0 <= b <= 1.0:
+        return (r, g, b)
+    return (min(1.0, max(0.0, r)), min(1.0, max(0.0, g)), min(1.0, max(0.0, b)))
 
 
 def shape_of(word: str, attributes: Mapping[str, Any], asset_box: Box | None = None) -> Shape:

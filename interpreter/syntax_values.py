@@ -91,4 +91,3 @@ def _list_datum(value: Pair, span: Span, origins: dict[int, Datum]) -> Datum:
         return ArrayDatum(tuple(items[1:]), span)
     tail = None if rest is NIL else datum_of(rest, span, origins)
     return ListDatum(tuple(items), tail, span)
-

@@ -217,7 +217,8 @@ def _tuple_of(items: tuple[Type, ...]) -> Callable[[Any], Any]:
     return convert
 
 
-_SEQUENCES = (Pair, type(NIL), MutableList, Vector, Matrix, Array, MutableArray, Table, Set)
+# an entity and the root's handles pass, since the functions on sequences say best why these are none
+_SEQUENCES = (Pair, type(NIL), MutableList, Vector, Matrix, Array, MutableArray, Table, Set, HandleList, Entity)
 
 
 def _sequence(value: Any) -> Any:

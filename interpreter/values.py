@@ -15,7 +15,6 @@ from scenelang.grammar.datum import Keyword as Keyword
 from scenelang.grammar.datum import Symbol as Symbol
 
 
-
 class Nil:
     """The empty list."""
 

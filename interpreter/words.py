@@ -42,7 +42,7 @@ def find_root(program: Program) -> tuple[str, list[Diagnostic]]:
         raise SceneError("word", "`scene` wants a string for the root's word", None, program.scene.span)
     words = program.words or program.all_words
     if not words:
-        hint = "bind one: `(bind \"word\" (lambda () (call \"cube\")))`"
+        hint = 'bind one: `(bind "word" (lambda () (call "cube")))`'
         raise SceneError("no-root", "the program binds no word, so there is no scene", hint)
     used = _words_used(program)
     candidates = [word for word in words if word not in used]

@@ -8,42 +8,43 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-from scenelang.grammar.datum import Datum
-from scenelang.grammar.diagnostics import Diagnostic, SceneError
-from scenelang.grammar.reader import ReadResult, read
-from scenelang.grammar.source import Source
-from scenelang.interpreter.entity import Entity, Scene
-from scenelang.interpreter.limits import Limits
-from scenelang.session import Checked, Evaluated, Options, Session
+if TYPE_CHECKING:
+    from scenelang.api import check as check
+    from scenelang.api import evaluate as evaluate
+    from scenelang.api import load as load
+    from scenelang.api import parse as parse
+    from scenelang.grammar.datum import Datum as Datum
+    from scenelang.grammar.diagnostics import Diagnostic as Diagnostic
+    from scenelang.grammar.diagnostics import SceneError as SceneError
+    from scenelang.grammar.reader import ReadResult as ReadResult
+    from scenelang.grammar.source import Source as Source
+    from scenelang.interpreter.entity import Entity as Entity
+    from scenelang.interpreter.entity import Scene as Scene
+    from scenelang.interpreter.limits import Limits as Limits
+    from scenelang.session import Checked as Checked
+    from scenelang.session import Evaluated as Evaluated
+    from scenelang.session import Options as Options
+    from scenelang.session import Session as Session
 
-__all__ = [
-    "Checked", "Datum", "Diagnostic", "Entity", "Evaluated", "Limits", "Options", "ReadResult", "Scene", "SceneError",
-    "Session", "Source", "check", "evaluate", "load", "parse",
-]  # fmt: skip
+# Where each public name lives: it is imported when it is first used, so that a part costs only what it needs.
+_HOMES = {
+    "check": "api", "evaluate": "api", "load": "api", "parse": "api",
+    "Datum": "grammar.datum", "Diagnostic": "grammar.diagnostics", "SceneError": "grammar.diagnostics",
+    "ReadResult": "grammar.reader", "Source": "grammar.source",
+    "Entity": "interpreter.entity", "Scene": "interpreter.entity", "Limits": "interpreter.limits",
+    "Checked": "session", "Evaluated": "session", "Options": "session", "Session": "session",
+}  # fmt: skip
+__all__ = sorted(_HOMES)  # noqa: PLE0605
 
 
-def parse(text: str, name: str = "<text>") -> ReadResult:
-    """Read ``text`` into datums with spans. Never raises: what is wrong is in ``.diagnostics``."""
-    return read(Source(name, text))
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'scenelang' has no attribute {name!r}")
+    return getattr(import_module(f"scenelang.{_HOMES[name]}"), name)
 
 
-def check(text: str, name: str = "<text>", options: Options | None = None) -> Checked:
-    """Find the mistakes of a program without running it. Never raises for a mistake in the program."""
-    return Session(options).check(Source(name, text))
-
-
-def evaluate(text: str, name: str = "<text>", options: Options | None = None) -> Evaluated:
-    """Run a program. ``.scene`` is None when something went wrong; ``.diagnostics`` says what."""
-    return Session(options).evaluate(Source(name, text))
-
-
-def load(path: str | Path, options: Options | None = None) -> Scene:
-    """The scene of a program file. Raises SceneError with the first mistake found."""
-    session = Session(options)
-    result = session.evaluate(session.source(str(path)))
-    if result.scene is not None:
-        return result.scene
-    problem = next(d for d in result.diagnostics if d.is_error)
-    raise SceneError(problem.name, problem.message, problem.hint, problem.span, problem.notes, list(problem.chain))
+def __dir__() -> list[str]:
+    return [*__all__, *(name for name in globals() if name.startswith("__"))]

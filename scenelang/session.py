@@ -191,9 +191,7 @@ class Session:
         program = checked.program
         runtime = Runtime(self.library, self.options.limits, self.options.seed, self.options.z_entries)
         try:
-            scene = run_with_room(
-                lambda: self._run(program, runtime), self.options.limits.depth, runtime.meter.cancel
-            )
+            scene = run_with_room(lambda: self._run(program, runtime), self.options.limits.depth, runtime.meter.cancel)
             problem = None
         except SceneError as error:
             scene, problem = None, error.diagnostic
@@ -269,7 +267,9 @@ def _value_datum(name: str, text: str) -> Datum:
     result = read(Source(f"<--define {name}>", text))
     if len(result.forms) == 1 and not result.diagnostics:
         return result.forms[0]
-    raise SceneError("param", f"--define {name}: `{text[:60]}` is no value", "give a number, \"string\", #t, #f or [array]")
+    raise SceneError(
+        "param", f"--define {name}: `{text[:60]}` is no value", 'give a number, "string", #t, #f or [array]'
+    )
 
 
 __all__ = ["Checked", "Evaluated", "LimitError", "Options", "Session", "run_with_room"]

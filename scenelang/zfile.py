@@ -17,8 +17,8 @@ from scenelang.backends.files import written_whole
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.arrays import array_literal, from_numpy
 from scenelang.interpreter.equality import table_key
-from scenelang.interpreter.runtime import Entry
 from scenelang.interpreter.plain import NotPlain, plain_value
+from scenelang.interpreter.runtime import Entry
 from scenelang.interpreter.values import Embedding, Table, make_list
 
 _KEY = "scenelang"

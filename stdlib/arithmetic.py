@@ -40,7 +40,7 @@ Operation = Callable[[Any, Any], Any]
 
 def too_large(bits: int) -> LimitError:
     """The error for an integer of ``bits``."""
-    digits = f"about {bits * 30103 // 100_000:,}" if bits < INT64 else "far too many"
+    digits = f"about {bits * 30103 // 100_000 + 1:,}" if bits < INT64 else "far too many"
     return LimitError("size", f"an integer of {digits} digits is larger than the limit of {MOST_DIGITS:,}")
 
 

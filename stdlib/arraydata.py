@@ -10,6 +10,8 @@ import numpy.typing as npt
 
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter import pose
+from scenelang.interpreter.arrays import from_numpy as from_numpy
+from scenelang.interpreter.arrays import numbers_to_numpy as numbers_to_numpy
 from scenelang.interpreter.runtime import Runtime
 from scenelang.interpreter.show import show
 from scenelang.interpreter.types import type_name, vector_of
@@ -33,37 +35,6 @@ _DEEPEST = 32
 
 def is_array(value: Any) -> bool:
     return isinstance(value, ARRAYS)
-
-
-def from_numpy(data: Any) -> Any:
-    """The value that a numpy array is: a number, a Vector, a Matrix when it is a pose, else an Array."""
-    data = np.asarray(data)
-    if data.dtype.kind == "f":
-        data = data.astype(np.float64, copy=False)
-    elif data.dtype.kind in "biu":
-        data = data.astype(np.int64, copy=False)
-    if data.ndim == 0:
-        return data.item()
-    if data.ndim == 1:
-        return Vector(data.tolist())
-    if data.shape == (4, 4):
-        matrix = pose.from_array(data)
-        if matrix is not None:
-            return matrix
-    return Array(data)
-
-
-def numbers_to_numpy(numbers: Any) -> Numpy:
-    """Python numbers, nested or not, as int64 when all are integers that fit, else float64."""
-    data = np.array(numbers)
-    if data.dtype.kind in "iu" and data.dtype != np.uint64:
-        return data.astype(np.int64, copy=False)
-    if data.dtype == np.float64:
-        return data
-    try:
-        return np.array(numbers, dtype=np.float64)
-    except OverflowError:
-        raise SceneError("domain", "an integer is too large to stand in an array") from None
 
 
 def to_numpy(rt: Runtime, value: Any, name: str = "array") -> Numpy:

@@ -94,7 +94,8 @@ def full(rt: Runtime, shape: Any, value: Any) -> Any:
 @registry.define("eye", "n::Integer [columns::Integer]", "Array", "The identity matrix with `n` rows.",
                  ("(eye 2)", "[[1.0 0.0] [0.0 1.0]]"))  # fmt: skip
 def eye(rt: Runtime, n: int, columns: int | None = None) -> Any:
-    return from_numpy(np.eye(*check_shape(rt, (n, n if columns is None else columns), "eye")))
+    rows, wide = check_shape(rt, (n, n if columns is None else columns), "eye")
+    return from_numpy(np.eye(rows, wide))
 
 
 @registry.define("linspace", "start::Number end::Number [count::Integer] [:endpoint::Boolean]", "Vector",

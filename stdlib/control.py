@@ -32,6 +32,12 @@ def raise_(rt: Runtime, value: Any) -> Any:
     raise SceneError("user", f"the program raised {show(value, 200)}", value=value)
 
 
+@registry.define("assertion-failed", "message::Any", "Any", "Raises the error of `assert`, which calls this.",
+                 ('(guard (e ((error-is? e "assert") (error-message e))) (assert (= 1 2) "no"))', '"no"'))  # fmt: skip
+def assertion_failed(rt: Runtime, message: Any) -> Any:
+    raise SceneError("assert", display(message, 1000))
+
+
 @registry.define("error?", "value::Any", "Boolean", "True for an error that `guard` caught; false for a raised value.",
                  ("(guard (e (#t (error? e))) (car '()))", "#t"))  # fmt: skip
 def is_error(rt: Runtime, value: Any) -> bool:

@@ -7,6 +7,7 @@ from typing import Any
 
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter import parts, pose
+from scenelang.interpreter.arguments import note_reads
 from scenelang.interpreter.library import Registry
 from scenelang.interpreter.runtime import Runtime
 from scenelang.interpreter.show import show
@@ -65,6 +66,7 @@ def scale(rt: Runtime, factors: Any, origin: Any = _ORIGIN) -> Matrix:
         _point("scale", "`origin`", origin)
     if type(factors) in (int, float):
         return _finite("scale", lambda: pose.scaling(factors, factors, factors, origin))
+    note_reads(rt, factors)
     numbers = numbers_of(factors)
     if numbers is None:
         message = f"`scale` wants a number or three of them, got {type_name(factors)}: {show(factors, 60)}"

@@ -69,7 +69,8 @@ def rows(rt: Runtime, value: Any) -> list[Any]:
     if data.ndim == 0:
         raise not_a_sequence("a sequence", value)
     if data.ndim == 1:
-        return data.tolist()
+        numbers: list[Any] = data.tolist()
+        return numbers
     if data.ndim == 2:
         return [Vector(row) for row in data.tolist()]
     return [from_numpy(row) for row in data]

@@ -50,7 +50,7 @@ def _numpy_product(rt: Runtime, name: str, multiply: Callable[..., Any], left: N
         raise SceneError("value", message, hint="the columns of the first must be as many as the rows of the second")
     size = max(1, left.size // max(1, inner)) * max(1, right.size // max(1, inner))
     rt.meter.check_size(size, "an array")
-    rt.charge(size * inner >> 4)
+    rt.charge(size * inner >> 6)
     if left.dtype.kind == right.dtype.kind == "i" and largest(left) * largest(right) * max(1, inner) >= INT64:
         left = left.astype(float)
     try:
@@ -137,7 +137,7 @@ def _square(rt: Runtime, name: str, value: Any) -> Numpy:
     data = to_numpy(rt, value, name)
     if data.ndim != 2 or data.shape[0] != data.shape[1]:
         raise wrong_type(name, "a square matrix", value)
-    rt.charge(data.shape[0] ** 3 >> 3)
+    rt.charge(data.shape[0] ** 3 >> 6)
     return data.astype(float)
 
 

@@ -89,7 +89,7 @@ _define_unary("degrees", math.degrees, "An angle in radians as degrees.", ("(deg
 _define_unary("radians", math.radians, "An angle in degrees as radians.", ("(radians 180)", "3.141592653589793"))
 
 
-def _sign(x: Any) -> int:
+def _sign(x: Any) -> Any:
     return (x > 0) - (x < 0)
 
 
@@ -307,7 +307,7 @@ def is_odd(rt: Runtime, n: int) -> bool:
 # --- text ------------------------------------------------------------------------------------------------------
 
 _DIGITS = "0123456789abcdefghijklmnopqrstuvwxyz"
-_DECIMAL = re.compile(r"[+-]?(\d+\.?\d*([eE][+-]?\d+)?|\.\d+([eE][+-]?\d+)?)\Z", re.ASCII)
+_DECIMAL = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?\Z", re.ASCII)
 
 
 def _check_radix(name: str, radix: int) -> None:

@@ -42,7 +42,7 @@ def note_read(rt: Runtime, *values: Any) -> None:
 def same_value(rt: Runtime, a: Any, b: Any) -> bool:
     """Equality as sets and tables have it: by structure, numbers by value."""
     note_read(rt, a, b)
-    return equality.equal(a, b, typed=False)
+    return equality.equal(rt, a, b, typed=False)
 
 
 def _define_test(
@@ -191,4 +191,4 @@ def eqv(rt: Runtime, a: Any, b: Any) -> bool:
 )
 def equal(rt: Runtime, a: Any, b: Any, *more: Any) -> bool:
     note_read(rt, a, b, *more)
-    return all(equality.equal(a, other) for other in (b, *more))
+    return all(equality.equal(rt, a, other) for other in (b, *more))

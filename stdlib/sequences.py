@@ -219,6 +219,8 @@ def position_of(rt: Runtime, xs: Any, x: Any, name: str) -> int | None:
     rt.charge(len(members) >> 2)
     if type(x) is str:
         return next((index for index, item in enumerate(members) if type(item) is str and item == x), None)
+    if type(x) is int or type(x) is float:
+        return next((index for index, item in enumerate(members) if type(item) in (int, float) and item == x), None)
     return next((index for index, item in enumerate(members) if same_value(rt, item, x)), None)
 
 

@@ -57,7 +57,8 @@ def string_join(rt: Runtime, texts: Any, separator: str = " ") -> str:
 @registry.define("list->string", "texts::Sequence", "String", "The characters of a list, joined.",
                  ('(list->string (reverse (string->list "abc")))', '"cba"'))  # fmt: skip
 def list_to_string(rt: Runtime, texts: Any) -> str:
-    return string_join(rt, texts, "")
+    joined: str = string_join(rt, texts, "")
+    return joined
 
 
 @registry.define("string-split", "text::String [separator::String]", "List",

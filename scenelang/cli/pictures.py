@@ -81,7 +81,7 @@ def export(arguments: argparse.Namespace) -> int:
     from scenelang.backends import base
 
     output = Path(arguments.output)
-    backend = base.find(arguments.backend) if arguments.backend else base.for_ending(output.suffix)
+    backend = base.find(arguments.backend) if arguments.backend else base.for_file(output)
     _check_folder(output)
     result = evaluated(arguments)
     if result.scene is None:
@@ -105,11 +105,13 @@ def backends(arguments: argparse.Namespace) -> int:
 
     found = base.every()
     if arguments.json:
-        print_json([
-            {"name": b.name, "doc": b.doc, "endings": list(b.endings), "installed": b.is_installed} for b in found
-        ])
+        print_json(
+            [{"name": b.name, "doc": b.doc, "endings": list(b.endings), "installed": b.is_installed} for b in found]
+        )
         return 0
-    rows = [(b.name, " ".join(b.endings), "yes" if b.is_installed else f"pip install {b.install}", b.doc) for b in found]
+    rows = [
+        (b.name, " ".join(b.endings), "yes" if b.is_installed else f"pip install {b.install}", b.doc) for b in found
+    ]
     print(table([("backend", "writes", "installed", ""), *rows], (False, False, False, False)))
     return 0
 

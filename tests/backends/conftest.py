@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import pytest
+
 from scenelang.interpreter import pose
 from scenelang.interpreter.entity import Entity, Scene
 from scenelang.interpreter.shapes import shape_of

@@ -10,6 +10,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+
 from scenelang.backends import base
 from scenelang.backends.files import written_whole
 from scenelang.backends.glb import GLB

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from scenelang.backends.camera import Camera, axes_of, parse_camera, place
 from scenelang.grammar.diagnostics import SceneError
 

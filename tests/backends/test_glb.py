@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from scenelang.backends.base import Options
 from scenelang.backends.glb import export, node_poses
 from scenelang.grammar.diagnostics import LimitError, SceneError
@@ -156,6 +157,7 @@ def test_nothing_but_a_line_is_still_a_file(make: Any, tmp_path: Path) -> None:
 
 def test_an_asset_keeps_its_mesh(make: Any, tmp_path: Path) -> None:
     import trimesh
+
     from scenelang.interpreter.shapes import shape_of
 
     trimesh.creation.box((1, 2, 3)).export(tmp_path / "box.ply")

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from scenelang.backends.camera import Camera
 from scenelang.backends.cast import NOTHING, caster_for, depths_of, ids_of, view_rays
 from scenelang.backends.intersect import first_hit, interval, normals

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from scenelang.backends import draft, mitsuba
 from scenelang.backends.base import Options
 from scenelang.backends.camera import Camera
@@ -216,6 +217,7 @@ def test_words_have_stable_tints_unless_they_have_a_colour(make: Any) -> None:
 
 def test_an_asset_is_drawn_as_its_mesh(make: Any, tmp_path: Path) -> None:
     import trimesh
+
     from scenelang.interpreter.entity import Entity
     from scenelang.interpreter.shapes import shape_of
     from scenelang.interpreter.values import Embedding

@@ -33,7 +33,7 @@ string-replace string-pad ord chr format error-message error-code error-is? prin
 symbol? list? pair? vector? array? matrix? table? set? procedure? entity? embedding? none? set-seed! py-set-seed!
 random-stream default-rng py-random-stream mutable-list mutable-array table set = < > <= >= not eq? eqv? equal?
 cons car cdr list error raise values null? color
-""".split()
+""".split()  # noqa: SIM905
 
 
 def test_all_that_the_design_lists_is_there() -> None:
@@ -112,10 +112,11 @@ def scheme_list(*items: object) -> object:
 
 # --- tests of types --------------------------------------------------------------------------------------------
 
+LIST, EMPTY = Pair(1, NIL), MutableList([], 1)
 KINDS = {
     "boolean?": [True, False], "none?": [None], "number?": [1, 1.5], "integer?": [1], "string?": ["a"],
-    "symbol?": [Symbol("a")], "keyword?": [Keyword("a")], "list?": [NIL, Pair(1, NIL), MutableList([], 1)],
-    "pair?": [Pair(1, 2), Pair(1, NIL), HandleList(2)], "null?": [NIL, MutableList([], 1)], "vector?": [Vector((1,))],
+    "symbol?": [Symbol("a")], "keyword?": [Keyword("a")], "list?": [NIL, LIST, EMPTY],
+    "pair?": [Pair(1, 2), LIST, HandleList(2)], "null?": [NIL, EMPTY], "vector?": [Vector((1,))],
     "procedure?": [BUILTINS["car"]], "embedding?": [Embedding()],
 }  # fmt: skip
 
