@@ -80,8 +80,8 @@ class _CoreLexer(Lexer):
     def __init__(self, conf: Any) -> None:
         pass
 
-    def lex(self, data: Any) -> Iterator[Any]:
-        yield from data
+    def lex(self, lexer_state: Any, parser_state: Any = None) -> Iterator[Any]:
+        yield from lexer_state
 
 
 @v_args(inline=True)
@@ -206,7 +206,7 @@ def _core_parser() -> Lark:
 def parse_core(datums: Sequence[Datum]) -> tuple[Any, ...]:
     """The core AST of expanded top-level forms. Raises SceneError at the datum that does not fit its form."""
     try:
-        forms: tuple[Any, ...] = _core_parser().parse(_tokens(datums, _atom_terminal))  # type: ignore[assignment,arg-type]
+        forms: tuple[Any, ...] = _core_parser().parse(_tokens(datums, _atom_terminal))  # type: ignore[assignment]
         return forms
     except UnexpectedToken as unexpected:
         raise _misfit(unexpected) from None
@@ -332,7 +332,7 @@ def _strict_parser() -> Lark:
 def check_strict(datums: Sequence[Datum]) -> None:
     """Raise SceneError, naming the rule that fails, unless ``datums`` are a program of the paper's grammar."""
     try:
-        _strict_parser().parse(_tokens(datums, _strict_terminal))  # type: ignore[arg-type]
+        _strict_parser().parse(_tokens(datums, _strict_terminal))
     except UnexpectedToken as unexpected:
         raise _strict_misfit(unexpected) from None
 

@@ -108,7 +108,8 @@ class Compiler:
 
     def compile(self, node: Any, context: Context) -> Node:
         """The closure for an expression."""
-        return _COMPILERS[type(node)](self, node, context)
+        compiled: Node = _COMPILERS[type(node)](self, node, context)
+        return compiled
 
     def compile_all(self, nodes: Sequence[Any], context: Context) -> tuple[Node, ...]:
         return tuple([self.compile(node, context) for node in nodes])

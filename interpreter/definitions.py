@@ -64,7 +64,7 @@ def scan_define(expander: Expander, datum: ListDatum, scope: Scope, pending: lis
         if not is_identifier(head):
             raise syntax_error("define", "`define` needs a name", head.span)
         target = _target(expander, head, scope)
-        spelled = base_name(head.value)  # type: ignore[union-attr]
+        spelled = base_name(head.value)
         value = lambda: expand_named(expander, items[2], scope, spelled)
     pending.append(_definition(target, value, datum))
 
@@ -123,7 +123,7 @@ def scan_define_record(expander: Expander, datum: ListDatum, scope: Scope, pendi
     if len(datum.items) < 2 or not is_identifier(datum.items[1]):
         raise syntax_error("define-record", "`define-record` needs a name and fields", datum.span)
     name = datum.items[1]
-    spelled = base_name(name.value)  # type: ignore[union-attr]
+    spelled = base_name(name.value)
     expander.record_names.add(spelled)
     fields, types, defaults = _fields(datum)
     names = record_procedure_names(spelled, fields)

@@ -90,7 +90,7 @@ def _check_assignment(datum: ListDatum, operands: Sequence[Datum]) -> None:
     variable = target.value if isinstance(target, Atom) else None
     if not isinstance(variable, Variable):
         if is_identifier(datum.items[1]):
-            name = base_name(datum.items[1].value)  # type: ignore[union-attr]
+            name = base_name(datum.items[1].value)
             raise syntax_error(
                 "set!", f"`{name}` is built in and cannot be assigned", datum.items[1].span, "define your own"
             )
@@ -151,14 +151,14 @@ def _bindings(datum: ListDatum, operand: Datum, form: str) -> list[tuple[Datum, 
 def _check_distinct(pairs: Sequence[tuple[Datum, Datum]]) -> None:
     seen = set()
     for target, _ in pairs:
-        if is_identifier(target) and base_name(target.value) != "_":  # type: ignore[union-attr]
-            if target.value in seen:  # type: ignore[union-attr]
-                raise SceneError("duplicate", f"`{base_name(target.value)}` is bound twice here", None, target.span)  # type: ignore[union-attr]
-            seen.add(target.value)  # type: ignore[union-attr]
+        if is_identifier(target) and base_name(target.value) != "_":
+            if target.value in seen:
+                raise SceneError("duplicate", f"`{base_name(target.value)}` is bound twice here", None, target.span)
+            seen.add(target.value)
 
 
 def _named_value(expander: Expander, target: Datum, value: Datum, scope: Scope) -> Datum:
-    name = base_name(target.value) if is_identifier(target) else "lambda"  # type: ignore[union-attr]
+    name = base_name(target.value) if is_identifier(target) else "lambda"
     return definitions.expand_named(expander, value, scope, name)
 
 
@@ -213,7 +213,7 @@ def _named_let(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
     inner = Scope(scope)
     loop = expander.declare(name, inner, recursive=True)
     parameters = ListDatum(tuple(target for target, _ in pairs), None, datum.items[2].span)
-    function = expander.expand_lambda(parameters, datum.items[3:], inner, datum.span, base_name(name.value))  # type: ignore[union-attr]
+    function = expander.expand_lambda(parameters, datum.items[3:], inner, datum.span, base_name(name.value))
     return _loop(loop, function, values, datum.span)
 
 
@@ -413,8 +413,8 @@ def _expand_for(expander: Expander, datum: ListDatum, scope: Scope, kind: str, n
         ]
     clauses, inner = _clauses(expander, datum.items[first], inner, form, nested)
     body = expander.expand_body(datum.items[first + 1 :], inner, span)
-    listed = lambda items: ListDatum(tuple(items), None, span)
-    return core("FOR", [opaque("KIND", kind, span), listed(accumulators), listed(clauses), body], span)
+    lists = [ListDatum(tuple(items), None, span) for items in (accumulators, clauses)]
+    return core("FOR", [opaque("KIND", kind, span), *lists, body], span)
 
 
 def _clauses(expander: Expander, operand: Datum, scope: Scope, form: str, nested: bool) -> tuple[list[Datum], Scope]:

@@ -34,7 +34,8 @@ class Reader(Protocol):
 
     def read(self, thing: Mutable) -> None: ...
 
-    charge: Callable[[int], None]
+    @property
+    def charge(self) -> Callable[[int], None]: ...
 
 
 def equal(reader: Reader, a: Any, b: Any, typed: bool = True) -> bool:

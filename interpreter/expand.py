@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeGuard
 
 from scenelang.grammar import ast
 from scenelang.grammar.core import Head, Opaque
@@ -44,7 +44,7 @@ def opaque(terminal: str, value: Any, span: Span) -> Atom:
     return Atom(Opaque(terminal, value), span)
 
 
-def is_identifier(datum: Any) -> bool:
+def is_identifier(datum: Any) -> TypeGuard[Atom]:
     return isinstance(datum, Atom) and isinstance(datum.value, Symbol)
 
 

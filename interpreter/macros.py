@@ -203,8 +203,7 @@ def _match_fixed(
 def _match_atom(known: _Rules, pattern: Atom, datum: Datum, scope: Scope, bound: dict[Any, Any]) -> bool:
     value = pattern.value
     if not isinstance(value, Symbol):
-        same = isinstance(datum, Atom) and type(datum.value) is type(value)
-        return same and bool(datum.value == value)  # type: ignore[union-attr]
+        return isinstance(datum, Atom) and type(datum.value) is type(value) and bool(datum.value == value)
     name = base_name(value)
     if name in known.literals:
         if _name(datum) != name or not isinstance(datum, Atom):

@@ -51,7 +51,10 @@ def _plain(value: Any, tagged: bool, depth: int, room: list[int]) -> Any:
     array = _array(value)
     if array is not None:
         return {"array": array} if tagged else array
-    inner = lambda item: _plain(item, tagged, depth + 1, room)
+
+    def inner(item: Any) -> Any:
+        return _plain(item, tagged, depth + 1, room)
+
     if kind is Pair or value is NIL or kind is MutableList:
         return [inner(item) for item in _items(value)]
     if kind is Table:

@@ -188,8 +188,8 @@ def bind_entity(runtime: Runtime, closure: Closure, word: str, z: Embedding, res
     if code.required > 2:
         message = f'the function of "{word}" has {code.required} required parameters; `call` gives it at most two'
         raise SceneError("arity", message, hint="an embedding and the list of its descendants' embeddings")
-    positional: list[Any] = [z, rest][: code.required]
-    tail = NIL
+    positional = [*(z, rest)][: code.required]
+    tail: Any = NIL
     if code.rest is not None:
         tail = (Pair(z, rest), rest, NIL)[code.required]
     return _fill(runtime, closure, positional, z.attributes, tail, word)
@@ -234,7 +234,7 @@ def _fill(
     return frame
 
 
-def _checked(code: Code, parameter: CodeParameter, value: Any, word: str | None) -> Any:
+def _checked(runtime: Runtime, code: Code, parameter: CodeParameter, value: Any, word: str | None) -> Any:
     if parameter.type is None:
         return value
     try:

@@ -245,7 +245,7 @@ class _File:
         key = datum.items[2]
         if len(datum.items) == 4 and isinstance(key, Atom) and type(key.value) is Keyword and key.value == "prefix":
             if is_identifier(datum.items[3]):
-                return base_name(datum.items[3].value)  # type: ignore[union-attr]
+                return base_name(datum.items[3].value)
         raise syntax_error("import", "`import` has no place for this", key.span)
 
     def _load(self, path: str, span: Span) -> _File:
@@ -284,7 +284,7 @@ class _File:
         if len(datum.items) < 3 or not is_identifier(datum.items[1]):
             raise syntax_error("param", "`param` needs a name and a value", datum.span)
         name = datum.items[1]
-        spelled = base_name(name.value)  # type: ignore[union-attr]
+        spelled = base_name(name.value)
         param = _param(datum, spelled)
         state.params.append(param)
         target = self.expander.declare_target(name, self.scope, recursive=True, is_global=True)
@@ -343,7 +343,7 @@ def _param(datum: ListDatum, name: str) -> Param:
         known = isinstance(key, Atom) and type(key.value) is Keyword and str(key.value) in ("min", "max")
         if not known or not rest or not isinstance(rest[0], Atom) or type(rest[0].value) not in (int, float):
             raise syntax_error("param", "`param` has no place for this", key.span)
-        ends[str(key.value)] = rest.pop(0).value  # type: ignore[union-attr]
+        ends[str(key.value)] = rest.pop(0).value
     default = " ".join(datum.items[2].span.text.split())
     return Param(name, default, doc, ends.get("min"), ends.get("max"), datum.span)
 

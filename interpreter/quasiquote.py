@@ -43,7 +43,7 @@ class _Template:
         return self._list(datum.items, datum.tail, datum.span, level)
 
     def _list(self, items: tuple[Datum, ...], tail: Datum | None, span: Span, level: int) -> Datum:
-        dotted = len(items) > 2 and is_identifier(items[-2]) and base_name(items[-2].value) == "unquote"  # type: ignore[union-attr]
+        dotted = len(items) > 2 and is_identifier(items[-2]) and base_name(items[-2].value) == "unquote"
         if tail is None and dotted:  # (a . ,b) reads as (a unquote b)
             result = self.build(ListDatum(items[-2:], None, span), level)
             items = items[:-2]
@@ -100,7 +100,7 @@ class _Template:
                 continue
             if isinstance(item, ListDatum):
                 if self._keyword(item) is not None or (
-                    any(is_identifier(i) and base_name(i.value) == "unquote" for i in item.items)  # type: ignore[union-attr]
+                    any(is_identifier(i) and base_name(i.value) == "unquote" for i in item.items)
                 ):
                     return False
                 if item.tail is not None:

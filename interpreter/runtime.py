@@ -26,6 +26,7 @@ from scenelang.interpreter.procedures import (
     Condition,
     Escape,
     EscapeSignal,
+    Frame,
     bind_arguments,
     bind_entity,
     check_keywords,
@@ -360,7 +361,7 @@ class Runtime:
         """Fill the parameters of ``function`` with z and gamma, and run it."""
         if type(function) is Closure:
             if function.arity == 0:
-                frame = [function.env]
+                frame: Frame = [function.env]
             elif function.arity == 1:
                 frame = [function.env, z]
             elif function.arity == 2:

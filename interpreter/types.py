@@ -172,7 +172,7 @@ def matrix_or_none(value: Any) -> Matrix | None:
     if isinstance(value, (Array, MutableArray)):
         return pose.from_array(value.data)
     if isinstance(value, (Pair, MutableList)):
-        rows = [numbers_of(row) for row in (list_items(value) if type(value) is Pair else value.items)]
+        rows = [numbers_of(row) for row in (value.items if isinstance(value, MutableList) else list_items(value))]
         if len(rows) == 4 and all(row is not None and len(row) == 4 for row in rows):
             return pose.from_array(np.array(rows, float))
     return None

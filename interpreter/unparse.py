@@ -11,10 +11,9 @@ from scenelang.grammar.source import Source, Span
 from scenelang.interpreter.analyse import walk
 from scenelang.interpreter.library import Builtin
 from scenelang.interpreter.pose import to_array
-from scenelang.interpreter.procedures import Procedure
 from scenelang.interpreter.records import MAKE_RECORD
 from scenelang.interpreter.scope import Variable
-from scenelang.interpreter.values import NIL, Array, Embedding, Matrix, Pair, Vector
+from scenelang.interpreter.values import NIL, Array, Embedding, Matrix, Pair, Procedure, Vector
 
 _NOWHERE = Span(Source("<expansion>", ""), 0, 0)
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from scenelang.cli.options import add_common, add_file, session_of
 from scenelang.cli.output import print_json, report, report_run, table
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.interpreter.entity import Entity, Scene, count_words, descendants
 from scenelang.session import Evaluated, Session
 
@@ -33,7 +33,7 @@ def add_check(subparsers: Any) -> None:
 
 
 def check(arguments: argparse.Namespace) -> int:
-    found = []
+    found: list[Diagnostic] = []
     session: Session | None = None
     for path in arguments.files:
         arguments.file = path

@@ -1,0 +1,61 @@
+# Two commands do all the set-up on a fresh machine: `make demo` and `make test`.
+
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+SCENE  := examples/chessboard.scene
+ROOMS  := grammar interpreter stdlib backends scenelang
+
+.PHONY: demo test lint install bench gallery docs test-gpu test-slow clean
+
+# What the package needs, then the tools of development; redone when the project's files change.
+$(VENV)/.run: pyproject.toml constraints.txt
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt .
+	touch $@
+
+$(VENV)/.dev: $(VENV)/.run
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt ".[dev]"
+	touch $@
+
+SOURCES := $(shell find $(ROOMS) -name '*.py' -o -name '*.lark' -o -name '*.scene' -o -name 'py.typed')
+
+# The package itself, installed as users get it (no editable install), so that packaging is tested too.
+$(VENV)/.package: $(VENV)/.run $(SOURCES)
+	rm -rf build
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --force-reinstall .
+	rm -rf build *.egg-info
+	touch $@
+
+install: $(VENV)/.package
+
+demo: install
+	mkdir -p out
+	$(BIN)/scenelang render $(SCENE) -o out/chessboard.png --quality draft --size 800x600
+	@echo "the picture is out/chessboard.png"
+
+lint: $(VENV)/.dev $(VENV)/.package
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	cd $(VENV) && bin/mypy --config-file ../pyproject.toml -p scenelang
+
+test: lint
+	$(BIN)/python -m pytest -n 2 -m "not gpu and not slow"
+
+test-gpu: $(VENV)/.dev $(VENV)/.package
+	$(BIN)/python -m pytest -m gpu
+
+test-slow: $(VENV)/.dev $(VENV)/.package
+	$(BIN)/python -m pytest -m slow
+
+bench: install
+	$(BIN)/python benchmarks/run.py
+
+gallery: install
+	$(BIN)/python docs/gallery.py
+
+docs: install
+	$(BIN)/python -m scenelang.stdlib.reference docs/language.md
+
+clean:
+	rm -rf $(VENV) build out *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis
