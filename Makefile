@@ -40,13 +40,13 @@ lint: $(VENV)/.dev $(VENV)/.package
 	cd $(VENV) && bin/mypy --config-file ../pyproject.toml -p scenelang
 
 test: lint
-	$(BIN)/python -m pytest -n 2 -m "not gpu and not slow"
+	$(BIN)/pytest -n 2 -m "not gpu and not slow"
 
 test-gpu: $(VENV)/.dev $(VENV)/.package
-	$(BIN)/python -m pytest -m gpu
+	$(BIN)/pytest -m gpu
 
 test-slow: $(VENV)/.dev $(VENV)/.package
-	$(BIN)/python -m pytest -m slow
+	$(BIN)/pytest -m slow
 
 bench: install
 	$(BIN)/python benchmarks/run.py

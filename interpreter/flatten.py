@@ -13,11 +13,13 @@ import numpy.typing as npt
 
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.entity import Entity, Scene, descendants, primitive_count
+from scenelang.interpreter.values import IDENTITY
 
 DEFAULT_LIMIT = 5_000_000
-_CHUNK = 1 << 16
+_CHUNK = 1 << 13
 
 IntArray = npt.NDArray[np.int64]
+Poses = npt.NDArray[np.float64]  # (12, N): row-major affine poses, one a column
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,7 +71,7 @@ class _Graph:
     nodes: list[Entity]
     start: IntArray  # (V + 1,)
     child: IntArray  # (E,)
-    pose: npt.NDArray[np.float64]  # (E, 12)
+    pose: Poses  # (12, E)
     leaves: IntArray  # (V,) primitives below each node
     unhandled: IntArray  # (V,) instances below and including each node whose embedding has no handle
     leaf_offset: IntArray  # (E,) leaves of the earlier siblings
@@ -83,7 +85,7 @@ def _graph(root: Entity) -> _Graph:
     np.cumsum([len(entity.children) for entity in nodes], out=start[1:])
     parts = [part for entity in nodes for part in entity.children]
     child = np.fromiter((number[id(part.car)] for part in parts), np.int64, len(parts))
-    pose = np.array([part.cdr for part in parts], np.float64).reshape(len(parts), 12)
+    pose = np.ascontiguousarray(np.array([part.cdr for part in parts], np.float64).reshape(len(parts), 12).T)
     leaves = [0] * len(nodes)
     unhandled = [0] * len(nodes)
     leaf_offset = np.zeros(len(parts), np.int64)
@@ -104,13 +106,13 @@ def _graph(root: Entity) -> _Graph:
     )
 
 
-def compose_many(parents: npt.NDArray[np.float64], children: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Row-wise ``parents @ children`` of affine poses, both (N, 12); in chunks that stay in the cache."""
-    out = np.empty_like(children)
-    for lo in range(0, len(children), _CHUNK):
-        p = parents[lo : lo + _CHUNK].T
-        c = children[lo : lo + _CHUNK].T
-        o = out[lo : lo + _CHUNK].T
+def compose_many(parents: Poses, parent: IntArray, children: Poses, child: IntArray) -> Poses:
+    """``parents[:, parent] @ children[:, child]`` column by column, (12, N); in chunks that stay in the cache."""
+    out = np.empty((12, len(parent)))
+    for lo in range(0, len(parent), _CHUNK):
+        p = parents.take(parent[lo : lo + _CHUNK], axis=1)
+        c = children.take(child[lo : lo + _CHUNK], axis=1)
+        o = out[:, lo : lo + _CHUNK]
         for row in range(0, 12, 4):
             for column in range(4):
                 o[row + column] = p[row] * c[column] + p[row + 1] * c[column + 4] + p[row + 2] * c[column + 8]
@@ -143,51 +145,79 @@ class _Paths:
         return found
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Level:
+    """Instances at one depth: node, pose, place among the leaves, unhandled instances before, path of words."""
+
+    node: IntArray
+    pose: Poses
+    offset: IntArray
+    rank: IntArray
+    path: IntArray
+
+    def only(self, mask: npt.NDArray[np.bool_]) -> _Level:
+        if mask.all():
+            return self
+        return _Level(self.node[mask], self.pose[:, mask], self.offset[mask], self.rank[mask], self.path[mask])
+
+
+def _below(graph: _Graph, level: _Level, paths: _Paths, has_handle: npt.NDArray[np.bool_]) -> _Level:
+    """The children of a level's instances, as far as primitives are below them."""
+    path = paths.extend(level.path, level.node)
+    rank = level.rank + ~has_handle[level.node]
+    fan = graph.start[level.node + 1] - graph.start[level.node]
+    parent = np.repeat(np.arange(len(level.node)), fan)
+    edge = np.arange(len(parent)) - np.repeat(np.cumsum(fan) - fan - graph.start[level.node], fan)
+    keep = graph.leaves[graph.child[edge]] > 0
+    if not keep.all():
+        parent, edge = parent[keep], edge[keep]
+    return _Level(
+        graph.child[edge],
+        compose_many(level.pose, parent, graph.pose, edge),
+        level.offset[parent] + graph.leaf_offset[edge],
+        rank[parent] + graph.rank_offset[edge],
+        path[parent],
+    )
+
+
 def flatten_entity(root: Entity) -> FlatFrame:
     """Flatten one entity; its own pose is the identity. The caller has checked the number of primitives."""
     graph = _graph(root)
-    total = int(graph.leaves[-1])
-    out_node = np.zeros(total, np.int64)
-    out_pose = np.zeros((total, 12))
-    out_path = np.zeros(total, np.int64)
-    out_rank = np.zeros(total, np.int64)
     is_leaf = np.array([entity.is_primitive for entity in graph.nodes])
     has_handle = np.array([entity.embedding.handle is not None for entity in graph.nodes])
     paths = _Paths(graph.nodes)
-
-    node = np.array([len(graph.nodes) - 1], np.int64)
-    pose = np.array([[1.0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]])
-    offset, rank, path = (np.zeros(1, np.int64) for _ in range(3))
-    while len(node):
-        leaf = is_leaf[node]
-        at = offset[leaf]
-        out_node[at], out_pose[at], out_path[at] = node[leaf], pose[leaf], path[leaf]
-        out_rank[at] = np.where(has_handle[node[leaf]], 0, rank[leaf] + 1)
-
-        inner = ~leaf & (graph.leaves[node] > 0)
-        node, pose, offset, rank, path = node[inner], pose[inner], offset[inner], rank[inner], path[inner]
-        if not len(node):
-            break
-        path = paths.extend(path, node)
-        rank = rank + ~has_handle[node]
-        fan = graph.start[node + 1] - graph.start[node]
-        parent = np.repeat(np.arange(len(node)), fan)
-        edge = np.arange(int(fan.sum())) - np.repeat(np.cumsum(fan) - fan - graph.start[node], fan)
-        keep = graph.leaves[graph.child[edge]] > 0
-        if not keep.all():
-            parent, edge = parent[keep], edge[keep]
-        pose = compose_many(pose[parent], graph.pose[edge])
-        offset = offset[parent] + graph.leaf_offset[edge]
-        rank = rank[parent] + graph.rank_offset[edge]
-        path = path[parent]
-        node = graph.child[edge]
-
-    used, index = np.unique(out_node, return_inverse=True)
+    zero = np.zeros(1, np.int64)
+    identity = np.array(IDENTITY).reshape(12, 1)
+    level = _Level(np.array([len(graph.nodes) - 1], np.int64), identity, zero, zero, zero)
+    found: list[_Level] = []
+    while len(level.node):
+        leaf = is_leaf[level.node]
+        if leaf.any():
+            found.append(level.only(leaf))
+        inner = level.only(~leaf & (graph.leaves[level.node] > 0))
+        level = _below(graph, inner, paths, has_handle) if len(inner.node) else inner
+    leaves = _in_order(found, int(graph.leaves[-1]))
+    used = np.flatnonzero(np.bincount(leaves.node, minlength=len(graph.nodes)))
+    position = np.zeros(len(graph.nodes), np.int64)
+    position[used] = np.arange(len(used))
     return FlatFrame(
         tuple(graph.nodes[i] for i in used),
-        index.reshape(-1).astype(np.int64),
-        out_pose.reshape(total, 3, 4),
-        out_path,
+        position[leaves.node],
+        leaves.pose.T.reshape(-1, 3, 4),
+        leaves.path,
         tuple(paths.paths),
-        out_rank,
+        np.where(has_handle[leaves.node], 0, leaves.rank + 1),
     )
+
+
+def _in_order(found: list[_Level], total: int) -> _Level:
+    """The leaves of all levels, depth first."""
+    if len(found) == 1:  # one level of leaves is in order already
+        return found[0]
+    node, offset, rank, path = (np.zeros(total, np.int64) for _ in range(4))
+    pose = np.zeros((12, total))
+    for level in found:
+        at = level.offset
+        node[at], rank[at], path[at] = level.node, level.rank, level.path
+        pose[:, at] = level.pose
+    return _Level(node, pose, offset, rank, path)

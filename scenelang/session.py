@@ -207,7 +207,11 @@ class Session:
         thresholds = gc.get_threshold()
         gc.set_threshold(200_000, 50, 100)
         try:
-            word, _ = self._root(program)
+            try:
+                word, _ = self._root(program)
+            except SceneError:
+                Run(self.library, runtime).run_forms(program)  # its own mistakes come first
+                raise
             scene = self._run_once(program, runtime, word)
             return self._with_entries(program, runtime, word, scene) if self.options.z_entries else scene
         finally:

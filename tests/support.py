@@ -1,0 +1,87 @@
+"""What several tests need: running programs with chosen runtimes, and scenes as comparable data."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from scenelang.grammar.diagnostics import SceneError, render_text
+from scenelang.grammar.source import Source
+from scenelang.interpreter.entity import Scene
+from scenelang.interpreter.evaluate import Run
+from scenelang.interpreter.flatten import flatten
+from scenelang.interpreter.limits import Limits
+from scenelang.interpreter.plain import primitive_attributes
+from scenelang.interpreter.runtime import Runtime
+from scenelang.interpreter.words import find_root
+from scenelang.session import Options, Session, run_with_room
+
+
+def session(**options: Any) -> Session:
+    return Session(Options(**options))
+
+
+def evaluate(text: str, **options: Any) -> Scene:
+    """The scene of a program that must be right."""
+    result = session(**options).evaluate(Source("<test>", text))
+    assert result.scene is not None, "\n".join(render_text(d) for d in result.diagnostics)
+    return result.scene
+
+
+def failure(text: str, **options: Any) -> tuple[str, str]:
+    """Name and message of the error that a program must end in."""
+    result = session(**options).evaluate(Source("<test>", text))
+    errors = [d for d in result.diagnostics if d.is_error]
+    assert errors, "the program is right"
+    return errors[0].name, errors[0].message
+
+
+def value(expression: str, definitions: str = "", **options: Any) -> Any:
+    """The value of an expression."""
+    sessions = session(**options)
+    checked = sessions.check(Source("<test>", f"{definitions}\n{expression}"))
+    program = checked.program
+    assert checked.ok, [d.message for d in checked.diagnostics]
+    assert program is not None
+    run = Run(sessions.library, Runtime(sessions.library, Limits(seconds=30.0), sessions.options.seed))
+
+    def go() -> Any:
+        result = None
+        for form in program.forms:
+            result = run.run_form(form)
+        return result
+
+    return run_with_room(go, 100_000)
+
+
+def outcome(text: str, memoise: bool) -> Any:
+    """What a program does, as comparable data: flattened geometry and log, or the error."""
+    sessions = session()
+    checked = sessions.check(Source("<test>", text))
+    program = checked.program
+    assert checked.ok, [render_text(d) for d in checked.diagnostics]
+    assert program is not None
+    runtime = Runtime(sessions.library, Limits(steps=2_000_000), memoise=memoise)
+
+    def go() -> Scene:
+        run = Run(sessions.library, runtime)
+        run.run_forms(program)
+        return run.run_root(program, find_root(program)[0], 0)
+
+    try:
+        scene = run_with_room(go, 10_000)
+    except SceneError as error:
+        return error.name, error.message
+    return geometry(scene)
+
+
+def geometry(scene: Scene) -> list[Any]:
+    """Per frame, the primitives in order: word, attributes as printed, path, matrix."""
+    frames = []
+    for frame in flatten(scene).frames:
+        rows = []
+        for i in range(len(frame)):
+            entity = frame.primitives[frame.index[i]]
+            attributes = sorted(primitive_attributes(entity).items())
+            rows.append((entity.word, repr(attributes), frame.paths[frame.path_index[i]], frame.matrices[i].tolist()))
+        frames.append(rows)
+    return frames
