@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from functools import cache
-from importlib.resources import files
 from typing import Any
 
 from lark import Lark, Transformer, v_args
@@ -14,6 +13,7 @@ from lark.lexer import Lexer
 from scenelang.grammar import ast
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Symbol
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.parsing import build_parser
 from scenelang.grammar.source import Span
 
 
@@ -164,7 +164,7 @@ class _Builder(Transformer[Any, Any]):
         pairs = rest[:-1]
         return ast.Clause("each", tuple(pairs[::2]), tuple(pairs[1::2]))
 
-    def test_clause(self, _open: Any, clause: CoreToken, test: Any, _close: Any) -> ast.Clause:
+    def condition_clause(self, _left: Any, clause: CoreToken, test: Any, _close: Any) -> ast.Clause:
         return ast.Clause(clause.datum.value.value, (), (test,))
 
     def for_loop(
@@ -194,13 +194,9 @@ class _Builder(Transformer[Any, Any]):
         return ast.Call(word, rest[:-1], opener.datum.span)
 
 
-def _grammar() -> str:
-    return files("scenelang.grammar").joinpath("core.lark").read_text("utf-8")
-
-
 @cache
 def _core_parser() -> Lark:
-    return Lark(_grammar(), parser="lalr", lexer=_CoreLexer, start="start", transformer=_Builder())
+    return build_parser("core.lark", "start", _CoreLexer, _Builder())
 
 
 def parse_core(datums: Sequence[Datum]) -> tuple[Any, ...]:
@@ -326,7 +322,7 @@ def _strict_terminal(value: Any) -> str:
 
 @cache
 def _strict_parser() -> Lark:
-    return Lark(_grammar(), parser="lalr", lexer=_CoreLexer, start="strict_start")
+    return build_parser("core.lark", "strict_start", _CoreLexer)
 
 
 def check_strict(datums: Sequence[Datum]) -> None:

@@ -7,16 +7,16 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import cache
-from importlib.resources import files
 from threading import Lock
 from typing import Any
 
-from lark import Lark, Token, Transformer, v_args
+from lark import Token, Transformer, v_args
 from lark.exceptions import UnexpectedCharacters
 from lark.lexer import BasicLexer, LexerState
 
 from scenelang.grammar.datum import PREFIXES, ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Symbol
 from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError
+from scenelang.grammar.parsing import build_parser
 from scenelang.grammar.source import Source, Span
 
 MAX_NESTING = 5_000
@@ -205,7 +205,7 @@ def _number(text: str) -> int | float:
         return int(text)
     if _FLOAT.match(text):
         return float(text)
-    hint = None
+    hint = "is a space missing after the number? a name must not begin with a digit"
     if re.fullmatch(r"[+-]?\d+/\d+", text):
         top, bottom = text.split("/")
         hint = f"there are no fractions; write `(/ {top} {bottom})`"
@@ -232,13 +232,13 @@ def _unescape(body: str) -> str:
         if digits:
             point = int(digits, 16) if len(digits) < 9 else -1
             if not 0 <= point < 0x110000 or 0xD800 <= point < 0xE000:
-                raise SceneError("bad-string", f"`{_short(match[0])}` is no character")
+                raise SceneError("bad-string", f"`{_short(match[0])}` is no character", value=match.start() + 1)
             return chr(point)
         if match[3]:
             return ""
         if match[4] not in _ESCAPES:
             hint = 'the escapes are \\n \\t \\r \\a \\b \\0 \\" \\\\ \\x41; \\u0041'
-            raise SceneError("bad-string", f"there is no escape `\\{_short(match[4])}`", hint)
+            raise SceneError("bad-string", f"there is no escape `\\{_short(match[4])}`", hint, value=match.start() + 1)
         return _ESCAPES[match[4]]
 
     return _ESCAPE.sub(replacement, body)
@@ -265,7 +265,8 @@ class _Builder(Transformer[Token, Any]):
         try:
             return Atom(parse(text), span)
         except SceneError as error:
-            error.span = span
+            at = error.value if type(error.value) is int else None  # where in the text the fault is
+            error.span = span if at is None else Span(self._source, span.start + at, min(span.start + at + 2, span.end))
             self._problems.append(error.diagnostic)
             return Atom(None, span)
 
@@ -312,9 +313,8 @@ class _Parser:
     """The parser and its builder. Lark ties the two together, so one text at a time goes through them."""
 
     def __init__(self) -> None:
-        grammar = files("scenelang.grammar").joinpath("reader.lark").read_text("utf-8")
         self._builder = _Builder()
-        self._lark = Lark(grammar, parser="lalr", lexer=_BracketLexer, transformer=self._builder)
+        self._lark = build_parser("reader.lark", "start", _BracketLexer, self._builder)
         self._lock = Lock()
 
     def parse(self, text: str, source: Source, problems: list[Diagnostic]) -> tuple[Datum, ...]:
@@ -356,7 +356,8 @@ def _block_end(text: str, start: int) -> int:
         if depth == 0:
             return search
     message = "this `#|` comment is never closed"
-    raise _ReadProblem("unclosed", message, start, start + 2, Completeness.INCOMPLETE, None)
+    hint = "comments nest: every `#|` inside wants a `|#` of its own"
+    raise _ReadProblem("unclosed", message, start, start + 2, Completeness.INCOMPLETE, hint)
 
 
 def read(source: Source) -> ReadResult:

@@ -24,7 +24,7 @@ def builtin_arity_error(builtin: Builtin, given: int) -> SceneError:
         wanted = f"at least {required}"
     else:
         wanted = str(required) if required == most else f"{required} to {most}"
-    plural = "" if wanted == "1" else "s"
+    plural = "" if wanted.split()[-1] == "1" else "s"
     message = f"`{builtin.name}` wants {wanted} argument{plural}, got {given}"
     return SceneError("arity", message, hint=f"its signature is {builtin.usage}")
 

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter import pose
 from scenelang.interpreter.show import show
 from scenelang.interpreter.types import numbers_of, type_name
 from scenelang.interpreter.values import Array, Matrix, MutableArray, Vector
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
 
 
 def from_numpy(data: Any) -> Any:

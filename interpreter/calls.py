@@ -55,7 +55,7 @@ def _apply(rt: Runtime, function: Any, arguments: Sequence[Any], head: Any, span
 
         raise undefined(rt, head.name, head.span)
     if not isinstance(function, Procedure):
-        raise rt.not_a_procedure(function)
+        raise rt.not_a_procedure(function, span)
     return rt.apply(function, arguments)
 
 

@@ -400,13 +400,17 @@ class Compiler:
         tick = self.rt.tick
 
         def run(f: Frame) -> None:
-            while True:
-                tick()
-                turn = [f, *([None] * (layout.size - 1))] if region.has_frame else f
-                value = test(turn)
-                if value is False or value is None:
-                    return
-                body(turn)
+            try:
+                while True:
+                    tick()
+                    turn = [f, *([None] * (layout.size - 1))] if region.has_frame else f
+                    value = test(turn)
+                    if value is False or value is None:
+                        return
+                    body(turn)
+            except SceneError as error:
+                error.span = error.span or node.span
+                raise
 
         return run
 

@@ -121,8 +121,11 @@ def expand_begin0(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
 @handles("bind")
 def expand_bind(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
     _count(datum, 2, 2)
-    word = expander.expand(datum.items[1], scope)
     literal = datum.items[1]
+    if is_identifier(literal) and scope.lookup(literal.value) is None:
+        hint = f'write it in quotes: `(bind "{base_name(literal.value)}" ...)`'
+        raise SceneError("word", "a word is a string", hint, literal.span)
+    word = expander.expand(literal, scope)
     spelled = literal.value if isinstance(literal, Atom) and type(literal.value) is str else "entity function"
     function = definitions.expand_named(expander, datum.items[2], scope, f'"{spelled}"')
     return core("BIND", [word, function], datum.span)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from struct import Struct, pack
 from typing import Any, Protocol
 
 from scenelang.grammar.diagnostics import LimitError
@@ -26,6 +27,8 @@ from scenelang.interpreter.values import (
 
 _NUMBERS = (int, float)
 _CHARGE = 1024
+_PLAIN = frozenset((int, str, bool, type(None), Symbol))
+_pack_three = Struct("3d").pack
 _LONGEST_KEY = 200_000
 
 
@@ -220,6 +223,23 @@ def embedding_key(embedding: Embedding) -> Any:
     """``memo_key`` of an embedding, cached; False when it has none."""
     key = embedding.key
     if key is None:
-        key = memo_key(embedding)
+        key = _plain_key(embedding)
+        if key is None:
+            key = memo_key(embedding)
         key = embedding.key = False if key is None else key
     return key
+
+
+def _plain_key(embedding: Embedding) -> Any:
+    """The key of an embedding whose attributes are numbers, strings and vectors, as nearly all are; else None."""
+    out: list[Any] = [embedding.handle, embedding.text]
+    for name, value in embedding.attributes.items():
+        kind = type(value)
+        if kind is Vector and value and type(value[0]) is float:
+            value = _pack_three(*value) if len(value) == 3 else pack(f"{len(value)}d", *value)  # -0.0 is no 0.0
+        elif kind is float:
+            value = value if value else repr(value)
+        elif kind not in _PLAIN:
+            return None
+        out += (name, kind, value)
+    return tuple(out)

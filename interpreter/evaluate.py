@@ -50,6 +50,9 @@ class Run:
         (node,) = compile_forms(self.rt, self.globals, [form])
         try:
             return node([])
+        except SceneError as error:
+            error.span = error.span or form.span
+            raise
         except EscapeSignal as signal:
             name = signal.escape.name
             raise SceneError("escape", f"`{name}` was called outside its `let/ec`", None, form.span) from None
@@ -62,7 +65,7 @@ class Run:
         """Seed the streams and evaluate the root ``word``."""
         rt = self.rt
         rt.streams.seed(seed)
-        z, gamma, written = self._root_call(program, word)
+        z, gamma = self._root_call(program, word)
         cell = rt.words.get(word)
         span = program.all_words.get(word) or (program.scene.span if program.scene else None)
         if cell is None or cell.function is None:
@@ -70,17 +73,17 @@ class Run:
             raise SceneError("root", f'the root "{word}" is not bound', hint, span)
         return self.evaluate_root(word, cell.function, z, gamma)
 
-    def _root_call(self, program: Program, word: str) -> tuple[Embedding, Any, frozenset[str]]:
+    def _root_call(self, program: Program, word: str) -> tuple[Embedding, Any]:
         """The root's embedding and gamma: ``<z1>`` and the endless list, joined by what ``(scene ...)`` says."""
         z, gamma = root_arguments(self.rt)
         scene = program.scene
         if scene is None or not scene.arguments or type(scene.word) is not ast.Constant or scene.word.value != word:
-            return z, gamma, frozenset()
+            return z, gamma
         values = [self.run_form(argument) for argument in scene.arguments]
-        given, rest, written = call_embeddings(self.rt, word, values)
+        given, rest, _ = call_embeddings(self.rt, word, values)
         joined = Embedding(given.handle or z.handle, given.text or z.text, z.attributes)
         joined = with_attributes(self.rt, joined, given.attributes)
-        return joined, make_list(rest) if rest else gamma, written
+        return joined, make_list(rest) if rest else gamma
 
     def evaluate_root(self, word: str, function: Any, z: Embedding, gamma: Any) -> Scene:
         """The scene that the root's function makes; a static one, or frames."""

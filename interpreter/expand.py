@@ -13,7 +13,7 @@ from typing import Any, TypeGuard
 from scenelang.grammar import ast
 from scenelang.grammar.core import Head, Opaque
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Symbol
-from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError, suggest
+from scenelang.grammar.diagnostics import Diagnostic, LimitError, Note, SceneError, suggest
 from scenelang.grammar.source import Span
 from scenelang.interpreter.forms import ABSENT, FORMS
 from scenelang.interpreter.scope import (
@@ -32,6 +32,14 @@ from scenelang.interpreter.types import BASE_TYPES, Type, parse_type, record_typ
 
 MAX_EXPANSIONS = 100_000
 MAX_MACRO_DEPTH = 1_000
+
+_PLACES = {
+    "else": "`else` begins the last clause of `cond` or `case`",
+    "=>": "`=>` stands in a clause of `cond`: `(test => function)`",
+    "_": "as a parameter or in a pattern, `_` takes a value and binds nothing",
+    "unquote": "`,` stands inside a quasiquote: `` `(a ,b) ``",
+    "unquote-splicing": "`,@` stands inside a quasiquote: `` `(a ,@b) ``",
+}
 
 
 def core(head: str, items: Iterable[Datum], span: Span) -> ListDatum:
@@ -88,6 +96,10 @@ class Expander:
         name = base_name(atom.value)
         if name in ABSENT:
             return SceneError("absent", f"`{name}` does not exist in this language", ABSENT[name], atom.span)
+        if name in _PLACES:
+            return SceneError("misplaced", f"`{name}` stands where it means nothing", _PLACES[name], atom.span)
+        if name in self.bound_words():
+            return SceneError("unbound", f"`{name}` is no function", f'a word is called: `(call "{name}")`', atom.span)
         hint = suggest(name, {*scope.names(), *self.known_names(), *FORMS})
         if "::" in name:
             hint = "annotations belong to parameters: `(lambda (x::Type) ...)`"
@@ -97,6 +109,10 @@ class Expander:
 
     def known_names(self) -> Iterable[str]:
         """Names of builtins and prelude, for suggestions; the program's loader overrides this."""
+        return ()
+
+    def bound_words(self) -> Iterable[str]:
+        """The words that the program binds, for hints."""
         return ()
 
     def binding_of(self, datum: Any, scope: Scope) -> Any:
@@ -224,7 +240,10 @@ class Expander:
             expansion = expansion.outer
         if self.expansions > MAX_EXPANSIONS or depth > MAX_MACRO_DEPTH:
             hint = "does it expand into itself without end?"
-            raise LimitError("expansion", f"the macro `{macro.name}` expands too often", hint, _outermost(datum.span))
+            notes = (Note("the macro is defined here", macro.span),)
+            raise LimitError(
+                "expansion", f"the macro `{macro.name}` expands too often", hint, _outermost(datum.span), notes
+            )
         replacement: Datum = macro.transform(datum, scope)
         return replacement
 

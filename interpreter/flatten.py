@@ -7,19 +7,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.entity import Entity, Scene, descendants, primitive_count
 from scenelang.interpreter.values import IDENTITY
 
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    IntArray = npt.NDArray[np.int64]
+    Poses = npt.NDArray[np.float64]  # (12, N): row-major affine poses, one a column
+
 DEFAULT_LIMIT = 5_000_000
 _CHUNK = 1 << 13
-
-IntArray = npt.NDArray[np.int64]
-Poses = npt.NDArray[np.float64]  # (12, N): row-major affine poses, one a column
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,4 +1,4 @@
-"""The special forms: shape, doc and indentation of each. Expansion, help, the formatter and the docs read this table."""
+"""The special forms: shape, doc and indentation of each. Expansion, help, formatter and docs read this table."""
 
 from __future__ import annotations
 

@@ -177,6 +177,28 @@ def div(a: Node, b: Node, slow: Slow) -> Node:
     return node
 
 
+def floordiv(a: Node, b: Node, slow: Slow) -> Node:
+    def node(f: Frame) -> Any:
+        x = a(f)
+        y = b(f)
+        if type(x) is int and type(y) is int and y:
+            return x // y
+        return slow(x, y)
+
+    return node
+
+
+def mod(a: Node, b: Node, slow: Slow) -> Node:
+    def node(f: Frame) -> Any:
+        x = a(f)
+        y = b(f)
+        if type(x) is int and type(y) is int and y:
+            return x % y
+        return slow(x, y)
+
+    return node
+
+
 def matmul(a: Node, b: Node, slow: Slow) -> Node:
     def node(f: Frame) -> Any:
         x = a(f)
@@ -269,7 +291,7 @@ def eq_slot_constant(slot: int, y: Any, slow: Slow) -> Node:
 
 BINARY: dict[str, Callable[[Node, Node, Slow], Node]] = {
     "add": add, "sub": sub, "mul": mul, "div": div, "lt": lt, "gt": gt, "le": le, "ge": ge, "eq": eq,
-    "matmul": matmul,
+    "floordiv": floordiv, "mod": mod, "matmul": matmul,
 }  # fmt: skip
 SLOT_CONSTANT: dict[str, Callable[[int, Any, Slow], Node]] = {
     "add": add_slot_constant, "sub": sub_slot_constant, "lt": lt_slot_constant, "eq": eq_slot_constant,

@@ -46,8 +46,16 @@ def iterate(rt: Runtime, value: Any) -> Iterable[Any]:
         return _unchanging(value, [key for key, _ in value.entries.values()])
     if kind is Set:
         rt.read(value)
-        return _unchanging(value, list(value.entries.values()))
+        members = list(value.entries.values())
+        warn_of_order(rt, members)
+        return _unchanging(value, members)
     return rows(rt, value)
+
+
+def warn_of_order(rt: Runtime, members: list[Any]) -> None:
+    """Warn that the order of a set of strings is not Python's."""
+    if len(members) > 1 and any(type(member) is str for member in members):
+        rt.warn("set-order", "a set of strings is taken in the order of insertion, which Python does not keep")
 
 
 def rows(rt: Runtime, value: Any) -> list[Any]:
@@ -77,6 +85,8 @@ def _unchanging(collection: Any, members: list[Any]) -> Iterator[Any]:
         if len(collection.entries) != size:
             raise SceneError("changed", "a table or set was changed while it was being iterated", "iterate a copy")
         yield member
+    if members and len(collection.entries) != size:
+        raise SceneError("changed", "a table or set was changed while it was being iterated", "iterate a copy")
 
 
 def items_of(rt: Runtime, value: Any) -> list[Any]:

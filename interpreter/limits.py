@@ -81,7 +81,11 @@ class Meter:
                 hint="is there a loop or recursion without end? raise the limit with --max-steps",
             )
         if time.monotonic() > self._deadline:
-            raise LimitError("time", f"the program ran longer than {limits.seconds:g} seconds", hint="--max-seconds")
+            raise LimitError(
+                "time",
+                f"the program ran longer than {limits.seconds:g} seconds",
+                hint="raise the limit with --max-seconds",
+            )
         self._chunks += 1
         if self._chunks % _CHUNKS_PER_MEMORY_CHECK == 0 or steps > 100_000:
             self.check_memory()
@@ -89,14 +93,18 @@ class Meter:
     def check_memory(self) -> None:
         if resident_bytes() > self._memory:
             raise LimitError(
-                "memory", f"the program used more than {self.limits.memory / 1e9:g} GB of memory", hint="--max-memory"
+                "memory",
+                f"the program used more than {self.limits.memory / 1e9:g} GB of memory",
+                hint="raise the limit with --max-memory",
             )
 
     def check_size(self, size: int, what: str) -> None:
         """Refuse to make ``what`` (a list, a string, an array) of ``size`` items."""
         if size > self.limits.size:
             raise LimitError(
-                "size", f"{what} of {size:,} items is larger than the limit of {self.limits.size:,}", hint="--max-size"
+                "size",
+                f"{what} of {size:,} items is larger than the limit of {self.limits.size:,}",
+                hint="raise the limit with --max-size",
             )
         self.charge(size >> 3)
 

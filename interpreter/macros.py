@@ -5,6 +5,7 @@ What a template makes carries the span of the macro's use, with a note of the ex
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -53,7 +54,11 @@ def procedural(
             value = expander.run_macro(procedure, function, arguments)
             return datum_of(value, place, origins)
         except LimitError as error:
-            raise SceneError("expansion", f"expanding `{name}` {_lower(error.message)}", error.hint, use.span) from None
+            notes: tuple[Note, ...] = (Note("the macro is defined here", span),)
+            hint = "is there a loop or recursion without end? a macro's body runs under limits of its own"
+            raise SceneError(
+                "expansion", f"expanding `{name}` failed: {error.message}", hint, use.span, notes
+            ) from None
         except SceneError as error:
             notes = (Note("the macro is defined here", span), *error.notes)
             raise SceneError(
@@ -64,10 +69,6 @@ def procedural(
             expander.template_scope = saved_scope
 
     return Macro(name, transform, span)
-
-
-def _lower(message: str) -> str:
-    return "failed: " + message
 
 
 def _macro_scope(scope: Scope) -> Scope:
@@ -147,11 +148,17 @@ def _apply_rules(known: _Rules, use: Datum, scope: Scope) -> Datum:
         if _match(known, shape, operands, scope, bound):
             span = use_span(use, known.name, known.span)
             return _Instance(known, span).build(template, bound)
-    usages = " or ".join(" ".join(pattern.span.text.split()) for pattern, _ in known.rules[:3])
+    usages = " or ".join(_usage(known.name, pattern) for pattern, _ in known.rules[:3])
     note = Note(f"the macro `{known.name}` is defined here", known.span)
     raise SceneError(
         "macro", f"no rule of the macro `{known.name}` fits this use", f"it wants {usages}", use.span, (note,)
     )
+
+
+def _usage(name: str, pattern: Datum) -> str:
+    """How a use of the macro looks by one of its patterns."""
+    text = " ".join(pattern.span.text.split())
+    return re.sub(r"^\(\s*[^\s()]+", f"`({name}", text) + "`"
 
 
 def _match(known: _Rules, pattern: Datum, datum: Datum, scope: Scope, bound: dict[Any, Any]) -> bool:
@@ -178,8 +185,9 @@ def _match(known: _Rules, pattern: Datum, datum: Datum, scope: Scope, bound: dic
     for variable in _pattern_variables(known, repeated):
         bound[variable] = [one[variable] for one in captures]
     pairs = [*zip(before, given), *zip(after, given[len(before) + repeats :])]
-    if not all([_match(known, p, d, scope, bound) for p, d in pairs]):
-        return False
+    for each_pattern, each_datum in pairs:
+        if not _match(known, each_pattern, each_datum, scope, bound):
+            return False
     return tail is None or _match(known, tail, rest or ListDatum((), None, datum.span), scope, bound)
 
 

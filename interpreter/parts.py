@@ -85,6 +85,10 @@ def _no_part(item: Any, word: str | None) -> SceneError:
     if item is not None:
         message += f": {show(item, 60)}"
     hint = "nothing at all is `(union)`" if item is None or isinstance(item, bool) else None
+    if type(item) is Matrix:
+        hint = "a pose belongs to an entity: `(transform entity matrix)`"
+    elif type(item) is str:
+        hint = f"a word is called: `(call {show(item, 40)})`"
     return SceneError("parts", message, hint=hint)
 
 

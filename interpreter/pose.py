@@ -7,11 +7,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from scenelang.interpreter.values import IDENTITY, Matrix
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
 
 Point = tuple[float, float, float]
 

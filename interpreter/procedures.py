@@ -136,7 +136,7 @@ def arity_error(code: Code, given: int) -> SceneError:
         wanted = str(required)
     else:
         wanted = f"{required} to {positional}"
-    plural = "" if wanted == "1" else "s"
+    plural = "" if wanted.split()[-1] == "1" else "s"
     message = f"`{code.name}` wants {wanted} argument{plural}, got {given}"
     return SceneError("arity", message, hint=f"its parameters are {code.usage}")
 
@@ -187,7 +187,8 @@ def bind_entity(runtime: Runtime, closure: Closure, word: str, z: Embedding, res
     code = closure.code
     if code.required > 2:
         message = f'the function of "{word}" has {code.required} required parameters; `call` gives it at most two'
-        raise SceneError("arity", message, hint="an embedding and the list of its descendants' embeddings")
+        hint = f"an embedding and the list of its descendants' embeddings; its parameters are {code.usage}"
+        raise SceneError("arity", message, hint=hint)
     positional = [*(z, rest)][: code.required]
     tail: Any = NIL
     if code.rest is not None:

@@ -1,7 +1,8 @@
-"""Programs: files, their imports and top-level forms, expanded and parsed into one list of core AST in running order."""
+"""Programs: files, imports and top-level forms, expanded and parsed into one list of core AST in running order."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -28,6 +29,7 @@ from scenelang.interpreter.scope import (
 
 PAPER_FORMS = {"call": "CALL", "union": "UNION", "union-loop": "UNION_LOOP", "transform": "TRANSFORM"}
 STD = "std/"
+_DEFINED = re.compile(r"^\(define \(?([^\s()]+)", re.M)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,6 +76,7 @@ class Prelude:
         self.definitions: dict[Variable, ast.Define] = {}
         self._exports: dict[str, Any] = {}
         self._pending = list(library.prelude)
+        self._homes = {name: module for module in library.prelude for name in _DEFINED.findall(library.modules[module])}
         self._loading = False
 
     def _lookup(self, name: str) -> Any:
@@ -86,7 +89,8 @@ class Prelude:
             return builtin
         if name in self.library.constants:
             return ConstantBinding(self.library.constants[name])
-        while name not in self._exports and self._pending and not self._loading:
+        module = self._homes.get(name)
+        while module in self._pending and not self._loading:
             self._load(self._pending.pop(0))
         return self._exports.get(name)
 
@@ -154,6 +158,10 @@ class _FileExpander(Expander):
     def known_names(self) -> Iterable[str]:
         state = self._file.state
         return state.prelude.names() if state is not None else ()
+
+    def bound_words(self) -> Iterable[str]:
+        state = self._file.state
+        return [word for file in (self._file, *(state.files.values() if state else ())) for word in file.words]
 
 
 class _File:

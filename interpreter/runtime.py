@@ -9,6 +9,7 @@ making. A call merges what it read and wrote into its caller's account however i
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -173,9 +174,13 @@ class Runtime:
             return arguments.call_record_procedure(self, function, args)
         raise self.not_a_procedure(function)
 
-    def not_a_procedure(self, value: Any) -> SceneError:
+    def not_a_procedure(self, value: Any, span: Span | None = None) -> SceneError:
+        """The error for a call of ``value``, which stands at ``span``."""
         message = f"{show(value, 60)} is {type_name(value)}, not a function, so it cannot be called"
         hint = 'a list of values is `(list ...)`; a word is called with `(call "word" ...)`'
+        head = re.match(r"\(([^\s()]+)", span.text) if span is not None and span.expansion is None else None
+        if head is not None and head[1] in _known_names(self.library):
+            hint = f"here `{head[1]}` is a name of the program; the function of that name is always `std/{head[1]}`"
         return SceneError("not-a-procedure", message, hint=hint)
 
     # --- what calls read and write ---------------------------------------------------------------------------------
@@ -257,7 +262,7 @@ class Runtime:
         """
         function = self.word_cell(word).function
         if function is None:
-            return self.primitive(word, z)
+            return self.primitive(word, z, span)
         if written and type(function) is Closure:
             check_keywords(function.code, tuple(written), word)
         key: Any = z.key if z.key is not None else embedding_key(z)
@@ -388,17 +393,17 @@ class Runtime:
                     break
         return Entity(word, z, children, None, tainted)
 
-    def primitive(self, word: str, z: Embedding) -> Entity:
+    def primitive(self, word: str, z: Embedding, span: Span | None = None) -> Entity:
         """The primitive ``word`` under ``z``; shared with every equal one."""
         key: Any = z.key if z.key is not None else embedding_key(z)
         if key is False:
-            return self._new_primitive(word, z, True)
+            return self._new_primitive(word, z, True, span)
         entity = self._primitives.get((word, key))
         if entity is None:
-            entity = self._primitives[word, key] = self._new_primitive(word, z, False)
+            entity = self._primitives[word, key] = self._new_primitive(word, z, False, span)
         return entity
 
-    def _new_primitive(self, word: str, z: Embedding, tainted: bool) -> Entity:
+    def _new_primitive(self, word: str, z: Embedding, tainted: bool, span: Span | None) -> Entity:
         self._count_entity()
         attributes = parts.geometric_attributes(self, z)
         box = None
@@ -406,7 +411,7 @@ class Runtime:
             box, attributes = parts.load_asset(self.library, attributes)
         shape = shape_of(word, attributes, box)
         if shape.is_flat:
-            self.warn("no-extent", f'the primitive "{word}" has no extent in some direction')
+            self.warn("no-extent", f'the primitive "{word}" has no extent in some direction', span)
         if shape.kind is Kind.ASSET and box is None:
             raise SceneError("attribute", 'the primitive "asset" needs the attribute `:file`')
         return Entity(word, z, (), shape, tainted)
@@ -435,6 +440,12 @@ class Runtime:
         key = (name, message, span)
         if key not in self.warnings and len(self.warnings) < 1000:
             self.warnings[key] = Diagnostic(name, message, span, hint)
+
+
+def _known_names(library: Library) -> set[str]:
+    from scenelang.interpreter.program import prelude_of
+
+    return set(prelude_of(library).names())
 
 
 def raised_value(error: SceneError) -> Any:

@@ -7,12 +7,13 @@ Numbers, strings, booleans and ``none`` are Python's own. Everything here is imm
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Any
-
-import numpy.typing as npt
+from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.datum import Keyword as Keyword
 from scenelang.grammar.datum import Symbol as Symbol
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
 
 
 class Nil:

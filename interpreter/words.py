@@ -76,7 +76,7 @@ def word_warnings(program: Program) -> list[Diagnostic]:
     found: list[Diagnostic] = []
     bound: set[str] = set()
     for form in program.forms:
-        if type(form) is not ast.Bind and type(form) is not ast.Define:
+        if type(form) is not ast.Bind:
             found += _early_calls(program, form, bound)
         own = _own_word(form)
         if own is not None:
@@ -118,7 +118,8 @@ def _near_word(program: Program, node: ast.Call) -> Iterator[Diagnostic]:
     word = node.word.value if type(node.word) is ast.Constant else None
     if type(word) is not str or word in program.all_words or word in WORDS:
         return
-    near = get_close_matches(word, [*program.all_words, *WORDS], n=1, cutoff=_NEAR)
+    known = [*program.all_words, *WORDS]
+    near = [other for other in known if sorted(other) == sorted(word)] or get_close_matches(word, known, 1, _NEAR)
     if near:
         message = f'"{word}" is never bound, so it is a primitive of its own'
         place: Span = node.word.span

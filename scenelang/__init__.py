@@ -37,7 +37,7 @@ _HOMES = {
     "Entity": "interpreter.entity", "Scene": "interpreter.entity", "Limits": "interpreter.limits",
     "Checked": "session", "Evaluated": "session", "Options": "session", "Session": "session",
 }  # fmt: skip
-__all__ = sorted(_HOMES)  # noqa: PLE0605
+__all__ = sorted(_HOMES)
 
 
 def __getattr__(name: str) -> Any:

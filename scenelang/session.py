@@ -7,9 +7,11 @@ import gc
 import os
 import sys
 import threading
+from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import FrameType
 from typing import Any, TypeVar
 
 from scenelang.grammar.core import check_strict
@@ -21,6 +23,7 @@ from scenelang.interpreter.entity import Scene
 from scenelang.interpreter.evaluate import Run, macro_runner
 from scenelang.interpreter.graft import automatic_entries, graft, serials_at
 from scenelang.interpreter.limits import Limits, Meter, recursion_room
+from scenelang.interpreter.procedures import Closure
 from scenelang.interpreter.program import Program, load_program
 from scenelang.interpreter.runtime import Entry, Runtime
 from scenelang.interpreter.words import find_root, word_warnings
@@ -30,6 +33,7 @@ T = TypeVar("T")
 _STACK = 512 * 1024 * 1024
 _MACRO_LIMITS = Limits(steps=2_000_000, seconds=10.0, depth=20_000)
 _EXPANSION_DEPTH = 60_000
+_KEPT_FRAMES = 400
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,11 +199,18 @@ class Session:
             problem = None
         except SceneError as error:
             scene, problem = None, error.diagnostic
-        except RecursionError:
-            problem = _too_deep(self.options.limits)
-            scene = None
+        except RecursionError as error:
+            scene, problem = None, _too_deep(self.options.limits, error)
         except MemoryError:
-            scene, problem = None, Diagnostic("memory", "the program ran out of memory", None, "--max-memory")
+            scene, problem = (
+                None,
+                Diagnostic(
+                    "memory",
+                    "the program ran out of memory",
+                    None,
+                    "the machine has no more; lower the limit with --max-memory",
+                ),
+            )
         diagnostics = [*checked.diagnostics, *runtime.warnings.values(), *([problem] if problem else [])]
         return Evaluated(program, scene, tuple(diagnostics), tuple(runtime.log), runtime.meter.steps)
 
@@ -238,9 +249,31 @@ class Session:
         return grafted
 
 
-def _too_deep(limits: Limits) -> Diagnostic:
+def _too_deep(limits: Limits, error: RecursionError) -> Diagnostic:
+    """The error for a recursion without end; the innermost calls are read off Python's own stack."""
+    innermost: deque[FrameType] = deque(maxlen=_KEPT_FRAMES)
+    traceback = error.__traceback__
+    while traceback is not None:
+        innermost.append(traceback.tb_frame)
+        traceback = traceback.tb_next
+    chain: list[tuple[str, Span | None]] = []
+    for frame in reversed(innermost):
+        running = frame.f_locals
+        span, function, word = running.get("span"), running.get("function"), running.get("name")
+        if isinstance(span, Span) and frame.f_code.co_name in ("node", "call"):
+            if isinstance(word, str):
+                chain.append((f'"{word}"', span))
+            elif isinstance(function, Closure):
+                chain.append((f"`{function.code.name}`", span))
     hint = "is there a recursion without end? raise the limit with --max-depth"
-    return Diagnostic("depth", f"calls were nested deeper than {limits.depth:,}", None, hint)
+    return Diagnostic(
+        "depth",
+        f"calls were nested deeper than {limits.depth:,}",
+        chain[0][1] if chain else None,
+        hint,
+        (),
+        tuple(chain),
+    )
 
 
 def _sorted(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
@@ -263,7 +296,9 @@ def _read_source(path: str, shown: str) -> Source:
         return Source(name, data.decode("utf-8-sig"))
     except UnicodeDecodeError as error:
         line = data[: error.start].count(b"\n") + 1
-        raise SceneError("encoding", f"{name} is not UTF-8 text (line {line}, byte {error.start + 1})") from None
+        raise SceneError(
+            "encoding", f"{name} is not UTF-8 text (line {line}, byte {error.start + 1})", "save it as UTF-8"
+        ) from None
 
 
 def _value_datum(name: str, text: str) -> Datum:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter import pose
@@ -26,8 +25,11 @@ from scenelang.interpreter.values import (
     list_items,
 )
 
-Numpy: TypeAlias = npt.NDArray[Any]
+if TYPE_CHECKING:
+    import numpy.typing as npt
 
+
+Numpy: TypeAlias = "npt.NDArray[Any]"
 ARRAYS = (Vector, Matrix, Array, MutableArray)
 INT64 = 1 << 63
 _DEEPEST = 32

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import isfinite
 from typing import Any
 
 from scenelang.grammar.diagnostics import SceneError
@@ -40,6 +41,10 @@ def _finite(name: str, make: Callable[[], Matrix]) -> Matrix:
     ("(@ (translate [1 2 3]) [0 0 0])", "[1.0 2.0 3.0]"),
 )  # fmt: skip
 def translate(rt: Runtime, offset: Vector) -> Matrix:
+    if len(offset) == 3:
+        x, y, z = offset
+        if type(x) is float and isfinite(x + y + z):
+            return Matrix((1.0, 0.0, 0.0, x, 0.0, 1.0, 0.0, y, 0.0, 0.0, 1.0, z))
     x, y, z = _point("translate", "`offset`", offset)
     return _finite("translate", lambda: pose.translation(x, y, z))
 

@@ -6,6 +6,8 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.iteration import warn_of_order
+from scenelang.interpreter.iteration import warn_of_order
 from scenelang.interpreter.runtime import Runtime
 from scenelang.interpreter.types import vector_of
 from scenelang.interpreter.values import (
@@ -57,8 +59,8 @@ def _other_items(rt: Runtime, value: Any, name: str, ordered: bool) -> list[Any]
     if kind is Set:
         rt.read(value)
         members = list(value.entries.values())
-        if ordered and len(members) > 1 and any(type(member) is str for member in members):
-            rt.warn("set-order", "a set of strings is taken in the order of insertion, which Python does not keep")
+        if ordered:
+            warn_of_order(rt, members)
         return members
     raise not_a_sequence(name, value)
 

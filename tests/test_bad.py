@@ -12,7 +12,6 @@ import os
 import re
 import shlex
 import shutil
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -43,7 +42,7 @@ def _directives(program: Path) -> dict[str, list[str]]:
 
 
 @pytest.fixture
-def place(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+def place(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder ``project`` of its own that holds the case; commands run in it."""
     case: Path = request.param
     folder = tmp_path / "project"
@@ -54,7 +53,7 @@ def place(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.Mo
         shutil.copy(case, folder / case.name)
     monkeypatch.chdir(folder)
     monkeypatch.setenv("COLUMNS", "100")
-    yield folder
+    return folder
 
 
 def _command(words: list[str], file: str, arguments: list[str]) -> list[str]:

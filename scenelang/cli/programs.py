@@ -233,9 +233,10 @@ def _write_flat(flat: Any, handles: Any) -> None:
         for i in range(len(frame)):
             k = frame.index[i]
             matrix = [*frame.matrices[i].tolist(), [0.0, 0.0, 0.0, 1.0]]
+            handle, path = json.dumps(f"<{names[i]}>"), paths[frame.path_index[i]]
             out.write(
                 f'{", " if i else ""}{{"word": {words[k]}, "attributes": {attributes[k]}, '
-                f'"handle": {json.dumps("<" + names[i] + ">")}, "matrix": {matrix}, "path": {paths[frame.path_index[i]]}}}'
+                f'"handle": {handle}, "matrix": {matrix}, "path": {path}}}'
             )
         out.write("]}")
     out.write("]}\n")

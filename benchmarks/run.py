@@ -1,0 +1,135 @@
+"""Side-by-side timings: `make bench`. Every row is a ratio within this run; targets are in the last column.
+
+Native rows are the same computation written as plain Python functions and objects.
+"""
+
+from __future__ import annotations
+
+import gc
+import json
+import subprocess
+import sys
+import sysconfig
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from native import chessboard, fib, loop, placed, tak
+from programs import CHESSBOARD, FIB, LOOP, PLACED, SPONGE, TAK, reader_text
+
+from scenelang.grammar.reader import read
+from scenelang.grammar.source import Source
+from scenelang.interpreter.entity import Scene
+from scenelang.interpreter.evaluate import Run
+from scenelang.interpreter.flatten import flatten_entity
+from scenelang.interpreter.runtime import Runtime
+from scenelang.session import Session, run_with_room
+
+ROUNDS = 5
+
+
+def best(action: Callable[[], Any], rounds: int = ROUNDS) -> float:
+    """Seconds of the fastest of several runs, without collections in between."""
+    fastest = float("inf")
+    for _ in range(rounds):
+        gc.collect()
+        gc.disable()
+        started = time.perf_counter()
+        action()
+        fastest = min(fastest, time.perf_counter() - started)
+        gc.enable()
+    return fastest
+
+
+def timed_last_form(session: Session, text: str) -> float:
+    """Seconds that the last form of a program takes, the others having run."""
+    program = session.check(Source("<bench>", text)).program
+    assert program is not None
+
+    def once() -> float:
+        run = Run(session.library, Runtime(session.library))
+        for form in program.forms[:-1]:
+            run.run_form(form)
+        return best(lambda: run.run_form(program.forms[-1]), 1)
+
+    return min(run_with_room(once, 100_000) for _ in range(ROUNDS))
+
+
+def root_of(session: Session, text: str) -> Scene:
+    scene = session.evaluate(Source("<bench>", text)).scene
+    assert scene is not None
+    return scene
+
+
+def naive_flatten(entity: Any, matrix: Any, out: list[Any]) -> None:
+    """Flattening as a plain recursion over 4x4 arrays."""
+    if entity.is_primitive:
+        out.append((entity, matrix))
+    for part in entity.children:
+        m = part.cdr
+        naive_flatten(part.car, matrix @ [[*m[0:4]], [*m[4:8]], [*m[8:12]], [0, 0, 0, 1]], out)
+
+
+def row(name: str, ours: float, other: float, other_name: str, target: str) -> None:
+    print(f"{name:34} {ours * 1e3:9.1f} ms   {other_name:28} {other * 1e3:9.1f} ms   x{ours / other:6.2f}   {target}")
+
+
+def bench_reader() -> None:
+    text = reader_text(100_000)
+    ours = best(lambda: read(Source("<bench>", text)), 3)
+    table = {ord("("): "[", ord(")"): "],"}
+    other = best(lambda: json.loads(json.dumps(text.translate(table))), 3)
+    row("read 100 KB of text", ours, other, "json of the same bytes", "(no target)")
+
+
+def bench_check(session: Session) -> None:
+    text = reader_text(20_000)
+    reading = best(lambda: read(Source("<bench>", text)), 3)
+    checking = best(lambda: session.check(Source("<bench>", text)), 3)
+    row("check 20 KB (expand, analyse)", checking, reading, "reading it", "(no target)")
+
+
+def bench_programs(session: Session) -> None:
+    row("fib 22", timed_last_form(session, FIB), best(lambda: fib(22)), "native CPython", "<= 9")
+    row("loop of 1e6 turns", timed_last_form(session, LOOP), best(loop), "native CPython", "<= 6")
+    row("tak 14 8 2", timed_last_form(session, TAK), best(lambda: tak(14, 8, 2)), "native CPython", "<= 12")
+    row("chessboard", timed_last_form(session, CHESSBOARD), best(chessboard, 20), "native Python objects", "<= 3")
+    row("1e5 placed entities", timed_last_form(session, PLACED), best(placed), "native Python objects", "<= 2")
+
+
+def bench_flatten(session: Session) -> None:
+    import numpy as np
+
+    root = root_of(session, SPONGE.format(level=3)).root
+    ours = best(lambda: flatten_entity(root))
+    out: list[Any] = []
+    other = best(lambda: naive_flatten(root, np.eye(4), out), 1)
+    row("flatten 8,000 cubes", ours, other, "recursion over 4x4 arrays", "< 1")
+    root = root_of(session, SPONGE.format(level=4)).root
+    print(f"{'flatten 160,000 cubes':34} {best(lambda: flatten_entity(root)) * 1e3:9.1f} ms   {'':45}< 100 ms")
+    root = root_of(session, SPONGE.format(level=5)).root
+    print(f"{'flatten 3,200,000 cubes':34} {best(lambda: flatten_entity(root), 1) * 1e3:9.1f} ms")
+
+
+def bench_start() -> None:
+    command = Path(sysconfig.get_path("scripts")) / "scenelang"
+    program = Path(__file__).with_name("start.scene")
+    run = lambda arguments: subprocess.run(arguments, check=True, capture_output=True)
+    ours = best(lambda: run([str(command), "check", str(program)]))
+    other = best(lambda: run([sys.executable, "-c", "import numpy, lark"]))
+    row("start-up of `check`", ours, other, "importing numpy and lark", "< 300 ms")
+
+
+def main() -> None:
+    session = Session()
+    print(f"{'ours':>47}   {'other':>41}   ratio    target")
+    bench_reader()
+    bench_check(session)
+    bench_programs(session)
+    bench_flatten(session)
+    bench_start()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,209 @@
+"""Hostile programs: each ends within seconds in a coded diagnostic, never in a traceback, a crash or a hang."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+SECONDS = 25.0
+ROOT = '\n(bind "dot" (lambda () (call "cube")))\n'
+
+LOOPS = {
+    "while": "(while #t 1)",
+    "while that works": "(define n 0) (while #t (set! n (+ n 1)))",
+    "named let": "(let loop ((i 0)) (loop (+ i 1)))",
+    "do": "(do ((i 0 (+ i 1))) (#f) i)",
+    "for over a list that grows": "(define xs (mutable-list 1)) (for ((x xs)) (push! xs x))",
+    "for over a huge count": "(for ((i 1000000000000)) i)",
+    "for* of for*": "(for* ((i 1000000) (j 1000000) (k 1000000)) k)",
+    "for/fold": "(for/fold ((a 0)) ((i 100000000000)) (+ a i))",
+    "for without clauses in while": "(while #t (for () 1))",
+    "tail calls": "(define (f) (g)) (define (g) (f)) (f)",
+    "let/ec in a loop": "(while #t (let/ec k (k 1)))",
+    "guard in a loop": "(while #t (guard (e (#t 1)) (error \"x\")))",
+    "string building": '(define s "") (while #t (set! s (string-append s "x")))',
+    "apply": "(define (f . xs) (apply f xs)) (f 1 2 3)",
+    "builtin that does much": "(while #t (sort (iota 1000)))",
+    "matrix power": "(define a (eye 300)) (while #t (set! a (@ a a)))",
+    "repeated search": '(define s (apply string-append (repeat "a" 100000))) (while #t (string-replace s "a" "bb"))',
+    "union-loop": '(bind "row" (lambda () (union-loop 100000000000 (lambda (i) (call "cube")))))',
+    "map of a large range": "(while #t (map (lambda (x) x) (iota 100000)))",
+    "table that grows": "(define t (table)) (define n 0) (while #t (set! n (+ n 1)) (set-ref! t n n))",
+    "delete-duplicates": "(delete-duplicates (for/list ((i 200000)) (list i)))",
+    "words for ever": '(define n 0) (while #t (set! n (+ n 1)) (call "cube" :scale n))',
+    "words of arithmetic": '(define n 0) (while #t (set! n (+ n 1)) (call (format "w{}" n)))',
+    "random": "(while #t (random))",
+    "shuffle": "(while #t (shuffle (iota 10000)))",
+}
+
+RECURSIONS = {
+    "direct": "(define (f x) (+ 1 (f x))) (f 1)",
+    "mutual": "(define (f x) (+ 1 (g x))) (define (g x) (+ 1 (f x))) (f 1)",
+    "map": "(define (f x) (map f (list x))) (f 1)",
+    "apply": "(define (f x) (+ 1 (apply f (list x)))) (f 1)",
+    "sort with a key": "(define (f x) (sort (list 2 1) :key f)) (f 1)",
+    "for-each": "(define (f x) (for-each f (list x)) 1) (f 1)",
+    "fold": "(define (f a x) (fold f a (list x)) 1) (f 1 2)",
+    "for": "(define (f x) (for/list ((i 2)) (f i))) (f 1)",
+    "default": "(define (f (x (f))) (+ x 1)) (f)",
+    "keyword": "(define (f (:x (f))) (+ x 1)) (f)",
+    "guard": "(define (f x) (guard (e (#t 1)) (+ 1 (f x)))) (f 1)",
+    "let/ec": "(define (f x) (let/ec k (+ 1 (f x)))) (f 1)",
+    "words": '(bind "a" (lambda () (union (call "b")))) (bind "b" (lambda () (union (call "a")))) (scene "a")',
+    "words with attributes": '(bind "a" (lambda (:n) (union (call "a" :n (+ n 1))))) (scene "a" :n 1)',
+    "union-loop": '(bind "a" (lambda (:n) (union-loop 3 (lambda (i) (call "a" :n (+ n i)))))) (scene "a" :n 1)',
+    "word in a measure": '(bind "a" (lambda () (compute-shape-sizes (call "a")) (call "cube"))) (scene "a")',
+    "record default": "(define-record r (x (r))) (r)",
+    "lambda": "((lambda (f) (+ 1 (f f))) (lambda (f) (+ 1 (f f))))",
+    "while": "(define (f) (while (f) 1)) (f)",
+    "cond": "(define (f x) (cond ((f x) 1) (else 2))) (f 1)",
+    "map-parts": '(define (f p) (map-parts f (list p))) (f (call "cube"))',
+    "exponential": "(define (fib n) (if (< n 2) n (+ (fib (- n 1)) (fib (- n 2))))) (fib 200)",
+    "ackermann": "(define (a m n) (if (= m 0) (+ n 1) (if (= n 0) (a (- m 1) 1) (a (- m 1) (a m (- n 1)))))) (a 4 3)",
+}
+
+SIZES = {
+    "append": "(define xs (list 1)) (while #t (set! xs (append xs xs)))",
+    "string-append": '(define s "ab") (while #t (set! s (string-append s s)))',
+    "extend!": "(define xs (mutable-list 1)) (while #t (extend! xs xs))",
+    "expt": "(expt 10 (expt 10 10))",
+    "expt tower": "(expt 9 (expt 9 (expt 9 9)))",
+    "multiplication": "(define n 3) (while #t (set! n (* n n)))",
+    "addition": "(define n 1) (while #t (set! n (+ n n)))",
+    "product": "(product (iota 100000 1))",
+    "make-list": "(make-list 10000000000 0)",
+    "iota": "(iota 10000000000)",
+    "range": "(range 0 10000000000)",
+    "range of small steps": "(range 0 1 1e-12)",
+    "zeros": "(zeros 100000 100000)",
+    "ones": "(ones 1000000000000)",
+    "full": "(full (list 100000 100000) 1)",
+    "eye": "(eye 1000000)",
+    "linspace": "(linspace 0 1 10000000000)",
+    "arange": "(arange 0 1 1e-12)",
+    "repeat": "(repeat (list 1 2 3) 10000000000)",
+    "string repeat": '(string-pad "x" 10000000000)',
+    "format width": '(format "{:10000000000}" 1)',
+    "format precision": '(format "{:.10000000000f}" 1.5)',
+    "format nested width": '(format "{:{}}" 1 10000000000)',
+    "string-replace": '(define s "a") (while #t (set! s (string-replace s "a" "aaaa")))',
+    "string-join": '(define s "a") (while #t (set! s (string-join (make-list 1000 s) s)))',
+    "outer product": "(define v (reshape (arange 100000) 100000 1)) (+ v (transpose v))",
+    "concatenate": "(define v (zeros 100)) (while #t (set! v (concatenate (list v v))))",
+    "stack": "(define v (zeros 100)) (while #t (set! v (stack (list v v))))",
+    "uniform": "(uniform 0 1 :size 10000000000)",
+    "randint bounds": "(randint 0 (expt 10 1000))",
+    "permutation": "(permutation 10000000000)",
+    "list-head of gamma": '(bind "a" (lambda (z g) (list-head g 10000000000)))',
+    "list-tail of gamma": '(bind "a" (lambda (z g) (union-loop (list-tail g 1e300) (lambda (i) (call "cube")))))',
+    "gamma in a loop": '(bind "a" (lambda (z g) (for ((x g)) 1) (union)))',
+    "number->string": "(define n 7) (while #t (set! n (* n 10)) (number->string n))",
+    "string->number": '(string->number (apply string-append (make-list 100000 "9")))',
+    "cons": "(define xs (list)) (while #t (set! xs (cons xs xs)))",
+    "push!": "(define xs (mutable-list)) (while #t (push! xs 1))",
+    "flatten": "(define xs (list 1)) (for ((i 60)) (set! xs (list xs xs))) (flatten xs)",
+    "entities": '(bind "a" (lambda () (union-loop 10000000 (lambda (i) (call "cube" :scale (+ i 1))))))',
+    "log": '(while #t (print "hello hello hello"))',
+}
+
+DEEP = "(define x (list)) (for ((i 1000000)) (set! x (list x)))\n"
+SHARED = "(define x (list 1)) (for ((i 60)) (set! x (list x x)))\n"
+CYCLIC = "(define x (mutable-list 1)) (push! x x) (push! x x)\n"
+
+# What must work, or end in a diagnostic: nothing here may crash or hang.
+DATA = {
+    "print": "(print x)",
+    "equal?": "(define y x) (print (equal? x (list x)))",
+    "equal? twins": "(print (equal? (list x x) (list x x)))",
+    "contains?": "(print (contains? (list 1 x 2) x))",
+    "table key": "(define t (table)) (set-ref! t x 1) (print (ref t x))",
+    "set member": "(define s (set)) (add! s x) (print (length s))",
+    "attribute": '(define e (call "cube" :x x)) (print e)',
+    "attribute of a word": '(bind "w" (lambda (:x) (call "cube"))) (define e (call "w" :x x)) (define f (call "w" :x x))',
+    "embedding": "(define z (embedding :x x)) (print z)",
+    "parts": "(print (length (parts x)))",
+    "union": "(define u (union x)) (print (length u))",
+    "flatten": "(print (length (flatten x)))",
+    "sort": "(print (length (sort (list x x))))",
+    "format": '(print (format "{}" x))',
+    "error": '(error "wrong:" x)',
+    "raise": "(raise x)",
+    "assert": "(assert #f x)",
+    "vector": "(vector x)",
+    "array": "(array x)",
+    "mutable-array": "(mutable-array x)",
+    "pose": "(pose x)",
+    "translate": "(translate x)",
+    "add": "(+ 1 x)",
+    "apply": "(apply list x)",
+    "delete-duplicates": "(print (length (delete-duplicates (list x x))))",
+    "string-append": '(string-append "a" x)',
+    "mutable": "(define m (mutable x))",
+    "list->set": "(define s (list->set (list x)))",
+    "pattern": "(let (((a b) x)) a)",
+    "quasiquote": "(define q `(1 ,x ,@x))",
+    "index-of": "(print (index-of (list 1 x) x))",
+    "max": "(print (max x x))",
+    "apply max": "(print (max-of (list x x)))",
+    "->list": "(print (length (->list x)))",
+    "compute-shape": "(print (compute-shape-sizes x))",
+    "frames": '(bind "film" (lambda () (frames x))) (scene "film")',
+}
+
+
+def scene(
+    program: str | bytes, folder: Path, *arguments: str, command: str = "run", timeout: float = SECONDS
+) -> subprocess.CompletedProcess[str]:
+    """Run a program in a process of its own; a hang fails the test by itself."""
+    file = folder / "hostile.scene"
+    file.write_bytes(program if isinstance(program, bytes) else program.encode())
+    words = [sys.executable, "-m", "scenelang.cli.main", command, str(file), *arguments]
+    return subprocess.run(words, capture_output=True, text=True, timeout=timeout, cwd=folder, check=False)
+
+
+def assert_refused(done: subprocess.CompletedProcess[str], code: str = r"E\d\d\d") -> None:
+    assert "Traceback" not in done.stderr
+    assert "Fatal" not in done.stderr
+    assert done.returncode == 1, (done.returncode, done.stderr[-300:])
+    assert re.search(rf"error\[{code}\]", done.stderr), done.stderr[-300:]
+
+
+# Small limits keep the suite short. The defaults refuse all this just as surely, only later: see the tests at the end.
+TIGHT = ("--max-steps", "3M", "--max-seconds", "8", "--max-memory", "800M")
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_loops(name: str, tmp_path: Path) -> None:
+    assert_refused(scene(LOOPS[name] + ROOT, tmp_path, *TIGHT), r"E50\d")
+
+
+@pytest.mark.parametrize("name", RECURSIONS)
+def test_recursions(name: str, tmp_path: Path) -> None:
+    assert_refused(scene(RECURSIONS[name] + ROOT, tmp_path, *TIGHT), r"E50\d")
+
+
+@pytest.mark.parametrize("name", SIZES)
+def test_sizes(name: str, tmp_path: Path) -> None:
+    log = name == "log"
+    done = scene(SIZES[name] + ROOT, tmp_path, *TIGHT)
+    assert_refused(done, r"E\d\d\d")
+    if log:
+        assert "W501" in done.stderr
+        assert len(done.stderr) < 200_000
+
+
+@pytest.mark.parametrize("kind", ["deep", "shared", "cyclic"])
+@pytest.mark.parametrize("name", DATA)
+def test_data(name: str, kind: str, tmp_path: Path) -> None:
+    """Deep, exponentially shared and cyclic data in every operation that walks it: right, or refused."""
+    make = {"deep": DEEP, "shared": SHARED, "cyclic": CYCLIC}[kind]
+    done = scene(make + DATA[name] + ROOT, tmp_path, "--max-seconds", "8", "--max-memory", "1500M")
+    assert "Traceback" not in done.stderr
+    assert done.returncode in (0, 1), (done.returncode, done.stderr[-300:])
+    assert (done.returncode == 1) == ("error[E" in done.stderr)
+    assert len(done.stderr) < 200_000
