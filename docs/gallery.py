@@ -41,7 +41,7 @@ def draw(name: str) -> int:
     target = GALLERY / f"{name}.png"
     with tempfile.TemporaryDirectory() as folder:
         large = Path(folder) / "large.png"
-        command = [sys.executable, "-m", "scenelang.cli.main", "render", str(EXAMPLES / f"{example}.scene")]
+        command = [sys.executable, "-P", "-m", "scenelang.cli.main", "render", str(EXAMPLES / f"{example}.scene")]
         command += ["-o", str(large), "--size", f"{width}x{height}", "--camera", camera, "-q", *options]
         subprocess.run(command, check=True)
         small = Image.open(large).convert("RGB").resize(SIZE, Image.Resampling.LANCZOS)

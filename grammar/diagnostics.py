@@ -76,7 +76,8 @@ class LimitError(SceneError):
 def suggest(name: str, candidates: Iterable[str]) -> str | None:
     """The hint "did you mean ...?" with the nearest candidates, or None when none is near."""
     lowered = {candidate.lower(): candidate for candidate in candidates if candidate != name}
-    near = get_close_matches(name.lower(), lowered, n=2, cutoff=0.72)
+    cutoff = 0.72 if len(name) > 3 else 0.8  # of a short name, two letters out of three say nothing
+    near = get_close_matches(name.lower(), lowered, n=2, cutoff=cutoff)
     if not near:
         return None
     return "did you mean " + " or ".join(f"`{lowered[match]}`" for match in near) + "?"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from scenelang.grammar.datum import PREFIXES, ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Symbol
@@ -102,11 +102,34 @@ def _lines(datum: Datum, indents: Mapping[str, int | None], width: int) -> list[
     kept = indents.get(str(head)) if type(head) is Symbol else None
     if kept is None:
         kept = 0
-    first = "(" + " ".join(print_datum(item) for item in datum.items[: 1 + kept])
-    lines = [first]
-    for item in datum.items[1 + kept :]:
-        lines += ["  " + line for line in _lines(item, indents, width - 2)]
+    lines = _first_lines(datum.items[: 1 + kept], indents, width)
+    for line_items in _with_keywords(datum.items[1 + kept :]):
+        *before, last = line_items
+        prefix = "".join(print_datum(item) + " " for item in before)
+        rest = _lines(last, indents, width - 2 - len(prefix))
+        lines += ["  " + (prefix if i == 0 else " " * len(prefix)) + line for i, line in enumerate(rest)]
     lines[-1] += ")"
+    return lines
+
+
+def _first_lines(items: Sequence[Datum], indents: Mapping[str, int | None], width: int) -> list[str]:
+    """The head and the operands that stand on its line; the last of them may take several."""
+    start = "(" + " ".join(print_datum(item) for item in items[:-1]) + (" " if len(items) > 1 else "")
+    if len(items) == 1:
+        return [start + print_datum(items[0])]
+    rest = _lines(items[-1], indents, width - len(start))
+    return [start + rest[0], *(" " * len(start) + line for line in rest[1:])]
+
+
+def _with_keywords(items: Sequence[Datum]) -> list[list[Datum]]:
+    """Operands line by line: a keyword stands with the value after it."""
+    lines: list[list[Datum]] = []
+    for item in items:
+        last = lines[-1][-1] if lines else None
+        if isinstance(last, Atom) and type(last.value) is Keyword and len(lines[-1]) == 1:
+            lines[-1].append(item)
+        else:
+            lines.append([item])
     return lines
 
 

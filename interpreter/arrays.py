@@ -11,7 +11,7 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter import pose
 from scenelang.interpreter.show import show
 from scenelang.interpreter.types import numbers_of, type_name
-from scenelang.interpreter.values import Array, Matrix, MutableArray, Vector
+from scenelang.interpreter.values import Array, Matrix, MutableArray, MutableList, Pair, Vector
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -53,6 +53,12 @@ def array_literal(items: Sequence[Any]) -> Any:
     kinds = {type(item) for item in items}
     if kinds <= {float} or kinds == {int}:
         return Vector(items)
+    for item in items:
+        if type(item) not in (int, float) and not isinstance(
+            item, (Vector, Matrix, Array, MutableArray, Pair, MutableList)
+        ):
+            what = f"an array holds numbers, got {type_name(item)}: {show(item, 60)}"
+            raise SceneError("type", what, hint="a list of anything is `(list ...)`")
     try:
         if kinds == {int, float}:
             return Vector([float(item) for item in items])
@@ -68,8 +74,9 @@ def _row(item: Any) -> Any:
         return item.data.tolist()
     if type(item) is Matrix:
         return pose.to_array(item).tolist()
+    if type(item) in (int, float):
+        return item
     numbers = numbers_of(item)
     if numbers is None:
-        what = f"an array holds numbers, got {type_name(item)}: {show(item, 60)}"
-        raise SceneError("type", what, hint="a list of anything is `(list ...)`")
+        raise SceneError("type", f"a row of an array holds numbers, got {show(item, 60)}")
     return numbers

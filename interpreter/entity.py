@@ -101,13 +101,26 @@ def count_words(root: Entity) -> dict[str, int]:
     order = list(descendants(root))
     instances = {id(entity): 0 for entity in order}
     instances[id(root)] = 1
-    totals: dict[str, int] = {}
     for entity in reversed(order):
         for part in entity.children:
             instances[id(part.car)] += instances[id(entity)]
-    for entity in reversed(order):
-        totals[entity.word] = totals.get(entity.word, 0) + instances[id(entity)]
+    totals = dict.fromkeys(_words_in_order(root), 0)
+    for entity in order:
+        totals[entity.word] += instances[id(entity)]
     return totals
+
+
+def _words_in_order(root: Entity) -> Iterator[str]:
+    """The words of the distinct entities, depth first from the root."""
+    seen = {id(root)}
+    stack = [root]
+    while stack:
+        entity = stack.pop()
+        yield entity.word
+        for part in reversed(entity.children):
+            if id(part.car) not in seen:
+                seen.add(id(part.car))
+                stack.append(part.car)
 
 
 def primitive_count(root: Entity) -> int:

@@ -9,7 +9,7 @@ from scenelang.interpreter.entity import Entity, Scene
 from scenelang.interpreter.numbering import Numbering, number_scene
 from scenelang.interpreter.plain import NotPlain, plain_value
 from scenelang.interpreter.show import show
-from scenelang.interpreter.values import IDENTITY, Matrix
+from scenelang.interpreter.values import IDENTITY, Matrix, Vector
 
 MAX_LINES = 2_000
 _LONGEST_ATTRIBUTES = 60
@@ -79,11 +79,20 @@ def _label(numbering: Numbering, group: list[tuple[Any, int]], poses: bool) -> s
         text = f"{entity.word} {first}"
     z = entity.embedding
     facts = [f'"{z.text}"'] if z.text else []
-    facts += [f":{name} {show(value, 40)}" for name, value in z.attributes.items()]
+    facts += [f":{name} {_brief(value)}" for name, value in z.attributes.items()]
     joined = " ".join(facts)
     if joined and len(group) == 1:
         text += "  " + (joined if len(joined) <= _LONGEST_ATTRIBUTES else joined[: _LONGEST_ATTRIBUTES - 3] + "...")
     return text + (_pose_text(part.cdr) if poses and len(group) == 1 else "")
+
+
+def _brief(value: Any) -> str:
+    """A value with numbers of four digits, short enough for a tree."""
+    if type(value) is float:
+        return f"{value:.4g}"
+    if type(value) is Vector:
+        return "[" + " ".join(f"{x:.4g}" for x in value[:9]) + (" ..." if len(value) > 9 else "") + "]"
+    return show(value, 40)
 
 
 def _pose_text(m: Matrix) -> str:

@@ -8,9 +8,10 @@ from typing import Any
 from scenelang.grammar import ast
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Symbol
 from scenelang.grammar.source import Source, Span
-from scenelang.interpreter.analyse import walk
+from scenelang.interpreter.analyse import pattern_variables, walk
 from scenelang.interpreter.library import Builtin
 from scenelang.interpreter.pose import to_array
+from scenelang.interpreter.program import PAPER_FORMS
 from scenelang.interpreter.records import MAKE_RECORD
 from scenelang.interpreter.scope import Variable
 from scenelang.interpreter.values import NIL, Array, Embedding, Matrix, Pair, Procedure, Vector
@@ -72,7 +73,7 @@ class _Unparser:
 
     def body(self, node: Any) -> list[Datum]:
         """The forms of a function's body."""
-        if type(node) is ast.Body:
+        if type(node) is ast.Body and not self._leading_locals(node):
             return self.forms(node.items)
         return [self.form(node)]
 
@@ -121,9 +122,39 @@ class _Unparser:
         return ListDatum(tuple(items), tail, _NOWHERE)
 
     def block(self, node: ast.Body) -> Datum:
+        locals_ = self._leading_locals(node)
+        if locals_:
+            self._tell_apart(locals_)
+            bindings = [_list(self.target(item.target), self.form(item.value)) for item in locals_]
+            return _list(_symbol("let*"), _list(*bindings), *self.forms(node.items[len(locals_) :]))
         if any(type(item) is ast.Define for item in node.items):
             return _list(_symbol("let"), _list(), *self.forms(node.items))
         return _list(_symbol("begin"), *self.forms(node.items))
+
+    @staticmethod
+    def _leading_locals(node: ast.Body) -> list[ast.Define]:
+        """The definitions that began as a ``let``: none of their variables is visible before its definition."""
+        leading = []
+        for item in node.items:
+            if type(item) is not ast.Define or any(v.recursive for v in pattern_variables(item.target)):
+                break
+            leading.append(item)
+        return leading
+
+    def _tell_apart(self, definitions: list[ast.Define]) -> None:
+        """Give a variable another name where a value mentions an outer one of its name, or an earlier one has it."""
+        own = [variable for item in definitions for variable in pattern_variables(item.target)]
+        mentioned = (getattr(node, "target", None) for item in definitions for node in walk(item.value))
+        taken = {self.name(v) for v in mentioned if isinstance(v, Variable) and v not in own}
+        for variable in own:
+            if self.name(variable) in taken:
+                self._rename(variable)
+            taken.add(self.name(variable))
+
+    def _rename(self, variable: Variable) -> None:
+        count = self.taken[variable.name]
+        self.taken[variable.name] = count + 1
+        self.names[variable] = f"{variable.name}.{count}"
 
     def application(self, node: ast.Application) -> Datum:
         head = node.function
@@ -195,7 +226,8 @@ def _headed(name: str, *fields: str) -> Callable[[_Unparser, Any], Datum]:
                 operands += unparser.forms(value)
             elif value is not None:
                 operands.append(unparser.target(value) if field == "target" else unparser.form(value))
-        return _list(_symbol(name), *operands)
+        hidden = name in unparser.taken and name in PAPER_FORMS
+        return _list(_symbol(f"std/{name}" if hidden else name), *operands)
 
     return build
 

@@ -1,0 +1,42 @@
+"""Hand-translated programs of the corpus give the geometry of the reference implementation; so do their expansions."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from corpus.compare import compare
+
+from scenelang.cli.main import main
+
+FOLDER = Path(__file__).parent / "corpus"
+PROGRAMS = sorted(FOLDER.glob("*.scene"))
+
+
+def flattened(path: Path) -> Any:
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out):
+        assert main(["flatten", str(path), "--json", "-q"]) == 0
+    return json.loads(out.getvalue())
+
+
+@pytest.mark.parametrize("program", PROGRAMS, ids=lambda path: path.stem)
+def test_program_gives_its_golden_geometry(program: Path) -> None:
+    golden = json.loads(program.with_suffix(".json").read_text())
+    result = compare(flattened(program), golden)
+    assert result["equal"], result
+    assert result["matched"] == sum(len(frame["primitives"]) for frame in golden["frames"])
+
+
+@pytest.mark.parametrize("program", PROGRAMS, ids=lambda path: path.stem)
+def test_expansion_is_the_same_program(program: Path, tmp_path: Path) -> None:
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out):
+        assert main(["expand", str(program)]) == 0
+    expanded = tmp_path / program.name
+    expanded.write_text(out.getvalue())
+    assert flattened(expanded) == flattened(program)

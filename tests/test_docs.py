@@ -1,0 +1,170 @@
+"""README and docs/language.md: every block runs, the generated part is up to date, links lead somewhere."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from scenelang import Evaluated, Options, Session, Source
+from scenelang.grammar.codes import CODES
+from scenelang.grammar.diagnostics import render_text
+from scenelang.interpreter.forms import FORMS
+from scenelang.interpreter.limits import Limits
+from scenelang.interpreter.types import BASE_TYPES
+from scenelang.stdlib import reference
+from scenelang.stdlib.library import PRELUDE, build_library
+
+ROOT = Path(__file__).parents[1]
+DOCUMENTS = ("README.md", "docs/language.md")
+
+
+def blocks(document: str, language: str) -> list[tuple[int, str]]:
+    """The fenced blocks of a language, each with its line."""
+    text = (ROOT / document).read_text("utf-8")
+    found = re.finditer(rf"^```{language}\n(.*?)^```$", text, re.M | re.S)
+    return [(text.count("\n", 0, match.start()) + 2, match[1]) for match in found]
+
+
+def block_parameters(language: str) -> list[object]:
+    return [
+        pytest.param(text, id=f"{document}:{line}")
+        for document in DOCUMENTS
+        for line, text in blocks(document, language)
+    ]
+
+
+def evaluate(text: str) -> Evaluated:
+    return Session(Options(project=ROOT)).evaluate(Source("<block>", text))
+
+
+@pytest.mark.parametrize("text", block_parameters("scene"))
+def test_scene_blocks_run(text: str) -> None:
+    checked = Session().check(Source("<block>", text))
+    assert [render_text(d) for d in checked.diagnostics] == []
+    assert checked.program is not None
+    if checked.program.words:
+        result = evaluate(text)
+        assert [render_text(d) for d in result.diagnostics] == []
+        assert result.scene is not None
+        assert any(root.children for root in result.scene.frames)
+
+
+@pytest.mark.parametrize("text", block_parameters("python"))
+def test_python_blocks_run(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    names: dict[str, object] = {"__name__": "block"}
+    exec(compile(text, "<block>", "exec"), names)
+    assert "scenelang" in names
+
+
+@pytest.mark.parametrize("text", block_parameters("sh"))
+def test_shell_blocks_run(text: str, tmp_path: Path) -> None:
+    """The commands of a block, one after the other in one folder, with the examples at hand; `make` only by name."""
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    (tmp_path / "out").mkdir()
+    scenes = blocks("README.md", "scene")
+    (tmp_path / "pawns.scene").write_text(scenes[0][1], "utf-8")
+    commands = [line.partition("  #")[0].strip() for line in text.splitlines() if line.strip()]
+    assert commands
+    for command in commands:
+        if command.startswith("make "):
+            makefile = ROOT / "Makefile"
+            assert not makefile.exists() or re.search(rf"^{command[5:]}:", makefile.read_text("utf-8"), re.M)
+            continue
+        if command.startswith(("git ", "cd ", "pip ")):
+            continue
+        assert command.startswith("scenelang "), command
+        ran = f'"{sys.executable}" -P -m scenelang.cli.main {command.removeprefix("scenelang ")}'
+        done = subprocess.run(ran, shell=True, cwd=tmp_path, capture_output=True, text=True, timeout=60)
+        assert done.returncode == 0, f"{command}\n{done.stderr}"
+
+
+@pytest.mark.parametrize("document", DOCUMENTS)
+def test_links_lead_somewhere(document: str) -> None:
+    text = (ROOT / document).read_text("utf-8")
+    anchors = {_anchor(title) for title in re.findall(r"^#+ (.*)$", text, re.M)}
+    targets = re.findall(r"\]\(([^)\s]+)\)", re.sub(r"^```.*?^```$", "", text, flags=re.M | re.S))
+    targets += re.findall(r'src="([^"]+)"', text)
+    assert targets
+    for target in targets:
+        if target.startswith("#"):
+            assert target[1:] in anchors, target
+        elif not target.startswith("http"):
+            assert ((ROOT / document).parent / target.partition("#")[0]).exists(), target
+
+
+def _anchor(title: str) -> str:
+    return re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-")
+
+
+# --- the generated reference -----------------------------------------------------------------------------------------
+
+
+def test_generated_part_is_up_to_date() -> None:
+    text = (ROOT / "docs/language.md").read_text("utf-8")
+    assert text == reference.updated(text), "run: python -P -m scenelang.stdlib.reference docs/language.md"
+
+
+def test_command_rewrites_a_document(tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    page.write_text(f"before\n{reference.BEGIN}\nold\n{reference.END}\nafter\n", "utf-8")
+    assert reference.main([str(page)]) == 0
+    text = page.read_text("utf-8")
+    assert text.startswith("before\n")
+    assert text.endswith("after\n")
+    assert "old" not in text.splitlines()
+    assert "### Combinators" in text
+    with pytest.raises(ValueError, match="markers"):
+        reference.updated("no markers")
+
+
+def test_every_name_has_a_record() -> None:
+    library = build_library()
+    names = {record.name for record in reference.records()}
+    assert set(FORMS) <= names
+    assert set(library.builtins) <= names
+    assert set(library.constants) <= names
+    assert set(BASE_TYPES) <= names
+    defined = {name for module in PRELUDE for name in re.findall(r"^\(define \(?([^\s()]+)", library.modules[module], re.M)}
+    assert {name for name in defined if not name.startswith("%")} <= names
+
+
+def test_names_are_documented_once_per_kind() -> None:
+    seen = [(record.kind, record.name) for record in reference.records()]
+    assert len(seen) == len(set(seen))
+    for record in reference.records():
+        assert record.doc.endswith((".", "`", "!")), record.name
+        assert record.topic in reference.TOPICS
+        assert record.name in record.signature
+
+
+def test_lookup() -> None:
+    ring = reference.lookup("ring")
+    assert ring is not None
+    assert ring.topic == "combinators"
+    assert ring.signature.startswith("(ring count::Integer thing ")
+    assert reference.lookup("no such name") is None
+
+
+def test_reference_shows_every_code_and_limit() -> None:
+    text = reference.render()
+    for name, code in CODES.items():
+        assert f"| {code.code} | `{name}` |" in text
+    for limit in Limits.__dataclass_fields__:
+        assert f"--max-{limit}" in text or limit == "log"
+
+
+@pytest.mark.parametrize("topic", reference.TOPICS)
+def test_reference_examples_give_what_they_say(topic: str) -> None:
+    shown = [(r.name, e) for r in reference.records() if r.topic == topic for e in r.examples]
+    if not shown:
+        return
+    body = "\n".join(f"  (print (list '=> {example.expression}))" for _, example in shown)
+    result = evaluate(f'(bind "examples" (lambda ()\n{body}\n  (call "cube")))')
+    assert result.ok, [render_text(d) for d in result.diagnostics]
+    printed = [line[4:-1] for line in result.log if line.startswith("(=> ")]
+    assert printed == [example.value for _, example in shown], topic
