@@ -360,6 +360,22 @@ def _block_end(text: str, start: int) -> int:
     raise _ReadProblem("unclosed", message, start, start + 2, Completeness.INCOMPLETE, hint)
 
 
+def read_comments(source: Source) -> tuple[Span, ...]:
+    """The comments of a text in order: ``; line``, ``#| block |#``, and the ``#;`` that hides a datum."""
+    found: list[Span] = []
+    search = 0
+    while (match := _BLOCK.search(source.text, search)) is not None:
+        start, search = match.span()
+        if match[0] == "#|":
+            try:
+                search = _block_end(source.text, start)
+            except _ReadProblem:
+                search = len(source.text)
+        if match[0][0] in "#;" and match[0] != "|#":
+            found.append(Span(source, start, search))
+    return tuple(found)
+
+
 def read(source: Source) -> ReadResult:
     """Read every datum of ``source``. Never raises: what is wrong is in ``diagnostics``."""
     problems: list[Diagnostic] = []

@@ -112,15 +112,15 @@ def count_words(root: Entity) -> dict[str, int]:
 
 def _words_in_order(root: Entity) -> Iterator[str]:
     """The words of the distinct entities, depth first from the root."""
-    seen = {id(root)}
+    seen: set[int] = set()
     stack = [root]
     while stack:
         entity = stack.pop()
+        if id(entity) in seen:
+            continue
+        seen.add(id(entity))
         yield entity.word
-        for part in reversed(entity.children):
-            if id(part.car) not in seen:
-                seen.add(id(part.car))
-                stack.append(part.car)
+        stack.extend(part.car for part in reversed(entity.children) if id(part.car) not in seen)
 
 
 def primitive_count(root: Entity) -> int:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Symbol, walk
 from scenelang.grammar.printer import atom_text, pretty, print_datum
-from scenelang.grammar.reader import Completeness, ReadResult, read
+from scenelang.grammar.reader import Completeness, ReadResult, read, read_comments
 from scenelang.grammar.source import Source, Span
 
 NOWHERE = Span(Source("<test>", ""), 0, 0)
@@ -91,6 +91,13 @@ def test_spans_are_exact(pieces: list[str]) -> None:
         text += " "
     kept = [piece for piece in pieces if piece not in ("; c\n", "#| d |#", "#;(gone)")]
     assert [form.span.text for form in reading(text).forms] == kept
+
+
+def test_comments_are_kept() -> None:
+    text = '; one\n(a "; no" #| two #| deep |# |# b) #;(gone) ; three'
+    assert [span.text for span in read_comments(Source("<test>", text))] == [
+        "; one", "#| two #| deep |# |#", "#;", "; three",
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(

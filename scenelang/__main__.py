@@ -1,0 +1,5 @@
+"""``python -m scenelang``: the command line."""
+
+from scenelang.cli.main import entry
+
+entry()
