@@ -63,6 +63,8 @@ class _Brackets:
 
     def __init__(self) -> None:
         self.openers: list[Token] = []
+        self.depths: list[int] = [0]  # nesting at each opener, prefixes such as `'` counted
+        self.prefixes = 0  # prefixes just before this point
         self.last: Token | None = None
         self.suspect: Token | None = None  # the first opener that a later line steps out of before it is closed
         self.early: Token | None = None  # the last top-level closer that an indented line follows
@@ -75,15 +77,26 @@ class _Brackets:
             _check_neighbours(token, last)
         elif kind == "DOT":
             raise _bad_dot(token)
-        if kind == "LPAR" or kind == "LSQB":
+        if kind in _OPEN_ENDED:
+            self.prefixes += 1
+            self._check_depth(self.depths[-1] + self.prefixes, token)
+        elif kind == "LPAR" or kind == "LSQB":
             openers.append(token)
-            if len(openers) > MAX_NESTING:
-                raise _wrong("nesting", f"parentheses nested deeper than {MAX_NESTING:,}", token)
-        elif kind == "RPAR" or kind == "RSQB":
+            self.depths.append(self.depths[-1] + self.prefixes + 1)
+            self._check_depth(self.depths[-1], token)
+            self.prefixes = 0
+        else:
+            self.prefixes = 0
+        if kind == "RPAR" or kind == "RSQB":
             self._close(kind, token)
         elif kind == "DOT" and (not openers or openers[-1].type == "LSQB"):
             raise _bad_dot(token)
         self.last = token
+
+    @staticmethod
+    def _check_depth(depth: int, token: Token) -> None:
+        if depth > MAX_NESTING:
+            raise _wrong("nesting", f"parentheses nested deeper than {MAX_NESTING:,}", token)
 
     def _note_indentation(self, token: Token, last: Token) -> None:
         column = token.column or 1
@@ -107,6 +120,7 @@ class _Brackets:
             error.note("opened here", opener)
             raise error
         self.openers.pop()
+        self.depths.pop()
 
     def check_end(self) -> None:
         last = self.last

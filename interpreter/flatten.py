@@ -130,7 +130,7 @@ class _Paths:
         words: dict[str, int] = {}
         self.word_of = np.array([words.setdefault(entity.word, len(words)) for entity in nodes], np.int64)
         self.words = list(words)
-        self.paths: list[tuple[str, ...]] = [()]
+        self.parents: list[tuple[int, int]] = [(0, 0)]  # of each path: the path without its last word, that word
         self._numbers: dict[tuple[int, int], int] = {}
 
     def extend(self, path: IntArray, node: IntArray) -> IntArray:
@@ -143,9 +143,17 @@ class _Paths:
     def _number(self, path: int, word: int) -> int:
         found = self._numbers.get((path, word))
         if found is None:
-            found = self._numbers[path, word] = len(self.paths)
-            self.paths.append((*self.paths[path], self.words[word]))
+            found = self._numbers[path, word] = len(self.parents)
+            self.parents.append((path, word))
         return found
+
+    def spelled(self, path: int) -> tuple[str, ...]:
+        """The words of a path."""
+        found: list[str] = []
+        while path:
+            path, word = self.parents[path]
+            found.append(self.words[word])
+        return tuple(reversed(found))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -200,17 +208,24 @@ def flatten_entity(root: Entity) -> FlatFrame:
         inner = level.only(~leaf & (graph.leaves[level.node] > 0))
         level = _below(graph, inner, paths, has_handle) if len(inner.node) else inner
     leaves = _in_order(found, int(graph.leaves[-1]))
-    used = np.flatnonzero(np.bincount(leaves.node, minlength=len(graph.nodes)))
-    position = np.zeros(len(graph.nodes), np.int64)
-    position[used] = np.arange(len(used))
+    used, index = _distinct(leaves.node)
+    used_paths, path_index = _distinct(leaves.path)
     return FlatFrame(
         tuple(graph.nodes[i] for i in used),
-        position[leaves.node],
+        index,
         leaves.pose.T.reshape(-1, 3, 4),
-        leaves.path,
-        tuple(paths.paths),
+        path_index,
+        tuple(paths.spelled(int(path)) for path in used_paths),
         np.where(has_handle[leaves.node], 0, leaves.rank + 1),
     )
+
+
+def _distinct(numbers: IntArray) -> tuple[IntArray, IntArray]:
+    """The distinct small numbers, ascending, and for each item its place among them."""
+    used = np.flatnonzero(np.bincount(numbers))
+    place = np.zeros(int(used[-1]) + 1 if len(used) else 0, np.int64)
+    place[used] = np.arange(len(used))
+    return used, place[numbers]
 
 
 def _in_order(found: list[_Level], total: int) -> _Level:

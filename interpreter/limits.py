@@ -20,23 +20,32 @@ class Limits:
     """What a run may use. ``depth``: nested calls; ``size``: items of a list, characters of a string, digits of an
     integer; ``memory``: bytes beyond what the process had at the start; ``seconds``: wall time."""
 
-    steps: int = 50_000_000
+    steps: int = 10_000_000
     depth: int = 100_000
     entities: int = 2_000_000
     primitives: int = 5_000_000
     size: int = 10_000_000
     memory: int = 4_000_000_000
-    seconds: float = 120.0
+    seconds: float = 60.0
     log: int = 100_000
 
 
 def resident_bytes() -> int:
-    """Resident memory of this process in bytes; 0 where the system does not tell."""
+    """Resident memory of this process in bytes (its peak where the system tells no more, 0 where it tells nothing)."""
     try:
         with open("/proc/self/statm", "rb") as statm:
             return int(statm.read().split()[1]) * 4096
-    except (OSError, ValueError, IndexError):
+    except OSError:
+        return _peak_bytes()
+
+
+def _peak_bytes() -> int:
+    try:
+        import resource
+    except ImportError:  # Windows
         return 0
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak if sys.platform == "darwin" else peak * 1024
 
 
 class Meter:

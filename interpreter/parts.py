@@ -45,7 +45,7 @@ def parts_of(runtime: Runtime, value: Any, word: str | None = None) -> tuple[Pai
         kind = type(item)
         turns += 1
         if turns & 1023 == 0:
-            runtime.charge(1024)  # lists that share their members can be far larger than they look
+            runtime.charge(4096)  # lists that share their members can be far larger than they look
         while kind is Pair:
             head = item.car
             if type(head) is Entity:

@@ -257,14 +257,17 @@ def _too_deep(limits: Limits, error: RecursionError) -> Diagnostic:
         innermost.append(traceback.tb_frame)
         traceback = traceback.tb_next
     chain: list[tuple[str, Span | None]] = []
+    running: str | None = None
     for frame in reversed(innermost):
-        running = frame.f_locals
-        span, function, word = running.get("span"), running.get("function"), running.get("name")
-        if isinstance(span, Span) and frame.f_code.co_name in ("node", "call"):
-            if isinstance(word, str):
-                chain.append((f'"{word}"', span))
-            elif isinstance(function, Closure):
-                chain.append((f"`{function.code.name}`", span))
+        names = frame.f_locals
+        function, word, span = names.get("function"), names.get("name"), names.get("span")
+        if frame.f_code.co_name == "call" and isinstance(word, str):
+            running = f'"{word}"'
+        elif isinstance(function, Closure):
+            running = f"`{function.code.name}`"
+        if running is not None and isinstance(span, Span):
+            chain.append((running, span))
+            running = None
     hint = "is there a recursion without end? raise the limit with --max-depth"
     return Diagnostic(
         "depth",

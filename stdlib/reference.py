@@ -3,8 +3,8 @@
 
 Builtins come from the registry, special forms from ``interpreter.forms``, constants from ``stdlib.constants``, the
 combinators from the comments of ``combinators.scene``, diagnostics from ``grammar.codes``, limits from
-``interpreter.limits``. ``python -P -m scenelang.stdlib.reference docs/language.md`` rewrites what stands between the two
-markers of that file (``-P``: the package that is installed, not the folder of that name in the repository).
+``interpreter.limits``. ``python -P -m scenelang.stdlib.reference docs/language.md`` rewrites what stands between the
+two markers of that file (``-P``: the package that is installed, not the folder of that name in the repository).
 """
 
 from __future__ import annotations

@@ -129,7 +129,9 @@ def test_every_name_has_a_record() -> None:
     assert set(library.builtins) <= names
     assert set(library.constants) <= names
     assert set(BASE_TYPES) <= names
-    defined = {name for module in PRELUDE for name in re.findall(r"^\(define \(?([^\s()]+)", library.modules[module], re.M)}
+    defined = {
+        name for module in PRELUDE for name in re.findall(r"^\(define \(?([^\s()]+)", library.modules[module], re.M)
+    }
     assert {name for name in defined if not name.startswith("%")} <= names
 
 
