@@ -55,7 +55,7 @@ gallery: install
 	$(BIN)/python docs/gallery.py
 
 docs: install
-	$(BIN)/python -m scenelang.stdlib.reference docs/language.md
+	$(BIN)/python -P -m scenelang.stdlib.reference docs/language.md
 
 clean:
 	rm -rf $(VENV) build out *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -95,8 +95,7 @@ class Run:
             value = rt.apply_entity_function(function, word, z, gamma)
             frames = _frames(rt, function, value, word)
         except SceneError as error:
-            if error.chain or error.span is None:
-                error.called(f'"{word}"', None)
+            error.called(f'"{word}"', None)
             raise
         roots = [rt.make_entity(word, z, children) for children in frames]
         for root in roots:

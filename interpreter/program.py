@@ -117,7 +117,7 @@ class Prelude:
             self._load(self._pending.pop(0))
         yield from self.library.builtins
         yield from self.library.constants
-        yield from self._exports
+        yield from (name for name in self._exports if not name.startswith("%"))  # those are the library's own
 
 
 @lru_cache(maxsize=4)

@@ -9,14 +9,14 @@ import sys
 import threading
 from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import FrameType
 from typing import Any, TypeVar
 
 from scenelang.grammar.core import check_strict
 from scenelang.grammar.datum import Datum
-from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
+from scenelang.grammar.diagnostics import Diagnostic, LimitError, Note, SceneError
 from scenelang.grammar.reader import read
 from scenelang.grammar.source import Source, Span
 from scenelang.interpreter.entity import Scene
@@ -24,7 +24,7 @@ from scenelang.interpreter.evaluate import Run, macro_runner
 from scenelang.interpreter.graft import automatic_entries, graft, serials_at
 from scenelang.interpreter.limits import Limits, Meter, recursion_room
 from scenelang.interpreter.procedures import Closure
-from scenelang.interpreter.program import Program, load_program
+from scenelang.interpreter.program import STD, Program, load_program
 from scenelang.interpreter.runtime import Entry, Runtime
 from scenelang.interpreter.words import find_root, word_warnings
 from scenelang.stdlib.library import build_library
@@ -198,7 +198,7 @@ class Session:
             scene = run_with_room(lambda: self._run(program, runtime), self.options.limits.depth, runtime.meter.cancel)
             problem = None
         except SceneError as error:
-            scene, problem = None, error.diagnostic
+            scene, problem = None, _outside_library(error.diagnostic)
         except RecursionError as error:
             scene, problem = None, _too_deep(self.options.limits, error)
         except MemoryError:
@@ -247,6 +247,17 @@ class Session:
         grafted = graft(again, self._run_once(program, again, word), entries)
         runtime.warnings.update(again.warnings)
         return grafted
+
+
+def _outside_library(diagnostic: Diagnostic) -> Diagnostic:
+    """An error inside a function of the standard library, shown where the program called it."""
+    if diagnostic.span is None or not diagnostic.span.source.name.startswith(STD):
+        return diagnostic
+    for _, place in diagnostic.chain:
+        if place is not None and not place.source.name.startswith(STD):
+            note = Note("the standard library was here", diagnostic.span)
+            return replace(diagnostic, span=place, notes=(note, *diagnostic.notes))
+    return diagnostic
 
 
 def _too_deep(limits: Limits, error: RecursionError) -> Diagnostic:

@@ -166,12 +166,12 @@ def _parts(rt: Runtime, name: str, arrays: tuple[Any, ...]) -> list[Numpy]:
     return parts
 
 
-@registry.define("stack", "arrays::Any ... [:axis::Integer]", "Array",
+@registry.define("stack-arrays", "arrays::Any ... [:axis::Integer]", "Array",
                  "The arrays, all of one shape, along a new axis (the first); also given as one list.",
-                 ("(list (stack [1 2] [3 4]) (stack (list [1 2] [3 4]) :axis 1))",
+                 ("(list (stack-arrays [1 2] [3 4]) (stack-arrays (list [1 2] [3 4]) :axis 1))",
                   "([[1 2] [3 4]] [[1 3] [2 4]])"))  # fmt: skip
 def stack(rt: Runtime, *arrays: Any, axis: int = 0) -> Any:
-    return _joined("stack", np.stack, _parts(rt, "stack", arrays), axis)
+    return _joined("stack-arrays", np.stack, _parts(rt, "stack-arrays", arrays), axis)
 
 
 @registry.define("concatenate", "arrays::Any ... [:axis::Integer]", "Array",

@@ -7,7 +7,6 @@ from typing import Any
 
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.iteration import warn_of_order
-from scenelang.interpreter.iteration import warn_of_order
 from scenelang.interpreter.runtime import Runtime
 from scenelang.interpreter.types import vector_of
 from scenelang.interpreter.values import (

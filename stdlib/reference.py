@@ -10,7 +10,7 @@ two markers of that file (``-P``: the package that is installed, not the folder 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 from enum import Enum
 from functools import cache
@@ -291,7 +291,7 @@ def _render_codes() -> Iterator[str]:
     yield from _table(("code", "name", "meaning"), sorted(rows))
 
 
-def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> Iterator[str]:
+def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
     yield "| " + " | ".join(head) + " |"
     yield "|" + "---|" * len(head)
     for row in rows:

@@ -208,8 +208,7 @@ def test_white_is_in_front_and_its_queen_on_a_light_square() -> None:
     queens = [part for part in pieces.children if part.car.word == "queen"]
     brightness = [sum(queen.car.embedding.attributes["color"]) for queen in queens]
     assert brightness[0] > brightness[1]
-    z_of = lambda part: parts_box([part])[5]  # type: ignore[index]
-    assert z_of(queens[0]) < z_of(queens[1])  # before the mirror image
+    assert queens[0].cdr[11] < queens[1].cdr[11]  # along z, before the mirror image
     assert chess.cdr[10] == -1  # the image has white at +z
     place = (queens[0].cdr[3], queens[0].cdr[11])
     below = next(part for part in board.children if (part.cdr[3], part.cdr[11]) == place)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import argparse
 import sys
+import time
 from typing import Any
 
 from scenelang.cli.options import add_common, add_file, session_of
 from scenelang.cli.output import print_json, report, report_run, table
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
-from scenelang.interpreter.entity import Entity, Scene, count_words, descendants
+from scenelang.interpreter.entity import Scene, count_words, descendants, primitive_count
 from scenelang.session import Evaluated, Session
 
 
@@ -28,6 +29,7 @@ def add_check(subparsers: Any) -> None:
     parser = subparsers.add_parser("check", help="find mistakes without running the program")
     parser.add_argument("files", metavar="FILE", nargs="+", help="programs, `-` for standard input")
     parser.add_argument("--strict", action="store_true", help="hold the program to the paper's grammar")
+    parser.add_argument("--run", action="store_true", dest="evaluate", help="evaluate the programs as well")
     add_common(parser)
     parser.set_defaults(run=check, file="-")
 
@@ -39,7 +41,9 @@ def check(arguments: argparse.Namespace) -> int:
         arguments.file = path
         session = session or session_of(arguments, arguments.strict)
         try:
-            found += session.check(session.source(path)).diagnostics
+            source = session.source(path)
+            result = session.evaluate(source) if arguments.evaluate else session.check(source)
+            found += result.diagnostics
         except SceneError as error:
             found.append(error.diagnostic)
     report(arguments, found, sys.stdout if arguments.json else None)
@@ -55,26 +59,42 @@ def add_run(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     session = session_of(arguments)
-    result = session.evaluate(session.source(arguments.file))
+    source = session.source(arguments.file)
+    started = time.perf_counter()
+    result = session.evaluate(source)
+    seconds = time.perf_counter() - started
+    report_run(arguments, result)
+    if result.scene is None:
+        return 1
+    facts = summary(result.scene, seconds)
     if arguments.json:
-        report(arguments, result.diagnostics, sys.stdout)
-    else:
-        report_run(arguments, result)
-        if result.scene is not None:
-            print(summary(result.scene))
-    return 0 if result.ok else 1
+        print_json(facts)
+        return 0
+    box = facts.pop("bounds")
+    rows = [(name, f"{value:,}" if isinstance(value, int) else str(value)) for name, value in facts.items()]
+    rows[-1] = ("time", f"{seconds:.3f} s")
+    if box is not None:
+        for name in ("min", "max"):
+            rows.insert(-1, (name, "[" + " ".join(f"{x:.6g}" for x in box[name]) + "]"))
+    print(table(rows, (False, False)))
+    return 0
 
 
-def summary(scene: Scene) -> str:
-    """One line: the root, its instances and distinct entities."""
-    instances = sum(count_words(scene.root).values())
-    distinct = sum(1 for _ in descendants(*scene.frames))
-    frames = f"{len(scene.frames)} frames, " if scene.animated else ""
-    return f"{scene.word}: {frames}{_plural(instances, 'entity', 'entities')}, {distinct:,} distinct"
+def summary(scene: Scene, seconds: float) -> dict[str, Any]:
+    """What ``run`` says of a scene: of all frames of a 4D scene together."""
+    from scenelang.interpreter.selection import word_box
 
-
-def _plural(count: int, one: str, many: str) -> str:
-    return f"{count:,} {one if count == 1 else many}"
+    box = word_box(scene, None)
+    facts: dict[str, Any] = {"root": scene.word}
+    if scene.animated:
+        facts["frames"] = len(scene.frames)
+    return facts | {
+        "entities": sum(1 for _ in descendants(*scene.frames)),
+        "instances": sum(sum(count_words(root).values()) for root in scene.frames),
+        "primitives": sum(primitive_count(root) for root in scene.frames),
+        "bounds": {"min": list(box[:3]), "max": list(box[3:])} if box is not None else None,
+        "seconds": seconds,
+    }
 
 
 def add_expand(subparsers: Any) -> None:
@@ -240,10 +260,6 @@ def _write_flat(flat: Any, handles: Any) -> None:
             )
         out.write("]}")
     out.write("]}\n")
-
-
-def roots(scene: Scene) -> tuple[Entity, ...]:
-    return scene.frames
 
 
 COMMANDS = (add_check, add_run, add_tree, add_flatten, add_count, add_bounds, add_expand)

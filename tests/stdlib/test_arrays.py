@@ -163,9 +163,9 @@ def test_shaping(call: Caller) -> None:
     assert call("flatten", GRID) == tuple(range(24))
     call.refuses("value", "reshape", GRID, [5, -1])
     call.refuses("value", "reshape", GRID, [-1, -1])
-    assert array(call("stack", [Vector((1, 2)), Vector((3, 4))], AXIS, 1)).tolist() == [[1, 3], [2, 4]]
+    assert array(call("stack-arrays", [Vector((1, 2)), Vector((3, 4))], AXIS, 1)).tolist() == [[1, 3], [2, 4]]
     assert call("concatenate", Vector((1,)), [2, 3.5]) == (1.0, 2.0, 3.5)
-    call.refuses("value", "stack", Vector((1,)), Vector((1, 2)))
+    call.refuses("value", "stack-arrays", Vector((1,)), Vector((1, 2)))
     call.refuses("value", "concatenate", GRID, GRID, AXIS, 7)
 
 

@@ -25,7 +25,7 @@ empty? index-of member assoc sort min-of max-of flatten list-index count delete-
 string->list ->list mutable set-ref! push! pop! insert! remove! remove-at! extend! sort! reverse! shuffle! clear!
 update! remove-key! add! table-keys table-values table-items table-merge keywords has-key? set-union set-intersection
 set-difference subset? list->set array vector zeros ones full eye linspace arange dot cross norm normalize distance
-transpose reshape stack concatenate mean argmin argmax cumsum interp where clip inverse determinant solve
+transpose reshape stack-arrays concatenate mean argmin argmax cumsum interp where clip inverse determinant solve
 identity-pose array-shape x-of y-of z-of @ random uniform randint choice normal shuffle permutation rand randn
 py-random py-uniform py-randint py-choice py-choices py-sample py-shuffle py-gauss string-append string-join
 string-split string-upcase string-downcase string-trim string-contains? string-prefix? string-suffix? string-index
