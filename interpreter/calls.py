@@ -10,10 +10,11 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.source import Span
 from scenelang.interpreter.arguments import builtin_arity_error, call_builtin, note_reads, python_error, type_error
 from scenelang.interpreter.arrays import array_literal
+from scenelang.interpreter.iteration import items_of
 from scenelang.interpreter.library import Builtin
-from scenelang.interpreter.procedures import TAIL, UNDEFINED, Cell, Closure, Frame, Node
+from scenelang.interpreter.procedures import TAIL, UNDEFINED, Cell, Closure, Frame, Node, bind_arguments
 from scenelang.interpreter.types import BASE_TYPES, Mismatch
-from scenelang.interpreter.values import Pair, Procedure, Vector, make_list
+from scenelang.interpreter.values import NIL, Pair, Procedure, Vector, make_list
 
 if TYPE_CHECKING:
     from scenelang.interpreter.compile import Layout
@@ -203,12 +204,34 @@ def tail_call(rt: Runtime, head: Any, arguments: Sequence[Node], span: Span) -> 
 
 
 def _apply_at(rt: Runtime, function: Any, values: Sequence[Any], head: Any, span: Span) -> Any:
-    """A call that has no fast path, with its place for errors."""
+    """A call in tail position that has no fast path, with its place for errors."""
     try:
+        if type(function) is Closure:
+            frame = bind_arguments(rt, function, values)
+            rt.next_body, rt.next_frame = function.body, frame
+            return TAIL
         return _apply(rt, function, values, head, span)
     except SceneError as error:
         locate(error, function, span)
         raise
+
+
+def tail_apply(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], span: Span) -> Node:
+    """``(apply f ... xs)`` in tail position: a closure is handed to whoever called the body."""
+
+    def node(f: Frame) -> Any:
+        values = [argument(f) for argument in arguments]
+        try:
+            if len(values) < 2 or type(values[0]) is not Closure or not (type(values[-1]) is Pair or values[-1] is NIL):
+                return call_builtin(rt, builtin, values)
+            frame = bind_arguments(rt, values[0], [*values[1:-1], *items_of(rt, values[-1])])
+            rt.next_body, rt.next_frame = values[0].body, frame
+            return TAIL
+        except SceneError as error:
+            locate(error, values[0] if values else None, span)
+            raise
+
+    return node
 
 
 def _global_tail_call1(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span: Span) -> Node:

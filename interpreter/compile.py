@@ -522,6 +522,8 @@ class Compiler:
             if fast is not None:
                 return fast
         arguments = self.compile_all(node.arguments, context.inner)
+        if builtin.name == "apply" and context.tail:
+            return calls.tail_apply(self.rt, builtin, arguments, node.span)
         return calls.builtin_call(self.rt, builtin, arguments, node.arguments, node.span)
 
     def _intrinsic(self, builtin: Builtin, name: str, node: ast.Application, context: Context) -> Node | None:

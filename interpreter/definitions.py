@@ -96,7 +96,12 @@ def scan_define_syntax(expander: Expander, datum: ListDatum, scope: Scope, pendi
         raise syntax_error("define-syntax", "`define-syntax` needs a name and `syntax-rules`", datum.span)
     name = datum.items[1]
     _refuse_reserved(expander, name, scope)
-    scope.bind(name.value, macros.syntax_rules(expander, datum.items[2], scope, base_name(name.value), datum.span))
+    try:
+        macro = macros.syntax_rules(expander, datum.items[2], scope, base_name(name.value), datum.span)
+    except SceneError:
+        scope.bind(name.value, macros.broken(base_name(name.value), datum.span))
+        raise
+    scope.bind(name.value, macro)
 
 
 @scans("define-macro")
@@ -109,7 +114,11 @@ def scan_define_macro(expander: Expander, datum: ListDatum, scope: Scope, pendin
     parameters: Datum = ListDatum(head.items[1:], head.tail, head.span)
     if len(head.items) == 1 and head.tail is not None:
         parameters = head.tail
-    macro = macros.procedural(expander, base_name(name.value), parameters, datum.items[2:], scope, datum.span)
+    try:
+        macro = macros.procedural(expander, base_name(name.value), parameters, datum.items[2:], scope, datum.span)
+    except SceneError:
+        scope.bind(name.value, macros.broken(base_name(name.value), datum.span))
+        raise
     scope.bind(name.value, macro)
 
 

@@ -31,6 +31,7 @@ from scenelang.interpreter.scope import (
 from scenelang.interpreter.types import BASE_TYPES, Type, parse_type, record_type
 
 MAX_EXPANSIONS = 100_000
+MAX_EXPANDED = 200_000
 MAX_MACRO_DEPTH = 1_000
 
 _PLACES = {
@@ -79,6 +80,7 @@ class Expander:
         self.diagnostics: list[Diagnostic] = []
         self.record_names: set[str] = set()
         self.expansions = 0
+        self.expanded = 0
         self.macro_depth = 0
         self.template_scope: Scope | None = None  # set while a define-macro's body is expanded or runs
         self.template_aliases: dict[Symbol, Symbol] = {}
@@ -135,7 +137,8 @@ class Expander:
         assert isinstance(atom, Atom)
         name = base_name(atom.value)
         existing = scope.lookup(atom.value)
-        if isinstance(existing, Special) and name in FORMS:
+        local = not is_global and name in ("scene", "param")  # they are forms only at the top level
+        if isinstance(existing, Special) and name in FORMS and not local:
             raise SceneError("reserved", f"`{name}` is reserved and cannot be bound", None, atom.span)
         if "::" in name:
             raise SceneError("lambda-list", "annotations belong to parameters only", None, atom.span)
@@ -192,6 +195,11 @@ class Expander:
                 return self._expand_atom(datum, scope)
             if isinstance(datum, ArrayDatum):
                 return ArrayDatum(tuple([self.expand(item, scope) for item in datum.items]), datum.span)
+            if datum.span.expansion is not None:
+                self.expanded += 1
+                if self.expanded > MAX_EXPANDED:
+                    message = f"macros made more than {MAX_EXPANDED:,} forms"
+                    raise LimitError("expansion", message, "do they double their operands?", _outermost(datum.span))
             if datum.tail is not None:
                 raise SceneError("bad-dot", "a pair cannot be evaluated", "quote it: `'(a . b)`", datum.span)
             if not datum.items:
@@ -205,6 +213,8 @@ class Expander:
             if isinstance(binding, Macro):
                 datum = self.expand_macro(binding, datum, scope)
                 continue
+            if binding is None and is_identifier(datum.items[0]):
+                raise self.unbound(datum.items[0], scope)
             operands = [self.expand(item, scope) for item in datum.items[1:]]
             if isinstance(binding, PaperForm):
                 return core(binding.terminal, operands, datum.span)

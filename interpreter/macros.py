@@ -46,11 +46,11 @@ def procedural(
     def transform(use: Datum, use_scope: Scope) -> Datum:
         origins: dict[int, Datum] = {}
         assert isinstance(use, ListDatum)
-        arguments = [syntax_value(item, origins) for item in use.items[1:]]
         place = use_span(use, name, span)
         saved, expander.template_aliases = expander.template_aliases, {}
         saved_scope, expander.template_scope = expander.template_scope, scope
         try:
+            arguments = [syntax_value(item, origins) for item in use.items[1:]]
             value = expander.run_macro(procedure, function, arguments)
             return datum_of(value, place, origins)
         except LimitError as error:
@@ -84,6 +84,11 @@ def _macro_scope(scope: Scope) -> Scope:
             if isinstance(binding, (Macro, Special)):
                 visible.bindings[symbol] = binding
     return visible
+
+
+def broken(name: str, span: Span) -> Macro:
+    """What stands for a macro whose definition is wrong, so that its uses are not called wrong too."""
+    return Macro(name, lambda use, scope: Atom(None, use.span), span)
 
 
 # --- syntax-rules --------------------------------------------------------------------------------------------------

@@ -174,6 +174,7 @@ class _File:
         self.scope = Scope(parent)
         self.state = state
         self.is_main = is_main
+        self.is_incomplete = False  # an import of it failed
         self.expander = _FileExpander(self, run_macro)
         self.pending: list[Pending | _Import] = []
         self.words: dict[str, Span] = {}
@@ -195,6 +196,10 @@ class _File:
         try:
             return action()
         except SceneError as error:
+            if error.name in ("file", "import-cycle", "import-outside"):
+                self.is_incomplete = True
+            if error.name == "unbound" and self.is_incomplete:
+                return None  # the file that was not found may define it
             if error.name == "syntax" and isinstance(error.value, str):
                 error.hint = error.hint or _usage_hint(error.value)
             self.expander.diagnostics.append(error.diagnostic)

@@ -117,6 +117,7 @@ class Runtime:
         self.next_frame: Any = None
         self.log: list[str] = []
         self._log_size = 0
+        self.symbols_made = 0
         self.warnings: dict[tuple[str, str, Span | None], Diagnostic] = {}
         self.root_is_running = False
         self._snapshot_at = snapshots
@@ -135,6 +136,7 @@ class Runtime:
             self.tick()
             result = function.body(frame)
             while result is TAIL:
+                self.tick()
                 result = self.next_body(self.next_frame)
             return result
         return self.apply_other(function, args)
@@ -145,6 +147,7 @@ class Runtime:
             self.tick()
             result = function.body([function.env, a])
             while result is TAIL:
+                self.tick()
                 result = self.next_body(self.next_frame)
             return result
         return self.apply(function, (a,))
@@ -155,6 +158,7 @@ class Runtime:
             self.tick()
             result = function.body([function.env, a, b])
             while result is TAIL:
+                self.tick()
                 result = self.next_body(self.next_frame)
             return result
         return self.apply(function, (a, b))

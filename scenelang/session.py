@@ -140,6 +140,8 @@ class Session:
                 hint = "files may import only from the project folder; --allow-outside lifts this"
                 raise SceneError("import-outside", f"`{path}` leads out of {project}", hint, span)
             shown = os.path.relpath(target)
+            if os.path.exists(target) and not os.path.isfile(target):
+                raise SceneError("file", f"cannot read {shown}: it is no regular file", None, span)
             try:
                 return _read_source(str(target), shown)
             except SceneError as error:

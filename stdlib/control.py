@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from scenelang.grammar.codes import CODES
+from scenelang.grammar.datum import Symbol
 from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.interpreter.library import Registry
 from scenelang.interpreter.procedures import Condition
@@ -30,6 +31,14 @@ def raise_(rt: Runtime, value: Any) -> Any:
     if type(value) is Condition:
         raise value.error
     raise SceneError("user", f"the program raised {show(value, 200)}", value=value)
+
+
+@registry.define("gensym", "[prefix::String]", "Symbol",
+                 "A symbol that no program writes and no other call gives, for the names that a macro makes.",
+                 ("(eq? (gensym) (gensym))", "#f"))  # fmt: skip
+def gensym(rt: Runtime, prefix: str = "g") -> Symbol:
+    rt.symbols_made += 1
+    return Symbol(f"{prefix}|{rt.symbols_made}|")
 
 
 @registry.define("assertion-failed", "message::Any", "Any", "Raises the error of `assert`, which calls this.",
