@@ -45,7 +45,9 @@ def box_of(scene: Scene) -> tuple[FloatArray, FloatArray]:
         raise SceneError("empty-scene", f'the scene "{scene.word}" has no primitives, so there is nothing to draw')
     every = np.array(boxes)
     low, high = every[:, :3].min(axis=0), every[:, 3:].max(axis=0)
-    if not np.isfinite(high - low).all():
+    with np.errstate(over="ignore"):
+        sizes = high - low
+    if not np.isfinite(sizes).all():
         raise SceneError("unsupported", "the scene is larger than any number can tell, so it cannot be drawn")
     return low, high
 
