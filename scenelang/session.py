@@ -15,7 +15,7 @@ from types import FrameType
 from typing import Any, TypeVar
 
 from scenelang.grammar.core import check_strict
-from scenelang.grammar.datum import Datum
+from scenelang.grammar.datum import Atom, Datum, ListDatum, Symbol
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, Note, SceneError
 from scenelang.grammar.reader import read
 from scenelang.grammar.source import Source, Span
@@ -276,7 +276,7 @@ def _too_deep(limits: Limits, error: RecursionError) -> Diagnostic:
         function, word, span = names.get("function"), names.get("name"), names.get("span")
         if frame.f_code.co_name == "call" and isinstance(word, str):
             running = f'"{word}"'
-        elif isinstance(function, Closure):
+        elif isinstance(function, Closure) and not function.code.name.startswith('"'):  # words are told by `call`
             running = f"`{function.code.name}`"
         if running is not None and isinstance(span, Span):
             chain.append((running, span))
@@ -321,7 +321,11 @@ def _value_datum(name: str, text: str) -> Datum:
     """The literal that ``--define name=text`` gives; a bare word is a string."""
     result = read(Source(f"<--define {name}>", text))
     if len(result.forms) == 1 and not result.diagnostics:
-        return result.forms[0]
+        form = result.forms[0]
+        if isinstance(form, Atom) and isinstance(form.value, Symbol):
+            return Atom(str(form.value), form.span)
+        if not isinstance(form, ListDatum):
+            return form
     raise SceneError(
         "param", f"--define {name}: `{text[:60]}` is no value", 'give a number, "string", #t, #f or [array]'
     )

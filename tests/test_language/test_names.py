@@ -118,7 +118,10 @@ MY_LET_STAR = (
     " ((_ ((n v) more ...) body ...) (let ((n v)) (my-let* (more ...) body ...)))))"
 )
 NESTED = "(define-syntax flat (syntax-rules () ((_ (a b ...) ...) '((a ...) (b ... ...)))))"
-COND = "(define-syntax my-cond (syntax-rules (else) ((_ (else e)) e) ((_ (c e) rest ...) (if c e (my-cond rest ...)))))"
+COND = (
+    "(define-syntax my-cond (syntax-rules (else) ((_) 'end) ((_ (else e)) e)"
+    " ((_ (c e) rest ...) (if c e (my-cond rest ...)))))"
+)
 BE_LIKE_BEGIN = (
     "(define-syntax be-like-begin (syntax-rules () ((_ name) (define-syntax name (syntax-rules ()"
     " ((_ expr (... ...)) (begin expr (... ...))))))))"

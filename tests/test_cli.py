@@ -1,0 +1,580 @@
+"""Every command of the command line: what it prints, its options, exit codes, pipes, folders, interruptions."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from scenelang import Limits, Options, Session, Source
+from scenelang.cli.main import main
+from scenelang.grammar.diagnostics import render_text, to_json
+
+TABLE = """; a table with four legs
+(param height 2 "metres" :min 1 :max 3)
+(bind "leg" (lambda (:h) (call "cube" :scale [0.1 h 0.1] :color [0.5 0.25 0])))
+(bind "table"
+  (lambda ()
+    (print "making a table")
+    (union
+      (transform (call "top") (translate [0 height 0]))
+      (union-loop 4 (lambda (i) (transform (call "leg" :h height) (translate [i 0 0])))))))
+(bind "top" (lambda () (call "cube" :scale [4 0.1 2])))
+(scene "table")
+"""
+BROKEN = '(bind "a" (lambda () (call "cube" :scale (+ 1 "2"))))\n'
+UNREAD = '(bind "a" (lambda () (call "cube"))\n'
+ENDLESS = "(define (f n) (f (+ n 1)))\n(f 0)\n" + '(bind "a" (lambda () (call "cube")))\n'
+
+
+class Shell:
+    """Runs commands in process in a folder of their own."""
+
+    def __init__(self, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+        self.folder = folder
+        self.capsys = capsys
+        self.err = ""
+
+    def write(self, name: str, text: str | bytes) -> None:
+        (self.folder / name).write_bytes(text if isinstance(text, bytes) else text.encode())
+
+    def __call__(self, *words: str, code: int = 0) -> str:
+        """What the command prints on standard output; standard error is kept in ``err``."""
+        self.capsys.readouterr()
+        got = main(list(words))
+        captured = self.capsys.readouterr()
+        self.err = captured.err
+        assert got == code, captured.err
+        assert "Traceback" not in captured.err
+        return captured.out
+
+    def json(self, *words: str, code: int = 0) -> Any:
+        return json.loads(self(*words, "--json", code=code))
+
+    def usage(self, *words: str) -> str:
+        """What wrong usage prints."""
+        with pytest.raises(SystemExit) as caught:
+            main(list(words))
+        assert caught.value.code == 2
+        return self.capsys.readouterr().err
+
+
+@pytest.fixture
+def shell(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Shell:
+    monkeypatch.chdir(tmp_path)
+    made = Shell(tmp_path, capsys)
+    made.write("table.scene", TABLE)
+    made.write("broken.scene", BROKEN)
+    made.write("unread.scene", UNREAD)
+    return made
+
+
+def process(*words: str, folder: Path, **more: Any) -> subprocess.CompletedProcess[bytes]:
+    command = [sys.executable, "-m", "scenelang.cli.main", *words]
+    return subprocess.run(command, cwd=folder, capture_output=True, timeout=60, check=False, **more)
+
+
+EVALUATING = ("run", "tree", "flatten", "count", "bounds", "expand")
+
+
+# --- what commands say ---------------------------------------------------------------------------------------------
+
+
+def test_check(shell: Shell) -> None:
+    assert shell("check", "table.scene") == ""
+    assert shell.err == ""
+    assert shell("check", "table.scene", "unread.scene", code=1) == ""
+    assert "E101" in shell.err
+    found = shell.json("check", "unread.scene", code=1)
+    assert [d["code"] for d in found] == ["E101"]
+    assert found[0]["place"] == {"file": "unread.scene", "line": 1, "column": 1, "end_line": 1, "end_column": 2}
+    assert shell.json("check", "table.scene") == []
+    assert [d["code"] for d in shell.json("check", "table.scene", "--strict", code=1)] == ["E210"]
+    assert shell("check", "broken.scene") == "", "check does not run the program"
+    shell("check", "nothing.scene", code=1)
+    assert "E701" in shell.err
+    shell("check", "nothing.scene", "unread.scene", code=1)
+    assert "E701" in shell.err
+    assert "E101" in shell.err, "a file that is missing does not hide the others"
+
+
+def test_check_and_run(shell: Shell) -> None:
+    shell("check", "--run", "broken.scene", code=1)
+    assert "E401" in shell.err
+    assert shell("check", "--run", "table.scene") == ""
+
+
+def test_run(shell: Shell) -> None:
+    said = shell("run", "table.scene")
+    assert said.startswith("table")
+    assert "making a table" in shell.err
+    for fact in ("11", "4"):  # entities, and primitives: 5; distinct
+        assert fact in said
+    assert shell("run", "broken.scene", code=1) == ""
+    assert "E401" in shell.err
+
+
+def test_run_tells_root_entities_primitives_box_and_time(shell: Shell) -> None:
+    said = shell("run", "table.scene")
+    for fact in ("table", "11 entities", "5 primitives", "box"):
+        assert fact in said, said
+
+
+def test_run_json(shell: Shell) -> None:
+    assert shell.json("run", "broken.scene", code=1)[0]["code"] == "E401"
+    found = shell.json("run", "table.scene")
+    assert found is not None
+
+
+def test_tree(shell: Shell) -> None:
+    said = shell("tree", "table.scene")
+    lines = said.splitlines()
+    assert lines[0] == "table <z1>"
+    assert any("4 x leg" in line for line in lines)
+    assert len(shell("tree", "table.scene", "--depth", "0").splitlines()) == 1
+    assert len(shell("tree", "table.scene", "--depth", "1").splitlines()) == 3
+    assert shell("tree", "table.scene", "--all").count("leg") == 4
+    assert "2" in shell("tree", "table.scene", "--poses")
+    data = shell.json("tree", "table.scene")
+    assert data["word"] == "table"
+    assert data["handle"] == "<z1>"
+
+
+def test_flatten(shell: Shell) -> None:
+    assert shell("flatten", "table.scene").startswith("5 primitives")
+    data = shell.json("flatten", "table.scene")
+    assert data["root"] == "table"
+    (frame,) = data["frames"]
+    first, *legs = frame["primitives"]
+    assert first == {
+        "word": "cube", "attributes": {"scale": [4, 0.1, 2]}, "handle": "<z3>",
+        "matrix": [[1, 0, 0, 0], [0, 1, 0, 2], [0, 0, 1, 0], [0, 0, 0, 1]], "path": ["table", "top", "cube"],
+    }  # fmt: skip
+    assert [leg["matrix"][0][3] for leg in legs] == [0, 1, 2, 3]
+    assert [leg["handle"] for leg in legs] == ["<z5>", "<z7>", "<z9>", "<z11>"]
+
+
+def test_count_and_bounds(shell: Shell) -> None:
+    assert shell.json("count", "table.scene") == {"table": 1, "top": 1, "cube": 5, "leg": 4}
+    assert "4  leg" in shell("count", "table.scene")
+    box = shell.json("bounds", "table.scene")
+    assert box["min"] == pytest.approx([-2, -1, -1])
+    assert box["max"] == pytest.approx([3.05, 2.05, 1])
+    assert box["center"] == pytest.approx([0.525, 0.525, 0])
+    assert box["sizes"] == pytest.approx([5.05, 3.05, 2])
+    assert shell.json("bounds", "table.scene", "--word", "leg")["max"] == pytest.approx([3.05, 1, 0.05])
+    shell("bounds", "table.scene", "--word", "nothing", code=1)
+    assert "E607" in shell.err
+    assert "min" in shell("bounds", "table.scene")
+
+
+def test_expand(shell: Shell) -> None:
+    shell.write(
+        "m.scene",
+        '(define-syntax twice (syntax-rules () ((_ x) (* 2 x))))\n(bind "a" (lambda () (call "cube" :scale (twice 3))))\n(scene "a")\n',
+    )
+    said = shell("expand", "m.scene")
+    assert "(* 2 3)" in said
+    assert "define-syntax" not in said
+    shell.write("again.scene", said)
+    assert shell.json("count", "again.scene") == shell.json("count", "m.scene")
+    for name in ("table.scene",):
+        shell.write("expanded.scene", shell("expand", name))
+        assert shell.json("bounds", "expanded.scene") == shell.json("bounds", name)
+
+
+def test_embeddings(shell: Shell) -> None:
+    listed = shell.json("embeddings", "table.scene", "list")
+    assert listed[0] == {"handle": "<z1>", "word": "table", "text": "", "attributes": ""}
+    assert len(listed) == 11
+    assert "<z4>" in shell("embeddings", "table.scene", "list")
+    assert shell("embeddings", "table.scene", "set", "<z6>", "--text", "ivory", "--attribute", "h=5") == (
+        "wrote table.z.safetensors: <z6>\n"
+    )
+    entities = {row["handle"]: row for row in shell.json("embeddings", "table.scene", "list")}
+    assert entities["<z6>"]["text"] == "ivory"
+    assert entities["<z4>"]["text"] == ""
+    assert ":h 5" in entities["<z6>"]["attributes"]
+    scales = [p["attributes"]["scale"][1] for p in shell.json("flatten", "table.scene")["frames"][0]["primitives"]]
+    assert scales == [0.1, 2, 5, 2, 2]
+    shell("embeddings", "table.scene", "set", "<z6>", "--attribute", "color=[1,0,0]")
+    assert {row["handle"]: row for row in shell.json("embeddings", "table.scene", "list")}["<z6>"]["text"] == "ivory"
+    shell("embeddings", "table.scene", "set", "<z6>", "--clear")
+    assert {row["handle"]: row for row in shell.json("embeddings", "table.scene", "list")}["<z6>"]["text"] == ""
+    shell("embeddings", "table.scene", "set", "z7", "--text", "oak", "--z", "other.safetensors")
+    assert {row["handle"]: row for row in shell.json("embeddings", "table.scene", "list", "--z", "other.safetensors")}[
+        "<z6>"
+    ]["text"] == ""
+    for words in (("set", "3"), ("set", "<z6>"), ("set", "<z6>", "--attribute", "color"), ("set", "<>", "--text", "x")):
+        shell("embeddings", "table.scene", *words, code=1)
+        assert "error[" in shell.err
+    shell("run", "table.scene", "--z", "nothing.safetensors", code=1)
+    assert "E701" in shell.err
+    shell.write("junk.safetensors", b"\x00\xff junk")
+    for command in EVALUATING[:-1]:
+        shell(command, "table.scene", "--z", "junk.safetensors", code=1)
+        assert "E704" in shell.err
+
+
+def test_render_export_backends(shell: Shell) -> None:
+    assert shell("render", "table.scene", "-o", "t.png", "--size", "64x48") == "wrote t.png\n"
+    from PIL import Image
+
+    assert Image.open("t.png").size == (64, 48)
+    assert (
+        shell(
+            "render",
+            "table.scene",
+            "-o",
+            "u.png",
+            "--size",
+            "32x32",
+            "--camera",
+            "azimuth=30,elevation=20,fov=40",
+            "-q",
+        )
+        == ""
+    )
+    assert shell("export", "table.scene", "-o", "t.glb") == "wrote t.glb\n"
+    assert (shell.folder / "t.glb").read_bytes()[:4] == b"glTF"
+    names = {b["name"] for b in shell.json("backends")}
+    assert {"draft", "glb", "mitsuba"} <= names
+    assert "glb" in shell("backends")
+
+
+# --- options -------------------------------------------------------------------------------------------------------
+
+
+def test_options(shell: Shell) -> None:
+    assert shell.json("count", "table.scene", "--root", "top") == {"top": 1, "cube": 1}
+    shell("count", "table.scene", "--root", "nothing", code=1)
+    assert "E606" in shell.err
+    assert shell.json("bounds", "table.scene", "--define", "height=3")["max"][1] == pytest.approx(3.05)
+    for wrong in ("height=9", "height=2px", "nothing=1", "height"):
+        shell("run", "table.scene", "--define", wrong, code=1)
+        assert "E305" in shell.err, wrong
+    shell.write("random.scene", '(bind "a" (lambda () (call "cube" :scale (+ 1 (uniform)))))')
+    assert shell("bounds", "random.scene", "--seed", "1") != shell("bounds", "random.scene", "--seed", "2")
+    assert shell("bounds", "random.scene") == shell("bounds", "random.scene", "--seed", "0")
+
+
+def test_quiet_verbose_and_colour(shell: Shell) -> None:
+    shell.write(
+        "warn.scene",
+        '(bind "a" (lambda () (print "log") (call "cube"))) (bind "b" (lambda () (print "log") (call "cube")))',
+    )
+    shell("run", "warn.scene")
+    assert "W304" in shell.err
+    assert "log" in shell.err
+    shell("run", "warn.scene", "-q")
+    assert shell.err == ""
+    shell("run", "warn.scene", "-v")
+    assert "steps" in shell.err
+    shell("run", "broken.scene", "-q", code=1)
+    assert "E401" in shell.err, "errors are always told"
+    assert "\x1b[" not in shell.err, "no colours where there is no terminal"
+
+
+def test_colours_on_a_terminal(shell: Shell, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Terminal(io.StringIO):
+        def isatty(self) -> bool:
+            return True
+
+    for words, environment, colored in ((), None, True), (("--no-color",), None, False), ((), "1", False):
+        terminal = Terminal()
+        with monkeypatch.context() as patch:
+            patch.setattr(sys, "stderr", terminal)
+            patch.delenv("NO_COLOR", raising=False)
+            if environment:
+                patch.setenv("NO_COLOR", environment)
+            assert main(["run", "broken.scene", *words]) == 1
+        assert ("\x1b[" in terminal.getvalue()) is colored
+        assert "E401" in terminal.getvalue()
+
+
+def test_standard_input(shell: Shell, monkeypatch: pytest.MonkeyPatch) -> None:
+    expected = {command: shell(command, "table.scene") for command in EVALUATING}
+    for command in EVALUATING:
+        with monkeypatch.context() as patch:
+            patch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(TABLE.encode())))
+            assert shell(command, "-") == expected[command]
+    with monkeypatch.context() as patch:
+        patch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"\xff\xfe(")))
+        shell("run", "-", code=1)
+    assert "E107" in shell.err
+    assert "<stdin>" in shell.err
+
+
+# --- wrong usage -----------------------------------------------------------------------------------------------------
+
+USAGE = [
+    [], ["nothing"], ["run"], ["run", "a", "b"], ["run", "table.scene", "--nothing"], ["tree", "table.scene", "--depth", "x"],
+    ["render", "table.scene"], ["render", "table.scene", "-o", "x.png", "--size", "0x5"], ["render", "table.scene", "-o", "x.png", "--size", "big"],
+    ["render", "table.scene", "-o", "x.png", "--quality", "best"], ["export", "table.scene"], ["embeddings", "table.scene"],
+    ["run", "table.scene", "--seed", "x"], ["run", "table.scene", "--max-steps", "-1"], ["run", "table.scene", "--max-memory", "many"],
+    ["run", "table.scene", "--max-seconds", "nan"], ["run", "table.scene", "--max-depth", "0"], ["check"],
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("words", USAGE, ids=" ".join)
+def test_wrong_usage(words: list[str], shell: Shell) -> None:
+    assert "usage:" in shell.usage(*words)
+
+
+@pytest.mark.parametrize(
+    "command",
+    ["check", "run", "expand", "tree", "flatten", "count", "bounds", "render", "export", "embeddings", "backends"],
+)
+def test_help(command: str, shell: Shell) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main([command, "--help"])
+    assert caught.value.code == 0
+    said = shell.capsys.readouterr().out
+    assert "usage:" in said
+    if command not in ("backends", "embeddings"):
+        for option in ("--root", "--seed", "--define", "--z", "--json", "-q", "--no-color", "--max-steps", "--max-depth",
+                       "--max-entities", "--max-primitives", "--max-size", "--max-memory", "--max-seconds"):  # fmt: skip
+            assert option in said
+
+
+def test_version_and_help(shell: Shell) -> None:
+    for words in (["--version"], ["--help"]):
+        with pytest.raises(SystemExit) as caught:
+            main(words)
+        assert caught.value.code == 0
+    assert "scenelang" in shell.capsys.readouterr().out
+
+
+@pytest.mark.parametrize("command", EVALUATING)
+def test_failures_of_files(command: str, shell: Shell) -> None:
+    (shell.folder / "folder").mkdir()
+    shell.write("bytes.scene", b"\xff")
+    for file, code in (
+        ("nothing.scene", "E701"),
+        ("folder", "E701"),
+        ("bytes.scene", "E107"),
+        ("unread.scene", "E101"),
+        ("x\0y", "E701"),
+    ):
+        assert shell(command, file, code=1) == ""
+        assert code in shell.err, file
+
+
+# --- files that are written ------------------------------------------------------------------------------------------
+
+
+def test_outputs_that_cannot_be_written(shell: Shell) -> None:
+    for words in (
+        ("render", "-o", "no/x.png"),
+        ("export", "-o", "no/x.glb"),
+        ("export", "-o", "x.xyz"),
+        ("export", "-o", "x.glb", "--backend", "nothing"),
+    ):
+        shell(words[0], "table.scene", *words[1:], code=1)
+        assert "error[E70" in shell.err
+    (shell.folder / "taken.glb").mkdir()
+    shell("export", "table.scene", "-o", "taken.glb", code=1)
+    assert "error[E701]" in shell.err
+    (shell.folder / "taken.png").mkdir()
+    shell("render", "table.scene", "-o", "taken.png", "--size", "16x16", code=1)
+    assert "error[E701]" in shell.err
+
+
+def test_a_read_only_folder(shell: Shell) -> None:
+    locked = shell.folder / "locked"
+    locked.mkdir()
+    shell.write("locked/table.scene", TABLE)
+    demote = "import os, sys; os.setgid(65534); os.setuid(65534); from scenelang.cli.main import entry; sys.argv[0] = 'scenelang'; entry()"
+    locked.chmod(0o555)
+    shell.folder.chmod(0o755)
+    for parent in shell.folder.parents:
+        if not os.access(parent, os.X_OK) or parent.stat().st_mode & 0o005 != 0o005:
+            pytest.skip(f"nobody may not enter {parent}") if os.getuid() == 0 else None
+    code = demote if os.getuid() == 0 else "from scenelang.cli.main import entry; entry()"
+    try:
+        for words in (
+            ["export", "table.scene", "-o", "t.glb"], ["render", "table.scene", "-o", "t.png", "--size", "16x16"],
+            ["embeddings", "table.scene", "set", "<z3>", "--text", "x"],
+        ):  # fmt: skip
+            done = subprocess.run(
+                [sys.executable, "-c", code, *words],
+                cwd=locked,
+                capture_output=True,
+                text=True,
+                timeout=60,
+                check=False,
+            )
+            assert done.returncode == 1, done.stderr
+            assert "error[E701]" in done.stderr
+            assert "Traceback" not in done.stderr
+        assert sorted(p.name for p in locked.iterdir()) == ["table.scene"]
+    finally:
+        locked.chmod(0o755)
+
+
+def test_a_failure_leaves_no_half_written_file(shell: Shell, monkeypatch: pytest.MonkeyPatch) -> None:
+    shell.write("t.glb", b"old")
+    shell.write("t.png", b"old")
+    from scenelang.backends import files
+
+    def refuse(*_: object, **__: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(files.os, "replace", refuse, raising=False)
+    monkeypatch.setattr(Path, "replace", refuse)
+    shell("export", "table.scene", "-o", "t.glb", code=1)
+    assert "error[E701]" in shell.err
+    shell("render", "table.scene", "-o", "t.png", "--size", "16x16", code=1)
+    assert "error[E701]" in shell.err
+    assert (shell.folder / "t.glb").read_bytes() == b"old"
+    assert (shell.folder / "t.png").read_bytes() == b"old"
+    assert len(list(shell.folder.iterdir())) == 5, "no temporary file is left"
+
+
+def test_a_wrong_program_writes_nothing(shell: Shell) -> None:
+    for words in (["export", "broken.scene", "-o", "b.glb"], ["render", "broken.scene", "-o", "b.png"]):
+        shell(*words, code=1)
+    assert not list(shell.folder.glob("b.*"))
+
+
+# --- pipes and interruptions -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("command", [["tree", "--all"], ["flatten", "--json"], ["count"], ["tree", "--json"]])
+def test_broken_pipe(command: list[str], tmp_path: Path) -> None:
+    (tmp_path / "long.scene").write_text(
+        '(bind "a" (lambda () (union-loop 5000 (lambda (i) (transform (call (format "word{}" i) :scale (+ i 1)) (translate [i 0 0]))))))'
+    )
+    words = [sys.executable, "-m", "scenelang.cli.main", command[0], "long.scene", *command[1:]]
+    with subprocess.Popen(words, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as running:
+        assert running.stdout is not None
+        assert running.stderr is not None
+        running.stdout.read(10)
+        running.stdout.close()
+        said = running.stderr.read()
+        code = running.wait(30)
+    assert said == b""
+    assert code in (0, 1)
+
+
+def test_a_full_disk() -> None:
+    if not Path("/dev/full").exists():
+        pytest.skip("no /dev/full here")
+    with open("/dev/full", "wb") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "scenelang.cli.main", "backends"],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            timeout=60,
+            check=False,
+        )
+    assert b"Traceback" not in done.stderr
+    assert done.returncode == 1
+
+
+@pytest.mark.parametrize(
+    "program", [ENDLESS, "(sort (iota 10))\n(define (f x) (f x))\n(map f (list 1))"], ids=["loop", "inside map"]
+)
+def test_interruption(program: str, tmp_path: Path) -> None:
+    (tmp_path / "endless.scene").write_text(program)
+    words = [sys.executable, "-m", "scenelang.cli.main", "run", "endless.scene", "--max-steps", "1G"]
+    with subprocess.Popen(words, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as running:
+        time.sleep(1.5)
+        running.send_signal(signal.SIGINT)
+        started = time.monotonic()
+        _, said = running.communicate(timeout=15)
+    assert time.monotonic() - started < 5
+    assert running.returncode in (1, 130)
+    assert b"Traceback" not in said
+    assert b"E508" in said or b"interrupted" in said
+
+
+def test_interruption_of_a_macro(tmp_path: Path) -> None:
+    (tmp_path / "endless.scene").write_text("(define-macro (m) (while #t 1)) (for ((i 100000)) (m))")
+    words = [sys.executable, "-m", "scenelang.cli.main", "check", "endless.scene"]
+    with subprocess.Popen(words, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as running:
+        time.sleep(0.6)
+        running.send_signal(signal.SIGINT)
+        _, said = running.communicate(timeout=15)
+    assert b"Traceback" not in said
+    assert running.returncode in (1, 130)
+
+
+# --- bytes of any kind ---------------------------------------------------------------------------------------------------
+
+SESSION = Session(Options(limits=Limits(steps=20_000, depth=500, size=100_000, memory=300_000_000, seconds=5.0)))
+PIECES = st.sampled_from(
+    ["(", ")", "[", "]", "'", "`", ",", ",@", "#;", "#|", "|#", ";", "\n", " ", '"', "\\", ".", "...", "::", ":a", "<z1>", "<", "=>",
+     "define", "lambda", "let", "let*", "letrec", "if", "cond", "case", "else", "for/list", "for*", "for/fold", "while", "do", "x", "y",
+     "f", "1", "-2.5", "1e400", "999999999999999999999", "#t", "none", "bind", "call", "union", "transform", "union-loop", "scene",
+     "param", "import", "define-syntax", "syntax-rules", "define-macro", "define-record", "guard", "let/ec", "set!", "quote",
+     "quasiquote", "unquote", "map", "+", "list", "\"cube\"", "\"a\"", "(lambda (x) x)", "(call \"cube\")", "(translate [1 2 3])",
+     "(define (f x) (f x))", "(f 1)", "begin", "values", "define-values", "let-values", "assert", "error", "_", "&keys", "std/list",
+     "\x00", "\ufeff", "é", "😀", "\u2028", "\t", "\r"],
+)  # fmt: skip
+
+
+def survives(data: bytes) -> None:
+    """Whatever the bytes are, there are diagnostics and no exception, and the diagnostics can be printed."""
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return
+    result = SESSION.evaluate(Source("bytes.scene", text))
+    assert (result.scene is None) == any(d.is_error for d in result.diagnostics)
+    for diagnostic in result.diagnostics:
+        assert render_text(diagnostic)
+        assert json.dumps(to_json(diagnostic))
+
+
+@settings(max_examples=300, deadline=None, suppress_health_check=list(HealthCheck))
+@given(st.binary(max_size=300))
+def test_any_bytes(data: bytes) -> None:
+    survives(data)
+
+
+@settings(max_examples=300, deadline=None, suppress_health_check=list(HealthCheck))
+@given(st.text(max_size=200))
+def test_any_text(text: str) -> None:
+    survives(text.encode("utf-8", "surrogatepass"))
+
+
+@settings(max_examples=1500, deadline=None, suppress_health_check=list(HealthCheck))
+@given(st.lists(PIECES, max_size=40))
+def test_any_sequence_of_the_languages_own_words(pieces: list[str]) -> None:
+    survives(" ".join(pieces).encode())
+
+
+FORMS = st.recursive(
+    PIECES.filter(lambda piece: not set(piece) & set("()[]\"\\;|`',.#") or piece.startswith(("(", '"c', '"a'))),
+    lambda inner: (
+        st.lists(inner, max_size=5).map(lambda items: "(" + " ".join(items) + ")")
+        | st.lists(inner, max_size=3).map(lambda items: "[" + " ".join(items) + "]")
+    ),
+    max_leaves=25,
+)
+
+
+@settings(max_examples=1500, deadline=None, suppress_health_check=list(HealthCheck))
+@given(st.lists(FORMS, max_size=6))
+def test_any_well_nested_text(forms: list[str]) -> None:
+    survives("\n".join(forms).encode())
+
+
+@pytest.mark.parametrize(
+    "data", [b"", b"\xff\xfe", b"\x00", b"\xef\xbb\xbf", b"(\xc3", b"\x80" * 1000, b"; only a comment"]
+)
+def test_some_bytes_through_the_command_line(data: bytes, shell: Shell) -> None:
+    shell.write("bytes.scene", data)
+    assert shell("run", "bytes.scene", code=1) == ""
+    assert "error[" in shell.err
