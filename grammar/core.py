@@ -302,6 +302,7 @@ _RULE_OF_TERMINALS = {
     frozenset({"BIND"}): "<bind-expr>", frozenset({"LAMBDA"}): "<entity-func>", frozenset({"CALL"}): "<entity>",
     frozenset({"UNION", "UNION_LOOP"}): "<sub-entities>", frozenset({"TRANSFORM"}): "<entity-transform>",
     frozenset({"LIST"}): "<create-entity-list>", frozenset({"STRING"}): "<word>",
+    frozenset({"PARAMETER"}): "<entity-func>", frozenset({"PARAMETER", "RPAR"}): "<entity-func>",
 }  # fmt: skip
 
 

@@ -11,7 +11,7 @@ from threading import Lock
 from typing import Any
 
 from lark import Token, Transformer, v_args
-from lark.exceptions import UnexpectedCharacters
+from lark.exceptions import UnexpectedCharacters, UnexpectedToken
 from lark.lexer import BasicLexer, LexerState
 
 from scenelang.grammar.datum import PREFIXES, ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Symbol
@@ -401,5 +401,13 @@ def read(source: Source) -> ReadResult:
         start = unexpected.pos_in_stream or 0
         diagnostic = Diagnostic("unclosed", "this string is never closed", Span(source, start, start + 1))
         return ReadResult(source, (), (*problems, diagnostic), Completeness.INCOMPLETE)
+    except UnexpectedToken as unexpected:  # such as a prefix with only a comment after it
+        if unexpected.token.type == "$END":
+            last = len(source.text.rstrip())
+            diagnostic = Diagnostic("unclosed", "the text ends where a datum is wanted", Span(source, last - 1, last))
+            return ReadResult(source, (), (*problems, diagnostic), Completeness.INCOMPLETE)
+        start = unexpected.token.start_pos or 0
+        diagnostic = Diagnostic("syntax", "a datum is wanted before this", Span(source, start, start + 1))
+        return ReadResult(source, (), (*problems, diagnostic), Completeness.WRONG)
     state = Completeness.WRONG if problems else Completeness.COMPLETE
     return ReadResult(source, forms, tuple(problems), state)

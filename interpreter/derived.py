@@ -77,7 +77,7 @@ def expand_quasiquote(expander: Expander, datum: ListDatum, scope: Scope) -> Dat
 def expand_plain(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
     """Core forms whose operands are all expressions; the core grammar counts them."""
     head = base_name(datum.items[0].value)
-    operands = [expander.expand(item, scope) for item in datum.items[1:]]
+    operands = expander.expand_all(datum.items[1:], scope)
     if head == "set!":
         _check_assignment(datum, operands)
     terminal = {"if": "IF", "and": "AND", "or": "OR", "set!": "SET"}[head]

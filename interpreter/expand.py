@@ -194,7 +194,7 @@ class Expander:
             if isinstance(datum, Atom):
                 return self._expand_atom(datum, scope)
             if isinstance(datum, ArrayDatum):
-                return ArrayDatum(tuple([self.expand(item, scope) for item in datum.items]), datum.span)
+                return ArrayDatum(tuple(self.expand_all(datum.items, scope)), datum.span)
             if datum.span.expansion is not None:
                 self.expanded += 1
                 if self.expanded > MAX_EXPANDED:
@@ -215,11 +215,32 @@ class Expander:
                 continue
             if binding is None and is_identifier(datum.items[0]):
                 raise self.unbound(datum.items[0], scope)
-            operands = [self.expand(item, scope) for item in datum.items[1:]]
             if isinstance(binding, PaperForm):
-                return core(binding.terminal, operands, datum.span)
-            head = self.expand(datum.items[0], scope)
+                return core(binding.terminal, self.expand_all(datum.items[1:], scope), datum.span)
+            head = self.expand(datum.items[0], scope)  # first: after a misspelt form the operands mean nothing
+            operands = self.expand_all(datum.items[1:], scope)
             return ListDatum((head, *operands), None, datum.span)
+
+    def expand_all(self, datums: Sequence[Datum], scope: Scope) -> list[Datum]:
+        """The core datums of several expressions; the mistakes of all of them are found."""
+        return self._each([lambda datum=datum: self.expand(datum, scope) for datum in datums])  # type: ignore[misc]
+
+    def _each(self, steps: Sequence[Callable[[], Datum]]) -> list[Datum]:
+        """The values of steps that do not depend on one another. Raises the last mistake, the others are noted."""
+        found: list[Datum] = []
+        mistake: SceneError | None = None
+        for step in steps:
+            try:
+                found.append(step())
+            except LimitError:
+                raise
+            except SceneError as error:
+                if mistake is not None:
+                    self.diagnostics.append(mistake.diagnostic)
+                mistake = error
+        if mistake is not None:
+            raise mistake
+        return found
 
     def _expand_atom(self, atom: Atom, scope: Scope) -> Datum:
         value = atom.value
@@ -267,7 +288,7 @@ class Expander:
             self.scan(datum, inner, pending)
         if not pending:
             raise SceneError("syntax", "the body is empty", None, span)
-        items = [item.finish() for item in pending]
+        items = self._each([item.finish for item in pending])
         if pending[-1].defines:
             items.append(Atom(None, span))
         return items[0] if len(items) == 1 else core("BODY", items, span)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scenelang.grammar.diagnostics import LimitError
+from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.entity import Entity, Scene, descendants, primitive_count
 from scenelang.interpreter.values import IDENTITY
 
@@ -64,7 +64,10 @@ def flatten(scene: Scene, limit: int = DEFAULT_LIMIT) -> FlatScene:
             f"the scene expands to {total:,} primitives, more than the limit of {limit:,}",
             hint="raise it with --max-primitives, or look at fewer: `count` and `bounds` never expand",
         )
-    return FlatScene(scene.word, tuple(flatten_entity(root) for root in scene.frames), scene.animated)
+    frames = tuple(flatten_entity(root) for root in scene.frames)
+    if not all(np.isfinite(frame.matrices).all() for frame in frames):
+        raise SceneError("pose", "poses multiply to numbers too large to tell, so the scene has no geometry")
+    return FlatScene(scene.word, frames, scene.animated)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -112,6 +115,12 @@ def _graph(root: Entity) -> _Graph:
 def compose_many(parents: Poses, parent: IntArray, children: Poses, child: IntArray) -> Poses:
     """``parents[:, parent] @ children[:, child]`` column by column, (12, N); in chunks that stay in the cache."""
     out = np.empty((12, len(parent)))
+    with np.errstate(over="ignore", invalid="ignore"):  # the caller tells what became infinite
+        _compose_chunks(parents, parent, children, child, out)
+    return out
+
+
+def _compose_chunks(parents: Poses, parent: IntArray, children: Poses, child: IntArray, out: Poses) -> None:
     for lo in range(0, len(parent), _CHUNK):
         p = parents.take(parent[lo : lo + _CHUNK], axis=1)
         c = children.take(child[lo : lo + _CHUNK], axis=1)
@@ -120,7 +129,6 @@ def compose_many(parents: Poses, parent: IntArray, children: Poses, child: IntAr
             for column in range(4):
                 o[row + column] = p[row] * c[column] + p[row + 1] * c[column + 4] + p[row + 2] * c[column + 8]
             o[row + 3] += p[row + 3]
-    return out
 
 
 class _Paths:

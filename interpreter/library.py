@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from scenelang.interpreter.shapes import Box
 from scenelang.interpreter.types import Type, parse_type
 from scenelang.interpreter.values import Procedure
 
@@ -99,8 +98,7 @@ class Builtin(Procedure):
 class Library:
     """What a program can use: builtins and constants by name, and modules of source in the language by file name.
 
-    ``prelude`` names the modules whose definitions every program sees. ``asset_box(path)`` gives a mesh file's
-    bounding box and content hash.
+    ``prelude`` names the modules whose definitions every program sees.
     """
 
     builtins: Mapping[str, Builtin]
@@ -108,7 +106,6 @@ class Library:
     modules: Mapping[str, str]
     prelude: tuple[str, ...]
     constant_docs: Mapping[str, str]
-    asset_box: Callable[[str], tuple[Box, str]] | None = None
 
 
 class Registry:

@@ -9,7 +9,6 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter import pose
 from scenelang.interpreter.entity import Entity
 from scenelang.interpreter.equality import table_key
-from scenelang.interpreter.library import Library
 from scenelang.interpreter.shapes import Box
 from scenelang.interpreter.show import show
 from scenelang.interpreter.types import matrix_or_none, type_name
@@ -171,13 +170,15 @@ def geometric_attributes(runtime: Runtime, z: Embedding) -> dict[str, Any]:
     return attributes
 
 
-def load_asset(library: Library, attributes: dict[str, Any]) -> tuple[Box | None, dict[str, Any]]:
-    """The box of an asset's mesh file, and its attributes."""
+def load_asset(runtime: Runtime, attributes: dict[str, Any]) -> tuple[Box, dict[str, Any]]:
+    """The box of an asset's mesh file, and its attributes with the file's resolved path."""
     file = attributes.get("file")
-    if type(file) is not str or library.asset_box is None:
+    if type(file) is not str:
         raise SceneError("attribute", 'the primitive "asset" needs the attribute `:file`, a string')
-    box, _ = library.asset_box(file)
-    return box, attributes
+    if runtime.asset is None:
+        raise SceneError("file", f"the asset {file} cannot be read here")
+    box, path = runtime.asset(file)
+    return box, {**attributes, "file": path}
 
 
 def attribute_table(runtime: Runtime, pairs: Mapping[str, Any]) -> Table:

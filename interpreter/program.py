@@ -302,6 +302,8 @@ class _File:
         state.params.append(param)
         target = self.expander.declare_target(name, self.scope, recursive=True, is_global=True)
         value = datum.items[2]
+        if isinstance(value, Atom) and type(value.value) in (int, float):
+            _override(param, value, value.span)  # the default must be in range too
         if spelled in state.overrides:
             state.used_overrides.add(spelled)
             value = _override(param, state.overrides[spelled], value.span)
@@ -366,6 +368,8 @@ def _override(param: Param, value: Any, span: Span) -> Datum:
     datum: Datum = value
     number = datum.value if isinstance(datum, Atom) and type(datum.value) in (int, float) else None
     for bound, sign, word in ((param.minimum, 1, "least"), (param.maximum, -1, "most")):
+        if number is None and bound is not None:
+            raise SceneError("param", f"`{param.name}` must be a number, at {word} {bound}", None, param.span)
         if number is not None and bound is not None and sign * number < sign * bound:
             raise SceneError("param", f"`{param.name}` must be at {word} {bound}, got {number}", None, param.span)
     return datum

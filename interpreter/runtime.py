@@ -33,7 +33,7 @@ from scenelang.interpreter.procedures import (
     check_keywords,
 )
 from scenelang.interpreter.randomness import Streams
-from scenelang.interpreter.shapes import Kind, shape_of
+from scenelang.interpreter.shapes import Box, shape_of
 from scenelang.interpreter.show import show
 from scenelang.interpreter.types import type_name
 from scenelang.interpreter.values import (
@@ -82,7 +82,7 @@ class Entry:
 
 class Runtime:
     """One run of one program. ``handles`` maps handle names to Z's entries; ``memoise`` is False only in tests of the
-    memo itself; ``snapshots`` are the serials of the calls at whose start the streams' state is kept (None: all)."""
+    memo itself; ``snapshots`` are the serials of the calls at whose start the streams' state is kept (None: all). ``asset(file)`` gives a mesh file's box and resolved path."""
 
     def __init__(
         self,
@@ -92,8 +92,10 @@ class Runtime:
         handles: Mapping[str, Entry] | None = None,
         memoise: bool = True,
         snapshots: frozenset[int] | None = frozenset(),
+        asset: Callable[[str], tuple[Box, str]] | None = None,
     ) -> None:
         self.library = library
+        self.asset = asset
         self.limits = limits or Limits()
         self.meter = Meter(self.limits)
         self.tick = self.meter.tick
@@ -412,12 +414,10 @@ class Runtime:
         attributes = parts.geometric_attributes(self, z)
         box = None
         if word == "asset":
-            box, attributes = parts.load_asset(self.library, attributes)
+            box, attributes = parts.load_asset(self, attributes)
         shape = shape_of(word, attributes, box)
         if shape.is_flat:
             self.warn("no-extent", f'the primitive "{word}" has no extent in some direction', span)
-        if shape.kind is Kind.ASSET and box is None:
-            raise SceneError("attribute", 'the primitive "asset" needs the attribute `:file`')
         return Entity(word, z, (), shape, tainted)
 
     def _count_entity(self) -> None:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from scenelang.interpreter.bounds import entity_box, parts_box
+from math import isfinite
+
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.bounds import entity_box
 from scenelang.interpreter.entity import Entity, Scene, descendants
 from scenelang.interpreter.shapes import Box
 from scenelang.interpreter.values import Pair
@@ -21,6 +24,8 @@ def word_box(scene: Scene, word: str | None) -> Box | None:
             boxes.append(box)
     if not boxes:
         return None
+    if not all(map(isfinite, (x for box in boxes for x in box))):
+        raise SceneError("pose", "poses multiply to numbers too large to tell, so the scene has no bounding box")
     return (
         min(b[0] for b in boxes), min(b[1] for b in boxes), min(b[2] for b in boxes),
         max(b[3] for b in boxes), max(b[4] for b in boxes), max(b[5] for b in boxes),
@@ -37,6 +42,3 @@ def _only(root: Entity, word: str) -> Entity | None:
         parts = tuple(Pair(kept[id(p.car)], p.cdr) for p in entity.children if kept[id(p.car)] is not None)
         kept[id(entity)] = Entity(entity.word, entity.embedding, parts) if parts else None
     return kept[id(root)]
-
-
-__all__ = ["parts_box", "word_box"]

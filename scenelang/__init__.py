@@ -9,6 +9,7 @@
 from __future__ import annotations
 
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -28,6 +29,10 @@ if TYPE_CHECKING:
     from scenelang.session import Evaluated as Evaluated
     from scenelang.session import Options as Options
     from scenelang.session import Session as Session
+
+# In a checkout the other rooms lie beside this folder; found here, they work from the repository's root too.
+if not (Path(__file__).parent / "grammar").is_dir():
+    __path__.append(str(Path(__file__).parent.parent))
 
 # Where each public name lives: it is imported when it is first used, so that a part costs only what it needs.
 _HOMES = {

@@ -14,6 +14,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any, TypeVar
 
+from scenelang.assets import AssetBoxes
 from scenelang.grammar.core import check_strict
 from scenelang.grammar.datum import Atom, Datum, ListDatum, Symbol
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, Note, SceneError
@@ -31,6 +32,7 @@ from scenelang.stdlib.library import build_library
 
 T = TypeVar("T")
 _STACK = 512 * 1024 * 1024
+_LARGEST_FILE = 16_000_000
 _MACRO_LIMITS = Limits(steps=2_000_000, seconds=10.0, depth=20_000)
 _EXPANSION_DEPTH = 60_000
 _KEPT_FRAMES = 400
@@ -67,7 +69,7 @@ class Checked:
 class Evaluated:
     """``scene`` is None when something went wrong. ``log`` holds what the program printed."""
 
-    program: Program | None
+    program: Program | None = field(repr=False)
     scene: Scene | None
     diagnostics: tuple[Diagnostic, ...]
     log: tuple[str, ...] = ()
@@ -81,6 +83,7 @@ class Evaluated:
 def run_with_room(action: Callable[[], T], depth: int, cancel: Callable[[], None] | None = None) -> T:
     """Run ``action`` in a thread whose stack allows deep recursion. Ctrl-C calls ``cancel``, then waits for the end."""
     outcome: list[Any] = []
+    done = threading.Event()  # Ctrl-C during Thread.join makes Python 3.11 believe that the thread has ended
 
     def target() -> None:
         try:
@@ -88,6 +91,8 @@ def run_with_room(action: Callable[[], T], depth: int, cancel: Callable[[], None
                 outcome.append((True, action()))
         except BaseException as error:
             outcome.append((False, error))
+        finally:
+            done.set()
 
     old = threading.stack_size(_STACK)
     try:
@@ -96,9 +101,9 @@ def run_with_room(action: Callable[[], T], depth: int, cancel: Callable[[], None
     finally:
         threading.stack_size(old)
     interrupted = False
-    while thread.is_alive():
+    while not done.is_set():
         try:
-            thread.join(0.5)
+            done.wait(0.5)
         except KeyboardInterrupt:
             if cancel is None or interrupted:
                 raise
@@ -125,10 +130,17 @@ class Session:
         """The text of a file, ``-`` for standard input; raises SceneError when it cannot be read."""
         return _read_source(path, path)
 
+    @staticmethod
+    def _folder(main: Source) -> Path:
+        return Path(main.name).parent if not main.name.startswith("<") else Path.cwd()
+
+    def _project(self, main: Source) -> Path:
+        """The folder that programs may not leave: the one that was set, else the main file's."""
+        return (self.options.project or self._folder(main)).resolve()
+
     def _loader(self, main: Source) -> Callable[[str, Source, Span], Source]:
         """Finds imported files: relative to the importing one, inside the project folder."""
-        base = Path(main.name).parent if not main.name.startswith("<") else Path.cwd()
-        project = (self.options.project or base).resolve()
+        project = self._project(main)
 
         def load(path: str, importing: Source, span: Span) -> Source:
             folder = Path(importing.name).parent if not importing.name.startswith("<") else Path.cwd()
@@ -195,7 +207,7 @@ class Session:
         if not checked.ok or checked.program is None:
             return Evaluated(checked.program, None, checked.diagnostics)
         program = checked.program
-        runtime = Runtime(self.library, self.options.limits, self.options.seed, self.options.z_entries)
+        runtime = self._runtime(source)
         try:
             scene = run_with_room(lambda: self._run(program, runtime), self.options.limits.depth, runtime.meter.cancel)
             problem = None
@@ -230,6 +242,13 @@ class Session:
         finally:
             gc.set_threshold(*thresholds)
 
+    def _runtime(self, main: Source, snapshots: frozenset[int] = frozenset()) -> Runtime:
+        options = self.options
+        assets = AssetBoxes(self._folder(main), self._project(main), options.allow_outside)
+        return Runtime(
+            self.library, options.limits, options.seed, options.z_entries, snapshots=snapshots, asset=assets.measure
+        )
+
     def _run_once(self, program: Program, runtime: Runtime, word: str) -> Scene:
         run = Run(self.library, runtime)
         run.run_forms(program)
@@ -242,10 +261,7 @@ class Session:
             runtime.warn("unused-entry", f"the entry `<{name}>` of Z names nothing in the scene")
         if not entries:
             return scene
-        again = Runtime(
-            self.library, self.options.limits, self.options.seed, self.options.z_entries,
-            snapshots=serials_at(scene, entries),
-        )  # fmt: skip
+        again = self._runtime(program.main, serials_at(scene, entries))
         grafted = graft(again, self._run_once(program, again, word), entries)
         runtime.warnings.update(again.warnings)
         return grafted
@@ -295,18 +311,29 @@ def _too_deep(limits: Limits, error: RecursionError) -> Diagnostic:
 def _sorted(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
     """Errors and warnings by place, each once."""
     unique: dict[Any, Diagnostic] = {}
-    for d in diagnostics:
+    names: set[str] = set()  # reported as undefined: one line for a name, however often it is used
+    for d in sorted(diagnostics, key=lambda d: d.span.start if d.span else -1):
         place = (d.span.source.name, d.span.start) if d.span else ("", -1)
+        if d.name == "unbound":
+            if d.message in names:
+                continue
+            names.add(d.message)
         unique.setdefault((place, d.name, d.message), d)
     return [unique[key] for key in sorted(unique, key=lambda k: k[0])]
 
 
 def _read_source(path: str, shown: str) -> Source:
     try:
-        data = sys.stdin.buffer.read() if path == "-" else Path(path).read_bytes()
+        if path == "-":
+            data = sys.stdin.buffer.read(_LARGEST_FILE + 1)
+        else:
+            with open(path, "rb") as file:
+                data = file.read(_LARGEST_FILE + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or "is no path"
         raise SceneError("file", f"cannot read {shown}: {reason}") from None
+    if len(data) > _LARGEST_FILE:
+        raise SceneError("file", f"{shown} is larger than {_LARGEST_FILE:,} bytes, which no program is")
     name = "<stdin>" if path == "-" else shown
     try:
         return Source(name, data.decode("utf-8-sig"))

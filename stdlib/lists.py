@@ -10,7 +10,7 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.entity import Entity
 from scenelang.interpreter.library import Registry
 from scenelang.interpreter.runtime import Runtime
-from scenelang.interpreter.values import NIL, HandleList, MutableList, Pair, make_list
+from scenelang.interpreter.values import NIL, HandleList, MutableList, Nil, Pair, Vector, make_list
 from scenelang.stdlib.errors import bad_index, empty_sequence, wrong_type
 from scenelang.stdlib.items import items, length
 from scenelang.stdlib.predicates import identical, same_value
@@ -170,7 +170,7 @@ def range_(rt: Runtime, start: int, end: int | None = None, step: int = 1) -> An
 
 
 @registry.define("append", "lists::Any ...", "List",
-                 "One list of the items of all lists, in order. Strings are joined by `string-append`.",
+                 "One list of the items of all lists, in order; a last argument that is no list ends a dotted one.",
                  ("(append '(1 2) '(3) '())", "(1 2 3)"))  # fmt: skip
 def append(rt: Runtime, *lists: Any) -> Any:
     if not lists:
@@ -182,7 +182,7 @@ def append(rt: Runtime, *lists: Any) -> Any:
     result = lists[-1]
     if type(result) is Pair:
         total = length(rt, result, "append")  # a proper list is shared, not copied
-    else:
+    elif type(result) in (MutableList, Vector, Nil):
         members = items(rt, result, "append")
         total, result = len(members), make_list(members)
     for one in reversed(lists[:-1]):

@@ -116,24 +116,22 @@ def test_check_and_run(shell: Shell) -> None:
 
 def test_run(shell: Shell) -> None:
     said = shell("run", "table.scene")
-    assert said.startswith("table")
     assert "making a table" in shell.err
-    for fact in ("11", "4"):  # entities, and primitives: 5; distinct
-        assert fact in said
+    facts = dict(line.split(None, 1) for line in said.splitlines())
+    assert facts["root"] == "table"
+    assert [facts[name] for name in ("entities", "instances", "primitives")] == ["5", "11", "5"]
+    assert (facts["min"], facts["max"]) == ("[-2 -1 -1]", "[3.05 2.05 1]")
+    assert facts["time"].endswith(" s")
     assert shell("run", "broken.scene", code=1) == ""
     assert "E401" in shell.err
 
 
-def test_run_tells_root_entities_primitives_box_and_time(shell: Shell) -> None:
-    said = shell("run", "table.scene")
-    for fact in ("table", "11 entities", "5 primitives", "box"):
-        assert fact in said, said
-
-
 def test_run_json(shell: Shell) -> None:
-    assert shell.json("run", "broken.scene", code=1)[0]["code"] == "E401"
+    assert shell("run", "broken.scene", "--json", code=1) == ""
+    assert [d["code"] for d in json.loads(shell.err)] == ["E401"]
     found = shell.json("run", "table.scene")
-    assert found is not None
+    assert (found["root"], found["entities"], found["instances"], found["primitives"]) == ("table", 5, 11, 5)
+    assert found["bounds"]["min"] == [-2, -1, -1]
 
 
 def test_tree(shell: Shell) -> None:
@@ -141,8 +139,8 @@ def test_tree(shell: Shell) -> None:
     lines = said.splitlines()
     assert lines[0] == "table <z1>"
     assert any("4 x leg" in line for line in lines)
-    assert len(shell("tree", "table.scene", "--depth", "0").splitlines()) == 1
-    assert len(shell("tree", "table.scene", "--depth", "1").splitlines()) == 3
+    assert len(shell("tree", "table.scene", "--depth", "0").splitlines()) == 2
+    assert len(shell("tree", "table.scene", "--depth", "1").splitlines()) == 5
     assert shell("tree", "table.scene", "--all").count("leg") == 4
     assert "2" in shell("tree", "table.scene", "--poses")
     data = shell.json("tree", "table.scene")
@@ -157,8 +155,8 @@ def test_flatten(shell: Shell) -> None:
     (frame,) = data["frames"]
     first, *legs = frame["primitives"]
     assert first == {
-        "word": "cube", "attributes": {"scale": [4, 0.1, 2]}, "handle": "<z3>",
-        "matrix": [[1, 0, 0, 0], [0, 1, 0, 2], [0, 0, 1, 0], [0, 0, 0, 1]], "path": ["table", "top", "cube"],
+        "word": "cube", "attributes": {"scale": [4, 0.1, 2], "color": [1, 1, 1]}, "handle": "<z3>",
+        "matrix": [[1, 0, 0, 0], [0, 1, 0, 2], [0, 0, 1, 0], [0, 0, 0, 1]], "path": ["table", "top"],
     }  # fmt: skip
     assert [leg["matrix"][0][3] for leg in legs] == [0, 1, 2, 3]
     assert [leg["handle"] for leg in legs] == ["<z5>", "<z7>", "<z9>", "<z11>"]
@@ -303,8 +301,9 @@ def test_colours_on_a_terminal(shell: Shell, monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_standard_input(shell: Shell, monkeypatch: pytest.MonkeyPatch) -> None:
-    expected = {command: shell(command, "table.scene") for command in EVALUATING}
-    for command in EVALUATING:
+    commands = [command for command in EVALUATING if command != "run"]  # it tells the time
+    expected = {command: shell(command, "table.scene") for command in commands}
+    for command in commands:
         with monkeypatch.context() as patch:
             patch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(TABLE.encode())))
             assert shell(command, "-") == expected[command]
@@ -392,34 +391,18 @@ def test_outputs_that_cannot_be_written(shell: Shell) -> None:
 
 def test_a_read_only_folder(shell: Shell) -> None:
     locked = shell.folder / "locked"
-    locked.mkdir()
-    shell.write("locked/table.scene", TABLE)
-    demote = "import os, sys; os.setgid(65534); os.setuid(65534); from scenelang.cli.main import entry; sys.argv[0] = 'scenelang'; entry()"
-    locked.chmod(0o555)
-    shell.folder.chmod(0o755)
-    for parent in shell.folder.parents:
-        if not os.access(parent, os.X_OK) or parent.stat().st_mode & 0o005 != 0o005:
-            pytest.skip(f"nobody may not enter {parent}") if os.getuid() == 0 else None
-    code = demote if os.getuid() == 0 else "from scenelang.cli.main import entry; entry()"
-    try:
-        for words in (
-            ["export", "table.scene", "-o", "t.glb"], ["render", "table.scene", "-o", "t.png", "--size", "16x16"],
-            ["embeddings", "table.scene", "set", "<z3>", "--text", "x"],
-        ):  # fmt: skip
-            done = subprocess.run(
-                [sys.executable, "-c", code, *words],
-                cwd=locked,
-                capture_output=True,
-                text=True,
-                timeout=60,
-                check=False,
-            )
-            assert done.returncode == 1, done.stderr
-            assert "error[E701]" in done.stderr
-            assert "Traceback" not in done.stderr
-        assert sorted(p.name for p in locked.iterdir()) == ["table.scene"]
-    finally:
-        locked.chmod(0o755)
+    locked.mkdir(0o555)
+    if os.getuid() == 0:  # root may write anywhere but here
+        locked = Path("/proc")
+    for words in (
+        ["export", "table.scene", "-o", f"{locked}/t.glb"],
+        ["render", "table.scene", "-o", f"{locked}/t.png", "--size", "16x16"],
+        ["embeddings", "table.scene", "set", "<z3>", "--text", "x", "--z", f"{locked}/t.safetensors"],
+    ):
+        shell(*words, code=1)
+        assert "error[E701]" in shell.err
+        assert str(locked) in shell.err, "it says what it could not write"
+        assert not list(locked.glob("t.*"))
 
 
 def test_a_failure_leaves_no_half_written_file(shell: Shell, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -497,17 +480,6 @@ def test_interruption(program: str, tmp_path: Path) -> None:
     assert running.returncode in (1, 130)
     assert b"Traceback" not in said
     assert b"E508" in said or b"interrupted" in said
-
-
-def test_interruption_of_a_macro(tmp_path: Path) -> None:
-    (tmp_path / "endless.scene").write_text("(define-macro (m) (while #t 1)) (for ((i 100000)) (m))")
-    words = [sys.executable, "-m", "scenelang.cli.main", "check", "endless.scene"]
-    with subprocess.Popen(words, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as running:
-        time.sleep(0.6)
-        running.send_signal(signal.SIGINT)
-        _, said = running.communicate(timeout=15)
-    assert b"Traceback" not in said
-    assert running.returncode in (1, 130)
 
 
 # --- bytes of any kind ---------------------------------------------------------------------------------------------------

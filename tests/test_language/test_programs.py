@@ -175,6 +175,8 @@ def test_param_rules() -> None:
     assert refused('(param p 1 "doc")', defines={"p": "1 2"}) == "param"
     assert refused('(param p 1 "doc")', defines={"p": ""}) == "param"
     assert refused('(param p 5 "doc" :max 2)') == "param"
+    assert refused('(param p 1 "doc" :max 2)', defines={"p": "tall"}) == "param"
+    assert log('(param p (+ 1 1) "doc" :max 2) (print p)') == ["2"]
     assert refused("(param)") == "syntax"
     assert refused("(param 5 1)") == "syntax"
 
