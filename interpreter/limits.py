@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import chain, repeat
+from operator import length_hint
 from typing import Any
 
 from scenelang.grammar.diagnostics import LimitError
@@ -54,6 +55,7 @@ class Meter:
     def __init__(self, limits: Limits) -> None:
         self.limits = limits
         self.steps = 0
+        self._block = repeat(None, _CHUNK)
         self.cancelled = False
         self._owed = 0
         self._chunks = 0
@@ -62,10 +64,15 @@ class Meter:
         self.tick: Callable[[], Any] = chain.from_iterable(self._refill()).__next__
 
     def _refill(self) -> Iterator[Iterator[None]]:
-        yield repeat(None, _CHUNK)
         while True:
+            self._block = repeat(None, _CHUNK)
+            yield self._block
             self.spend(_CHUNK)
-            yield repeat(None, _CHUNK)
+
+    @property
+    def total(self) -> int:
+        """The steps counted so far, those of the unfinished chunk included."""
+        return self.steps + self._owed + _CHUNK - length_hint(self._block)
 
     def cancel(self) -> None:
         """Ask the run to stop; called from another thread."""

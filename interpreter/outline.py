@@ -7,7 +7,8 @@ from typing import Any
 
 from scenelang.interpreter.entity import Entity, Scene
 from scenelang.interpreter.numbering import Numbering, number_scene
-from scenelang.interpreter.plain import NotPlain, plain_value
+from scenelang.interpreter.plain import plain_attributes
+from scenelang.interpreter.pose import to_array
 from scenelang.interpreter.show import show
 from scenelang.interpreter.values import IDENTITY, Matrix, Vector
 
@@ -122,24 +123,18 @@ def outline_data(scene: Scene, depth: int | None = None) -> dict[str, Any]:
                 root["cut"] = True
                 return root
             child = _node(numbering, part.car, number)
-            child["pose"] = list(part.cdr)
+            child["pose"] = to_array(part.cdr).tolist()
             data["children"].append(child)
             pending.append((child, part.car, number, level + 1))
     return root
 
 
 def _node(numbering: Numbering, entity: Entity, before: int) -> dict[str, Any]:
-    attributes = {}
-    for name, value in entity.embedding.attributes.items():
-        try:
-            attributes[name] = plain_value(value)
-        except NotPlain:
-            continue
     return {
         "word": entity.word,
         "handle": f"<{numbering.handle(entity, before)}>",
         "text": entity.embedding.text,
-        "attributes": attributes,
+        "attributes": plain_attributes(entity),
         "primitive": entity.is_primitive,
         "children": [],
     }

@@ -91,14 +91,20 @@ def _items(value: Any) -> list[Any]:
     return items
 
 
-def primitive_attributes(entity: Entity) -> dict[str, Any]:
-    """A primitive's attributes as JSON data, its geometry's defaults filled in; what is not plain is left out."""
+def plain_attributes(entity: Entity) -> dict[str, Any]:
+    """An entity's attributes as JSON data; what is not plain is left out."""
     found: dict[str, Any] = {}
     for name, value in entity.embedding.attributes.items():
         try:
             found[name] = plain_value(value)
         except NotPlain:
             continue
+    return found
+
+
+def primitive_attributes(entity: Entity) -> dict[str, Any]:
+    """A primitive's attributes as JSON data, its geometry's defaults filled in; what is not plain is left out."""
+    found = plain_attributes(entity)
     if entity.shape is not None:
         defaults = default_attributes(entity.shape)
         found = {**{k: v for k, v in defaults.items() if k not in found or k != "fill"}, **_kept(found, defaults)}

@@ -82,7 +82,8 @@ class Entry:
 
 class Runtime:
     """One run of one program. ``handles`` maps handle names to Z's entries; ``memoise`` is False only in tests of the
-    memo itself; ``snapshots`` are the serials of the calls at whose start the streams' state is kept (None: all). ``asset(file)`` gives a mesh file's box and resolved path."""
+    memo itself; ``snapshots`` are the serials of the calls at whose start the streams' state is kept
+    (None: all). ``asset(file)`` gives a mesh file's box and resolved path."""
 
     def __init__(
         self,

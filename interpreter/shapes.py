@@ -41,6 +41,15 @@ WORDS = {
 }
 
 
+# The attributes that each geometric primitive reads.
+GEOMETRY = {
+    "cube": ("scale", "color"),
+    "sphere": ("radius", "color"),
+    "cylinder": ("radius", "p0", "p1", "color"),
+    "cone": ("radius", "p0", "p1", "color"),
+}
+
+
 @dataclass(frozen=True, slots=True)
 class Shape:
     """A primitive's own geometry. Sizes are in the scene's units, ``color`` is linear sRGB in [0, 1]."""

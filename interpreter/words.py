@@ -11,10 +11,11 @@ from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.grammar.source import Span
 from scenelang.interpreter.analyse import walk
 from scenelang.interpreter.program import Program
-from scenelang.interpreter.shapes import WORDS
-from scenelang.interpreter.values import Pair
+from scenelang.interpreter.shapes import GEOMETRY, WORDS
+from scenelang.interpreter.values import Keyword, Pair
 
 _NEAR = 0.84
+_ALL_GEOMETRY = frozenset(name for names in GEOMETRY.values() for name in names)
 
 
 def _strings(value: Any) -> Iterator[str]:
@@ -85,6 +86,7 @@ def word_warnings(program: Program) -> list[Diagnostic]:
         for node in walk(form):
             if type(node) is ast.Call:
                 found += _near_word(program, node)
+                found += _idle_attributes(program, node)
     return found
 
 
@@ -112,6 +114,22 @@ def _optional_parameters(word: str, form: ast.Bind) -> Iterator[Diagnostic]:
                 hint = f"make it a keyword parameter: `(:{parameter.name} default)`"
                 message = f'a `call` of "{word}" never fills `{parameter.name}`; it keeps its default'
                 yield Diagnostic("optional-embedding", message, function.span, hint)
+
+
+def _idle_attributes(program: Program, node: ast.Call) -> Iterator[Diagnostic]:
+    """Attributes of a geometric primitive that its geometry does not read, though another's does, or nearly so."""
+    word = node.word.value if type(node.word) is ast.Constant else None
+    if word in program.all_words or word not in GEOMETRY:
+        return
+    read = GEOMETRY[word]
+    for argument in node.arguments:
+        if type(argument) is not ast.Constant or type(argument.value) is not Keyword or argument.value in read:
+            continue
+        name = str(argument.value)
+        near = get_close_matches(name.lower(), read, n=1, cutoff=0.75)
+        if near or name in _ALL_GEOMETRY:
+            hint = f"did you mean `:{near[0]}`?" if near else "it reads " + ", ".join(f"`:{n}`" for n in read)
+            yield Diagnostic("idle-attribute", f'a "{word}" does not read the attribute `:{name}`', argument.span, hint)
 
 
 def _near_word(program: Program, node: ast.Call) -> Iterator[Diagnostic]:

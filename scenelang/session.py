@@ -226,7 +226,7 @@ class Session:
                 ),
             )
         diagnostics = [*checked.diagnostics, *runtime.warnings.values(), *([problem] if problem else [])]
-        return Evaluated(program, scene, tuple(diagnostics), tuple(runtime.log), runtime.meter.steps)
+        return Evaluated(program, scene, tuple(diagnostics), tuple(runtime.log), runtime.meter.total)
 
     def _run(self, program: Program, runtime: Runtime) -> Scene:
         thresholds = gc.get_threshold()

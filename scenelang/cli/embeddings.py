@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import Any
 
-from scenelang.cli.options import add_common, add_file, z_path
+from scenelang.cli.options import UsageError, add_common, add_file, z_path
 from scenelang.cli.output import print_json, table
 from scenelang.cli.programs import evaluated
 from scenelang.grammar.datum import Handle
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.reader import read
 from scenelang.grammar.source import Source
-from scenelang.interpreter.arrays import array_literal
-from scenelang.interpreter.entity import Scene
+from scenelang.interpreter.entity import Entity, Scene
 from scenelang.interpreter.numbering import frame_numbers, instances, number_scene
+from scenelang.interpreter.plain import plain_attributes
 from scenelang.interpreter.runtime import Entry
 from scenelang.interpreter.show import show
 from scenelang.interpreter.syntax_values import quoted_value
+from scenelang.session import Session
 from scenelang.zfile import beside, read_z, write_z
 
 MAX_ROWS = 500
@@ -48,42 +48,46 @@ def list_embeddings(arguments: argparse.Namespace) -> int:
         return 1
     rows = _rows(result.scene)
     if arguments.json:
-        print_json([dict(zip(("handle", "word", "text", "attributes"), row)) for row in rows])
+        print_json(
+            [
+                {"handle": f"<{name}>", "word": e.word, "text": e.embedding.text, "attributes": plain_attributes(e)}
+                for name, e in rows.items()
+            ]
+        )
         return 0
-    print(table([("handle", "word", "text", "attributes"), *rows], (False, False, False, False)))
+    cells = [(f"<{name}>", e.word, e.embedding.text or "", _attributes(e)) for name, e in rows.items()]
+    print(table([("handle", "word", "text", "attributes"), *cells], (False, False, False, False)))
     if len(rows) == MAX_ROWS:
         print(f"... only the first {MAX_ROWS} are shown")
     return 0
 
 
-def _rows(scene: Scene) -> list[tuple[str, str, str, str]]:
-    """Handle, word, text and attributes of the first entities, each handle once."""
-    if scene.animated:
-        numbers = frame_numbers(scene)
-    else:
-        numbering = number_scene(scene)
-        numbers = {}
-    rows: dict[str, tuple[str, str, str, str]] = {}
+def _attributes(entity: Entity) -> str:
+    return " ".join(f":{key} {show(value, 40)}" for key, value in entity.embedding.attributes.items())
+
+
+def _rows(scene: Scene) -> dict[str, Entity]:
+    """The first entities by handle, each handle once."""
+    numbers = frame_numbers(scene) if scene.animated else {}
+    numbering = number_scene(scene)
+    rows: dict[str, Entity] = {}
     rank = 0
     for root in scene.frames:
         for path, entity in instances(root):
-            z = entity.embedding
-            if z.handle is not None:
-                name = z.handle
-            elif scene.animated:
-                name = f"z{numbers[path]}"
-            else:
+            name = entity.embedding.handle
+            if name is None:
                 rank += 1
-                name = f"z{numbering.number(rank)}"
-            attributes = " ".join(f":{key} {show(value, 40)}" for key, value in z.attributes.items())
-            rows.setdefault(name, (f"<{name}>", entity.word, z.text or "", attributes))
+                name = f"z{numbers[path] if scene.animated else numbering.number(rank)}"
+            rows.setdefault(name, entity)
             if len(rows) >= MAX_ROWS:
-                return list(rows.values())
-    return list(rows.values())
+                return rows
+    return rows
 
 
 def set_embedding(arguments: argparse.Namespace) -> int:
     name = _handle(arguments.handle)
+    if arguments.file != "-":
+        Session().source(arguments.file)  # a program that cannot be read has no embeddings
     path = z_path(arguments) or beside(arguments.file)
     if arguments.file == "-" and arguments.z is None:
         raise SceneError("file", "say where Z is: --z FILE")
@@ -92,11 +96,11 @@ def set_embedding(arguments: argparse.Namespace) -> int:
     attributes = dict(old.attributes)
     for item in arguments.attribute:
         key, sign, text = item.partition("=")
-        if not sign or not key:
-            raise SceneError("value", f"--attribute wants NAME=VALUE, got `{item}`")
+        if not sign or not key or not text.strip():
+            raise UsageError("value", f"--attribute wants NAME=VALUE, got `{item}`")
         attributes[key.lstrip(":").strip()] = _value(text)
     if arguments.text is None and not arguments.attribute and not arguments.clear:
-        raise SceneError("value", "nothing to set", "give --text or --attribute")
+        raise UsageError("value", "nothing to set", "give --text or --attribute")
     entry = Entry(arguments.text if arguments.text is not None else old.text, attributes)
     if arguments.clear and entry == Entry():
         entries.pop(name, None)
@@ -113,7 +117,7 @@ def _handle(text: str) -> str:
     forms = read(Source("<handle>", inner)).forms
     if len(forms) == 1 and type(getattr(forms[0], "value", None)) is Handle:
         return str(forms[0].value)  # type: ignore[union-attr]
-    raise SceneError("value", f"`{text}` is no handle", "a handle is `<z5>`; quote it for the shell: '<z5>'")
+    raise UsageError("value", f"`{text}` is no handle", "a handle is `<z5>`; quote it for the shell: '<z5>'")
 
 
 def _value(text: str) -> Any:
@@ -126,9 +130,4 @@ def _value(text: str) -> Any:
     return text if type(value).__name__ == "Symbol" else value
 
 
-def default_z(program: str) -> Path:
-    return beside(program)
-
-
 COMMANDS = (add_embeddings,)
-__all__ = ["COMMANDS", "array_literal"]

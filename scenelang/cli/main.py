@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from importlib.metadata import version
 
 from scenelang.cli import embeddings, pictures, programs
+from scenelang.cli.options import UsageError
 from scenelang.cli.output import report
 from scenelang.grammar.diagnostics import SceneError
 
@@ -36,7 +37,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return code
     except SceneError as error:
         report(arguments, [error.diagnostic])
-        return 1
+        return 2 if isinstance(error, UsageError) else 1
     except BrokenPipeError:
         _silence_stdout()
         return 1

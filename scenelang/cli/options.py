@@ -12,6 +12,11 @@ from scenelang.interpreter.limits import Limits
 from scenelang.interpreter.runtime import Entry
 from scenelang.session import Options, Session
 
+
+class UsageError(SceneError):
+    """An option that makes no sense, whatever the program: exit code 2."""
+
+
 _LIMIT_HELP = {
     "steps": "steps of evaluation",
     "depth": "nested calls",
@@ -34,6 +39,13 @@ def amount(text: str) -> float:
     if not 0 < value < 1e18:
         raise argparse.ArgumentTypeError(f"`{text}` is no positive number")
     return value
+
+
+def whole(text: str) -> int:
+    """A number of things: 0, 1, 2, ..."""
+    if not text.isdecimal() or len(text) > 9:
+        raise argparse.ArgumentTypeError(f"`{text}` is no number of things")
+    return int(text)
 
 
 def add_file(parser: argparse.ArgumentParser) -> None:
@@ -108,7 +120,7 @@ def session_of(arguments: argparse.Namespace, strict: bool = False) -> Session:
     for item in arguments.define:
         name, sign, text = item.partition("=")
         if not sign or not name:
-            raise SceneError("param", f"--define wants NAME=VALUE, got `{item}`")
+            raise UsageError("param", f"--define wants NAME=VALUE, got `{item}`")
         defines[name.strip()] = text
     options = Options(
         root=arguments.root,

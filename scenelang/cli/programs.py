@@ -7,7 +7,7 @@ import sys
 import time
 from typing import Any
 
-from scenelang.cli.options import add_common, add_file, session_of
+from scenelang.cli.options import UsageError, add_common, add_file, session_of, whole
 from scenelang.cli.output import print_json, report, report_run, table
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.interpreter.entity import Scene, count_words, descendants, primitive_count
@@ -130,6 +130,7 @@ def expand(arguments: argparse.Namespace) -> int:
 def add_count(subparsers: Any) -> None:
     parser = subparsers.add_parser("count", help="count the instances of every word")
     add_file(parser)
+    parser.add_argument("--frame", type=whole, default=0, metavar="N", help="frame of a 4D scene (default 0)")
     add_common(parser)
     parser.set_defaults(run=count)
 
@@ -138,10 +139,15 @@ def count(arguments: argparse.Namespace) -> int:
     result = evaluated(arguments)
     if result.scene is None:
         return 1
-    counts = count_words(result.scene.root)
+    frames = result.scene.frames
+    if arguments.frame >= len(frames):
+        raise UsageError("value", f"there is no frame {arguments.frame}; the scene has {len(frames)}, counted from 0")
+    counts = count_words(frames[arguments.frame])
     if arguments.json:
         print_json(counts)
     else:
+        if result.scene.animated:
+            print(f"frame {arguments.frame} of {len(frames)}:")
         print(table([(f"{n:,}", word) for word, n in counts.items()], (True, False)))
     return 0
 
@@ -185,7 +191,7 @@ def bounds(arguments: argparse.Namespace) -> int:
 def add_tree(subparsers: Any) -> None:
     parser = subparsers.add_parser("tree", help="print the entity hierarchy")
     add_file(parser)
-    parser.add_argument("--depth", type=int, metavar="N", help="levels below the root")
+    parser.add_argument("--depth", type=whole, metavar="N", help="levels below the root")
     parser.add_argument("--poses", action="store_true", help="also the pose of every part")
     parser.add_argument("--all", action="store_true", help="every instance: no counts of repeated parts")
     add_common(parser)
