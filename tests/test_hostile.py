@@ -221,7 +221,7 @@ def test_recursions() -> None:
 
 def test_recursions_as_deep_as_the_default_allows() -> None:
     some = ("direct", "sort with a key", "words with attributes")
-    refused({name: RECURSIONS[name] for name in some}, "E502")
+    refused({name: RECURSIONS[name] for name in some}, "E50[27]")  # on a slow machine time runs out first
 
 
 def test_sizes() -> None:
