@@ -10,6 +10,7 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.source import Span
 from scenelang.interpreter.arguments import builtin_arity_error, call_builtin, note_reads, python_error, type_error
 from scenelang.interpreter.arrays import array_literal
+from scenelang.interpreter.frames import undefined
 from scenelang.interpreter.iteration import items_of
 from scenelang.interpreter.library import Builtin
 from scenelang.interpreter.procedures import TAIL, UNDEFINED, Cell, Closure, Frame, Node, bind_arguments
@@ -17,7 +18,7 @@ from scenelang.interpreter.types import BASE_TYPES, Mismatch
 from scenelang.interpreter.values import NIL, Pair, Procedure, Vector, make_list
 
 if TYPE_CHECKING:
-    from scenelang.interpreter.compile import Layout
+    from scenelang.interpreter.frames import Layout
     from scenelang.interpreter.runtime import Runtime
 
 __all__ = ["Pair", "make_list"]
@@ -52,8 +53,6 @@ def locate(error: SceneError, function: Any, span: Span) -> None:
 def _apply(rt: Runtime, function: Any, arguments: Sequence[Any], head: Any, span: Span) -> Any:
     """A call that has no fast path."""
     if function is UNDEFINED:
-        from scenelang.interpreter.compile import undefined
-
         raise undefined(rt, head.name, head.span)
     if not isinstance(function, Procedure):
         raise rt.not_a_procedure(function, span)

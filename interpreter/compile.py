@@ -17,10 +17,10 @@ from scenelang.grammar.source import Span
 from scenelang.interpreter import calls, comprehension, intrinsics, scene_forms
 from scenelang.interpreter.analyse import Analysis, Loop, Region, analyse
 from scenelang.interpreter.arrays import array_literal
+from scenelang.interpreter.frames import Layout, cell_reader, checked_reader, slot_reader, slot_writer, undefined
 from scenelang.interpreter.iteration import items_of
 from scenelang.interpreter.library import Builtin
 from scenelang.interpreter.procedures import (
-    TAIL,
     UNDEFINED,
     Cell,
     Closure,
@@ -33,25 +33,6 @@ from scenelang.interpreter.procedures import (
 )
 from scenelang.interpreter.runtime import Runtime, raised_value
 from scenelang.interpreter.scope import Variable
-
-
-class Layout:
-    """The slots of one frame."""
-
-    __slots__ = ("parent", "size", "slots")
-
-    def __init__(self, parent: Layout | None) -> None:
-        self.parent = parent
-        self.slots: dict[Variable, int] = {}
-        self.size = 1
-
-    def add(self, variable: Variable | None) -> int:
-        """A slot for ``variable``, or an unnamed one."""
-        index = self.size
-        self.size += 1
-        if variable is not None:
-            self.slots[variable] = index
-        return index
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -145,15 +126,15 @@ class Compiler:
             return self._global_reference(target, node.span)
         depth, slot = self.address(target, context.layout)
         if self.in_cell(target):
-            return _cell_reader(self.rt, _slot_reader(depth, slot), target.name, node.span)
+            return cell_reader(self.rt, slot_reader(depth, slot), target.name, node.span)
         if target.recursive:
-            return _checked_reader(self.rt, _slot_reader(depth, slot), target.name, node.span)
-        return _slot_reader(depth, slot)
+            return checked_reader(self.rt, slot_reader(depth, slot), target.name, node.span)
+        return slot_reader(depth, slot)
 
     def _global_reference(self, variable: Variable, span: Span) -> Node:
         cell = self.global_cell(variable)
         if variable.assigned:
-            return _cell_reader(self.rt, lambda f: cell, variable.name, span)
+            return cell_reader(self.rt, lambda f: cell, variable.name, span)
         rt, name = self.rt, variable.name
 
         def node(f: Frame) -> Any:
@@ -181,7 +162,7 @@ class Compiler:
                 cell = self.global_cell(variable)
                 find: Node = lambda f: cell
             else:
-                find = _slot_reader(*self.address(variable, layout))
+                find = slot_reader(*self.address(variable, layout))
 
             def store_cell(f: Frame, value: Any) -> None:
                 target = find(f)
@@ -191,7 +172,7 @@ class Compiler:
                 target.value = value
 
             return store_cell
-        return _slot_writer(*self.address(variable, layout))
+        return slot_writer(*self.address(variable, layout))
 
     def binder(self, target: Any, layout: Layout, span: Span) -> Any:
         """``bind(frame, value)`` for a definition: a variable, or a pattern that is taken apart."""
@@ -215,7 +196,7 @@ class Compiler:
                     f[slot] = Cell(value, rt.clock)
 
             return bind_cell
-        return _slot_writer(0, slot)
+        return slot_writer(0, slot)
 
     def _global_binder(self, variable: Variable) -> Any:
         cell = self.global_cell(variable)
@@ -609,67 +590,6 @@ def _none(f: Frame) -> None:
     return None
 
 
-def undefined(rt: Runtime, name: str, span: Span) -> SceneError:
-    """The error for a variable that is read too early. Its later definition must undo what saw this."""
-    rt.drew = True
-    return SceneError("undefined-yet", f"`{name}` is used before its definition has run", None, span)
-
-
-def _slot_reader(depth: int, slot: int) -> Node:
-    if depth == 0:
-        return lambda f: f[slot]
-    if depth == 1:
-        return lambda f: f[0][slot]
-    if depth == 2:
-        return lambda f: f[0][0][slot]
-
-    def read(f: Frame) -> Any:
-        for _ in range(depth):
-            f = f[0]
-        return f[slot]
-
-    return read
-
-
-def _slot_writer(depth: int, slot: int) -> Any:
-    if depth == 0:
-
-        def write_here(f: Frame, value: Any) -> None:
-            f[slot] = value
-
-        return write_here
-
-    def write(f: Frame, value: Any) -> None:
-        for _ in range(depth):
-            f = f[0]
-        f[slot] = value
-
-    return write
-
-
-def _cell_reader(rt: Runtime, find: Node, name: str, span: Span) -> Node:
-    def read(f: Frame) -> Any:
-        cell = find(f)
-        if cell.birth < rt.serial:
-            rt.read(cell)
-        value = cell.value
-        if value is UNDEFINED:
-            raise undefined(rt, name, span)
-        return value
-
-    return read
-
-
-def _checked_reader(rt: Runtime, find: Node, name: str, span: Span) -> Node:
-    def read(f: Frame) -> Any:
-        value = find(f)
-        if value is UNDEFINED:
-            raise undefined(rt, name, span)
-        return value
-
-    return read
-
-
 def _sequence(steps: list[Node]) -> Node:
     """Steps one after the other; the value of the last."""
     if len(steps) == 1:
@@ -690,6 +610,3 @@ def _sequence(steps: list[Node]) -> Node:
         return last(f)
 
     return many
-
-
-__all__ = ["TAIL", "Compiler", "Context", "Layout", "compile_forms"]

@@ -11,6 +11,7 @@ from scenelang.grammar.source import Span
 from scenelang.interpreter.analyse import pattern_variables as pattern_variables
 from scenelang.interpreter.entity import Entity
 from scenelang.interpreter.equality import table_key
+from scenelang.interpreter.frames import Layout
 from scenelang.interpreter.iteration import items_of, iterate
 from scenelang.interpreter.parts import parts_of
 from scenelang.interpreter.procedures import Frame, Node
@@ -27,7 +28,6 @@ Step = Callable[[Frame, Any], Any]  # frame and accumulator; True ends all itera
 def compile_for(compiler: Compiler, node: ast.For, context: Context) -> Node:
     """The closure of a ``for`` form of any kind."""
     from scenelang.interpreter.compile import Context as MakeContext
-    from scenelang.interpreter.compile import Layout
 
     rt = compiler.rt
     framed = compiler.region(node).has_frame

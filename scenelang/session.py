@@ -225,6 +225,10 @@ class Session:
                     "the machine has no more; lower the limit with --max-memory",
                 ),
             )
+        if problem is not None and self.options.z_entries:
+            used = ", ".join(f"<{name}>" for name in list(self.options.z_entries)[:8])
+            note = Note(f"a file of embeddings is in use, for {used}; `embeddings FILE set HANDLE --clear` forgets one")
+            problem = replace(problem, notes=(*problem.notes, note))
         diagnostics = [*checked.diagnostics, *runtime.warnings.values(), *([problem] if problem else [])]
         return Evaluated(program, scene, tuple(diagnostics), tuple(runtime.log), runtime.meter.total)
 

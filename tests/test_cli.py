@@ -521,7 +521,7 @@ def test_any_text(text: str) -> None:
     survives(text.encode("utf-8", "surrogatepass"))
 
 
-@settings(max_examples=1500, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=500, deadline=None, suppress_health_check=list(HealthCheck))
 @given(st.lists(PIECES, max_size=40))
 def test_any_sequence_of_the_languages_own_words(pieces: list[str]) -> None:
     survives(" ".join(pieces).encode())
@@ -537,7 +537,7 @@ FORMS = st.recursive(
 )
 
 
-@settings(max_examples=1500, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=500, deadline=None, suppress_health_check=list(HealthCheck))
 @given(st.lists(FORMS, max_size=6))
 def test_any_well_nested_text(forms: list[str]) -> None:
     survives("\n".join(forms).encode())

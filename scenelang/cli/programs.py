@@ -7,7 +7,7 @@ import sys
 import time
 from typing import Any
 
-from scenelang.cli.options import UsageError, add_common, add_file, session_of, whole
+from scenelang.cli.options import add_common, add_file, session_of, whole
 from scenelang.cli.output import print_json, report, report_run, table
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.interpreter.entity import Scene, count_words, descendants, primitive_count
@@ -141,7 +141,7 @@ def count(arguments: argparse.Namespace) -> int:
         return 1
     frames = result.scene.frames
     if arguments.frame >= len(frames):
-        raise UsageError("value", f"there is no frame {arguments.frame}; the scene has {len(frames)}, counted from 0")
+        raise SceneError("value", f"there is no frame {arguments.frame}; the scene has {len(frames)}, counted from 0")
     counts = count_words(frames[arguments.frame])
     if arguments.json:
         print_json(counts)
