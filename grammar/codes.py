@@ -96,7 +96,6 @@ CODES: dict[str, Code] = {
     "embedding-only": Code("W604", "The call changed things outside it, so only its embedding was replaced."),
     "near-word": Code("W605", "A word is never bound, but one close to it is: perhaps a misspelling."),
     "idle-attribute": Code("W608", "A primitive's geometry does not read an attribute: perhaps a misspelling."),
-    "not-embedded": Code("W606", "An attribute cannot be stored in a file and was left out."),
     "set-order": Code("W607", "The order of a set's strings is not that of Python."),
     "print-limit": Code("W501", "The log is full; the rest of what the program prints is dropped."),
 }

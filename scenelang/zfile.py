@@ -72,7 +72,7 @@ def _to_json(value: Any) -> Any:
     try:
         return plain_value(value, tagged=True)
     except NotPlain:
-        raise SceneError("not-embedded", "an attribute cannot be stored in a file") from None
+        raise SceneError("value", "an attribute cannot be stored in a file") from None
 
 
 def _from_json(value: Any) -> Any:

@@ -26,7 +26,6 @@ CASES = sorted(p for p in BAD.iterdir() if p.suffix == ".scene" or (p / "main.sc
 # Codes that no program shows by itself, with the test that does, or the reason.
 ELSEWHERE = {
     "E508": "an interruption comes from outside: tests/test_cli.py",
-    "W606": "an attribute of a Z file or an export: backends say it, tests/backends",
 }
 _DIRECTIVE = re.compile(r"; (command|args|before): (.*)")
 
