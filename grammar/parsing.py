@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import sys
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,7 @@ from lark import Lark
 
 def build_parser(grammar: str, start: str, lexer: Any, transformer: Any = None) -> Lark:
     """The LALR parser of a grammar file of this package. Lark checks that cached tables belong to its text."""
-    text = files("scenelang.grammar").joinpath(grammar).read_text("utf-8")
+    text = Path(__file__).with_name(grammar).read_text("utf-8")
     options: dict[str, Any] = {"parser": "lalr", "lexer": lexer, "start": start, "transformer": transformer}
     folder = _cache_folder()
     if folder is not None:

@@ -357,6 +357,20 @@ def next_framed_turn(rt: Runtime, mark: Any, arguments: Sequence[Node]) -> Node:
     return node
 
 
+def next_counted_turn(mark: Any, count: Node, other: Node, slots: Sequence[int], step: int) -> Node:
+    """The next turn of a loop of two variables, the first of which counts: ``(loop (+ i step) other)``."""
+    i, j = slots
+
+    def node(f: Frame) -> Any:
+        x = f[i]
+        x = x + step if type(x) is int else count(f)
+        f[j] = other(f)
+        f[i] = x
+        return mark
+
+    return node
+
+
 def next_turn(mark: Any, arguments: Sequence[Node], slots: Sequence[int], depth: int) -> Node:
     """Set the loop's variables, all at once, and ask for the next turn."""
     if depth == 0 and len(arguments) == 1:

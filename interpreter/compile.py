@@ -494,7 +494,18 @@ class Compiler:
             depth += 1
             assert layout.parent is not None
             layout = layout.parent
+        step = self._step(node.arguments[0], plan, context) if len(arguments) == 2 and depth == 0 else None
+        if step is not None:
+            return calls.next_counted_turn(plan.mark, arguments[0], arguments[1], plan.slots, step)
         return calls.next_turn(plan.mark, arguments, plan.slots, depth)
+
+    def _step(self, argument: Any, plan: LoopPlan, context: Context) -> int | None:
+        """The constant that ``(+ i constant)`` adds to the loop's first variable, or None for anything else."""
+        name, operands = self._intrinsic_use(argument)
+        if name != "add" or len(operands) != 2 or type(operands[1]) is not ast.Constant:
+            return None
+        step = operands[1].value
+        return step if type(step) is int and self._local_slot(operands[0], context) == plan.slots[0] else None
 
     def _builtin_call(self, builtin: Builtin, node: ast.Application, context: Context) -> Node:
         intrinsic = builtin.intrinsic

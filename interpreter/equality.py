@@ -235,8 +235,9 @@ def _plain_key(embedding: Embedding) -> Any:
     out: list[Any] = [embedding.handle, embedding.text]
     for name, value in embedding.attributes.items():
         kind = type(value)
-        if kind is Vector and value and type(value[0]) is float:
-            value = _pack_three(*value) if len(value) == 3 else pack(f"{len(value)}d", *value)  # -0.0 is no 0.0
+        if kind is Vector:
+            if value and type(value[0]) is float:  # bytes, since -0.0 is no 0.0
+                value = _pack_three(*value) if len(value) == 3 else pack(f"{len(value)}d", *value)
         elif kind is float:
             value = value if value else repr(value)
         elif kind not in _PLAIN:

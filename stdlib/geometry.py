@@ -18,6 +18,7 @@ from scenelang.interpreter.values import Matrix, Vector
 registry = Registry("poses")
 define = registry.define
 _ORIGIN = (0.0, 0.0, 0.0)
+_EXACT = 1 << 53
 
 
 def _point(name: str, what: str, value: Vector) -> Vector:
@@ -43,6 +44,8 @@ def _finite(name: str, make: Callable[[], Matrix]) -> Matrix:
 def translate(rt: Runtime, offset: Vector) -> Matrix:
     if len(offset) == 3:
         x, y, z = offset
+        if type(x) is int and -_EXACT < x < _EXACT and -_EXACT < y < _EXACT and -_EXACT < z < _EXACT:
+            x, y, z = float(x), float(y), float(z)
         if type(x) is float and isfinite(x + y + z):
             return Matrix((1.0, 0.0, 0.0, x, 0.0, 1.0, 0.0, y, 0.0, 0.0, 1.0, z))
     x, y, z = _point("translate", "`offset`", offset)

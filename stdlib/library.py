@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
-from importlib.resources import files
+from pathlib import Path
 
 from scenelang.interpreter.library import Builtin, Library, Registry
 from scenelang.stdlib import (
@@ -66,9 +66,8 @@ def _collect(topics: tuple[Registry, ...]) -> dict[str, Builtin]:
 
 def _modules() -> dict[str, str]:
     """The source of every module in the language that comes with the package, by file name."""
-    folder = files("scenelang.stdlib")
-    found = (entry for entry in folder.iterdir() if entry.name.endswith(".scene"))
-    return {entry.name: entry.read_text(encoding="utf-8") for entry in sorted(found, key=lambda entry: entry.name)}
+    found = sorted(Path(__file__).parent.glob("*.scene"))
+    return {path.name: path.read_text("utf-8") for path in found}
 
 
 @cache

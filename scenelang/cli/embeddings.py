@@ -19,7 +19,6 @@ from scenelang.interpreter.runtime import Entry
 from scenelang.interpreter.show import show
 from scenelang.interpreter.syntax_values import quoted_value
 from scenelang.session import Session
-from scenelang.zfile import beside, read_z, write_z
 
 MAX_ROWS = 500
 
@@ -85,6 +84,8 @@ def _rows(scene: Scene) -> dict[str, Entity]:
 
 
 def set_embedding(arguments: argparse.Namespace) -> int:
+    from scenelang.zfile import beside, read_z, write_z
+
     name = _handle(arguments.handle)
     if arguments.file != "-":
         Session().source(arguments.file)  # a program that cannot be read has no embeddings

@@ -9,7 +9,6 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
-from importlib.metadata import version
 
 from scenelang.cli import embeddings, pictures, programs
 from scenelang.cli.options import UsageError
@@ -17,11 +16,21 @@ from scenelang.cli.output import report
 from scenelang.grammar.diagnostics import SceneError
 
 
+class _Version(argparse.Action):
+    """Prints the version; looked up only when asked for, since that takes a while."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        from importlib.metadata import version
+
+        print(f"scenelang {version('scenelang')}")
+        parser.exit()
+
+
 def build_parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="scenelang", description="The Scene Language: scenes as programs, words and embeddings."
     )
-    parser.add_argument("--version", action="version", version=f"scenelang {version('scenelang')}")
+    parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
     subparsers = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for add in (*programs.COMMANDS, *pictures.COMMANDS, *embeddings.COMMANDS):
         add(subparsers)
