@@ -38,6 +38,9 @@ class Stage:
     scale: float
 
 
+_FARTHEST = 1e100  # squares of coordinates beyond it are no numbers any more
+
+
 def box_of(scene: Scene) -> tuple[FloatArray, FloatArray]:
     """The exact box of all frames, low and high (3,) each; raises SceneError("empty-scene") when there is none."""
     boxes = [box for root in scene.frames if (box := entity_box(root)) is not None]
@@ -47,7 +50,7 @@ def box_of(scene: Scene) -> tuple[FloatArray, FloatArray]:
     low, high = every[:, :3].min(axis=0), every[:, 3:].max(axis=0)
     with np.errstate(over="ignore"):
         sizes = high - low
-    if not np.isfinite(sizes).all():
+    if not np.isfinite(sizes).all() or max(np.abs(low).max(), np.abs(high).max()) > _FARTHEST:
         raise SceneError("unsupported", "the scene is larger than any number can tell, so it cannot be drawn")
     return low, high
 

@@ -63,7 +63,7 @@ CODES: dict[str, Code] = {
     "depth": Code("E502", "Calls were nested deeper than allowed (--max-depth)."),
     "entities": Code("E503", "The scene has more distinct entities than allowed (--max-entities)."),
     "primitives": Code("E504", "The scene expands to more primitives than allowed (--max-primitives)."),
-    "size": Code("E505", "A list, string or integer grew larger than allowed (--max-size)."),
+    "size": Code("E505", "A list or string grew larger than allowed (--max-size), or an integer past 4,000 digits."),
     "memory": Code("E506", "The program used more memory than allowed (--max-memory)."),
     "time": Code("E507", "The program ran longer than allowed (--max-seconds)."),
     "interrupted": Code("E508", "The evaluation was interrupted."),

@@ -22,7 +22,7 @@ _LIMIT_HELP = {
     "depth": "nested calls",
     "entities": "distinct entities",
     "primitives": "primitives when the scene is expanded",
-    "size": "items of a list, characters of a string, digits of an integer",
+    "size": "items of a list or array, characters of a string",
     "memory": "bytes of memory (suffixes k, M, G)",
     "seconds": "wall time",
 }
