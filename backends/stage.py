@@ -38,7 +38,7 @@ class Stage:
     scale: float
 
 
-_FARTHEST = 1e100  # squares of coordinates beyond it are no numbers any more
+_FARTHEST = 1e152  # squares of coordinates beyond it are no numbers any more
 
 
 def box_of(scene: Scene) -> tuple[FloatArray, FloatArray]:

@@ -18,8 +18,9 @@ _CHUNKS_PER_MEMORY_CHECK = 16
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What a run may use. ``depth``: nested calls; ``size``: items of a list, characters of a string (integers
-    have at most 4,000 digits, which Python can still print); ``memory``: bytes beyond what the process had at the start; ``seconds``: wall time."""
+    """What a run may use. ``depth``: nested calls; ``size``: items of a list, characters of a string (integers have at
+    most 4,000 digits, which Python can still print); ``memory``: bytes beyond what the process had at the start;
+    ``seconds``: wall time."""
 
     steps: int = 10_000_000
     depth: int = 100_000
