@@ -206,4 +206,3 @@ Expr: TypeAlias = (
     Constant | HandleLiteral | Reference | Assignment | If | And | Or | Lambda | Body | First | Application
     | ArrayLiteral | While | For | LetEscape | Guard | Bind | Call | Union | UnionLoop | Transform
 )  # fmt: skip
-Top: TypeAlias = Expr | Define

@@ -73,8 +73,3 @@ def walk(*datums: Datum) -> Iterator[Datum]:
         yield datum
         if not isinstance(datum, Atom):
             stack.extend(subdatums(datum))
-
-
-def is_symbol(datum: object, name: str | None = None) -> bool:
-    """True for an atom that is a symbol (named ``name``, when given)."""
-    return isinstance(datum, Atom) and type(datum.value) is Symbol and (name is None or datum.value == name)

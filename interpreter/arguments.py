@@ -10,7 +10,7 @@ from scenelang.interpreter.library import Builtin, Parameter
 from scenelang.interpreter.procedures import split_keywords
 from scenelang.interpreter.show import show
 from scenelang.interpreter.types import Mismatch, type_name
-from scenelang.interpreter.values import Mutable, MutableList, Pair, Procedure, Vector, iterate_list
+from scenelang.interpreter.values import Mutable, MutableList, Pair, Procedure, iterate_list
 
 if TYPE_CHECKING:
     from scenelang.interpreter.runtime import Runtime
@@ -127,10 +127,3 @@ def call_record_procedure(runtime: Runtime, procedure: Procedure, arguments: Seq
     """Call one of the procedures of ``define-record``."""
     assert isinstance(procedure, RecordProcedure)
     return procedure.call(runtime, arguments)
-
-
-def vector3(value: Vector) -> tuple[float, float, float]:
-    """A Vector of length three as floats; raises Mismatch otherwise."""
-    if len(value) != 3:
-        raise Mismatch
-    return (float(value[0]), float(value[1]), float(value[2]))

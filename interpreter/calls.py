@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from scenelang.grammar import ast
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.source import Span
 from scenelang.interpreter.arguments import builtin_arity_error, call_builtin, note_reads, python_error, type_error
@@ -15,13 +14,12 @@ from scenelang.interpreter.iteration import items_of
 from scenelang.interpreter.library import Builtin
 from scenelang.interpreter.procedures import TAIL, UNDEFINED, Cell, Closure, Frame, Node, bind_arguments
 from scenelang.interpreter.types import BASE_TYPES, Mismatch
-from scenelang.interpreter.values import NIL, Pair, Procedure, Vector, make_list
+from scenelang.interpreter.values import NIL, Pair, Procedure, Vector
 
 if TYPE_CHECKING:
     from scenelang.interpreter.frames import Layout
     from scenelang.interpreter.runtime import Runtime
 
-__all__ = ["Pair", "make_list"]
 
 _NUMBERS = frozenset((int, float))
 _BLOCK = 2048
@@ -422,9 +420,7 @@ def slow_call(rt: Runtime, builtin: Builtin, span: Span) -> Callable[[list[Any]]
     return run
 
 
-def builtin_call(
-    rt: Runtime, builtin: Builtin, arguments: Sequence[Node], syntax: Sequence[ast.Expr], span: Span
-) -> Node:
+def builtin_call(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], span: Span) -> Node:
     """A call of a builtin. Types are checked inline for a fixed number of positional arguments."""
     signature = builtin.signature
     parameters = (*signature.required, *signature.optional)

@@ -15,7 +15,7 @@ from scenelang.grammar import ast
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.grammar.source import Span
 from scenelang.interpreter import calls, comprehension, intrinsics, scene_forms
-from scenelang.interpreter.analyse import Analysis, Loop, Region, analyse
+from scenelang.interpreter.analyse import Analysis, Loop, Region, analyse, pattern_variables
 from scenelang.interpreter.arrays import array_literal
 from scenelang.interpreter.frames import Layout, cell_reader, checked_reader, slot_reader, slot_writer, undefined
 from scenelang.interpreter.iteration import items_of
@@ -33,6 +33,7 @@ from scenelang.interpreter.procedures import (
 )
 from scenelang.interpreter.runtime import Runtime, raised_value
 from scenelang.interpreter.scope import Variable
+from scenelang.interpreter.values import Pair, make_list
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -215,7 +216,7 @@ class Compiler:
         rt, count = self.rt, len(binders)
 
         def bind(f: Frame, value: Any) -> None:
-            if count == 1 and rest_binder is not None and type(value) is calls.Pair:
+            if count == 1 and rest_binder is not None and type(value) is Pair:
                 binders[0](f, value.car)
                 rest_binder(f, value.cdr)
                 return
@@ -227,7 +228,7 @@ class Compiler:
             for binder, member in zip(binders, members):
                 binder(f, member)
             if rest_binder is not None:
-                rest_binder(f, calls.make_list(members[count:]))
+                rest_binder(f, make_list(members[count:]))
 
         return bind
 
@@ -326,7 +327,7 @@ class Compiler:
             return self._loop(loop, context)
         for item in node.items:
             if type(item) is ast.Define:
-                for variable in comprehension.pattern_variables(item.target):
+                for variable in pattern_variables(item.target):
                     if not variable.is_global:
                         context.layout.add(variable)
         prepare = self._prepare(node, context)
@@ -345,7 +346,7 @@ class Compiler:
             (context.layout.slots[variable], self.in_cell(variable))
             for item in node.items
             if type(item) is ast.Define
-            for variable in comprehension.pattern_variables(item.target)
+            for variable in pattern_variables(item.target)
             if not variable.is_global and (variable.recursive or self.in_cell(variable))
         ]
         if not early:
@@ -516,7 +517,7 @@ class Compiler:
         arguments = self.compile_all(node.arguments, context.inner)
         if builtin.name == "apply" and context.tail:
             return calls.tail_apply(self.rt, builtin, arguments, node.span)
-        return calls.builtin_call(self.rt, builtin, arguments, node.arguments, node.span)
+        return calls.builtin_call(self.rt, builtin, arguments, node.span)
 
     def _intrinsic(self, builtin: Builtin, name: str, node: ast.Application, context: Context) -> Node | None:
         operands = node.arguments

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 from scenelang.grammar import ast
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.source import Span
-from scenelang.interpreter.analyse import pattern_variables as pattern_variables
 from scenelang.interpreter.entity import Entity
 from scenelang.interpreter.equality import table_key
 from scenelang.interpreter.frames import Layout

@@ -81,7 +81,6 @@ class Expander:
         self.record_names: set[str] = set()
         self.expansions = 0
         self.expanded = 0
-        self.macro_depth = 0
         self.template_scope: Scope | None = None  # set while a define-macro's body is expanded or runs
         self.template_aliases: dict[Symbol, Symbol] = {}
 
@@ -371,11 +370,9 @@ class Expander:
         self._add(plain, self._parameter(item, scope, kind), item.span)
 
     def _add(self, plain: list[ast.Parameter], parameter: ast.Parameter, span: Span) -> None:
-        order = ("required", "optional")
         if parameter.kind == "required" and any(p.kind == "optional" for p in plain):
             hint = "optional parameters come after the required ones"
             raise SceneError("lambda-list", f"`{parameter.name}` comes too late", hint, span)
-        del order
         if parameter.name != "_" and any(p.name == parameter.name and p.target == parameter.target for p in plain):
             raise SceneError("duplicate", f"the parameter `{parameter.name}` is there twice", None, span)
         plain.append(parameter)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scenelang.interpreter.values import IDENTITY, Matrix
+from scenelang.interpreter.values import Matrix
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -109,7 +109,3 @@ def from_array(a: npt.NDArray[np.float64]) -> Matrix | None:
 def is_finite(m: Sequence[float]) -> bool:
     """True when no entry is infinite or nan (a sum of finite doubles is at worst infinite, so check it once)."""
     return math.isfinite(sum(m)) or all(map(math.isfinite, m))
-
-
-def is_identity(m: Sequence[float]) -> bool:
-    return tuple(m) == tuple(IDENTITY)

@@ -48,7 +48,6 @@ from scenelang.interpreter.values import (
 )
 
 _NEVER = 1 << 62
-NO_KEYWORDS: frozenset[str] = frozenset()
 
 
 class WordCell(Mutable):
@@ -122,10 +121,8 @@ class Runtime:
         self._log_size = 0
         self.symbols_made = 0
         self.warnings: dict[tuple[str, str, Span | None], Diagnostic] = {}
-        self.root_is_running = False
         self._snapshot_at = snapshots
         self.snapshots: dict[int, Any] = {}
-        self.evaluating: Span | None = None
 
     # --- procedures --------------------------------------------------------------------------------------------
 

@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from scenelang.interpreter.compile import Compiler, Context
     from scenelang.interpreter.runtime import Runtime
 
-_NONE_WRITTEN: frozenset[str] = frozenset()
-
 
 def _placed(error: SceneError, span: Span) -> SceneError:
     if error.span is None:

@@ -106,10 +106,6 @@ class Embedding:
         self.attributes: Mapping[str, Any] = attributes if attributes is not None else {}
         self.key: Any = None  # cached by ``equality.embedding_key``
 
-    @property
-    def anonymous(self) -> bool:
-        return self.handle is None and self.text is None and not self.attributes
-
     def __repr__(self) -> str:
         return f"<embedding {self.handle or ''}>"
 

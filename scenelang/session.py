@@ -17,13 +17,13 @@ from typing import Any, TypeVar
 from scenelang.assets import AssetBoxes
 from scenelang.grammar.core import check_strict
 from scenelang.grammar.datum import Atom, Datum, ListDatum, Symbol
-from scenelang.grammar.diagnostics import Diagnostic, LimitError, Note, SceneError
+from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError
 from scenelang.grammar.reader import read
 from scenelang.grammar.source import Source, Span
 from scenelang.interpreter.entity import Scene
 from scenelang.interpreter.evaluate import Run, macro_runner
 from scenelang.interpreter.graft import automatic_entries, graft, serials_at
-from scenelang.interpreter.limits import Limits, Meter, recursion_room
+from scenelang.interpreter.limits import Limits, recursion_room
 from scenelang.interpreter.procedures import Closure
 from scenelang.interpreter.program import STD, Program, load_program
 from scenelang.interpreter.runtime import Entry, Runtime
@@ -122,7 +122,6 @@ class Session:
     def __init__(self, options: Options | None = None) -> None:
         self.options = options or Options()
         self.library = build_library()
-        self._meter: Meter | None = None
 
     # --- sources ---------------------------------------------------------------------------------------------------
 
@@ -360,6 +359,3 @@ def _value_datum(name: str, text: str) -> Datum:
     raise SceneError(
         "param", f"--define {name}: `{text[:60]}` is no value", 'give a number, "string", #t, #f or [array]'
     )
-
-
-__all__ = ["Checked", "Evaluated", "LimitError", "Options", "Session", "run_with_room"]

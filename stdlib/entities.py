@@ -12,7 +12,7 @@ from scenelang.interpreter.iteration import items_of
 from scenelang.interpreter.library import Registry
 from scenelang.interpreter.runtime import Runtime
 from scenelang.interpreter.types import type_name
-from scenelang.interpreter.values import NIL, Embedding, HandleList, Keyword, Pair, Procedure, Vector, make_list
+from scenelang.interpreter.values import NIL, Embedding, Keyword, Pair, Procedure, Vector, make_list
 
 registry = Registry("entities")
 define = registry.define
@@ -248,7 +248,3 @@ def shape_center(rt: Runtime, x: Any) -> Vector:
 def shape_sizes(rt: Runtime, x: Any) -> Vector:
     box = box_of(rt, x)
     return Vector([box[i + 3] - box[i] for i in range(3)])
-
-
-def is_endless(value: Any) -> bool:
-    return type(value) is HandleList
