@@ -32,7 +32,27 @@ def test_program_gives_its_golden_geometry(program: Path) -> None:
     assert result["matched"] == sum(len(frame["primitives"]) for frame in golden["frames"])
 
 
-@pytest.mark.parametrize("program", PROGRAMS, ids=lambda path: path.stem)
+EXAMPLES = sorted((FOLDER.parent.parent / "examples").glob("*.scene"))
+
+
+def test_expansion_keeps_params(tmp_path: Path) -> None:
+    sponge = next(path for path in EXAMPLES if path.stem == "menger-sponge")
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out):
+        assert main(["expand", str(sponge)]) == 0
+    expanded = tmp_path / "sponge.scene"
+    expanded.write_text(out.getvalue())
+    counts = []
+    for path in (sponge, expanded):
+        out = io.StringIO()
+        with contextlib.redirect_stdout(out):
+            assert main(["count", str(path), "--json", "--define", "level=1"]) == 0
+        counts.append(json.loads(out.getvalue()))
+    assert counts[0] == counts[1]
+    assert counts[0]["cube"] == 20
+
+
+@pytest.mark.parametrize("program", [*PROGRAMS, *EXAMPLES], ids=lambda path: path.stem)
 def test_expansion_is_the_same_program(program: Path, tmp_path: Path) -> None:
     out = io.StringIO()
     with contextlib.redirect_stdout(out):

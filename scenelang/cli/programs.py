@@ -118,7 +118,11 @@ def expand(arguments: argparse.Namespace) -> int:
     indents = {name: form.indent for name, form in FORMS.items()} | {"transform": 1, "call": 1, "union-loop": 1}
     program = checked.program
     forms = [*program.forms, *([program.scene] if program.scene else [])]
+    params = {param.span for param in program.params}
     for datum, form in zip(unparse(forms), forms):
+        if form.span in params:  # as written, so that the expansion can be overridden too
+            print(form.span.text)
+            continue
         text = pretty(datum, indents)
         print("(scene" + text[len("(call") :] if form is program.scene else text)
     return 0
