@@ -199,6 +199,12 @@ class Compiler:
             return bind_cell
         return slot_writer(0, slot)
 
+    def plain_slot(self, target: Any, layout: Layout) -> int | None:
+        """The slot of a binding target that is one variable of this very frame, kept without a cell."""
+        if not isinstance(target, Variable) or target.is_global or self.in_cell(target):
+            return None
+        return layout.slots.get(target)
+
     def _global_binder(self, variable: Variable) -> Any:
         cell = self.global_cell(variable)
         rt = self.rt
@@ -236,6 +242,13 @@ class Compiler:
         value = self.compile(node.value, context.inner)
         bind = self.binder(node.target, context.layout, node.span)
         span = node.span
+        slot = self.plain_slot(node.target, context.layout)
+        if slot is not None:
+
+            def set_slot(f: Frame) -> None:
+                f[slot] = value(f)
+
+            return set_slot
 
         def run(f: Frame) -> None:
             result = value(f)

@@ -70,9 +70,36 @@ def _level(compiler: Compiler, clause: ast.Clause, outer: Any, inner: Any, span:
     if clause.kind == "each":
         values = compiler.compile_all(clause.values, outer)
         binders = [compiler.binder(target, inner.layout, span) for target in clause.targets]
-        return lambda rt, step, layout, fresh: _each(rt, values, binders, step, layout, fresh, clause, span)
+        slot = compiler.plain_slot(clause.targets[0], inner.layout) if len(binders) == 1 else None
+        return lambda rt, step, layout, fresh: (
+            _each_slot(rt, values[0], slot, step, clause.values[0].span)
+            if slot is not None and layout is None
+            else _each(rt, values, binders, step, layout, fresh, clause, span)
+        )
     test = compiler.compile(clause.values[0], outer)
     return lambda rt, step, layout, fresh: _TESTS[clause.kind](test, step, layout, fresh)
+
+
+def _each_slot(rt: Runtime, value: Node, slot: int, step: Step, place: Span) -> Step:
+    """One sequence whose items go into one slot of the frame that is there: the usual case."""
+    tick = rt.tick
+
+    def run(f: Frame, out: Any) -> Any:
+        sequence = value(f)
+        try:
+            items = iterate(rt, sequence)
+        except SceneError as error:
+            if error.span is None:
+                error.span = place
+            raise
+        for item in items:
+            tick()
+            f[slot] = item
+            if step(f, out):
+                return True
+        return False
+
+    return run
 
 
 def _each(
