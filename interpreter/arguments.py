@@ -9,8 +9,8 @@ from scenelang.grammar.diagnostics import LimitError, SceneError, suggest
 from scenelang.interpreter.library import Builtin, Parameter
 from scenelang.interpreter.procedures import split_keywords
 from scenelang.interpreter.show import show
-from scenelang.interpreter.types import Mismatch, type_name
-from scenelang.interpreter.values import Mutable, MutableList, Pair, Procedure, iterate_list
+from scenelang.interpreter.types import Mismatch, note_reads, type_name
+from scenelang.interpreter.values import Procedure
 
 if TYPE_CHECKING:
     from scenelang.interpreter.runtime import Runtime
@@ -52,17 +52,6 @@ def convert(runtime: Runtime, builtin: Builtin, parameter: Parameter, value: Any
     if converted is not value:
         note_reads(runtime, value)
     return converted
-
-
-def note_reads(runtime: Runtime, value: Any) -> None:
-    """Note that a value was read to make another of it: itself, and the rows of a list, where they can change."""
-    if isinstance(value, Mutable):
-        runtime.read(value)
-    if type(value) is Pair or type(value) is MutableList:
-        rows = value.items if type(value) is MutableList else iterate_list(value)
-        for row in rows:
-            if isinstance(row, Mutable):
-                runtime.read(row)
 
 
 def call_builtin(runtime: Runtime, builtin: Builtin, arguments: Sequence[Any]) -> Any:

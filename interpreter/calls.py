@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.source import Span
-from scenelang.interpreter.arguments import builtin_arity_error, call_builtin, note_reads, python_error, type_error
+from scenelang.interpreter.arguments import builtin_arity_error, call_builtin, python_error, type_error
 from scenelang.interpreter.arrays import array_literal
 from scenelang.interpreter.frames import undefined
 from scenelang.interpreter.iteration import items_of
 from scenelang.interpreter.library import Builtin
 from scenelang.interpreter.procedures import TAIL, UNDEFINED, Cell, Closure, Frame, Node, bind_arguments
-from scenelang.interpreter.types import BASE_TYPES, Mismatch
+from scenelang.interpreter.types import BASE_TYPES, Mismatch, note_reads
 from scenelang.interpreter.values import NIL, Pair, Procedure, Vector
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from scenelang.interpreter.entity import Entity
 from scenelang.interpreter.equality import table_key
 from scenelang.interpreter.shapes import Box
 from scenelang.interpreter.show import show
-from scenelang.interpreter.types import matrix_or_none, type_name
+from scenelang.interpreter.types import matrix_or_none, note_reads, type_name
 from scenelang.interpreter.values import (
     ANONYMOUS,
     IDENTITY,
@@ -96,8 +96,6 @@ def pose_of(runtime: Runtime, value: Any) -> Matrix:
     if type(value) is Matrix:
         matrix: Matrix | None = value
     else:
-        from scenelang.interpreter.arguments import note_reads
-
         note_reads(runtime, value)
         matrix = matrix_or_none(value)
     if matrix is None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.interpreter.show import show
-from scenelang.interpreter.types import Mismatch, Type, type_name
+from scenelang.interpreter.types import Mismatch, Type, note_reads, type_name
 from scenelang.interpreter.values import NIL, Embedding, Keyword, Mutable, Pair, Procedure, make_list
 
 if TYPE_CHECKING:
@@ -241,8 +241,6 @@ def _checked(runtime: Runtime, code: Code, parameter: CodeParameter, value: Any,
     try:
         converted = parameter.type.convert(value)
         if converted is not value:
-            from scenelang.interpreter.arguments import note_reads
-
             note_reads(runtime, value)
         return converted
     except Mismatch:

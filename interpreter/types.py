@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from scenelang.interpreter.values import (
     HandleList,
     Keyword,
     Matrix,
+    Mutable,
     MutableArray,
     MutableList,
     Pair,
@@ -30,6 +31,7 @@ from scenelang.interpreter.values import (
     Symbol,
     Table,
     Vector,
+    iterate_list,
     list_items,
     make_list,
 )
@@ -301,3 +303,21 @@ def record_type(name: str) -> Type:
         raise Mismatch
 
     return Type(name, convert)
+
+
+class Reader(Protocol):
+    """Who is told of the mutable things that a conversion reads: the runtime."""
+
+    def read(self, thing: Mutable) -> None:
+        """Note that ``thing`` is read."""
+
+
+def note_reads(reader: Reader, value: Any) -> None:
+    """Note that a value was read to make another of it: itself, and the rows of a list, where they can change."""
+    if isinstance(value, Mutable):
+        reader.read(value)
+    if type(value) is Pair or type(value) is MutableList:
+        rows = value.items if type(value) is MutableList else iterate_list(value)
+        for row in rows:
+            if isinstance(row, Mutable):
+                reader.read(row)

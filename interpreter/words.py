@@ -9,7 +9,7 @@ from typing import Any
 from scenelang.grammar import ast
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.grammar.source import Span
-from scenelang.interpreter.analyse import walk
+from scenelang.interpreter.analyse import children, walk
 from scenelang.interpreter.program import Program
 from scenelang.interpreter.shapes import GEOMETRY, WORDS
 from scenelang.interpreter.values import Keyword, Pair
@@ -101,8 +101,6 @@ def _early_calls(program: Program, form: Any, bound: set[str]) -> Iterator[Diagn
             word = node.word.value
             if word in program.all_words and word not in bound:
                 yield Diagnostic("undefined-word", f'"{word}" is called here before it is bound', node.span)
-        from scenelang.interpreter.analyse import children
-
         stack.extend(children(node))
 
 

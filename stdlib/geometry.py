@@ -8,11 +8,10 @@ from typing import Any
 
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter import parts, pose
-from scenelang.interpreter.arguments import note_reads
 from scenelang.interpreter.library import Registry
 from scenelang.interpreter.runtime import Runtime
 from scenelang.interpreter.show import show
-from scenelang.interpreter.types import Mismatch, numbers_of, type_name, vector_of
+from scenelang.interpreter.types import Mismatch, note_reads, numbers_of, type_name, vector_of
 from scenelang.interpreter.values import Matrix, Vector
 
 registry = Registry("poses")

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -15,6 +17,15 @@ from scenelang.session import Options, Session
 
 class UsageError(SceneError):
     """An option that makes no sense, whatever the program: exit code 2."""
+
+
+@contextmanager
+def usage_errors() -> Iterator[None]:
+    """Mistakes found in this block are the command line's, not the program's."""
+    try:
+        yield
+    except SceneError as error:
+        raise UsageError(error.name, error.message, error.hint) from None
 
 
 _LIMIT_HELP = {

@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-from scenelang.cli.options import UsageError, add_common, add_file, add_output
+from scenelang.cli.options import add_common, add_file, add_output, usage_errors
 from scenelang.cli.output import print_json, progress, table
 from scenelang.cli.programs import evaluated, session_limit
 from scenelang.grammar.diagnostics import SceneError
@@ -42,11 +42,9 @@ def render(arguments: argparse.Namespace) -> int:
     from scenelang.backends.camera import parse_camera
 
     output = Path(arguments.output)
-    try:  # before the work, so that typos are cheap
+    with usage_errors():  # before the work, so that typos are cheap
         camera = parse_camera(arguments.camera) if arguments.camera else None
         for_file(output, Work.PICTURE)
-    except SceneError as error:
-        raise UsageError(error.name, error.message, error.hint) from None
     _check_folder(output)
     result = evaluated(arguments)
     if result.scene is None:
@@ -86,10 +84,8 @@ def export(arguments: argparse.Namespace) -> int:
     from scenelang.backends import base
 
     output = Path(arguments.output)
-    try:
+    with usage_errors():
         backend = base.find(arguments.backend) if arguments.backend else base.for_file(output)
-    except SceneError as error:
-        raise UsageError(error.name, error.message, error.hint) from None
     _check_folder(output)
     result = evaluated(arguments)
     if result.scene is None:
