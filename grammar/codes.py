@@ -84,6 +84,14 @@ CODES: dict[str, Code] = {
     "z-file": Code("E704", "The file of embeddings is malformed."),
     "backend": Code("E705", "No backend can write this file, or the one that can is not installed."),
     "unsupported": Code("E706", "The backend cannot draw this scene."),
+    # E8xx: a language model's Python
+    "python-syntax": Code("E801", "The Python does not parse."),
+    "python-forbidden": Code(
+        "E802", "Python that has no meaning for a scene: files, network, `eval`, Python's insides."
+    ),
+    "python-unsupported": Code("E803", "A feature of Python that the translation does not know."),
+    "python-name": Code("E804", "A name of the Python has no definition."),
+    "python-call": Code("E805", "A call in the Python does not fit what it calls."),
     # W
     "undefined-word": Code("W301", "A word is called at top level before its `bind`."),
     "shadowed-macro": Code("W302", "One of the paper's four macros is shadowed."),
@@ -97,5 +105,8 @@ CODES: dict[str, Code] = {
     "near-word": Code("W605", "A word is never bound, but one close to it is: perhaps a misspelling."),
     "idle-attribute": Code("W608", "A primitive's geometry does not read an attribute: perhaps a misspelling."),
     "set-order": Code("W607", "The order of a set's strings is not that of Python."),
+    "unknown-function": Code("W801", "`library_call` names no registered function; the call gives an empty shape."),
+    "ignored-block": Code("W802", "Only one block of Python in a response is read."),
+    "python-ignored": Code("W803", "A statement of the Python has no effect on the scene and was left out."),
     "print-limit": Code("W501", "The log is full; the rest of what the program prints is dropped."),
 }

@@ -101,7 +101,11 @@ class Expander:
             return SceneError("misplaced", f"`{name}` stands where it means nothing", _PLACES[name], atom.span)
         if name in self.bound_words():
             return SceneError("unbound", f"`{name}` is no function", f'a word is called: `(call "{name}")`', atom.span)
-        hint = suggest(name, {*scope.names(), *self.known_names(), *FORMS})
+        module = self.importable_from(name)
+        if module is not None:
+            hint: str | None = f'`(import "{module}")` brings it'
+        else:
+            hint = suggest(name, {*scope.names(), *self.known_names(), *FORMS})
         if "::" in name:
             hint = "annotations belong to parameters: `(lambda (x::Type) ...)`"
         elif name.startswith("..."):
@@ -111,6 +115,10 @@ class Expander:
     def known_names(self) -> Iterable[str]:
         """Names of builtins and prelude, for suggestions; the program's loader overrides this."""
         return ()
+
+    def importable_from(self, name: str) -> str | None:
+        """The file to import for a name of the library that programs do not have by themselves, for hints."""
+        return None
 
     def bound_words(self) -> Iterable[str]:
         """The words that the program binds, for hints."""

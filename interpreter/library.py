@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -98,7 +98,8 @@ class Builtin(Procedure):
 class Library:
     """What a program can use: builtins and constants by name, and modules of source in the language by file name.
 
-    ``prelude`` names the modules whose definitions every program sees.
+    ``prelude`` names the modules whose definitions every program sees; ``imported`` holds, by module, the builtins that
+    a program has only when it imports that module.
     """
 
     builtins: Mapping[str, Builtin]
@@ -106,6 +107,11 @@ class Library:
     modules: Mapping[str, str]
     prelude: tuple[str, ...]
     constant_docs: Mapping[str, str]
+    imported: Mapping[str, Mapping[str, Builtin]] = field(default_factory=dict)
+
+    def module_of(self, name: str) -> str | None:
+        """The module that brings the builtin ``name``, None for any other name."""
+        return next((module for module, builtins in self.imported.items() if name in builtins), None)
 
 
 class Registry:

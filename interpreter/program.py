@@ -16,7 +16,7 @@ from scenelang.grammar.reader import read
 from scenelang.grammar.source import Source, Span
 from scenelang.interpreter.expand import Expander, Pending, core, is_identifier, syntax_error
 from scenelang.interpreter.forms import FORMS
-from scenelang.interpreter.library import Library
+from scenelang.interpreter.library import Builtin, Library
 from scenelang.interpreter.scope import (
     ConstantBinding,
     Macro,
@@ -159,6 +159,11 @@ class _FileExpander(Expander):
         state = self._file.state
         return state.prelude.names() if state is not None else ()
 
+    def importable_from(self, name: str) -> str | None:
+        state = self._file.state
+        module = state.prelude.library.module_of(name.removeprefix(STD)) if state is not None else None
+        return f"{STD}{module}" if module is not None else None
+
     def bound_words(self) -> Iterable[str]:
         state = self._file.state
         return [word for file in (self._file, *(state.files.values() if state else ())) for word in file.words]
@@ -168,9 +173,11 @@ class _File:
     """One file on its way: scanned for definitions first, then expanded form by form."""
 
     def __init__(
-        self, source: Source, parent: Scope, run_macro: Any, state: _State | None, is_main: bool = False
-    ) -> None:
+        self, source: Source, parent: Scope, run_macro: Any, state: _State | None, is_main: bool = False,
+        datums: Sequence[Datum] | None = None,
+    ) -> None:  # fmt: skip
         self.source = source
+        self._datums = datums
         self.scope = Scope(parent)
         self.state = state
         self.is_main = is_main
@@ -186,9 +193,12 @@ class _File:
 
     def scan(self) -> None:
         """Read the file; find its definitions, macros and imports."""
-        result = read(self.source)
-        self.expander.diagnostics.extend(result.diagnostics)
-        for datum in result.forms:
+        datums = self._datums
+        if datums is None:
+            result = read(self.source)
+            self.expander.diagnostics.extend(result.diagnostics)
+            datums = result.forms
+        for datum in datums:
             self._guarded(lambda datum=datum: self._scan_form(datum))  # type: ignore[misc]
 
     def _guarded(self, action: Callable[[], Any]) -> Any:
@@ -248,7 +258,9 @@ class _File:
         self.imports.append(file)
         for symbol, binding in file.scope.bindings.items():
             name = Symbol(prefix + base_name(symbol))
-            if isinstance(binding, (Variable, Macro)) and name not in self.scope.bindings:
+            if isinstance(binding, Builtin) and symbol.startswith(STD):
+                name = symbol  # the original of a builtin is always `std/name`
+            if isinstance(binding, (Variable, Macro, Builtin)) and name not in self.scope.bindings:
                 self.scope.bindings[name] = binding
         self.expander.record_names |= file.expander.record_names
 
@@ -277,10 +289,17 @@ class _File:
             raise SceneError("import-cycle", f"these files import one another: {circle}", None, span)
         if source.name not in state.files:
             file = state.files[source.name] = _File(source, state.prelude.scope, state.run_macro, state)
+            if path.startswith(STD):
+                file.bring(state.prelude.library.imported.get(path[len(STD) :], {}))
             state.loading.append(source.name)
             file.scan()
             state.loading.pop()
         return state.files[source.name]
+
+    def bring(self, builtins: Mapping[str, Builtin]) -> None:
+        """Give the file builtins that programs have only by importing it."""
+        for name, builtin in builtins.items():
+            self.scope.bindings[Symbol(name)] = self.scope.bindings[Symbol(STD + name)] = builtin
 
     def _scan_scene(self, datum: ListDatum) -> None:
         if not self.is_main:
@@ -381,15 +400,16 @@ def load_program(
     load: Callable[[str, Source, Span], Source],
     run_macro: Callable[[list[Any], Datum, list[Any]], Any],
     overrides: Mapping[str, Any] | None = None,
+    datums: Sequence[Datum] | None = None,
 ) -> Program:
     """Read, expand and parse ``main`` and all that it imports. Never raises for a mistake in a program.
 
     ``load(path, importing source, span)`` finds an imported file or raises SceneError; ``overrides`` maps names of
-    params to datums.
+    params to datums; ``datums`` are the main file's forms when it is written in something else.
     """
     prelude = prelude_of(library)
     state = _State(prelude, load, dict(overrides or {}), run_macro)
-    file = _File(main, prelude.scope, run_macro, state, is_main=True)
+    file = _File(main, prelude.scope, run_macro, state, True, datums)
     state.files[main.name] = file
     state.loading.append(main.name)
     file.scan()

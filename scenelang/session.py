@@ -5,14 +5,15 @@ from __future__ import annotations
 
 import gc
 import os
+import re
 import sys
 import threading
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import FrameType
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from scenelang.assets import AssetBoxes
 from scenelang.grammar.core import check_strict
@@ -30,7 +31,11 @@ from scenelang.interpreter.runtime import Entry, Runtime
 from scenelang.interpreter.words import find_root, word_warnings
 from scenelang.stdlib.library import build_library
 
+if TYPE_CHECKING:
+    from scenelang.interpreter.transpile.translate import Translation
+
 T = TypeVar("T")
+_REGISTERS = re.compile(r"^[ \t]*@register", re.M)
 _STACK = 512 * 1024 * 1024
 _LARGEST_FILE = 16_000_000
 _MACRO_LIMITS = Limits(steps=2_000_000, seconds=10.0, depth=20_000)
@@ -175,13 +180,22 @@ class Session:
             overrides = {name: _value_datum(name, text) for name, text in self.options.defines.items()}
         except SceneError as error:
             return Checked(None, (error.diagnostic,))
+        datums: Sequence[Datum] | None = None
+        found: tuple[Diagnostic, ...] = ()
+        if is_python(source):
+            from scenelang.interpreter.transpile.translate import translate
+
+            translation = translate(source, with_text=False)
+            datums, found = translation.forms, translation.diagnostics
+            if not translation.ok:
+                return Checked(None, found)
         program = load_program(
-            source, self.library, self._loader(source), macro_runner(self.library, _MACRO_LIMITS), overrides
+            source, self.library, self._loader(source), macro_runner(self.library, _MACRO_LIMITS), overrides, datums
         )
-        diagnostics = list(program.diagnostics)
+        diagnostics = [*found, *program.diagnostics]
         if self.options.strict and program.ok:
             try:
-                check_strict(read(source).forms)
+                check_strict(read(source).forms if datums is None else datums)
             except SceneError as error:
                 diagnostics.append(error.diagnostic)
         if program.ok:
@@ -193,10 +207,25 @@ class Session:
                     diagnostics.append(error.diagnostic)
         return Checked(program, tuple(_sorted(diagnostics)))
 
+    def transpile(self, source: Source) -> Translation:
+        """A language model's response, or its Python, as a program; never raises for a mistake in it."""
+        from scenelang.interpreter.transpile.translate import Translation, translate
+
+        try:
+            return run_with_room(lambda: translate(source), _EXPANSION_DEPTH)
+        except RecursionError:
+            problem = Diagnostic("nesting", "the Python is nested too deeply", Span(source, 0, 1))
+            return Translation((), "", (problem,))
+
     def _root(self, program: Program) -> tuple[str, list[Diagnostic]]:
         if self.options.root is not None:
             return self.options.root, []
         return find_root(program)
+
+    def library_imports(self, program: Program) -> list[str]:
+        """The modules of builtins that a program imports, such as ``std/python.scene``: its expansion needs them."""
+        modules = {f"{STD}{module}" for module in self.library.imported}
+        return [source.name for source in program.sources if source.name in modules]
 
     # --- evaluating --------------------------------------------------------------------------------------------
 
@@ -268,6 +297,13 @@ class Session:
         grafted = graft(again, self._run_once(program, again, word), entries)
         runtime.warnings.update(again.warnings)
         return grafted
+
+
+def is_python(source: Source) -> bool:
+    """Whether a source is a language model's Python: by its ending; standard input by what it holds."""
+    if source.name.endswith((".py", ".txt")):
+        return True
+    return source.name.startswith("<") and bool(_REGISTERS.search(source.text))
 
 
 def _outside_library(diagnostic: Diagnostic) -> Diagnostic:

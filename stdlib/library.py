@@ -21,6 +21,7 @@ from scenelang.stdlib import (
     mutation,
     numbers,
     predicates,
+    python,
     random,
     sequences,
     sorting,
@@ -51,10 +52,14 @@ TOPICS: tuple[Registry, ...] = (
     colors.registry,
 )
 
+# What comes with an import only: `(import "std/python.scene")` brings the names of that registry.
+IMPORTED: dict[str, Registry] = {"python.scene": python.registry}
+
 PRELUDE = ("prelude.scene", "combinators.scene")
 
 
 def _collect(topics: tuple[Registry, ...]) -> dict[str, Builtin]:
+    """The entries of all topics by name; no two topics, nor a topic and what is imported, share one."""
     builtins: dict[str, Builtin] = {}
     for registry in topics:
         for name, entry in registry.entries.items():
@@ -73,10 +78,12 @@ def _modules() -> dict[str, str]:
 @cache
 def build_library() -> Library:
     """The standard library; made once, as nothing changes it."""
+    _collect((*TOPICS, *IMPORTED.values()))  # refuses a name that stands twice
     return Library(
         builtins=_collect(TOPICS),
         constants={name: value for name, (value, _) in CONSTANTS.items()},
-        modules=_modules(),
+        modules={**dict.fromkeys(IMPORTED, ""), **_modules()},
         prelude=PRELUDE,
         constant_docs={name: doc for name, (_, doc) in CONSTANTS.items()},
+        imported={module: registry.entries for module, registry in IMPORTED.items()},
     )

@@ -308,6 +308,20 @@ def remove_at(rt: Runtime, xs: Any, index: int) -> None:
 
 
 @registry.define(
+    "splice!",
+    "xs::Any start::Any end::Any new::Sequence",
+    "Any",
+    "Puts other items into the place of those from `start` up to `end` of a mutable list; none stands for its ends.",
+    ("(let ((xs (mutable-list 1 2 3 4))) (splice! xs 1 3 '(a b c)) xs)", "(mutable-list 1 a b c 4)"),
+)
+def splice(rt: Runtime, xs: Any, start: Any, end: Any, new: Any) -> None:
+    members = _writable_list(rt, "splice!", xs)
+    bounds = [None if bound is None else whole(bound, "splice!") for bound in (start, end)]
+    members[slice(*bounds)] = list(items(rt, new))
+    rt.meter.check_size(len(members), "a list")
+
+
+@registry.define(
     "remove-key!",
     "table::Any key::Any",
     "Any",

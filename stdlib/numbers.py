@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import operator
 import re
 from collections.abc import Callable
+from functools import reduce
 from typing import Any
 
 from scenelang.grammar.diagnostics import SceneError
@@ -248,6 +250,40 @@ def floor_both(rt: Runtime, a: Any, b: Any) -> Any:
 )
 def truncate_both(rt: Runtime, a: Any, b: Any) -> Any:
     return make_list((quotient(rt, a, b), remainder(rt, a, b)))
+
+
+@registry.define(
+    "bitwise-and", "integers::Integer ...", "Integer", "The bits that all have.", ("(bitwise-and 12 10)", "8")
+)
+def bitwise_and(rt: Runtime, *integers: int) -> int:
+    return reduce(operator.and_, integers, -1)
+
+
+@registry.define(
+    "bitwise-or", "integers::Integer ...", "Integer", "The bits that any has.", ("(bitwise-or 12 10)", "14")
+)
+def bitwise_or(rt: Runtime, *integers: int) -> int:
+    return reduce(operator.or_, integers, 0)
+
+
+@registry.define(
+    "bitwise-xor", "integers::Integer ...", "Integer", "The bits that an odd number has.", ("(bitwise-xor 12 10)", "6")
+)
+def bitwise_xor(rt: Runtime, *integers: int) -> int:
+    return reduce(operator.xor, integers, 0)
+
+
+@registry.define(
+    "arithmetic-shift",
+    "n::Integer count::Integer",
+    "Integer",
+    "The bits moved `count` places to the left, or to the right where it is negative.",
+    ("(list (arithmetic-shift 5 2) (arithmetic-shift 5 -1))", "(20 2)"),
+)
+def arithmetic_shift(rt: Runtime, n: int, count: int) -> Any:
+    if count < 0:
+        return n >> min(-count, 100_000)
+    return bounded(n << min(count, 100_000))
 
 
 @registry.define(

@@ -23,6 +23,7 @@ from scenelang.grammar.source import Source
 from scenelang.interpreter.forms import FORMS
 from scenelang.interpreter.library import Builtin
 from scenelang.interpreter.limits import Limits
+from scenelang.interpreter.program import STD
 from scenelang.interpreter.types import BASE_TYPES
 from scenelang.stdlib.constants import CONSTANTS
 from scenelang.stdlib.library import build_library
@@ -49,7 +50,8 @@ class Example:
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """One name. ``signature`` is how it is used, as help and diagnostics show it; ``topic`` groups the reference."""
+    """One name. ``signature`` is how it is used, as help and diagnostics show it; ``topic`` groups the reference;
+    ``module`` is the file that a program must import to have the name, None for what is always there."""
 
     name: str
     kind: Kind
@@ -57,6 +59,7 @@ class Record:
     doc: str
     examples: tuple[Example, ...]
     topic: str
+    module: str | None = None
 
 
 # The topics in the order of the reference: title and what a reader should know first.
@@ -95,6 +98,11 @@ TOPICS: dict[str, tuple[str, str]] = {
         "Python's `random`. `:stream` takes another stream.",
     ),
     "control": ("Control and errors", ""),
+    "python": (
+        "Python's dynamic rules",
+        "For programs that were made of Python: what Python does on values whose type could not be told. They need "
+        '`(import "std/python.scene")`. In programs that people write, the plain operators say what is meant.',
+    ),
     "constants": ("Constants", ""),
     "types": ("Types", "The names that annotate a parameter, `name::Type`."),
 }
@@ -198,11 +206,14 @@ def _builtins() -> Iterator[Record]:
     for name, entry in build_library().builtins.items():
         if name not in hidden:
             yield _builtin(name, entry)
+    for module, builtins in build_library().imported.items():
+        for name, entry in builtins.items():
+            yield _builtin(name, entry, f"{STD}{module}")
 
 
-def _builtin(name: str, entry: Builtin) -> Record:
+def _builtin(name: str, entry: Builtin, module: str | None = None) -> Record:
     examples = (Example(*entry.example),) if entry.example else ()
-    return Record(name, Kind.FUNCTION, entry.usage, entry.doc, examples, entry.topic)
+    return Record(name, Kind.FUNCTION, entry.usage, entry.doc, examples, entry.topic, module)
 
 
 def _constants() -> Iterator[Record]:

@@ -1,7 +1,7 @@
 """Every mistake that has a code, with all that the command line says about it.
 
-``tests/bad/<code>-<slug>.scene`` (or a folder with a ``main.scene``) is the program, ``.txt`` beside it the whole
-standard error. Comments in its first lines say what differs from ``scenelang run FILE``: ``; command: check --strict``,
+``tests/bad/<code>-<slug>.scene`` (a ``.py`` of a language model, or a folder with a ``main.scene``) is the program,
+``.txt`` beside it the whole standard error. Comments in its first lines say what differs from ``scenelang run FILE``: ``; command: check --strict``,
 ``; args: --max-steps 10k``, and ``; before: embeddings set <z9> --text gold`` for a command to run first.
 ``SCENELANG_UPDATE_GOLDENS=1`` writes the goldens anew: read them before they are committed.
 """
@@ -21,13 +21,14 @@ from scenelang.grammar.codes import CODES
 
 BAD = Path(__file__).parent / "bad"
 UPDATE = bool(os.environ.get("SCENELANG_UPDATE_GOLDENS"))
-CASES = sorted(p for p in BAD.iterdir() if p.suffix == ".scene" or (p / "main.scene").exists())
+CASES = sorted(p for p in BAD.iterdir() if p.suffix in (".scene", ".py") or (p / "main.scene").exists())
 
 # Codes that no program shows by itself, with the test that does, or the reason.
 ELSEWHERE = {
     "E508": "an interruption comes from outside: tests/test_cli.py",
+    "W802": "a response is text, as the goldens here are: tests/transpile/test_command.py",
 }
-_DIRECTIVE = re.compile(r"; (command|args|before): (.*)")
+_DIRECTIVE = re.compile(r"[;#] (command|args|before): (.*)")
 
 
 def _directives(program: Path) -> dict[str, list[str]]:

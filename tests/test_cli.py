@@ -85,6 +85,11 @@ def process(*words: str, folder: Path, **more: Any) -> subprocess.CompletedProce
 
 
 EVALUATING = ("run", "tree", "flatten", "count", "bounds", "expand")
+ROW = """(param height 1 "metres")
+(bind "row" (lambda () (union-loop 3 (lambda (i) (transform (call "post" :h height) (translate [(* 4 i) 0 0]))))))
+(bind "post" (lambda ((:h 1)) (union (call "cube" :scale [1 h 1] :color [1 0 0]) (call "cylinder" :radius (random)))))
+(scene "row")
+"""
 
 
 # --- what commands say ---------------------------------------------------------------------------------------------
@@ -174,6 +179,105 @@ def test_count_and_bounds(shell: Shell) -> None:
     shell("bounds", "table.scene", "--word", "nothing", code=1)
     assert "E607" in shell.err
     assert "min" in shell("bounds", "table.scene")
+
+
+def test_diff(shell: Shell) -> None:
+    shell.write("row.scene", ROW)
+    shell.write("row.json", shell("flatten", "row.scene", "--json"))
+    for sides in (("row.scene", "row.scene"), ("row.json", "row.scene"), ("row.json", "row.json")):
+        assert shell("diff", *sides) == "equal: 6 primitives\n"
+        assert shell.json("diff", *sides) == {
+            "equal": True, "frames": {"a": 1, "b": 1}, "matched": 6,
+            "moved": 0, "recoloured": 0, "missing": 0, "extra": 0, "changes": [],
+        }  # fmt: skip
+    assert "equal" not in shell("diff", "row.json", "row.scene", "--seed", "1", code=1)
+    assert "equal" in shell("diff", "row.json", "row.scene", "--tolerance", "0.9", "--seed", "1")
+    assert shell("diff", "row.json", "row.scene", "--define", "height=2", code=1) == (
+        "different: 3 matched, 3 missing, 3 extra\ncube\n"
+        "  missing row/post[0] at [0 0 0]\n  missing row/post[2] at [4 0 0]\n  missing row/post[4] at [8 0 0]\n"
+        "  extra row/post[0] at [0 0 0]\n  extra row/post[2] at [4 0 0]\n  extra row/post[4] at [8 0 0]\n"
+    )
+    assert shell("diff", "row.json", "row.scene", "--root", "post", code=1).startswith("different")
+
+
+def test_diff_names_changes(shell: Shell) -> None:
+    shell.write("row.scene", ROW)
+    before = shell.json("flatten", "row.scene")
+    primitives = before["frames"][0]["primitives"]
+    primitives[0]["matrix"][1][3] = 0.5
+    primitives[2]["attributes"]["color"] = [0, 0, 1]
+    primitives[4]["matrix"][0][0] = primitives[4]["matrix"][2][2] = 0.8
+    primitives[4]["matrix"][0][2], primitives[4]["matrix"][2][0] = -0.6, 0.6
+    del primitives[5]
+    primitives.append({"shape": "cone\x1b[2J", "matrix": [[1, 0, 0, 2], [0, 1, 0, 2], [0, 0, 1, 2], [0, 0, 0, 1]]})
+    shell.write("changed.json", json.dumps(before))
+    assert shell("diff", "row.scene", "changed.json", code=1) == (
+        "different: 2 matched, 2 moved, 1 recoloured, 1 missing, 1 extra\n"
+        "cone\N{REPLACEMENT CHARACTER}[2J\n  extra [0] at [2 2 2]\n"
+        "cube\n  moved row/post[0]: [0 0 0] -> [0 0.5 0]\n  moved row/post[4] at [8 0 0]: turned\n"
+        "  recoloured row/post[2] at [4 0 0]: [1 0 0] -> [0 0 1]\n"
+        "cylinder\n  missing row/post[5] at [8 0.5 0]\n"
+    )
+    short = shell("diff", "row.scene", "changed.json", "--limit", "2", code=1).splitlines()
+    assert len(short) == 6
+    assert short[-1] == "... and 3 more"
+    found = shell.json("diff", "row.scene", "changed.json", code=1)
+    assert [found[name] for name in ("equal", "matched", "moved", "recoloured", "missing", "extra")] == [
+        False,
+        2,
+        2,
+        1,
+        1,
+        1,
+    ]
+    assert found["changes"][0] == {
+        "change": "moved", "frame": 0, "word": "cube",
+        "a": {"path": "row/post[0]", "at": [0, 0, 0], "color": [1, 0, 0]},
+        "b": {"path": "row/post[0]", "at": [0, 0.5, 0], "color": [1, 0, 0]},
+    }  # fmt: skip
+    assert found["changes"][-1].keys() == {"change", "frame", "word", "b"}
+
+
+def test_diff_of_frames(shell: Shell) -> None:
+    swing = (
+        '(bind "a" (lambda () (frames (map (lambda (i) (transform (call "cube") (translate [i 0 0]))) (range {})))))'
+    )
+    for name, frames in (("three", 3), ("four", 4)):
+        shell.write(f"{name}.scene", swing.format(frames))
+    assert shell("diff", "three.scene", "three.scene") == "equal: 3 primitives in 3 frames\n"
+    said = shell("diff", "three.scene", "four.scene", code=1)
+    assert said == "different: 3 matched\nA has 3 frames, B has 4; the first 3 were compared\n"
+    assert shell.json("diff", "three.scene", "four.scene", code=1)["frames"] == {"a": 3, "b": 4}
+    shell.write("moved.scene", swing.format(3).replace("[i 0 0]", "[(* i i) 0 0]"))
+    said = shell("diff", "three.scene", "moved.scene", code=1)
+    assert said == "different: 2 matched, 1 moved in 3 frames\ncube\n  frame 2: moved a: [2 0 0] -> [4 0 0]\n"
+
+
+def test_diff_of_wrong_things(shell: Shell) -> None:
+    assert shell("diff", "table.scene", "broken.scene", code=1) == ""
+    assert "E401" in shell.err
+    assert shell("diff", "unread.scene", "table.scene", code=1) == ""
+    assert "E101" in shell.err
+    for missing in ("nothing.scene", "nothing.json"):
+        shell("diff", "table.scene", missing, code=1)
+        assert "E701" in shell.err
+    shell.write("wrong.json", '{"frames": [{"primitives": [5]}]}')
+    shell("diff", "wrong.json", "table.scene", code=1)
+    assert "E701" in shell.err
+    assert "frames[0].primitives[0] is no primitive" in shell.err
+    shell("diff", "table.scene", "wrong.json", "--json", code=1)
+    assert [d["code"] for d in json.loads(shell.err.splitlines()[-1])] == ["E701"]
+    shell.write("deep.json", "[" * 200_000)
+    shell("diff", "deep.json", "table.scene", code=1)
+    assert "E701" in shell.err
+    shell("diff", "-", "-", code=2)
+    for wrong in (
+        ["table.scene"],
+        ["a", "b", "--tolerance", "x"],
+        ["a", "b", "--tolerance", "0"],
+        ["a", "b", "--limit", "-1"],
+    ):
+        shell.usage("diff", *wrong)
 
 
 def test_expand(shell: Shell) -> None:

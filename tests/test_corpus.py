@@ -32,6 +32,12 @@ def test_program_gives_its_golden_geometry(program: Path) -> None:
     assert result["matched"] == sum(len(frame["primitives"]) for frame in golden["frames"])
 
 
+@pytest.mark.parametrize("program", PROGRAMS, ids=lambda path: path.stem)
+def test_diff_agrees(program: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["diff", str(program), str(program.with_suffix(".json")), "-q"]) == 0
+    assert capsys.readouterr().out.startswith("equal: ")
+
+
 EXAMPLES = sorted((FOLDER.parent.parent / "examples").glob("*.scene"))
 
 

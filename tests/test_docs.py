@@ -127,6 +127,7 @@ def test_every_name_has_a_record() -> None:
     names = {record.name for record in reference.records()}
     assert set(FORMS) <= names
     assert set(library.builtins) <= names
+    assert {name for builtins in library.imported.values() for name in builtins} <= names
     assert set(library.constants) <= names
     assert set(BASE_TYPES) <= names
     defined = {
@@ -166,7 +167,9 @@ def test_reference_examples_give_what_they_say(topic: str) -> None:
     if not shown:
         return
     body = "\n".join(f"  (print (list '=> {example.expression}))" for _, example in shown)
-    result = evaluate(f'(bind "examples" (lambda ()\n{body}\n  (call "cube")))')
+    modules = {r.module for r in reference.records() if r.topic == topic and r.module is not None}
+    imports = "".join(f'(import "{module}")\n' for module in modules)
+    result = evaluate(f'{imports}(bind "examples" (lambda ()\n{body}\n  (call "cube")))')
     assert result.ok, [render_text(d) for d in result.diagnostics]
     printed = [line[4:-1] for line in result.log if line.startswith("(=> ")]
     assert printed == [example.value for _, example in shown], topic

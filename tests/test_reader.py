@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Symbol, walk
-from scenelang.grammar.printer import atom_text, pretty, print_datum
+from scenelang.grammar.printer import atom_text, print_datum
 from scenelang.grammar.reader import Completeness, ReadResult, read, read_comments
 from scenelang.grammar.source import Source, Span
 
@@ -67,10 +67,10 @@ datums = st.recursive(values.map(lambda value: Atom(value, NOWHERE)), compound, 
 @settings(max_examples=400, deadline=None)
 @given(datums)
 def test_what_is_printed_reads_back_equal(datum: Datum) -> None:
-    for text in (print_datum(datum), pretty(datum, {}, 20)):
-        result = reading(text)
-        assert not result.diagnostics, (text, result.diagnostics)
-        assert [shape(form) for form in result.forms] == [shape(datum)]
+    text = print_datum(datum)
+    result = reading(text)
+    assert not result.diagnostics, (text, result.diagnostics)
+    assert [shape(form) for form in result.forms] == [shape(datum)]
 
 
 @settings(max_examples=400, deadline=None)

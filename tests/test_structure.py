@@ -67,7 +67,8 @@ def test_every_form_is_handled_and_documented() -> None:
 
 
 def test_every_builtin_is_documented_and_its_signature_parses() -> None:
-    for builtin in build_library().builtins.values():
+    library = build_library()
+    for builtin in (b for group in (library.builtins, *library.imported.values()) for b in group.values()):
         assert builtin.doc.rstrip().endswith((".", "`")), builtin.name
         assert builtin.result, builtin.name
         assert builtin.signature.text == builtin.parameters

@@ -105,7 +105,10 @@ def add_expand(subparsers: Any) -> None:
 
 
 def expand(arguments: argparse.Namespace) -> int:
-    from scenelang.grammar.printer import pretty
+    from scenelang.grammar.datum import Atom, Datum, ListDatum, Symbol, walk
+    from scenelang.grammar.layout import layout
+    from scenelang.grammar.reader import read
+    from scenelang.grammar.source import Source
     from scenelang.interpreter.forms import FORMS
     from scenelang.interpreter.unparse import unparse
 
@@ -115,16 +118,21 @@ def expand(arguments: argparse.Namespace) -> int:
     if report_needed or checked.program is None:
         report(arguments, checked.diagnostics)
         return 1
-    indents = {name: form.indent for name, form in FORMS.items()} | {"transform": 1, "call": 1, "union-loop": 1}
     program = checked.program
     forms = [*program.forms, *([program.scene] if program.scene else [])]
     params = {param.span for param in program.params}
+    imports = (f'(import "{module}")' for module in session.library_imports(program))
+    datums: list[Datum] = list(read(Source("<expansion>", "\n".join(imports))).forms)
+    spelling: dict[int, str] = {}
     for datum, form in zip(unparse(forms), forms):
         if form.span in params:  # as written, so that the expansion can be overridden too
-            print(form.span.text)
-            continue
-        text = pretty(datum, indents)
-        print("(scene" + text[len("(call") :] if form is program.scene else text)
+            (datum,) = read(Source(form.span.source.name, form.span.text)).forms
+            spelling |= {id(atom): atom.span.text for atom in walk(datum) if isinstance(atom, Atom)}
+        elif form is program.scene and isinstance(datum, ListDatum):
+            datum = ListDatum((Atom(Symbol("scene"), datum.span), *datum.items[1:]), None, datum.span)
+        datums.append(datum)
+    indents = {name: form.indent for name, form in FORMS.items()}
+    print(layout(datums, indents=indents, spelling=spelling), end="")
     return 0
 
 

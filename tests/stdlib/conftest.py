@@ -14,9 +14,10 @@ from scenelang.interpreter.limits import Limits
 from scenelang.interpreter.runtime import Runtime
 from scenelang.interpreter.show import show
 from scenelang.interpreter.values import NIL, MutableList, Pair, Vector, make_list
-from scenelang.stdlib.library import TOPICS
+from scenelang.stdlib.library import IMPORTED, TOPICS
 
-BUILTINS: dict[str, Builtin] = {name: entry for topic in TOPICS for name, entry in topic.entries.items()}
+ALL_TOPICS = (*TOPICS, *IMPORTED.values())
+BUILTINS: dict[str, Builtin] = {name: entry for topic in ALL_TOPICS for name, entry in topic.entries.items()}
 LIBRARY = Library(BUILTINS, {}, {}, (), {})
 
 

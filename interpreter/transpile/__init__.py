@@ -1,0 +1,1 @@
+"""Language models' Python -> the Scene Language. The Python is parsed and never executed."""

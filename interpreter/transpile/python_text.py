@@ -1,0 +1,154 @@
+"""The Python source: parsed, with the place in the response of every node, and its comments."""
+
+from __future__ import annotations
+
+import ast
+import re
+import warnings
+from dataclasses import dataclass, field
+
+from scenelang.grammar.diagnostics import Diagnostic
+from scenelang.grammar.source import Source, Span
+from scenelang.interpreter.transpile.response import Response, find_code
+
+_TOKENS = re.compile(
+    r'"""(?:[^\\]|\\.)*?"""' r"|'''(?:[^\\]|\\.)*?'''" r'|"(?:[^"\\\n]|\\.)*"' r"|'(?:[^'\\\n]|\\.)*'" r"|(#[^\n]*)",
+    re.S,
+)
+_MOST_SYNTAX_ERRORS = 5
+
+
+@dataclass(slots=True)
+class Comment:
+    """A comment of the Python. ``alone``: nothing else stands on its line."""
+
+    line: int
+    column: int
+    text: str
+    alone: bool
+    used: bool = False
+
+
+@dataclass(eq=False)
+class PythonText:
+    """The code inside ``source`` and its tree. Lines count from 1 within the code."""
+
+    source: Source
+    response: Response
+    tree: ast.Module
+    diagnostics: list[Diagnostic]
+    lines: list[str]
+    starts: list[int]
+    indent: int
+    comments: list[Comment] = field(default_factory=list)
+
+    def offset(self, line: int, byte_column: int) -> int:
+        """The offset in the source of a place that ``ast`` gives in lines and bytes."""
+        if line > len(self.lines):
+            return self.response.end
+        text = self.lines[line - 1]
+        column = byte_column if text.isascii() else len(text.encode()[:byte_column].decode(errors="ignore"))
+        return min(self.starts[line - 1] + (self.indent if text else 0) + column, len(self.source.text))
+
+    def span(self, node: ast.AST) -> Span:
+        """The place of a node in the source."""
+        line: int = getattr(node, "lineno", 1)
+        end_line: int = getattr(node, "end_lineno", line) or line
+        start = self.offset(line, getattr(node, "col_offset", 0))
+        end = self.offset(end_line, getattr(node, "end_col_offset", 0) or 0)
+        return Span(self.source, start, max(end, start))
+
+    def text(self, node: ast.AST) -> str:
+        return self.span(node).text
+
+    def blank_before(self, line: int) -> bool:
+        """Whether the line above ``line`` is empty."""
+        return 1 < line <= len(self.lines) + 1 and not self.lines[line - 2].strip()
+
+
+def parse_python(source: Source) -> PythonText:
+    """Parse the code of a response. After a syntax error the block around it is left out, so that further ones show."""
+    response = find_code(source.text)
+    code = source.text[response.start : response.end]
+    raw = code.split("\n")
+    indent = _common_indent(raw)
+    lines = [line[indent:].rstrip("\r") if line.strip() else "" for line in raw]
+    starts, offset = [], response.start
+    for line in raw:
+        starts.append(offset)
+        offset += len(line) + 1
+    result = PythonText(source, response, ast.Module([], []), [], lines, starts, indent)
+    _parse(result)
+    result.comments = _comments(lines)
+    return result
+
+
+def _common_indent(lines: list[str]) -> int:
+    widths = [len(line) - len(line.lstrip()) for line in lines if line.strip()]
+    return min(widths, default=0)
+
+
+def _parse(text: PythonText) -> None:
+    lines = list(text.lines)
+    while True:
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                text.tree = ast.parse("\n".join(lines))
+            return
+        except SyntaxError as error:
+            text.diagnostics.append(_syntax_diagnostic(text, error))
+            if len(text.diagnostics) >= _MOST_SYNTAX_ERRORS or not _leave_out_block(lines, error.lineno or 1):
+                return
+        except (ValueError, RecursionError, MemoryError) as error:
+            message = "the Python is nested too deeply" if not isinstance(error, ValueError) else str(error)
+            text.diagnostics.append(
+                Diagnostic("python-syntax", message, Span(text.source, text.starts[0], text.starts[0]))
+            )
+            return
+
+
+def _syntax_diagnostic(text: PythonText, error: SyntaxError) -> Diagnostic:
+    line = min(max(error.lineno or 1, 1), len(text.lines))
+    start = text.starts[line - 1] + text.indent + max((error.offset or 1) - 1, 0)
+    end = start + 1
+    if error.end_offset and (error.end_lineno or line) == line and error.end_offset > (error.offset or 1):
+        end = text.starts[line - 1] + text.indent + error.end_offset - 1
+    last = len(text.source.text)
+    hint = None
+    if not text.source.name.endswith(".py") and "```" not in text.source.text:
+        hint = "the program of a response stands between ```python and ```"
+    return Diagnostic(
+        "python-syntax", f"Python: {error.msg}", Span(text.source, min(start, last), min(end, last)), hint
+    )
+
+
+def _leave_out_block(lines: list[str], line: int) -> bool:
+    """Empty the top-level block around ``line``; tells whether there was anything left to empty."""
+    first = min(line, len(lines)) - 1
+    while first > 0 and (not lines[first].strip() or lines[first][0] in " \t)]}"):
+        first -= 1
+    after = first + 1
+    while after < len(lines) and (not lines[after].strip() or lines[after][0] in " \t)]}"):
+        after += 1
+    while first > 0 and lines[first - 1].startswith("@"):
+        first -= 1
+    had_text = any(text.strip() for text in lines[first:after])
+    lines[first:after] = [""] * (after - first)
+    return had_text
+
+
+def _comments(lines: list[str]) -> list[Comment]:
+    text = "\n".join(lines)
+    found = []
+    line, position = 1, 0
+    for match in _TOKENS.finditer(text):
+        if match.group(1) is None:
+            continue
+        line += text.count("\n", position, match.start())
+        position = match.start()
+        start = text.rfind("\n", 0, position) + 1
+        body = match.group(1)[1:].rstrip()
+        alone = not text[start:position].strip()
+        found.append(Comment(line, position - start, body.removeprefix(" "), alone))
+    return found

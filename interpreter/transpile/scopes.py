@@ -1,0 +1,417 @@
+"""Names of the Python program: which variable every name is, and which functions there are."""
+
+from __future__ import annotations
+
+import ast
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+FunctionNode: TypeAlias = ast.FunctionDef | ast.Lambda | ast.Module
+Comprehension: TypeAlias = ast.ListComp | ast.SetComp | ast.GeneratorExp | ast.DictComp
+COMPREHENSIONS = (ast.ListComp, ast.SetComp, ast.GeneratorExp, ast.DictComp)
+
+
+@dataclass(eq=False, slots=True)
+class Variable:
+    """A variable of one function. ``stores`` are the nodes that assign it; ``is_cell``: it must be assigned in place,
+    because a closure or a later turn of a loop sees the assignment. ``record``: it names a part of that class."""
+
+    name: str
+    function: Function | None
+    stores: list[ast.AST] = field(default_factory=list)
+    reads: int = 0
+    readers: set[Function] = field(default_factory=set)
+    is_parameter: bool = False
+    is_keyword: bool = False
+    is_cell: bool = False
+    is_assigned_elsewhere: bool = False
+    is_temporary: bool = False
+    is_comprehension: bool = False
+    functions: list[Function] = field(default_factory=list)
+    record: tuple[Variable, str, str] | None = None
+    text: str = ""
+
+    @property
+    def is_captured(self) -> bool:
+        """Whether a nested function reads it."""
+        return any(reader is not self.function for reader in self.readers)
+
+
+@dataclass(eq=False, slots=True)
+class Parameter:
+    """``kind``: ``plain``, ``rest`` (``*args``), ``keys`` (``**kw``) or ``keyword`` (after a star)."""
+
+    variable: Variable
+    default: ast.expr | None
+    kind: str
+    annotation: ast.expr | None
+
+
+@dataclass(eq=False, slots=True)
+class Function:
+    """A function, lambda, method or the module. ``word`` is set for a registered one."""
+
+    node: FunctionNode
+    name: str
+    parent: Function | None
+    variable: Variable | None = None
+    parameters: list[Parameter] = field(default_factory=list)
+    locals: dict[str, Variable] = field(default_factory=dict)
+    word: str | None = None
+    text: str = ""
+    is_animation: bool = False
+    is_generator: bool = False
+    owner: Class | None = None
+    is_static: bool = False
+    is_called_directly: bool = False
+    is_passed_on: bool = False
+    named_arguments: set[str] = field(default_factory=set)
+
+    @property
+    def body(self) -> list[ast.stmt]:
+        return [] if isinstance(self.node, ast.Lambda) else self.node.body
+
+    @property
+    def is_registered(self) -> bool:
+        return self.word is not None or self.is_animation
+
+    def parameter(self, name: str) -> Parameter | None:
+        return next((p for p in self.parameters if p.variable.name == name), None)
+
+
+@dataclass(eq=False, slots=True)
+class Class:
+    """A class used as a record."""
+
+    node: ast.ClassDef
+    name: str
+    variable: Variable
+    fields: list[tuple[str, ast.expr | None]] = field(default_factory=list)
+    methods: dict[str, Function] = field(default_factory=dict)
+    properties: set[str] = field(default_factory=set)
+    constants: dict[str, ast.expr] = field(default_factory=dict)
+    is_dataclass: bool = False
+
+
+@dataclass(eq=False)
+class Names:
+    """The result: the variable of every name node, the function of every definition, and all functions in order."""
+
+    module: Function
+    variables: dict[ast.AST, Variable] = field(default_factory=dict)
+    functions: dict[ast.AST, Function] = field(default_factory=dict)
+    classes: dict[ast.AST, Class] = field(default_factory=dict)
+    ordered: list[Function] = field(default_factory=list)
+    home: dict[ast.AST, Function] = field(default_factory=dict)
+    imports: dict[Variable, str] = field(default_factory=dict)
+
+
+class _Scope:
+    """A scope while names are resolved; comprehensions have scopes of their own inside a function's."""
+
+    __slots__ = ("function", "is_class", "names", "parent")
+
+    def __init__(self, function: Function, parent: _Scope | None, names: dict[str, Variable], is_class: bool = False):
+        self.function = function
+        self.parent = parent
+        self.names = names
+        self.is_class = is_class
+
+    def find(self, name: str) -> Variable | None:
+        scope: _Scope | None = self
+        while scope is not None:
+            if name in scope.names and (not scope.is_class or scope is self):
+                return scope.names[name]
+            scope = scope.parent
+        return None
+
+
+def resolve(tree: ast.Module) -> Names:
+    """Find every variable and function of a program."""
+    return _Resolver(tree).names
+
+
+class _Resolver(ast.NodeVisitor):
+    def __init__(self, tree: ast.Module) -> None:
+        module = Function(tree, "", None)
+        self.names = Names(module)
+        self.names.functions[tree] = module
+        self.names.ordered.append(module)
+        self.scope = _Scope(module, None, module.locals)
+        self._declare_locals(module, tree.body, set())
+        for statement in tree.body:
+            self.visit(statement)
+
+    # --- declarations ------------------------------------------------------------------------------------------
+
+    def _declare_locals(self, function: Function, body: list[ast.stmt], outer: set[str]) -> None:
+        for name in _assigned_names(body):
+            if name not in outer and name not in function.locals:
+                function.locals[name] = Variable(name, function)
+
+    def _store(self, name: str, node: ast.AST) -> Variable | None:
+        variable = self.scope.find(name)
+        if variable is not None:
+            variable.stores.append(node)
+            if variable.function is not self.scope.function:
+                variable.is_assigned_elsewhere = True
+            self.names.variables[node] = variable
+        return variable
+
+    # --- names -------------------------------------------------------------------------------------------------
+
+    def visit_Name(self, node: ast.Name) -> None:
+        if isinstance(node.ctx, ast.Load):
+            variable = self.scope.find(node.id)
+            if variable is not None:
+                variable.reads += 1
+                variable.readers.add(self.scope.function)
+                self.names.variables[node] = variable
+        else:
+            self._store(node.id, node)
+
+    def visit_AugAssign(self, node: ast.AugAssign) -> None:
+        if isinstance(node.target, ast.Name):
+            variable = self._store(node.target.id, node.target)
+            if variable is not None:
+                variable.reads += 1
+                variable.readers.add(self.scope.function)
+        else:
+            self.visit(node.target)
+        self.visit(node.value)
+
+    def visit_AnnAssign(self, node: ast.AnnAssign) -> None:
+        if node.value is not None:
+            self.visit(node.target)
+            self.visit(node.value)
+
+    def visit_Import(self, node: ast.Import) -> None:
+        for alias in node.names:
+            name = alias.asname or alias.name.partition(".")[0]
+            self._import(name, alias.name if alias.asname else name, alias)
+
+    def visit_ImportFrom(self, node: ast.ImportFrom) -> None:
+        for alias in node.names:
+            if alias.name != "*":
+                self._import(alias.asname or alias.name, f"{node.module}.{alias.name}", alias)
+
+    def _import(self, name: str, path: str, node: ast.AST) -> None:
+        variable = self._store(name, node)
+        if variable is not None:
+            self.names.imports[variable] = path
+
+    def visit_ExceptHandler(self, node: ast.ExceptHandler) -> None:
+        if node.name:
+            self._store(node.name, node)
+        self.generic_visit(node)
+
+    # --- functions ---------------------------------------------------------------------------------------------
+
+    def visit_FunctionDef(self, node: ast.FunctionDef) -> None:
+        self._function(node, node.name, node.body)
+
+    def visit_Lambda(self, node: ast.Lambda) -> None:
+        self._function(node, "lambda", None)
+
+    def _function(
+        self, node: ast.FunctionDef | ast.Lambda, name: str, body: list[ast.stmt] | None, owner: Class | None = None
+    ) -> Function:
+        function = Function(node, name, self.scope.function, owner=owner)
+        if isinstance(node, ast.FunctionDef):
+            for decorator in node.decorator_list:
+                _read_decorator(function, node, decorator)
+            if owner is None:
+                function.variable = self._store(name, node)
+                if function.variable is not None:
+                    function.variable.functions.append(function)
+        self.names.functions[node] = function
+        self.names.ordered.append(function)
+        self._parameters(function, node.args)
+        enclosing = self.scope
+        self.scope = _Scope(function, enclosing, function.locals)
+        if body is None:
+            assert isinstance(node, ast.Lambda)
+            self.visit(node.body)
+        else:
+            outer = _outer_names(body)
+            for declared in outer:
+                found = enclosing.find(declared) if declared in _nonlocals(body) else self._module_variable(declared)
+                if found is not None:
+                    function.locals.pop(declared, None)
+            self._declare_locals(function, body, outer)
+            function.is_generator = _has_yield(body)
+            for statement in body:
+                self.visit(statement)
+        self.scope = enclosing
+        return function
+
+    def _module_variable(self, name: str) -> Variable:
+        names = self.names.module.locals
+        if name not in names:
+            names[name] = Variable(name, self.names.module)
+        return names[name]
+
+    def _parameters(self, function: Function, arguments: ast.arguments) -> None:
+        plain = [*arguments.posonlyargs, *arguments.args]
+        defaults: list[ast.expr | None] = [None] * (len(plain) - len(arguments.defaults)) + list(arguments.defaults)
+        found = [(a, d, "plain") for a, d in zip(plain, defaults)]
+        if arguments.vararg:
+            found.append((arguments.vararg, None, "rest"))
+        found += [(a, d, "keyword") for a, d in zip(arguments.kwonlyargs, arguments.kw_defaults)]
+        if arguments.kwarg:
+            found.append((arguments.kwarg, None, "keys"))
+        for argument, default, kind in found:
+            if default is not None:
+                self.visit(default)
+            variable = Variable(argument.arg, function, [argument], is_parameter=True)
+            function.locals[argument.arg] = variable
+            self.names.variables[argument] = variable
+            function.parameters.append(Parameter(variable, default, kind, argument.annotation))
+
+    # --- classes -----------------------------------------------------------------------------------------------
+
+    def visit_ClassDef(self, node: ast.ClassDef) -> None:
+        variable = self._store(node.name, node)
+        if variable is None:
+            return
+        record = Class(node, node.name, variable)
+        record.is_dataclass = any("dataclass" in ast.unparse(d) for d in node.decorator_list)
+        record.is_dataclass |= any("NamedTuple" in ast.unparse(b) for b in node.bases)
+        self.names.classes[node] = record
+        enclosing = self.scope
+        self.scope = _Scope(enclosing.function, enclosing, {}, is_class=True)
+        for statement in node.body:
+            if isinstance(statement, ast.FunctionDef):
+                method = self._function(statement, statement.name, statement.body, record)
+                method.is_static = any(ast.unparse(d) == "staticmethod" for d in statement.decorator_list)
+                if any(ast.unparse(d) == "property" for d in statement.decorator_list):
+                    record.properties.add(statement.name)
+                record.methods[statement.name] = method
+            elif isinstance(statement, ast.AnnAssign) and isinstance(statement.target, ast.Name):
+                if statement.value is not None:
+                    self.visit(statement.value)
+                record.fields.append((statement.target.id, statement.value))
+            elif isinstance(statement, ast.Assign) and isinstance(statement.targets[0], ast.Name):
+                self.visit(statement.value)
+                record.constants[statement.targets[0].id] = statement.value
+        self.scope = enclosing
+        _fields_of_constructor(record)
+
+    # --- comprehensions ----------------------------------------------------------------------------------------
+
+    def _comprehension(self, node: Comprehension, *results: ast.expr) -> None:
+        enclosing = self.scope
+        self.visit(node.generators[0].iter)
+        self.scope = _Scope(enclosing.function, enclosing, {})
+        for position, generator in enumerate(node.generators):
+            if position:
+                self.visit(generator.iter)
+            for name in _target_names(generator.target):
+                self.scope.names[name] = Variable(name, enclosing.function, is_comprehension=True)
+            self.visit(generator.target)
+            for condition in generator.ifs:
+                self.visit(condition)
+        for result in results:
+            self.visit(result)
+        self.scope = enclosing
+
+    def visit_ListComp(self, node: ast.ListComp) -> None:
+        self._comprehension(node, node.elt)
+
+    def visit_SetComp(self, node: ast.SetComp) -> None:
+        self._comprehension(node, node.elt)
+
+    def visit_GeneratorExp(self, node: ast.GeneratorExp) -> None:
+        self._comprehension(node, node.elt)
+
+    def visit_DictComp(self, node: ast.DictComp) -> None:
+        self._comprehension(node, node.key, node.value)
+
+
+def _read_decorator(function: Function, node: ast.FunctionDef, decorator: ast.expr) -> None:
+    """``@register()``, ``@register("text")``, ``@register_animation()``: what they say about the function."""
+    called = decorator.func if isinstance(decorator, ast.Call) else decorator
+    name = called.id if isinstance(called, ast.Name) else called.attr if isinstance(called, ast.Attribute) else ""
+    if name == "register_animation":
+        function.is_animation = True
+        function.word = node.name
+    elif name == "register":
+        function.word = node.name
+        arguments = [*decorator.args, *(k.value for k in decorator.keywords)] if isinstance(decorator, ast.Call) else []
+        if arguments and isinstance(arguments[0], ast.Constant) and isinstance(arguments[0].value, str):
+            function.text = arguments[0].value
+
+
+def _fields_of_constructor(record: Class) -> None:
+    """The fields that ``__init__`` and the methods assign on ``self``."""
+    known = {name for name, _ in record.fields}
+    for method in record.methods.values():
+        if method.is_static or not method.parameters:
+            continue
+        own = method.parameters[0].variable.name
+        for node in ast.walk(method.node):
+            if (
+                isinstance(node, ast.Attribute)
+                and isinstance(node.ctx, ast.Store)
+                and isinstance(node.value, ast.Name)
+                and node.value.id == own
+                and node.attr not in known
+            ):
+                known.add(node.attr)
+                record.fields.append((node.attr, None))
+
+
+def _own_nodes(body: list[ast.stmt]) -> list[ast.AST]:
+    """Every node of a body, without the insides of nested functions and classes (their names are there)."""
+    found: list[ast.AST] = []
+    stack: list[ast.AST] = list(reversed(body))
+    while stack:
+        node = stack.pop()
+        found.append(node)
+        if isinstance(node, (ast.FunctionDef, ast.ClassDef, ast.Lambda, ast.AsyncFunctionDef)):
+            continue
+        stack.extend(reversed(list(ast.iter_child_nodes(node))))
+    return found
+
+
+def _assigned_names(body: list[ast.stmt]) -> list[str]:
+    names: dict[str, None] = {}
+    inner = _comprehension_targets(body)
+    for node in _own_nodes(body):
+        if isinstance(node, ast.Name) and not isinstance(node.ctx, ast.Load) and node not in inner:
+            names[node.id] = None
+        elif isinstance(node, (ast.FunctionDef, ast.ClassDef, ast.AsyncFunctionDef)):
+            names[node.name] = None
+        elif isinstance(node, (ast.Import, ast.ImportFrom)):
+            for alias in node.names:
+                names[alias.asname or alias.name.partition(".")[0]] = None
+        elif isinstance(node, ast.ExceptHandler) and node.name:
+            names[node.name] = None
+    return list(names)
+
+
+def _comprehension_targets(body: list[ast.stmt]) -> set[ast.AST]:
+    return {
+        name
+        for node in _own_nodes(body)
+        if isinstance(node, COMPREHENSIONS)
+        for generator in node.generators
+        for name in ast.walk(generator.target)
+        if isinstance(name, ast.Name)
+    }
+
+
+def _target_names(target: ast.expr) -> list[str]:
+    return [node.id for node in ast.walk(target) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)]
+
+
+def _nonlocals(body: list[ast.stmt]) -> set[str]:
+    return {name for node in _own_nodes(body) if isinstance(node, ast.Nonlocal) for name in node.names}
+
+
+def _outer_names(body: list[ast.stmt]) -> set[str]:
+    return {name for node in _own_nodes(body) if isinstance(node, (ast.Nonlocal, ast.Global)) for name in node.names}
+
+
+def _has_yield(body: list[ast.stmt]) -> bool:
+    return any(isinstance(node, (ast.Yield, ast.YieldFrom)) for node in _own_nodes(body))

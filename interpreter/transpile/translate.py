@@ -1,0 +1,133 @@
+"""A response of a language model -> a program: parse, analyse, write, name, lay out."""
+
+from __future__ import annotations
+
+import ast
+from dataclasses import dataclass
+
+from scenelang.grammar.datum import Datum
+from scenelang.grammar.diagnostics import Diagnostic
+from scenelang.grammar.source import Source, Span
+from scenelang.interpreter.transpile.code import Code
+from scenelang.interpreter.transpile.collect import find_collections
+from scenelang.interpreter.transpile.infer import Facts, infer
+from scenelang.interpreter.transpile.liveness import Liveness
+from scenelang.interpreter.transpile.module import ModuleWriter
+from scenelang.interpreter.transpile.naming import Namer
+from scenelang.interpreter.transpile.output import Output, prose
+from scenelang.interpreter.transpile.paths import Paths
+from scenelang.interpreter.transpile.python_text import PythonText, parse_python
+from scenelang.interpreter.transpile.roots import find_root, registered_words
+from scenelang.interpreter.transpile.scopes import Function, Names, resolve
+from scenelang.interpreter.transpile.writer import Analysed
+
+_LONGEST_PROSE = 1200
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Translation:
+    """``forms`` have their places in the Python; ``text`` is the program, empty when there are errors."""
+
+    forms: tuple[Datum, ...]
+    text: str
+    diagnostics: tuple[Diagnostic, ...]
+
+    @property
+    def ok(self) -> bool:
+        return not any(d.is_error for d in self.diagnostics)
+
+
+def translate(source: Source, with_text: bool = True) -> Translation:
+    """Translate the program in a response or a Python file. Never raises for a mistake in it; the Python is not run."""
+    text = parse_python(source)
+    if text.response.ignored:
+        place = Span(source, text.response.end, text.response.end)
+        message = f"only one block of Python is read; {text.response.ignored} more in this response are left out"
+        text.diagnostics.append(Diagnostic("ignored-block", message, place))
+    analysed = analyse(text)
+    writer = ModuleWriter(analysed)
+    header = writer.opening_texts()
+    forms = writer.program()
+    diagnostics = _sorted([*text.diagnostics, *writer.diagnostics])
+    if not any(d.is_error for d in diagnostics) and analysed.root is None:
+        place = Span(source, text.response.start, text.response.start)
+        hint = "a scene's function has @register() above it"
+        diagnostics.append(Diagnostic("no-root", "the Python registers no function", place, hint))
+    if any(d.is_error for d in diagnostics):
+        return Translation((), "", tuple(diagnostics))
+    return _written(text, writer, forms, header, diagnostics, with_text)
+
+
+def analyse(text: PythonText) -> Analysed:
+    """All that is found out before a word is written."""
+    names = resolve(text.tree)
+    paths = Paths(names)
+    liveness = Liveness(names)
+    words = registered_words(names)
+    root = find_root(names, paths, words)
+    collections = find_collections(names, liveness)
+    facts = infer(names, paths, words, root, collections.additions)
+    spread = _note_calls(names, facts)
+    return Analysed(text, names, paths, liveness, collections, facts, words, root, spread)
+
+
+def _note_calls(names: Names, facts: Facts) -> set[str]:
+    """Which parameters callers name, and which registered functions are also called as functions of Python. Gives the
+    names of parameters that may come from a table, by ``**``."""
+    spread: set[str] = set()
+    for function in names.ordered:
+        if function.is_registered:
+            for parameter in function.parameters:
+                parameter.variable.is_keyword = parameter.kind in ("plain", "keyword")
+        for parameter in function.parameters:
+            if parameter.kind == "keyword":
+                parameter.variable.is_keyword = True
+    callees = set()
+    for call, targets in facts.targets.items():
+        is_library = isinstance(call.func, ast.Name) and call.func.id == "library_call"
+        named = {k.arg for k in call.keywords if k.arg is not None}
+        callees.add(call.func)
+        for target in targets:
+            if not is_library:
+                target.is_called_directly = True
+            has_table = any(k.arg is None for k in call.keywords)
+            _name_parameters(target, named, has_table)
+            if has_table:
+                spread |= {p.variable.name for p in target.parameters}
+    for node, variable in names.variables.items():
+        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load) and node not in callees:
+            for function in variable.functions:
+                function.is_passed_on = True
+    return spread
+
+
+def _name_parameters(target: Function, named: set[str], has_table: bool) -> None:
+    for parameter in target.parameters:
+        if parameter.kind == "plain" and (parameter.variable.name in named or has_table):
+            parameter.variable.is_keyword = True
+
+
+def _written(
+    text: PythonText, writer: ModuleWriter, forms: list[Code], texts: list[str], diagnostics: list[Diagnostic],
+    with_text: bool,
+) -> Translation:  # fmt: skip
+    namer = Namer(forms, writer.analysed.spread)
+    namer.choose()
+    output = Output(namer, Span(text.source, text.response.start, text.response.start))
+    datums = tuple(output.datum(form) for form in forms)
+    if not with_text:
+        return Translation(datums, "", tuple(diagnostics))
+    header = prose(text.response.before[:_LONGEST_PROSE])
+    if header and texts:
+        header.append("")
+    header += texts
+    footer = [*writer.pending_texts, *writer.comments_until(len(text.lines) + 1)]
+    after = prose(text.response.after[:_LONGEST_PROSE])
+    if after and footer:
+        after = ["", *after]
+    return Translation(datums, output.text(datums, header, [*footer, *after]), tuple(diagnostics))
+
+
+def _sorted(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
+    unique = {(d.name, d.message, d.span): d for d in diagnostics}
+    return sorted(unique.values(), key=lambda d: d.span.start if d.span is not None else 0)

@@ -1,0 +1,44 @@
+"""The command transpile: a language model's Python as a program of the language."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import Any
+
+from scenelang.cli.options import add_output
+from scenelang.cli.output import report
+from scenelang.session import Session
+
+
+def add_transpile(subparsers: Any) -> None:
+    parser = subparsers.add_parser(
+        "transpile",
+        help="turn a language model's Python into a program",
+        description="Turn the Python of a language model's response into a program. The Python is never run.",
+    )
+    parser.add_argument(
+        "file", metavar="FILE", help="a response (.txt), a Python program (.py), `-` for standard input"
+    )
+    parser.add_argument("-o", "--output", metavar="OUT.scene", help="where to write it (default: standard output)")
+    add_output(parser)
+    parser.set_defaults(run=transpile)
+
+
+def transpile(arguments: argparse.Namespace) -> int:
+    session = Session()
+    translation = session.transpile(session.source(arguments.file))
+    report(arguments, translation.diagnostics)
+    if not translation.ok:
+        return 1
+    if arguments.output is None:
+        sys.stdout.write(translation.text)
+        return 0
+    from scenelang.backends.files import written_whole
+
+    with written_whole(arguments.output) as path:
+        path.write_text(translation.text, encoding="utf-8")
+    return 0
+
+
+COMMANDS = (add_transpile,)

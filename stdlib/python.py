@@ -1,0 +1,270 @@
+"""Python's dynamic rules, for programs made of Python: what its operators do on values whose type a transpiler could
+not tell. They come with ``(import "std/python.scene")``; elsewhere in the language types decide, and the plain
+operators say more about a mistake.
+
+Booleans are the numbers 1 and 0. Lists are Python's tuples and lists, arrays numpy's; a tuple of numbers may have
+become a vector, so where numpy refuses (the truth of several items) an array counts as a tuple.
+"""
+
+from __future__ import annotations
+
+import operator
+from typing import Any
+
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter import parts
+from scenelang.interpreter.entity import Entity
+from scenelang.interpreter.library import Registry
+from scenelang.interpreter.runtime import Runtime
+from scenelang.interpreter.types import type_name
+from scenelang.interpreter.values import NIL, Matrix, MutableList, Pair, Procedure, Set, Table, make_list
+from scenelang.stdlib import arithmetic, indexing
+from scenelang.stdlib.arraydata import ARRAYS, flat_items, from_numpy, is_array, shape_of, to_numpy
+from scenelang.stdlib.errors import wrong_type
+from scenelang.stdlib.items import items
+from scenelang.stdlib.python_order import (
+    find_entry,
+    is_missing,
+    members_of,
+    python_equal,
+    python_less,
+    python_member,
+)
+from scenelang.stdlib.python_print import format_percent, python_str
+
+registry = Registry("python")
+
+_LISTS = (Pair, type(NIL), MutableList)
+
+
+def _unbooled(value: Any) -> Any:
+    """A boolean as the number that it is in arithmetic."""
+    return int(value) if type(value) is bool else value
+
+
+def _is_part(value: Any) -> bool:
+    """Whether ``value`` is an entity, or a pair (entity . matrix) rather than a list."""
+    return type(value) is Entity or (type(value) is Pair and type(value.car) is Entity and type(value.cdr) is Matrix)
+
+
+def _unfit(name: str, a: Any, b: Any, hint: str | None = None) -> SceneError:
+    return SceneError("type", f"`{name}` cannot work on {type_name(a)} and {type_name(b)}, nor can Python", hint=hint)
+
+
+def _as_array(rt: Runtime, value: Any) -> Any:
+    """A list beside an array, as numpy takes it: as an array."""
+    return from_numpy(to_numpy(rt, value)) if type(value) in _LISTS else value
+
+
+# --- truth -----------------------------------------------------------------------------------------------------
+
+
+def is_truthy(rt: Runtime, value: Any) -> bool:
+    """``bool(value)``."""
+    kind = type(value)
+    if kind in (bool, int, float, str):
+        return bool(value)
+    if value is None or value is NIL:
+        return False
+    if kind is MutableList:
+        rt.read(value)
+        return bool(value.items)
+    if kind is Table or kind is Set:
+        rt.read(value)
+        return bool(value.entries)
+    if kind in ARRAYS:
+        numbers = 1
+        for side in shape_of(value):
+            numbers *= side
+        return bool(flat_items(rt, value)[0]) if numbers == 1 else numbers > 1
+    return value.is_primitive or bool(value.children) if kind is Entity else True
+
+
+@registry.define("py-truthy?", "value::Any", "Boolean",
+                 "Python's truth: false are #f, none, 0, and empty strings, lists, tables and sets. An array of one "
+                 "number is as true as the number.",
+                 ("(map py-truthy? '(0 \"\" () (0)))", "(#f #f #f #t)"))  # fmt: skip
+def truthy(rt: Runtime, value: Any) -> bool:
+    return is_truthy(rt, value)
+
+
+@registry.define("py-bool-or", "value::Any otherwise::Function", "Any",
+                 "Python's `or`: the value if it is true, else what the function of no arguments gives.",
+                 ("(py-bool-or 0 (lambda () 5))", "5"))  # fmt: skip
+def bool_or(rt: Runtime, value: Any, otherwise: Procedure) -> Any:
+    return value if is_truthy(rt, value) else rt.apply(otherwise, ())
+
+
+@registry.define("py-bool-and", "value::Any then::Function", "Any",
+                 "Python's `and`: the value if it is false, else what the function of no arguments gives.",
+                 ("(py-bool-and 0 (lambda () 5))", "0"))  # fmt: skip
+def bool_and(rt: Runtime, value: Any, then: Procedure) -> Any:
+    return rt.apply(then, ()) if is_truthy(rt, value) else value
+
+
+# --- arithmetic ------------------------------------------------------------------------------------------------
+
+
+@registry.define("py-+", "a::Any b::Any", "Any",
+                 "Python's `+`: the sum of numbers, strings joined, lists or parts joined into a list, arrays item by "
+                 "item, also with a list.",
+                 ("(list (py-+ 1 #t) (py-+ \"a\" \"b\") (py-+ '(1) '(2)) (py-+ [1 2] '(3 4)))",
+                  '(2 "ab" (1 2) [4 6])'))  # fmt: skip
+def plus(rt: Runtime, a: Any, b: Any) -> Any:
+    a, b = _unbooled(a), _unbooled(b)
+    if type(a) is str and type(b) is str:
+        rt.meter.check_size(len(a) + len(b), "a string")
+        return a + b
+    if is_array(a) or is_array(b):
+        return arithmetic.add(rt, _as_array(rt, a), _as_array(rt, b))
+    if _is_part(a) or _is_part(b):
+        return make_list([*parts.parts_of(rt, a), *parts.parts_of(rt, b)])
+    if type(a) in _LISTS and type(b) in _LISTS:
+        return _joined(rt, a, b)
+    if type(a) in (int, float) and type(b) in (int, float):
+        return arithmetic.add(rt, a, b)
+    hint = "text of a value is `(py-str value)`" if str in (type(a), type(b)) else None
+    raise _unfit("py-+", a, b, hint)
+
+
+def _joined(rt: Runtime, a: Any, b: Any) -> Any:
+    left, right = items(rt, a, "py-+"), items(rt, b, "py-+")
+    rt.meter.check_size(len(left) + len(right), "a list")
+    return make_list(left, make_list(right) if type(b) is MutableList else b)  # an immutable tail is shared
+
+
+@registry.define("py-*", "a::Any b::Any", "Any",
+                 "Python's `*`: the product of numbers, of arrays item by item; a list or string times an Integer "
+                 "repeats it.",
+                 ("(list (py-* 2 1.5) (py-* \"ab\" 2) (py-* 2 '(1 2)) (py-* [1 2] '(3 4)))",
+                  '(3.0 "abab" (1 2 1 2) [3 8])'))  # fmt: skip
+def times(rt: Runtime, a: Any, b: Any) -> Any:
+    a, b = _unbooled(a), _unbooled(b)
+    if is_array(a) or is_array(b):
+        return arithmetic.multiply(rt, _as_array(rt, a), _as_array(rt, b))
+    if type(a) in (int, float) and type(b) in (int, float):
+        return arithmetic.multiply(rt, a, b)
+    if type(a) is int:
+        a, b = b, a
+    if type(b) is int:
+        return _repeated(rt, a, max(0, b))
+    raise _unfit("py-*", a, b)
+
+
+def _repeated(rt: Runtime, value: Any, count: int) -> Any:
+    if type(value) is str:
+        rt.meter.check_size(len(value) * count, "a string")
+        return value * count
+    if _is_part(value):
+        members: list[Any] = list(parts.parts_of(rt, value))
+    elif type(value) in _LISTS:
+        members = items(rt, value, "py-*")
+    else:
+        raise _unfit("py-*", value, count)
+    rt.meter.check_size(len(members) * count, "a list")
+    return make_list(members * count)
+
+
+@registry.define("py-%", "a::Any b::Any", "Any",
+                 "Python's `%`: the remainder of `//`, item by item on arrays; of a string the text with its fields "
+                 "%d, %s, %.2f filled by a value, or by the items of a list.",
+                 ("(list (py-% -1 12) (py-% \"%d of %s\" '(3 \"oak\")))", '(11 "3 of oak")'))  # fmt: skip
+def percent(rt: Runtime, a: Any, b: Any) -> Any:
+    if type(a) is str:
+        return format_percent(rt, a, b)
+    a, b = _unbooled(a), _unbooled(b)
+    if is_array(a) or is_array(b):
+        return arithmetic.modulo(rt, _as_array(rt, a), _as_array(rt, b))
+    if type(a) in (int, float) and type(b) in (int, float):
+        return operator.mod(a, b)
+    raise _unfit("py-%", a, b)
+
+
+# --- comparing -------------------------------------------------------------------------------------------------
+
+
+@registry.define("py-==", "a::Any b::Any", "Boolean",
+                 "Python's `==`: numbers by value, #t is 1, also inside lists, tables and sets. A mutable list or an "
+                 "array equals a list of equal items.",
+                 ("(list (py-== '(1 2.) '(1. 2)) (py-== #t 1) (py-== \"1\" 1))", "(#t #t #f)"))  # fmt: skip
+def equals(rt: Runtime, a: Any, b: Any) -> bool:
+    return python_equal(rt, a, b)
+
+
+@registry.define("py-<", "a::Any b::Any", "Boolean",
+                 "Python's `<`: numbers, strings, lists by their first items that differ.",
+                 ("(list (py-< 1 2.) (py-< \"b\" \"a\") (py-< '(1 2) '(1 2 0)))", "(#t #f #t)"))  # fmt: skip
+def less(rt: Runtime, a: Any, b: Any) -> bool:
+    return python_less(rt, a, b)
+
+
+@registry.define("py-in", "x::Any xs::Any", "Boolean",
+                 "Python's `in`: an item of a list, array, set or parts, a key of a table, a part of a string.",
+                 ("(list (py-in 1. '(1 2)) (py-in \"a\" (table \"a\" 1)) (py-in \"leg\" \"chair leg\"))",
+                  "(#t #t #t)"))  # fmt: skip
+def is_in(rt: Runtime, x: Any, xs: Any) -> bool:
+    if type(xs) is str:
+        if type(x) is not str:
+            raise wrong_type("py-in", "a string to look for in a string", x)
+        rt.charge(len(xs) >> 6)
+        return x in xs
+    if type(xs) is Table or type(xs) is Set:
+        rt.read(xs)
+        return not is_missing(find_entry(xs, x))
+    if type(x) in (int, float, bool) and len(shape_of(xs)) > 1:
+        return python_member(rt, x, flat_items(rt, xs))
+    return python_member(rt, x, _members(rt, xs, "py-in"))
+
+
+# --- items -----------------------------------------------------------------------------------------------------
+
+
+def _members(rt: Runtime, value: Any, name: str) -> list[Any]:
+    """What Python would iterate."""
+    if _is_part(value):
+        return list(parts.parts_of(rt, value))
+    members = members_of(rt, value)
+    if members is not None:
+        return members
+    return items(rt, value, name)
+
+
+@registry.define("py-iter", "xs::Any", "List",
+                 "The list of what Python would iterate: items of a list, set or array, characters, keys of a table, "
+                 "parts of an entity.",
+                 ('(list (py-iter "ab") (py-iter (table "x" 1)) (py-iter [1 2]))', '(("a" "b") ("x") (1 2))'),
+                 )  # fmt: skip
+def iter_(rt: Runtime, xs: Any) -> Any:
+    return make_list(_members(rt, xs, "py-iter"))
+
+
+@registry.define("py-ref", "thing::Any key::Any more::Any ...", "Any",
+                 "Python's `thing[key]`: as `ref`, but #t and #f are the indices 1 and 0, and an entity or a pair "
+                 "(entity . matrix) is the list of its parts. A key that a table lacks is an error. Further keys go "
+                 "deeper.",
+                 ("(list (py-ref '(a b) #t) (py-ref (table 1 'x) #t) (py-ref [[1 2] [3 4]] 1 0))",
+                  "(b x 3)"))  # fmt: skip
+def ref(rt: Runtime, thing: Any, key: Any, *more: Any) -> Any:
+    if is_array(thing):
+        return indexing.array_ref(rt, thing, tuple(map(_unbooled, (key, *more))))
+    for each in (key, *more):
+        thing = _item(rt, thing, each)
+    return thing
+
+
+def _item(rt: Runtime, thing: Any, key: Any) -> Any:
+    if type(thing) is Table:
+        rt.read(thing)
+        entry = find_entry(thing, key)
+        return indexing.table_ref(rt, thing, key, ()) if is_missing(entry) else entry[1]
+    if _is_part(thing):
+        thing = make_list(parts.parts_of(rt, thing))
+    return indexing.ref(rt, thing, _unbooled(key))
+
+
+@registry.define("py-str", "value::Any", "String",
+                 "Python's `str`: numbers as Python prints them, True, False and None, strings as they are, lists as "
+                 "[1, 'a'].",
+                 ("(list (py-str 1.) (py-str #t) (py-str '(1 \"a\")))", '("1.0" "True" "[1, \'a\']")'))  # fmt: skip
+def str_(rt: Runtime, value: Any) -> str:
+    return python_str(rt, value)
