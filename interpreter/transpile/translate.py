@@ -8,18 +8,19 @@ from dataclasses import dataclass
 from scenelang.grammar.datum import Datum
 from scenelang.grammar.diagnostics import Diagnostic
 from scenelang.grammar.source import Source, Span
-from scenelang.interpreter.transpile.code import Code
-from scenelang.interpreter.transpile.collect import find_collections
-from scenelang.interpreter.transpile.infer import Facts, infer
-from scenelang.interpreter.transpile.liveness import Liveness
-from scenelang.interpreter.transpile.module import ModuleWriter
-from scenelang.interpreter.transpile.naming import Namer
-from scenelang.interpreter.transpile.output import Output, prose
-from scenelang.interpreter.transpile.paths import Paths
+from scenelang.interpreter.transpile.analysis.collect import find_collections
+from scenelang.interpreter.transpile.analysis.infer import infer
+from scenelang.interpreter.transpile.analysis.inference import Facts
+from scenelang.interpreter.transpile.analysis.liveness import Liveness
+from scenelang.interpreter.transpile.analysis.paths import Paths
+from scenelang.interpreter.transpile.analysis.roots import find_root, registered_words
+from scenelang.interpreter.transpile.analysis.scopes import Function, Names, resolve
 from scenelang.interpreter.transpile.python_text import PythonText, parse_python
-from scenelang.interpreter.transpile.roots import find_root, registered_words
-from scenelang.interpreter.transpile.scopes import Function, Names, resolve
-from scenelang.interpreter.transpile.writer import Analysed
+from scenelang.interpreter.transpile.writing.code import Code
+from scenelang.interpreter.transpile.writing.module import ModuleWriter
+from scenelang.interpreter.transpile.writing.naming import Namer
+from scenelang.interpreter.transpile.writing.output import Output, prose
+from scenelang.interpreter.transpile.writing.writer import Analysed
 
 _LONGEST_PROSE = 1200
 

@@ -1,0 +1,297 @@
+"""Lists that are only built up and then read: they become comprehensions and unions instead of changing in place.
+
+A list is *collected* when one block makes it, the statements after that only append to it (also inside `for` and `if`),
+and all reads come later. What a generator yields is collected in the same way.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+from scenelang.interpreter.transpile.analysis.liveness import Liveness
+from scenelang.interpreter.transpile.analysis.scopes import Function, Names, Variable
+
+
+@dataclass(eq=False, slots=True)
+class Collection:
+    """``start`` makes the list of ``variable`` (None: what a generator yields), ``last`` is the last statement of the
+    block that adds to it; ``additions`` are the nodes that add."""
+
+    variable: Variable
+    start: ast.stmt | None
+    last: ast.stmt
+    additions: set[ast.AST] = field(default_factory=set)
+    adders: set[ast.stmt] = field(default_factory=set)
+
+
+@dataclass(eq=False)
+class Collections:
+    """All collections of a program: by the statement that makes the list, and by generator. ``functional`` are
+    statements that sort or shuffle a list which was just made, so that a new list does as well."""
+
+    by_start: dict[ast.stmt, Collection] = field(default_factory=dict)
+    by_generator: dict[Function, Collection] = field(default_factory=dict)
+    additions: set[ast.AST] = field(default_factory=set)
+    functional: set[ast.stmt] = field(default_factory=set)
+
+
+def find_collections(names: Names, liveness: Liveness) -> Collections:
+    found = Collections()
+    finder = _Finder(names, liveness)
+    for function in names.ordered:
+        if isinstance(function.node, ast.Lambda):
+            continue
+        if function.is_generator:
+            collection = finder.of_generator(function)
+            if collection is not None:
+                found.by_generator[function] = collection
+        for block in _blocks(function.body):
+            for collection in finder.in_block(block):
+                assert collection.start is not None
+                found.by_start[collection.start] = collection
+        for block in _blocks(function.body):
+            for statement, call in finder.functional(block):
+                found.functional.add(statement)
+                found.additions.add(call)
+    _drop_entangled(found)
+    for collection in found.by_start.values():
+        found.additions |= collection.additions
+    return found
+
+
+def addition(statement: ast.stmt, variable: Variable, names: Names) -> tuple[ast.expr, bool] | None:
+    """What a statement adds to the list of ``variable``, and whether it adds many items at once."""
+    if isinstance(statement, ast.Expr):
+        call = statement.value
+        if isinstance(call, ast.Yield) and variable.is_temporary and call.value is not None:
+            return call.value, False
+        if isinstance(call, ast.YieldFrom) and variable.is_temporary:
+            return call.value, True
+        if (
+            isinstance(call, ast.Call)
+            and isinstance(call.func, ast.Attribute)
+            and call.func.attr in ("append", "extend")
+            and isinstance(call.func.value, ast.Name)
+            and names.variables.get(call.func.value) is variable
+            and len(call.args) == 1
+            and not call.keywords
+            and not isinstance(call.args[0], ast.Starred)
+        ):
+            return call.args[0], call.func.attr == "extend"
+    if isinstance(statement, ast.AugAssign) and isinstance(statement.op, ast.Add):
+        if isinstance(statement.target, ast.Name) and names.variables.get(statement.target) is variable:
+            return statement.value, True
+    return None
+
+
+class _Finder:
+    def __init__(self, names: Names, liveness: Liveness) -> None:
+        self._names = names
+        self._liveness = liveness
+        self._mentioned: dict[tuple[ast.AST, Variable], int] = {}
+
+    def of_generator(self, function: Function) -> Collection | None:
+        variable = Variable("frames" if function.is_animation else "items", function, is_temporary=True)
+        body = function.body
+        adders = [s for s in body if self._adds(s, variable)]
+        if not adders or any(_holds(s, (ast.Return, ast.Try, ast.With)) for s in body):
+            return None
+        collection = Collection(variable, None, adders[-1])
+        if all(self._collect(s, collection) for s in adders):
+            return collection
+        return None
+
+    def in_block(self, block: Sequence[ast.stmt]) -> Iterator[Collection]:
+        for position, statement in enumerate(block):
+            variable = self._made(statement)
+            if variable is None:
+                continue
+            following = block[position + 1 :]
+            adders = [s for s in following if self._adds(s, variable)]
+            if not adders:
+                continue
+            collection = Collection(variable, statement, adders[-1])
+            last = following.index(adders[-1])
+            early = [s for s in following[:last] if s not in adders and self._count(s, variable)]
+            total = sum(self._count(s, variable) for s in following)
+            if early or total != len(variable.stores) - 1 + variable.reads - self._augmented(variable):
+                continue
+            if all(self._collect(s, collection) for s in adders):
+                yield collection
+
+    def functional(self, block: Sequence[ast.stmt]) -> Iterator[tuple[ast.stmt, ast.Call]]:
+        """Statements such as ``random.shuffle(xs)`` and ``xs.sort()`` where ``xs`` was made in the same block and
+        nothing has looked at it since."""
+        made: dict[Variable, int] = {}
+        for position, statement in enumerate(block):
+            call = statement.value if isinstance(statement, ast.Expr) else None
+            if isinstance(call, ast.Call):
+                variable = self._in_place(call)
+                if variable in made and variable is not None:
+                    between = block[made[variable] + 1 : position]
+                    if not any(self._count(s, variable) for s in between) and self._count(statement, variable) == 1:
+                        made[variable] = position
+                        yield statement, call
+                        continue
+            new = self._fresh(statement)
+            if new is not None:
+                made[new] = position
+
+    def _in_place(self, call: ast.Call) -> Variable | None:
+        func = call.func
+        if not isinstance(func, ast.Attribute):
+            return None
+        if func.attr in ("sort", "reverse") and isinstance(func.value, ast.Name):
+            return self._names.variables.get(func.value)
+        if func.attr == "shuffle" and len(call.args) == 1 and isinstance(call.args[0], ast.Name):
+            return self._names.variables.get(call.args[0])
+        return None
+
+    def _fresh(self, statement: ast.stmt) -> Variable | None:
+        """The variable that a statement sets to a list which nothing else refers to."""
+        if not isinstance(statement, ast.Assign) or len(statement.targets) != 1:
+            return None
+        value, target = statement.value, statement.targets[0]
+        is_new = isinstance(value, (ast.List, ast.ListComp)) or (
+            isinstance(value, ast.Call) and isinstance(value.func, ast.Name) and value.func.id in ("list", "sorted")
+        )
+        variable = self._names.variables.get(target)
+        if not is_new or variable is None or variable.is_captured or variable.is_assigned_elsewhere or variable.is_cell:
+            return None
+        return variable
+
+    def _augmented(self, variable: Variable) -> int:
+        """Targets of ``+=`` count as a store and as a read."""
+        return sum(1 for store in variable.stores if isinstance(store, ast.Name)) - 1
+
+    def _made(self, statement: ast.stmt) -> Variable | None:
+        """The variable that a statement sets to a new list."""
+        if isinstance(statement, ast.Assign) and len(statement.targets) == 1:
+            target: ast.expr = statement.targets[0]
+            value: ast.expr | None = statement.value
+        elif isinstance(statement, ast.AnnAssign):
+            target, value = statement.target, statement.value
+        else:
+            return None
+        is_new = isinstance(value, (ast.List, ast.ListComp)) or (
+            isinstance(value, ast.Call) and isinstance(value.func, ast.Name) and value.func.id == "list"
+        )
+        if not is_new or not isinstance(target, ast.Name):
+            return None
+        variable = self._names.variables.get(target)
+        if variable is None or variable.is_captured or variable.is_assigned_elsewhere:
+            return None
+        augmented = [s for s in variable.stores if s is not target]
+        if any(not isinstance(s, ast.Name) for s in augmented):
+            return None
+        return variable
+
+    def _count(self, node: ast.AST, variable: Variable) -> int:
+        known = self._mentioned.get((node, variable))
+        if known is None:
+            known = sum(1 for n in ast.walk(node) if self._names.variables.get(n) is variable)
+            self._mentioned[node, variable] = known
+        return known
+
+    def _adds(self, statement: ast.stmt, variable: Variable) -> bool:
+        if addition(statement, variable, self._names):
+            return True
+        if not variable.is_temporary and not self._count(statement, variable):
+            return False
+        return any(self._adds(s, variable) for block in _inner_blocks(statement) for s in block)
+
+    def _collect(self, statement: ast.stmt, collection: Collection) -> bool:
+        """Whether all that ``statement`` does with the list is adding to it, in a way that can be collected."""
+        variable = collection.variable
+        found = addition(statement, variable, self._names)
+        if found is not None:
+            if self._count(found[0], variable):
+                return False
+            node = statement.value if isinstance(statement, ast.Expr) else statement
+            collection.additions.add(node)
+            collection.adders.add(statement)
+            return True
+        if not self._adds(statement, variable):
+            return not self._count(statement, variable)
+        collection.adders.add(statement)
+        if isinstance(statement, ast.If):
+            if self._count(statement.test, variable) or self._leaks(statement):
+                return False
+            return all(self._collect(s, collection) for s in [*statement.body, *statement.orelse])
+        if isinstance(statement, ast.For):
+            if self._count(statement.iter, variable) or statement.orelse or _leaves(statement.body):
+                return False
+            return all(self._collect(s, collection) for s in statement.body)
+        return False
+
+    def _leaks(self, statement: ast.If) -> bool:
+        """Whether the branches set variables that are read after the ``if``."""
+        after = self._liveness.after.get(statement, frozenset())
+        for node in ast.walk(statement):
+            variable = self._names.variables.get(node)
+            if variable in after and isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+                if variable is not None and not variable.is_cell:
+                    return True
+        return False
+
+
+def _drop_entangled(found: Collections) -> None:
+    """Statements that add to several lists at once are no comprehension: those lists change in place."""
+    owners: dict[ast.stmt, list[Collection]] = {}
+    for collection in [*found.by_start.values(), *found.by_generator.values()]:
+        for adder in collection.adders:
+            if isinstance(adder, (ast.For, ast.If)):
+                owners.setdefault(adder, []).append(collection)
+    for collections in owners.values():
+        if len(collections) > 1:
+            for collection in collections:
+                if collection.start is not None:
+                    found.by_start.pop(collection.start, None)
+                else:
+                    found.by_generator = {f: c for f, c in found.by_generator.items() if c is not collection}
+
+
+def _leaves(body: Sequence[ast.stmt]) -> bool:
+    """Whether a loop's body breaks out of the loop or returns; a ``continue`` must end the branch of an ``if``."""
+    for statement in body:
+        if isinstance(statement, (ast.Break, ast.Return)):
+            return True
+        if isinstance(statement, (ast.For, ast.While)):
+            if _holds(statement, (ast.Return,)):
+                return True
+            continue
+        if isinstance(statement, (ast.Try, ast.With)) and _holds(statement, (ast.Return, ast.Break, ast.Continue)):
+            return True
+        if any(_leaves(block) for block in _inner_blocks(statement)):
+            return True
+    return False
+
+
+def _holds(statement: ast.stmt, kinds: tuple[type, ...]) -> bool:
+    stack: list[ast.AST] = [statement]
+    while stack:
+        node = stack.pop()
+        if isinstance(node, kinds):
+            return True
+        if not isinstance(node, (ast.FunctionDef, ast.Lambda)):
+            stack.extend(ast.iter_child_nodes(node))
+    return False
+
+
+def _inner_blocks(statement: ast.stmt) -> list[list[ast.stmt]]:
+    if isinstance(statement, (ast.FunctionDef, ast.ClassDef)):
+        return []
+    blocks = [getattr(statement, name, None) for name in ("body", "orelse", "finalbody")]
+    found = [block for block in blocks if block]
+    for handler in getattr(statement, "handlers", ()):
+        found.append(handler.body)
+    return found
+
+
+def _blocks(body: list[ast.stmt]) -> Iterator[list[ast.stmt]]:
+    yield body
+    for statement in body:
+        for block in _inner_blocks(statement):
+            yield from _blocks(block)

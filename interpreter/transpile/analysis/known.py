@@ -1,0 +1,558 @@
+"""What the functions and methods that models call give, as types: builtins, helpers, math, numpy, random."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, TypeAlias, TypeVar
+
+from scenelang.interpreter.transpile.analysis.domain import (
+    ANYTHING,
+    ARRAY,
+    BOOL,
+    DICT,
+    INT,
+    LIST,
+    NONE,
+    NOTHING,
+    NUMBERS,
+    POSE,
+    SEQUENCES,
+    SET,
+    STREAM,
+    T_BOOL,
+    T_FLOAT,
+    T_INT,
+    T_NONE,
+    T_NUMBER,
+    T_POSE,
+    T_SHAPE,
+    T_STR,
+    T_STREAM,
+    TUPLE,
+    Type,
+)
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.transpile.analysis.inference import InferenceState
+
+Result: TypeAlias = "Callable[[InferenceState, ast.AST, list[Type], dict[str, Type]], Type]"
+Method: TypeAlias = "Callable[[InferenceState, ast.Call, Type, list[Type], dict[str, Type]], Type]"
+
+T = TypeVar("T")
+
+MUTATORS = frozenset({"random.shuffle", "numpy.random.shuffle", "heapq.heappush", "heapq.heappop"})
+
+
+def draws(path: str) -> bool:
+    """Whether calling the function at ``path`` uses or sets a random stream."""
+    if path in ("random.Random", "numpy.random.RandomState", "numpy.random.default_rng"):
+        return False
+    return path.startswith(("random.", "numpy.random."))
+
+
+def _join(types: Sequence[Type]) -> Type:
+    result = NOTHING
+    for each in types:
+        result = result | each
+    return result
+
+
+def _list_of(element: Callable[[InferenceState, list[Type]], Type]) -> Result:
+    return lambda infer, node, args, named: infer.container(node, LIST, element(infer, args))
+
+
+def _array(infer: InferenceState, node: ast.AST, element: Type = T_FLOAT) -> Type:
+    return infer.container(node, ARRAY, element)
+
+
+def _vector(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    return _array(infer, node)
+
+
+def _elementwise(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    """``np.sin(x)``: a number of a number, an array of an array or a sequence."""
+    joined = _join(args)
+    if joined.kinds & (ARRAY | LIST | TUPLE | POSE):
+        element = _join([infer.elements(a) for a in args if a.kinds & (ARRAY | LIST | TUPLE)])
+        nested = element.kinds & (ARRAY | LIST | TUPLE)
+        return _array(infer, node, _array(infer, node, T_FLOAT) if nested else T_FLOAT)
+    return T_FLOAT
+
+
+def _make_array(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    """``np.array(x)``: as deep as the sequences in ``x``."""
+    if not args:
+        return _array(infer, node)
+    if args[0].only(NUMBERS):
+        return args[0]
+    element = infer.elements(args[0])
+    if element.kinds & (LIST | TUPLE | ARRAY):
+        inner = infer.elements(element)
+        return infer.grow(infer.site(node, ARRAY), infer.container(node, ARRAY, inner or T_FLOAT, tag="row"))
+    return _array(infer, node, element if element.kinds else T_FLOAT)
+
+
+def _shaped(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    """``np.zeros(shape)``."""
+    shape = args[0] if args else named.get("shape", T_INT)
+    if shape.kinds & (LIST | TUPLE):
+        sites = infer.read_sites(shape)
+        if any(site.items is None or len(site.items) > 1 for site in sites):
+            return infer.grow(infer.site(node, ARRAY), infer.container(node, ARRAY, T_FLOAT, tag="row"))
+    return _array(infer, node)
+
+
+def _drawn(number: Type, position: int = 2) -> Result:
+    """A draw; with a size, the argument at ``position``, an array."""
+
+    def result(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+        size = args[position] if len(args) > position else named.get("size")
+        if size is not None and not size.only(NONE):
+            return _shaped(infer, node, [size], {})
+        return number
+
+    return result
+
+
+def _drawn_sides(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    return _array(infer, node) if args else T_FLOAT
+
+
+def _drawn_random(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    size = args[0] if args else named.get("size")
+    return _shaped(infer, node, [size], {}) if size is not None and not size.only(NONE) else T_FLOAT
+
+
+def _np_choice(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    source = args[0] if args else NOTHING
+    item = T_INT if source.only(INT) else infer.elements(source)
+    if len(args) > 1 or "size" in named:
+        return _array(infer, node, item) if item.only(NUMBERS) else infer.container(node, LIST, item)
+    return item
+
+
+def _item(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    return infer.elements(args[0]) if args else NOTHING
+
+
+def _first(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    return args[0] if args else NOTHING
+
+
+def _permutation(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    if args and args[0].only(INT):
+        return _array(infer, node, T_INT)
+    element = infer.elements(args[0]) if args else NOTHING
+    return _array(infer, node, element) if element.only(NUMBERS) else infer.container(node, LIST, element)
+
+
+def _library(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    return T_SHAPE
+
+
+def _loop(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    functions = args[1] if len(args) > 1 else named.get("fn", named.get("func", NOTHING))
+    infer.call(functions, node, [T_INT], {})
+    return T_SHAPE
+
+
+def _enumerate(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    pair = infer.tuple_of(node, [T_INT, infer.elements(args[0]) if args else NOTHING], tag="pair")
+    return infer.container(node, LIST, pair)
+
+
+def _zip(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    starred = isinstance(node, ast.Call) and any(isinstance(a, ast.Starred) for a in node.args)
+    if starred:
+        return infer.container(
+            node, LIST, infer.container(node, TUPLE, _join([infer.elements(a) for a in args]), tag="row")
+        )
+    row = infer.tuple_of(node, [infer.elements(a) for a in args], tag="row")
+    return infer.container(node, LIST, row)
+
+
+def _map(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    if not args:
+        return NOTHING
+    return infer.container(node, LIST, infer.call(args[0], node, [infer.elements(a) for a in args[1:]], {}))
+
+
+def _filter(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    if len(args) < 2:
+        return NOTHING
+    element = infer.elements(args[1])
+    infer.call(args[0], node, [element], {})
+    return infer.container(node, LIST, element)
+
+
+def _sorted(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    element = infer.elements(args[0]) if args else NOTHING
+    if "key" in named:
+        infer.call(named["key"], node, [element], {})
+    return infer.container(node, LIST, element)
+
+
+def _extreme(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    found = infer.elements(args[0]) if len(args) == 1 else _join(args)
+    if "key" in named:
+        infer.call(named["key"], node, [found], {})
+    return found | named.get("default", NOTHING)
+
+
+def _sum(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    element = infer.elements(args[0]) if args else NOTHING
+    start = args[1] if len(args) > 1 else named.get("start", T_INT)
+    if start.kinds & (LIST | TUPLE):
+        return infer.container(node, start.kinds & (LIST | TUPLE), infer.elements(element) | infer.elements(start))
+    if element.only(BOOL):
+        return T_INT
+    return element | start if element.only(NUMBERS) else element
+
+
+def _np_sum(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    if "axis" in named or len(args) > 1:
+        return _array(infer, node)
+    return T_FLOAT
+
+
+def _sequence(kind: int) -> Result:
+    def result(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+        if not args:
+            return infer.container(node, kind, NOTHING)
+        sites = infer.read_sites(args[0])
+        known = len(sites) == 1 and sites[0].items is not None and not args[0].kinds & ~SEQUENCES
+        if known and sites[0].items is not None and kind & SEQUENCES:
+            return infer.tuple_of(node, sites[0].items, kind=kind)
+        return infer.container(node, kind, infer.elements(args[0]))
+
+    return result
+
+
+def _dict(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    key, value = (T_STR, _join(list(named.values()))) if named else (NOTHING, NOTHING)
+    fields: dict[object, Type] = {name: found for name, found in named.items()}  # noqa: C416 (the keys widen)
+    other = NOTHING
+    for argument in args:
+        for site in infer.read_sites(argument):
+            if site.kind == DICT:
+                key, value, other = key | site.key, value | site.element, other | site.other
+                for name, found in site.fields.items():
+                    fields[name] = fields.get(name, NOTHING) | found
+            else:
+                key = key | infer.at(site.element, 0)
+                other = other | infer.at(site.element, 1)
+                value = value | other
+    return infer.table(infer.site(node, DICT), key, value, fields, other)
+
+
+def _divmod(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    number = T_INT if all(a.only(INT) for a in args) else T_NUMBER
+    return infer.tuple_of(node, [number, number])
+
+
+def _round(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    return T_FLOAT if len(args) > 1 else T_INT
+
+
+def _absolute(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    return args[0] if args and not args[0].only(BOOL) else T_INT
+
+
+def _reduce(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    if len(args) < 2:
+        return NOTHING
+    start = args[2] if len(args) > 2 else infer.elements(args[1])
+    return start | infer.call(args[0], node, [start, infer.elements(args[1])], {})
+
+
+def _product(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    if "repeat" in named:
+        return infer.container(node, LIST, infer.container(node, TUPLE, infer.elements(args[0]), tag="row"))
+    return infer.container(node, LIST, infer.tuple_of(node, [infer.elements(a) for a in args], tag="row"))
+
+
+def _combinations(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    element = infer.elements(args[0]) if args else NOTHING
+    return infer.container(node, LIST, infer.container(node, TUPLE, element, tag="row"))
+
+
+def _chain(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    return infer.container(node, LIST, _join([infer.elements(a) for a in args]))
+
+
+def _colors(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    return infer.tuple_of(node, [T_FLOAT, T_FLOAT, T_FLOAT])
+
+
+def _stack(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    element = infer.elements(args[0]) if args else NOTHING
+    return infer.grow(infer.site(node, ARRAY), infer.container(node, ARRAY, infer.elements(element), tag="row"))
+
+
+def _defaultdict(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    made = infer.call(args[0], node, [], {}) if args else NOTHING
+    return infer.table(infer.site(node, DICT), NOTHING, made, {}, made)
+
+
+def _meshgrid(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    grid = infer.grow(infer.site(node, ARRAY, "grid"), infer.container(node, ARRAY, T_FLOAT, tag="row"))
+    return infer.container(node, LIST, grid)
+
+
+def _dataclass_field(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    made = infer.call(named["default_factory"], node, [], {}) if "default_factory" in named else NOTHING
+    return made | named.get("default", NOTHING)
+
+
+def _matrix(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    return infer.grow(infer.site(node, ARRAY), infer.container(node, ARRAY, T_FLOAT, tag="row"))
+
+
+def _dot(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    if any(a.kinds & POSE for a in args) or any(infer.elements(a).kinds & (ARRAY | LIST | TUPLE) for a in args):
+        return Type(ARRAY) if not all(a.kinds & POSE for a in args) else T_POSE
+    return T_FLOAT
+
+
+def _plain_range(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    return infer.container(node, LIST, T_INT)
+
+
+def _arange(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    return _array(infer, node, T_INT if all(a.only(INT) for a in args) else T_FLOAT)
+
+
+def _each(module: str, names: str, result: T) -> dict[str, T]:
+    """The same result for several names of a module (methods have none)."""
+    return {f"{module}.{name}" if module else name: result for name in names.split()}
+
+
+RESULTS: dict[str, Type | Result] = {
+    # the helper API
+    "primitive_call": T_SHAPE, "concat_shapes": T_SHAPE, "transform_shape": T_SHAPE, "loop": _loop,
+    "library_call": T_SHAPE, "translation_matrix": T_POSE, "rotation_matrix": T_POSE, "scale_matrix": T_POSE,
+    "reflection_matrix": T_POSE, "identity_matrix": T_POSE, "compute_shape_center": _vector,
+    "compute_shape_min": _vector, "compute_shape_max": _vector, "compute_shape_sizes": _vector,
+    # builtins
+    "len": T_INT, "int": T_INT, "float": T_FLOAT, "str": T_STR, "repr": T_STR, "bool": T_BOOL, "chr": T_STR,
+    "ord": T_INT,
+    "any": T_BOOL, "all": T_BOOL, "isinstance": T_BOOL, "callable": T_BOOL, "print": T_NONE, "format": T_STR,
+    "hasattr": T_BOOL, "range": _plain_range, "enumerate": _enumerate, "zip": _zip, "map": _map, "filter": _filter,
+    "sorted": _sorted, "reversed": _sorted, "min": _extreme, "max": _extreme, "sum": _sum, "abs": _absolute,
+    "round": _round, "divmod": _divmod, "pow": T_NUMBER, "list": _sequence(LIST), "tuple": _sequence(TUPLE),
+    "set": _sequence(SET), "frozenset": _sequence(SET), "dict": _dict, "iter": _sequence(LIST), "next": _item,
+    "bin": T_STR, "hex": T_STR,
+    # math
+    **_each("math", (
+        "sin cos tan asin acos atan atan2 sinh cosh tanh sqrt exp log log2 log10 pow hypot radians "
+        "degrees fmod fabs dist copysign pi e tau inf nan fsum cbrt asinh acosh atanh expm1 log1p"
+    ), T_FLOAT),
+    **_each("math", "floor ceil trunc factorial comb perm gcd lcm isqrt", T_INT),
+    "math.isclose": T_BOOL, "math.isnan": T_BOOL, "math.isinf": T_BOOL, "math.isfinite": T_BOOL, "math.prod": _sum,
+    # numpy
+    **_each("numpy", (
+        "sin cos tan arcsin arccos arctan arctan2 sinh cosh tanh sqrt exp log log2 log10 radians degrees "
+        "deg2rad rad2deg abs absolute fabs floor ceil round rint sign square power mod clip maximum "
+        "minimum add subtract multiply divide hypot where interp negative float_power trunc around "
+        "remainder fmod float64 float32"
+    ), _elementwise),
+    "numpy.pi": T_FLOAT, "numpy.e": T_FLOAT, "numpy.inf": T_FLOAT, "numpy.nan": T_FLOAT, "numpy.int32": T_INT,
+    "numpy.int64": T_INT, "numpy.array": _make_array, "numpy.asarray": _make_array, "numpy.zeros": _shaped,
+    "numpy.ones": _shaped, "numpy.full": _shaped, "numpy.empty": _shaped, "numpy.zeros_like": _elementwise,
+    "numpy.ones_like": _elementwise, "numpy.copy": _make_array, "numpy.float_": T_FLOAT,
+    "numpy.full_like": _elementwise, "numpy.linspace": _vector, "numpy.arange": _arange, "numpy.logspace": _vector,
+    "numpy.geomspace": _vector, "numpy.eye": _matrix, "numpy.identity": _matrix, "numpy.dot": _dot,
+    "numpy.cross": _vector,
+    "numpy.matmul": _matrix, "numpy.outer": _matrix, "numpy.inner": T_FLOAT, "numpy.vdot": T_FLOAT,
+    "numpy.linalg.norm": _np_sum, "numpy.linalg.inv": _first, "numpy.linalg.det": T_FLOAT,
+    "numpy.linalg.solve": _vector,
+    "numpy.stack": _stack, "numpy.vstack": _stack, "numpy.hstack": _vector, "numpy.column_stack": _stack,
+    "numpy.concatenate": _vector, "numpy.append": _vector, "numpy.sum": _np_sum, "numpy.mean": _np_sum,
+    "numpy.max": _np_sum, "numpy.min": _np_sum, "numpy.amax": _np_sum, "numpy.amin": _np_sum, "numpy.prod": _np_sum,
+    "numpy.average": _np_sum, "numpy.median": _np_sum, "numpy.std": _np_sum, "numpy.cumsum": _vector,
+    "numpy.argmin": T_INT, "numpy.argmax": T_INT, "numpy.argsort": _vector, "numpy.sort": _first, "numpy.flip": _first,
+    "numpy.roll": _first, "numpy.tile": _vector, "numpy.repeat": _vector, "numpy.transpose": _first,
+    "numpy.reshape": _first,
+    "numpy.diff": _vector, "numpy.isclose": T_BOOL, "numpy.allclose": T_BOOL, "numpy.array_equal": T_BOOL,
+    "numpy.any": T_BOOL, "numpy.all": T_BOOL, "numpy.meshgrid": _meshgrid, "numpy.deg2rad": _elementwise,
+    "numpy.unique": _first, "numpy.squeeze": _first, "numpy.ravel": _vector, "numpy.bool_": T_BOOL,
+    "numpy.diag": _matrix,
+    # random
+    **_each("numpy.random", "uniform normal beta gamma", _drawn(T_FLOAT)),
+    "numpy.random.exponential": _drawn(T_FLOAT, 1), "numpy.random.standard_normal": _drawn(T_FLOAT, 0),
+    "numpy.random.randint": _drawn(T_INT), "numpy.random.integers": _drawn(T_INT), "numpy.random.random": _drawn_random,
+    "numpy.random.rand": _drawn_sides, "numpy.random.randn": _drawn_sides, "numpy.random.choice": _np_choice,
+    "numpy.random.random_sample": _drawn_random, "numpy.random.shuffle": T_NONE,
+    "numpy.random.permutation": _permutation,
+    "numpy.random.seed": T_NONE, "numpy.random.RandomState": T_STREAM, "numpy.random.default_rng": T_STREAM,
+    "numpy.random.Generator": T_STREAM,
+    "random.random": T_FLOAT, "random.uniform": T_FLOAT, "random.gauss": T_FLOAT, "random.normalvariate": T_FLOAT,
+    "random.triangular": T_FLOAT, "random.betavariate": T_FLOAT, "random.expovariate": T_FLOAT,
+    "random.randint": T_INT, "random.randrange": T_INT, "random.choice": _item, "random.seed": T_NONE,
+    "random.shuffle": T_NONE,
+    "random.choices": _list_of(lambda infer, args: infer.elements(args[0]) if args else NOTHING),
+    "random.sample": _list_of(lambda infer, args: infer.elements(args[0]) if args else NOTHING),
+    "random.Random": Type(STREAM, frozenset(("random.Random",))), "random.getrandbits": T_INT,
+    # other modules
+    "functools.reduce": _reduce, "itertools.product": _product, "itertools.combinations": _combinations,
+    "itertools.permutations": _combinations, "itertools.chain": _chain, "itertools.zip_longest": _zip,
+    "itertools.chain.from_iterable": _list_of(
+        lambda infer, args: infer.elements(infer.elements(args[0])) if args else NOTHING
+    ),
+    "itertools.repeat": _list_of(lambda infer, args: args[0] if args else NOTHING),
+    "itertools.accumulate": _list_of(lambda infer, args: infer.elements(args[0]) if args else NOTHING),
+    "itertools.islice": _list_of(lambda infer, args: infer.elements(args[0]) if args else NOTHING),
+    "collections.defaultdict": _defaultdict, "collections.OrderedDict": _dict, "collections.deque": _sequence(LIST),
+    "colorsys.hsv_to_rgb": _colors, "colorsys.hls_to_rgb": _colors, "colorsys.rgb_to_hsv": _colors,
+    "dataclasses.field": _dataclass_field, "copy.copy": _first, "copy.deepcopy": _first, "operator.add": T_NUMBER,
+    "operator.mul": T_NUMBER,
+    "functools.partial": ANYTHING, "functools.lru_cache": ANYTHING,
+}  # fmt: skip
+
+
+# --- methods ---------------------------------------------------------------------------------------------------
+
+
+def _appended(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
+    infer.mutated(owner, args[-1] if args else NOTHING, node=node)
+    return T_NONE
+
+
+def _extended(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
+    infer.mutated(owner, infer.elements(args[0]) if args else NOTHING, node=node)
+    return T_NONE
+
+
+def _changed(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
+    if "key" in named:
+        infer.call(named["key"], node, [infer.elements(owner)], {})
+    infer.mutated(owner, node=node)
+    return T_NONE
+
+
+def _popped(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
+    infer.mutated(owner, node=node)
+    return _values(infer, owner) | (args[1] if len(args) > 1 else NOTHING)
+
+
+def _values(infer: InferenceState, owner: Type) -> Type:
+    return _join([site.element for site in infer.read_sites(owner)]) | (ANYTHING if owner.kinds & ~0xFFFF else NOTHING)
+
+
+def _get(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
+    found = _join([infer.field(site, node.args[0]) for site in infer.read_sites(owner)]) if node.args else NOTHING
+    found = found | (ANYTHING if owner.kinds & ~0xFFFF else NOTHING)
+    return found | (args[1] if len(args) > 1 else T_NONE)
+
+
+def _setdefault(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
+    default = args[1] if len(args) > 1 else T_NONE
+    for site in owner.sites:
+        infer.table(site, args[0] if args else NOTHING, default, {}, default)
+    infer.mutated(owner, default, args[0] if args else NOTHING, node=node)
+    return _values(infer, owner)
+
+
+def _items(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
+    sites = infer.read_sites(owner)
+    pair = infer.tuple_of(node, [_join([s.key for s in sites]), _join([s.element for s in sites])], tag="pair")
+    return infer.container(node, LIST, pair)
+
+
+def _keys(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
+    return infer.container(node, LIST, _join([s.key for s in infer.read_sites(owner)]))
+
+
+def _all_values(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
+    return infer.container(node, LIST, _values(infer, owner))
+
+
+def _update(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
+    for target in owner.sites:
+        for site in [s for a in args for s in infer.read_sites(a)]:
+            infer.table(target, site.key, site.element, {}, site.element)
+        infer.table(target, NOTHING, NOTHING, {name: found for name, found in named.items()}, NOTHING)  # noqa: C416
+    for site in [s for a in args for s in infer.read_sites(a)]:
+        infer.mutated(owner, site.element, site.key, node=node)
+    infer.mutated(owner, _join(list(named.values())), T_STR if named else NOTHING, node=node)
+    return T_NONE
+
+
+def _copied(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
+    result = NOTHING
+    for site in infer.read_sites(owner):
+        copy = infer.site(node, site.kind, str(site.kind))
+        if site.items is not None and copy.items is None and not copy.element.kinds:
+            copy.items = [NOTHING] * len(site.items)
+        if site.kind == DICT:
+            infer.table(copy, site.key, site.element, site.fields, site.other)
+        result = result | infer.grow(copy, site.element, site.key, site.items)
+    return result | owner.without(0x0FFF if owner.sites else 0).bare()
+
+
+def _set_method(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
+    return infer.container(node, SET, infer.elements(owner) | _join([infer.elements(a) for a in args]))
+
+
+def _strings(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
+    return infer.container(node, LIST, T_STR)
+
+
+def _same_array(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
+    return owner
+
+
+def _reduced(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
+    return _array(infer, node) if args or "axis" in named else T_FLOAT
+
+
+def _to_list(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
+    return infer.container(node, LIST, infer.elements(owner))
+
+
+def _constant(result: Type) -> Method:
+    return lambda infer, node, owner, args, named: result
+
+
+def _drawing(name: str) -> Method:
+    """A method of a stream draws like the function of its module."""
+
+    def result(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
+        infer.effect(node, 1)
+        entry = RESULTS.get(f"numpy.random.{name}") or RESULTS.get(f"random.{name}") or ANYTHING
+        if name == "shuffle" and args:
+            infer.mutated(args[0], node=node)
+        return entry if isinstance(entry, Type) else entry(infer, node, args, named)
+
+    return result
+
+
+_DRAWING = (
+    "uniform", "random", "randint", "choice", "normal", "shuffle", "permutation", "rand", "randn", "integers",
+    "gauss", "sample", "choices", "seed", "random_sample", "randrange", "standard_normal", "triangular",
+)  # fmt: skip
+
+METHODS: dict[str, Method] = {
+    "append": _appended, "insert": _appended, "add": _appended, "appendleft": _appended, "extend": _extended,
+    "remove": _changed, "discard": _changed, "clear": _changed, "sort": _changed, "reverse": _changed,
+    "pop": _popped, "popleft": _popped, "popitem": _items, "get": _get, "setdefault": _setdefault, "items": _items,
+    "keys": _keys, "values": _all_values, "update": _update, "copy": _copied, "index": _constant(T_INT),
+    "count": _constant(T_INT), "union": _set_method, "intersection": _set_method, "difference": _set_method,
+    "symmetric_difference": _set_method, "issubset": _constant(T_BOOL), "issuperset": _constant(T_BOOL),
+    "isdisjoint": _constant(T_BOOL),
+    **_each("", (
+        "upper lower strip lstrip rstrip title capitalize replace join format zfill center ljust rjust "
+        "swapcase removeprefix removesuffix"
+    ), _constant(T_STR)),
+    "split": _strings, "splitlines": _strings, "startswith": _constant(T_BOOL), "endswith": _constant(T_BOOL),
+    "find": _constant(T_INT), "isdigit": _constant(T_BOOL), "isalpha": _constant(T_BOOL), "isupper": _constant(T_BOOL),
+    "islower": _constant(T_BOOL), "isspace": _constant(T_BOOL), "rfind": _constant(T_INT),
+    "sum": _reduced, "mean": _reduced, "max": _reduced, "min": _reduced, "prod": _reduced, "std": _reduced,
+    "tolist": _to_list, "astype": _same_array, "flatten": _to_list, "ravel": _to_list, "reshape": _same_array,
+    "transpose": _same_array, "dot": lambda infer, node, owner, args, named: _dot(infer, node, [owner, *args], named),
+    "item": _constant(T_FLOAT), "round": _same_array, "clip": _same_array, "all": _constant(T_BOOL),
+    "any": _constant(T_BOOL),
+    "argmin": _constant(T_INT), "argmax": _constant(T_INT), "cumsum": _same_array,
+    **{name: _drawing(name) for name in _DRAWING},
+}  # fmt: skip

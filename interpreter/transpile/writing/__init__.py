@@ -1,0 +1,1 @@
+"""From the analysed Python to the program: expressions, statements, names, comments, text."""

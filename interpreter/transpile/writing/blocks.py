@@ -1,0 +1,361 @@
+"""The statements of one block on their way to a body: definitions, effects, and the pieces of lists being collected."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+from scenelang.interpreter.transpile.analysis.collect import Collection
+from scenelang.interpreter.transpile.analysis.effects import PURE, Effect
+from scenelang.interpreter.transpile.analysis.scopes import Variable
+from scenelang.interpreter.transpile.writing.code import (
+    Brackets,
+    Code,
+    Form,
+    Name,
+    Ref,
+    count_refs,
+    form,
+    is_form,
+    move_comments,
+    none,
+    quote,
+    replace,
+    walk,
+)
+
+
+@dataclass(eq=False, slots=True)
+class Item:
+    """One step of a block. ``kind``: ``define`` (``target`` is a variable or a pattern), ``function`` (``value`` is the
+    whole definition) or ``effect``. ``note`` carries its comments."""
+
+    kind: str
+    value: Code
+    effect: Effect
+    variables: tuple[Variable, ...] = ()
+    target: Code | None = None
+    note: Code = field(default_factory=lambda: Code(None))
+
+    def mentions(self, variable: Variable) -> bool:
+        return any(type(node) is Ref and node.variable is variable for node in walk(self.value))
+
+
+@dataclass(eq=False, slots=True)
+class Piece:
+    """What one statement adds to a list: one item, or (``is_many``) a list of items."""
+
+    code: Code
+    is_many: bool
+    effect: Effect
+
+
+@dataclass(eq=False, slots=True)
+class Collecting:
+    """A list under collection. ``unites``: its shapes are only ever united, so the value may be parts."""
+
+    collection: Collection
+    unites: bool
+    is_mutated: bool
+    pieces: list[Piece] = field(default_factory=list)
+    note: Code = field(default_factory=lambda: Code(None))
+
+    def combined(self) -> Code:
+        """The whole list, or parts."""
+        return unite(self.pieces) if self.unites else join(self.pieces)
+
+
+def unite(pieces: Sequence[Piece]) -> Code:
+    """Pieces as one ``union``; a single shape is one already, a list of shapes is not."""
+    if len(pieces) == 1 and (not pieces[0].is_many or _gives_parts(pieces[0].code)):
+        return pieces[0].code
+    items: list[Code] = []
+    for piece in pieces:
+        if is_form(piece.code, "union") and isinstance(piece.code, Form) and not piece.code.after:
+            inner = piece.code.items[1:]
+            if inner:
+                move_comments(piece.code, inner[0])
+                items += inner
+                continue
+        items.append(piece.code)
+    return form("union", *items)
+
+
+def _gives_parts(code: Code) -> bool:
+    head = code.items[0] if isinstance(code, Form) and code.items else None
+    if type(head) is not Name:
+        return False
+    if head.text in ("if", "cond"):
+        return True  # its branches were united already
+    return head.text in ("union", "union-loop", "primitives") or head.text.endswith("/union")
+
+
+def join(pieces: Sequence[Piece]) -> Code:
+    """Pieces as one list."""
+    if not pieces:
+        return quote(Form([]))
+    if all(not piece.is_many for piece in pieces):
+        return form("list", *(piece.code for piece in pieces))
+    lists: list[Code] = []
+    for piece in pieces:
+        if piece.is_many:
+            lists.append(piece.code)
+        elif lists and is_form(lists[-1], "list") and isinstance(lists[-1], Form):
+            lists[-1].items.append(piece.code)
+        else:
+            lists.append(form("list", piece.code))
+    return lists[0] if len(lists) == 1 else form("append", *lists)
+
+
+class Block:
+    """The items of a block in order, and what is being collected in it."""
+
+    def __init__(self) -> None:
+        self.items: list[Item] = []
+        self.collecting: list[Collecting] = []
+
+    # --- adding ------------------------------------------------------------------------------------------------
+
+    def add(self, item: Item) -> None:
+        """Append an item; pieces that were to come later and may not are given a name first."""
+        for collecting in self.collecting:
+            self._settle(collecting, item)
+        self.items.append(item)
+
+    def add_effect(self, value: Code, effect: Effect, note: Code | None = None) -> None:
+        self.add(Item("effect", value, effect, note=note or Code(None)))
+
+    def add_piece(self, collecting: Collecting, piece: Piece) -> None:
+        """A piece of a list: it waits for the others, unless it does things that those of other lists do too."""
+        for other in self.collecting:
+            if other is not collecting and any(not piece.effect.commutes(p.effect) for p in other.pieces):
+                self._name_pieces(other)
+        collecting.pieces.append(piece)
+
+    def _settle(self, collecting: Collecting, item: Item) -> None:
+        """Keep the order of the pieces so far and of an item that comes after them."""
+        pieces = collecting.pieces
+        for variable in item.variables:
+            if any(count_refs(piece.code, variable) for piece in pieces) and not self._inline_into(pieces, variable):
+                self._name_pieces(collecting)
+                return
+        if any(not piece.effect.commutes(item.effect) for piece in pieces):
+            self._name_pieces(collecting)
+
+    def _inline_into(self, pieces: list[Piece], variable: Variable) -> bool:
+        """``x = a; xs.append(x); x = b``: put ``a`` in the place of ``x`` where nothing else needs it."""
+        users = [piece for piece in pieces if count_refs(piece.code, variable)]
+        position = self._last_definition(variable)
+        if position is None or len(users) != 1 or count_refs(users[0].code, variable) != 1:
+            return False
+        item = self.items[position]
+        later = self.items[position + 1 :]
+        others = pieces[: pieces.index(users[0])]
+        if any(i.mentions(variable) for i in later) or not may_replace(users[0].code, variable, item.effect):
+            return False
+        if any(not item.effect.commutes(effect) for effect in _effects(later, others)):
+            return False
+        move_comments(item.note, item.value)
+        if type(users[0].code) is Ref:
+            move_comments(users[0].code, item.value)
+            users[0].code = item.value
+        else:
+            replace(users[0].code, lambda node: type(node) is Ref and node.variable is variable, item.value)
+        users[0].effect = users[0].effect | item.effect
+        del self.items[position]
+        return True
+
+    def _name_pieces(self, collecting: Collecting) -> None:
+        """Evaluate the pieces so far here, under a name of their own."""
+        if not collecting.pieces or (len(collecting.pieces) == 1 and type(collecting.pieces[0].code) is Ref
+                                     and collecting.pieces[0].code.variable.is_temporary):  # fmt: skip
+            return
+        original = collecting.collection.variable
+        variable = Variable(original.name, None, is_temporary=True)
+        effect = total(piece.effect for piece in collecting.pieces)
+        single = len(collecting.pieces) == 1 and not collecting.pieces[0].is_many
+        value = collecting.pieces[0].code if single else collecting.combined()
+        self.items.append(Item("define", value, effect, (variable,), Ref(variable)))
+        collecting.pieces = [Piece(Ref(variable), not single, PURE)]
+
+    # --- definitions -------------------------------------------------------------------------------------------
+
+    def _last_definition(self, variable: Variable) -> int | None:
+        for position in range(len(self.items) - 1, -1, -1):
+            item = self.items[position]
+            if variable in item.variables:
+                return (
+                    position
+                    if item.kind == "define" and item.variables == (variable,) and type(item.target) is Ref
+                    else None
+                )
+        return None
+
+    def define(self, variable: Variable, value: Code, effect: Effect, note: Code, nests: bool = True) -> None:
+        """``x = value``. When ``value`` uses the last ``x`` once, that one's value is put in its place."""
+        if nests:
+            effect, note = self._nest(variable, value, effect, note)
+        self.add(Item("define", value, effect, (variable,), Ref(variable), note))
+
+    def _nest(self, variable: Variable, value: Code, effect: Effect, note: Code) -> tuple[Effect, Code]:
+        position = self._last_definition(variable)
+        if position is None or count_refs(value, variable) != 1 or type(value) is Ref:
+            return effect, note
+        item = self.items[position]
+        later = self.items[position + 1 :]
+        pieces = [piece for c in self.collecting for piece in c.pieces]
+        if any(i.mentions(variable) for i in later) or any(count_refs(p.code, variable) for p in pieces):
+            return effect, note
+        if not may_replace(value, variable, item.effect):
+            return effect, note
+        if any(not item.effect.commutes(effect) for effect in _effects(later, pieces)):
+            return effect, note
+        move_comments(item.note, note)
+        if later:  # the name of its first definition keeps its place among the others
+            note.blank = note.blank and item.note.blank
+        replace(value, lambda node: type(node) is Ref and node.variable is variable, item.value)
+        del self.items[position]
+        return item.effect | effect, note
+
+
+def _effects(items: Sequence[Item], pieces: Sequence[Piece]) -> list[Effect]:
+    return [*(item.effect for item in items), *(piece.effect for piece in pieces)]
+
+
+def total(effects: Iterable[Effect]) -> Effect:
+    result = PURE
+    for effect in effects:
+        result = result | effect
+    return result
+
+
+_REPEATED = ("lambda", "define", "while", "let/ec", "guard", "union-loop")
+_CONDITIONAL = ("if", "and", "or", "when", "unless", "cond")
+
+
+def may_replace(code: Code, variable: Variable, effect: Effect) -> bool:
+    """Whether the one mention of ``variable`` in ``code`` is evaluated once, and always where its value does things or
+    looks at things that change."""
+    if type(code) is Ref:
+        return True
+    careful = effect.acts or effect.looks or bool(effect.reads)
+    stack: list[tuple[Code, bool]] = [(code, True)]
+    while stack:
+        node, _is_first = stack.pop()
+        if type(node) is Ref and node.variable is variable:
+            return True
+        if type(node) is Brackets:
+            stack += [(item, False) for item in node.items]
+        elif type(node) is Form:
+            head = node.items[0].text if node.items and type(node.items[0]) is Name else ""
+            if head in _REPEATED or head.startswith("for"):
+                if head.startswith("for") and len(node.items) > 1 and _in_first_clause(node.items[1], variable):
+                    return True
+                continue
+            for position, item in enumerate(node.items):
+                if head in _CONDITIONAL and careful and position > 1:
+                    continue
+                stack.append((item, False))
+    return False
+
+
+def _in_first_clause(clauses: Code, variable: Variable) -> bool:
+    """The sequence of a loop's first clause is evaluated once, before the loop."""
+    first = clauses.items[0] if isinstance(clauses, Form) and clauses.items else None
+    if not isinstance(first, Form) or len(first.items) != 2:
+        return False
+    return may_replace(first.items[1], variable, PURE) if count_refs(first.items[1], variable) else False
+
+
+# --- bodies ----------------------------------------------------------------------------------------------------
+
+
+def assemble(items: list[Item], final: Code | None) -> list[Code]:
+    """The forms of a body. Names that are defined again become ``let*``."""
+    items = list(items)
+    final = _tail_value(items, final)
+    return _frame(items, final)
+
+
+def _tail_value(items: list[Item], final: Code | None) -> Code | None:
+    """``(define x v) x`` is ``v``; ``(define x v) effects x`` is ``(begin0 v effects)``."""
+    if type(final) is not Ref:
+        return final
+    variable = final.variable
+    position = len(items) - 1
+    while position >= 0 and items[position].kind == "effect" and variable.is_temporary:
+        position -= 1
+    if position < 0 or items[position].variables != (variable,) or items[position].kind != "define":
+        return final
+    item = items[position]
+    if type(item.target) is not Ref or variable.is_cell:
+        return final
+    effects = items[position + 1 :]
+    if any(effect.mentions(variable) for effect in effects):
+        return final
+    move_comments(item.note, item.value)
+    move_comments(final, item.value)
+    del items[position:]
+    if not effects:
+        return item.value
+    return form("begin0", item.value, *(_with_note(e.value, e.note) for e in effects))
+
+
+def _with_note(code: Code, note: Code) -> Code:
+    move_comments(note, code)
+    return code
+
+
+def _frame(items: list[Item], final: Code | None) -> list[Code]:
+    conflict = _first_conflict(items)
+    if conflict is None:
+        forms = [_body_form(item) for item in items]
+        if final is None and (not items or items[-1].kind != "effect"):
+            final = none()  # a body ends with an expression
+        return [*forms, *([final] if final is not None else [])]
+    start, _ = conflict
+    end = start
+    while end < len(items) and items[end].kind == "define":
+        end += 1
+    before = [_body_form(item) for item in items[:start]]
+    bindings = Form([_with_note(Form([_target(item), item.value]), item.note) for item in items[start:end]])
+    body = _frame(items[end:], final)
+    head = "let*" if len(bindings.items) > 1 else "let"
+    result = Form([Name(head), bindings, *body])
+    first = bindings.items[0]
+    result.before, first.before = first.before, ()
+    result.blank, first.blank = first.blank, False
+    return [*before, result]
+
+
+def _first_conflict(items: list[Item]) -> tuple[int, int] | None:
+    """Where the ``let*`` begins, and the item that makes it necessary."""
+    defined: dict[Variable, int] = {}
+    mentioned: set[Variable] = set()
+    for position, item in enumerate(items):
+        own = {node.variable for node in walk(item.value) if type(node) is Ref}
+        for variable in item.variables:
+            reads_outer = item.kind == "define" and variable in own
+            was_mentioned = variable in mentioned and (variable.is_parameter or len(variable.stores) > 1)
+            if variable in defined or reads_outer or was_mentioned:
+                start = defined.get(variable, position)
+                if any(i.kind != "define" for i in items[start:position]):
+                    start = position
+                return start, position
+        for variable in item.variables:
+            defined[variable] = position
+        mentioned |= own
+    return None
+
+
+def _target(item: Item) -> Code:
+    assert item.target is not None
+    return item.target
+
+
+def _body_form(item: Item) -> Code:
+    if item.kind == "define":
+        target = _target(item)
+        head = "define" if type(target) is Ref else "define-values"
+        return _with_note(form(head, target, item.value, span=item.value.span), item.note)
+    return _with_note(item.value, item.note)

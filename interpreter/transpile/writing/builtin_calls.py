@@ -1,0 +1,369 @@
+"""Calls of Python's builtins."""
+
+from __future__ import annotations
+
+import ast
+from typing import TYPE_CHECKING
+
+from scenelang.interpreter.transpile.analysis.domain import (
+    ARRAY,
+    BOOL,
+    DICT,
+    FLOAT,
+    INT,
+    LIST,
+    NONE,
+    NUMBERS,
+    SEQUENCES,
+    SET,
+    SHAPE,
+    STR,
+    TUPLE,
+)
+from scenelang.interpreter.transpile.analysis.scopes import Variable
+from scenelang.interpreter.transpile.writing.arguments import arguments_of
+from scenelang.interpreter.transpile.writing.call_basics import CallWriter, keyword_of, only_positional, plain_arguments
+from scenelang.interpreter.transpile.writing.code import (
+    Code,
+    Form,
+    Key,
+    Literal,
+    Name,
+    Ref,
+    form,
+    is_form,
+    number,
+    quote,
+)
+from scenelang.interpreter.transpile.writing.operators import container, numeric, truth
+from scenelang.interpreter.transpile.writing.texts import printable
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.transpile.writing.expressions import ExpressionWriter
+
+
+def write_len(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "x", "len")
+    return form("length", container(w, given["x"]))
+
+
+def write_range(w: ExpressionWriter, node: ast.Call) -> Code:
+    only_positional(w, node)
+    code = form("range", *(numeric(w, a) for a in node.args))
+    return form("mutable", code) if w.is_mutated(node) else code
+
+
+def write_enumerate(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "iterable start?", "enumerate")
+    start = given.get("start")
+    return form("enumerate", w.iterable(given["iterable"]), *([w.expr(start)] if start is not None else []))
+
+
+def write_zip(w: ExpressionWriter, node: ast.Call) -> Code:
+    if len(node.args) == 1 and isinstance(node.args[0], ast.Starred):
+        return form("apply", Name("zip"), w.iterable(node.args[0].value))
+    return form("zip", *(w.iterable(a) for a in plain_arguments(w, node)))
+
+
+def write_map(w: ExpressionWriter, node: ast.Call) -> Code:
+    function, *sources = plain_arguments(w, node)
+    return form("map", w.expr(function), *(w.iterable(source) for source in sources))
+
+
+def write_filter(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "function iterable", "filter")
+    function = given["function"]
+    if isinstance(function, ast.Constant) and function.value is None:
+        item = Variable("item", None, is_temporary=True)
+        element = w.facts.type(node)
+        test = Ref(item) if element.only(BOOL) else w.dynamic("py-truthy?", Ref(item))
+        code: Code = Form([Name("lambda"), Form([Ref(item)]), test])
+    elif isinstance(function, ast.Lambda):
+        inner = w.names.functions[function]
+        code = form("lambda", w.parameters(inner), w.test(function.body))
+    else:
+        code = w.expr(function)
+    return form("filter", code, w.iterable(given["iterable"]))
+
+
+def write_sorted(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "iterable key? reverse?", "sorted")
+    code = form("sort", w.iterable(given["iterable"]), *sort_options(w, given))
+    found = w.type(given["iterable"])
+    if not found.only(LIST | TUPLE):
+        code = form("sort", form("->list", code.items[1]), *code.items[2:])
+    return form("mutable", code) if w.is_mutated(node) else code
+
+
+def sort_options(w: ExpressionWriter, given: dict[str, ast.expr]) -> list[Code]:
+    """``:key`` and ``:reverse`` of a sort."""
+    options: list[Code] = []
+    key, reverse = given.get("key"), given.get("reverse")
+    if key is not None and not (isinstance(key, ast.Constant) and key.value is None):
+        options += [Key("key"), w.expr(key)]
+    if reverse is not None and not (isinstance(reverse, ast.Constant) and reverse.value is False):
+        options += [Key("reverse"), w.test(reverse)]
+    return options
+
+
+def write_reversed(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "sequence", "reversed")
+    source = w.iterable(given["sequence"])
+    if w.type(given["sequence"]).kinds & (STR | ARRAY):
+        source = form("->list", source)
+    code = form("reverse", source)
+    return form("mutable", code) if w.is_mutated(node) else code
+
+
+def write_extreme(which: str) -> CallWriter:
+    def write(w: ExpressionWriter, node: ast.Call) -> Code:
+        key, default = keyword_of(node, "key"), keyword_of(node, "default")
+        for keyword in node.keywords:
+            if keyword.arg not in ("key", "default"):
+                raise w.error("python-call", f"`{which}` has no parameter `{keyword.arg}`", keyword)
+        args = node.args
+        starred = any(isinstance(a, ast.Starred) for a in args)
+        if starred and len(args) > 1:
+            joined = ast.copy_location(ast.List(list(args), ast.Load()), node)
+            source, element = w.expr(joined), w.type(node)
+        elif len(args) == 1:
+            inner = args[0].value if isinstance(args[0], ast.Starred) else args[0]
+            source, element = w.iterable(inner), w.type(node)
+        else:
+            found = w.type(node)
+            if key is None and (found.only(NUMBERS | ARRAY) or not found.kinds or found.only(INT | FLOAT | NONE)):
+                return form(which, *(numeric(w, a) for a in args))
+            source, element = form("list", *(w.expr(a) for a in args)), found
+        options = [Key("key"), w.expr(key)] if key is not None else []
+        plain = key is None and (element.only(INT | FLOAT) or not element.kinds)
+        code = form(which, source) if plain else form(f"{which}-of", source, *options)
+        if default is not None:
+            test = form("empty?", source)
+            return form("if", test, w.expr(default), code)
+        return code
+
+    return write
+
+
+def write_sum(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "iterable start?", "sum")
+    source, start = given["iterable"], given.get("start")
+    element = w.facts.type(source)
+    if start is not None and w.type(start).kinds & SEQUENCES:
+        code = form("apply", Name("append"), w.expr(start), w.iterable(source))
+        return form("mutable", code) if w.is_mutated(node) else code
+    if isinstance(source, (ast.GeneratorExp, ast.ListComp)):
+        head = w.loop_head("/sum", source.generators)
+        total: Code = Form([*head, numeric(w, source.elt)])
+    elif _sums_booleans(w, source):
+        item = Variable("item", None, is_temporary=True)
+        clauses = Form([Form([Ref(item), w.iterable(source)])])
+        total = Form([Name("for/sum"), clauses, form("if", Ref(item), number(1), number(0))])
+    else:
+        total = form("sum", w.iterable(source) if not element.kinds & ARRAY else w.expr(source))
+    if start is None or (isinstance(start, ast.Constant) and start.value == 0):
+        return total
+    return form("+", numeric(w, start), total)
+
+
+def _sums_booleans(w: ExpressionWriter, source: ast.expr) -> bool:
+    sites = w.type(source).sites
+    return bool(sites) and all(site.element.only(BOOL) for site in sites)
+
+
+def write_quantifier(kind: str) -> CallWriter:
+    def write(w: ExpressionWriter, node: ast.Call) -> Code:
+        source = arguments_of(w, node, "iterable", "any" if kind == "/or" else "all")["iterable"]
+        if isinstance(source, (ast.GeneratorExp, ast.ListComp)):
+            return Form([*w.loop_head(kind, source.generators), w.test(source.elt)])
+        item = Variable("item", None, is_temporary=True)
+        sites = w.type(source).sites
+        is_plain = bool(sites) and all(site.element.only(BOOL) for site in sites)
+        test = Ref(item) if is_plain else w.dynamic("py-truthy?", Ref(item))
+        return Form([Name(f"for{kind}"), Form([Form([Ref(item), w.iterable(source)])]), test])
+
+    return write
+
+
+def write_int(w: ExpressionWriter, node: ast.Call) -> Code:
+    if not node.args:
+        return number(0)
+    given = arguments_of(w, node, "x base?", "int")
+    found = w.type(given["x"])
+    if found.only(STR):
+        base = [w.expr(given["base"])] if "base" in given else []
+        return form("truncate", form("string->number", w.expr(given["x"]), *base))
+    if found.only(INT):
+        return w.expr(given["x"])
+    inner = given["x"]
+    if isinstance(inner, ast.Call) and w.paths.of(inner.func) in (
+        "numpy.floor",
+        "numpy.ceil",
+        "numpy.round",
+        "math.floor",
+    ):
+        return w.expr(inner)
+    return form("truncate", numeric(w, inner))
+
+
+def write_float(w: ExpressionWriter, node: ast.Call) -> Code:
+    if not node.args:
+        return Literal(0.0, None, "0.")
+    given = arguments_of(w, node, "x", "float")
+    found = w.type(given["x"])
+    if found.only(STR):
+        if isinstance(given["x"], ast.Constant) and str(given["x"].value).strip("+ ").lower() in ("inf", "infinity"):
+            return Name("inf")
+        return form("inexact", form("string->number", w.expr(given["x"])))
+    return w.expr(given["x"]) if found.only(FLOAT) else form("inexact", numeric(w, given["x"]))
+
+
+def write_str(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "x", "str")
+    found = w.type(given["x"])
+    if found.only(STR):
+        return w.expr(given["x"])
+    if found.only(INT | FLOAT):
+        return form("number->string", w.expr(given["x"]))
+    return w.dynamic("py-str", w.expr(given["x"]))
+
+
+def write_bool(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "x", "bool")
+    return (
+        form("not", form("not", truth(w, given["x"], w.type(given["x"]))))
+        if not w.type(given["x"]).only(BOOL)
+        else w.expr(given["x"])
+    )
+
+
+def write_round(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "number ndigits?", "round")
+    digits = given.get("ndigits")
+    if digits is None or (isinstance(digits, ast.Constant) and digits.value is None):
+        return form("round", numeric(w, given["number"]))
+    return form("round", numeric(w, given["number"]), w.expr(digits))
+
+
+def write_np_round(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "a decimals?", "np.round")
+    decimals = given.get("decimals")
+    return form("round", w.array(given["a"]), *([w.expr(decimals)] if decimals is not None else []))
+
+
+def write_sequence(w: ExpressionWriter, node: ast.Call) -> Code:
+    """``list(x)`` and ``tuple(x)``."""
+    if not node.args:
+        return form("mutable-list") if w.is_mutated(node) else quote(Form([]))
+    source = arguments_of(w, node, "iterable", "list")["iterable"]
+    is_mutable = w.is_mutated(node)
+    if isinstance(source, ast.GeneratorExp):
+        head = w.loop_head("/list", source.generators)
+        code: Code = Form([*head, w.expr(source.elt)])
+        return form("mutable", code) if is_mutable else code
+    found = w.type(source)
+    if is_mutable:
+        inner = w.iterable(source)
+        return form("mutable", form("->list", inner) if found.kinds & (ARRAY | STR | SET | DICT) else inner)
+    if found.only(LIST | TUPLE) and not any(site.is_mutated for site in found.sites):
+        return w.expr(source)
+    if found.kinds & SHAPE:
+        return form("primitives", w.expr(source))
+    return form("->list", w.iterable(source))
+
+
+def write_set(w: ExpressionWriter, node: ast.Call) -> Code:
+    if not node.args:
+        return form("set")
+    source = arguments_of(w, node, "iterable", "set")["iterable"]
+    if isinstance(source, (ast.GeneratorExp, ast.ListComp)):
+        return Form([*w.loop_head("/set", source.generators), w.expr(source.elt)])
+    return form("list->set", w.iterable(source))
+
+
+def write_dict(w: ExpressionWriter, node: ast.Call) -> Code:
+    pairs: list[Code] = []
+    tables: list[Code] = []
+    for keyword in node.keywords:
+        if keyword.arg is None:
+            tables.append(w.expr(keyword.value))
+        else:
+            pairs += [Literal(keyword.arg, w.span(keyword)), w.comment_item(w.expr(keyword.value), keyword)]
+    for argument in node.args:
+        tables.insert(0, w.expr(argument) if w.type(argument).only(DICT) else form("list->table", w.iterable(argument)))
+    if not tables:
+        return form("table", *pairs)
+    if pairs:
+        tables.append(form("table", *pairs))
+    if len(tables) == 1:
+        return (
+            tables[0]
+            if isinstance(tables[0], Form) and w.type(node.args[0]).kinds & ~DICT
+            else form("mutable", tables[0])
+        )
+    return form("table-merge", *tables)
+
+
+def write_divmod(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "a b", "divmod")
+    return form("floor/", numeric(w, given["a"]), numeric(w, given["b"]))
+
+
+def write_pow(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "base exponent", "pow")
+    return form("expt", numeric(w, given["base"]), numeric(w, given["exponent"]))
+
+
+def write_math_pow(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "x y", "math.pow")
+    return form("inexact", form("expt", numeric(w, given["x"]), numeric(w, given["y"])))
+
+
+def write_print(w: ExpressionWriter, node: ast.Call) -> Code:
+    return form("print", *(printable(w, a) for a in node.args if not isinstance(a, ast.Starred)))
+
+
+def write_isinstance(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "x types", "isinstance")
+    names = given["types"].elts if isinstance(given["types"], ast.Tuple) else [given["types"]]
+    tests: list[Code] = []
+    for name in names:
+        head = _INSTANCE_TESTS.get(w.paths.of(name) or "")
+        if head is not None:
+            if not any(is_form(test, head) for test in tests):  # lists and tuples are one
+                tests.append(form(head, w.expr(given["x"])))
+            continue
+        variable = w.variable(name)
+        if variable is not None and any(c.variable is variable for c in w.names.classes.values()):
+            from scenelang.interpreter.transpile.writing.records import predicate
+
+            tests.append(predicate(w, name, given["x"]))
+            continue
+        raise w.unsupported(f"`isinstance` of `{w.text.text(name)}`", name)
+    return tests[0] if len(tests) == 1 else form("or", *tests)
+
+
+_INSTANCE_TESTS = {
+    "int": "exact?", "float": "inexact?", "str": "string?", "bool": "boolean?", "list": "list?", "tuple": "list?",
+    "dict": "table?", "set": "set?", "numpy.ndarray": "array?", "numpy.floating": "inexact?",
+}  # fmt: skip
+
+
+def write_callable(w: ExpressionWriter, node: ast.Call) -> Code:
+    return form("procedure?", w.expr(arguments_of(w, node, "x", "callable")["x"]))
+
+
+def write_next(w: ExpressionWriter, node: ast.Call) -> Code:
+    """``next(x for x in xs if c)`` is the first one; anything else would need iterators."""
+    given = arguments_of(w, node, "iterator default?", "next")
+    source, default = given["iterator"], given.get("default")
+    if isinstance(source, ast.Call) and w.paths.of(source.func) == "iter" and source.args:
+        return form("first", w.iterable(source.args[0]))
+    if not isinstance(source, ast.GeneratorExp):
+        raise w.unsupported("`next` of an iterator", node, "use a `for` loop or an index")
+    found = Form([*w.loop_head("/list", source.generators), w.expr(source.elt)])
+    if default is None:
+        return form("first", found)
+    items = Variable("found", None, is_temporary=True)
+    body = form("if", form("empty?", Ref(items)), w.expr(default), form("first", Ref(items)))
+    return form("let", Form([Form([Ref(items), found])]), body)

@@ -1,0 +1,222 @@
+"""Calls of library functions: one table from the dotted path to what writes the call."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from scenelang.interpreter.transpile.writing import helpers
+from scenelang.interpreter.transpile.writing.builtin_calls import (
+    write_bool,
+    write_callable,
+    write_dict,
+    write_divmod,
+    write_enumerate,
+    write_extreme,
+    write_filter,
+    write_float,
+    write_int,
+    write_isinstance,
+    write_len,
+    write_map,
+    write_math_pow,
+    write_next,
+    write_np_round,
+    write_pow,
+    write_print,
+    write_quantifier,
+    write_range,
+    write_reversed,
+    write_round,
+    write_sequence,
+    write_set,
+    write_sorted,
+    write_str,
+    write_sum,
+    write_zip,
+)
+from scenelang.interpreter.transpile.writing.call_basics import CallWriter, elementwise_call, numeric_call
+from scenelang.interpreter.transpile.writing.code import (
+    Code,
+    Name,
+)
+from scenelang.interpreter.transpile.writing.math_calls import (
+    write_cbrt,
+    write_copysign,
+    write_dist,
+    write_factorial,
+    write_fmod,
+    write_isclose,
+    write_isqrt,
+    write_prod,
+)
+from scenelang.interpreter.transpile.writing.module_calls import (
+    write_chain,
+    write_chain_from_iterable,
+    write_combinations,
+    write_copy,
+    write_hsv,
+    write_itertools_product,
+    write_itertools_repeat,
+    write_reduce,
+)
+from scenelang.interpreter.transpile.writing.numpy_calls import (
+    write_arange,
+    write_argsort,
+    write_defaultdict,
+    write_field,
+    write_linspace,
+    write_meshgrid,
+    write_np_allclose,
+    write_np_append,
+    write_np_array,
+    write_np_bool,
+    write_np_clip,
+    write_np_copy,
+    write_np_eye,
+    write_np_flip,
+    write_np_float,
+    write_np_like,
+    write_np_norm,
+    write_np_outer,
+    write_np_repeat,
+    write_np_reshape,
+    write_np_shape,
+    write_np_sort,
+    write_np_stack,
+    write_np_tile,
+    write_np_where,
+    write_reduction,
+)
+from scenelang.interpreter.transpile.writing.random_calls import (
+    DRAWS,
+    write_draw,
+    write_seed,
+    write_shuffle,
+    write_sides,
+    write_stream,
+)
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.transpile.writing.expressions import ExpressionWriter
+
+
+CONSTANTS = {
+    "math.pi": "pi", "math.tau": "tau", "math.e": "e", "math.inf": "inf", "math.nan": "nan",
+    "numpy.pi": "pi", "numpy.e": "e", "numpy.inf": "inf", "numpy.nan": "nan",
+}  # fmt: skip
+
+# Functions of one or more numbers, element by element on arrays.
+_NUMERIC = {
+    "sin": "sin", "cos": "cos", "tan": "tan", "asin": "asin", "acos": "acos", "atan": "atan", "sinh": "sinh",
+    "cosh": "cosh", "tanh": "tanh", "sqrt": "sqrt", "exp": "exp", "log": "log", "log2": "log2", "log10": "log10",
+    "radians": "radians", "degrees": "degrees", "floor": "floor", "ceil": "ceiling", "trunc": "truncate",
+    "atan2": "atan", "hypot": "hypot", "fabs": "abs", "gcd": "gcd", "lcm": "lcm",
+}  # fmt: skip
+_NUMPY = {
+    **_NUMERIC, "arcsin": "asin", "arccos": "acos", "arctan": "atan", "arctan2": "atan", "deg2rad": "radians",
+    "rad2deg": "degrees", "abs": "abs", "absolute": "abs", "sign": "sign", "square": "square", "power": "expt",
+    "mod": "%", "remainder": "%", "maximum": "max", "minimum": "min", "add": "+", "subtract": "-", "multiply": "*",
+    "divide": "/", "negative": "-", "clip": "clip", "interp": "interp", "dot": "dot", "cross": "cross", "inner": "dot",
+    "matmul": "@", "cumsum": "cumsum", "argmin": "argmin", "argmax": "argmax", "transpose": "transpose",
+    "linalg.inv": "inverse", "linalg.det": "determinant", "linalg.solve": "solve", "vdot": "dot", "rint": "round",
+}  # fmt: skip
+
+
+CALLS: dict[str, CallWriter] = {
+    "library_call": helpers.library_call, "primitive_call": helpers.primitive_call, "loop": helpers.loop,
+    "concat_shapes": helpers.concat_shapes, "transform_shape": helpers.transform_shape,
+    "translation_matrix": helpers.translation_matrix, "rotation_matrix": helpers.rotation_matrix,
+    "scale_matrix": helpers.scale_matrix, "reflection_matrix": helpers.reflection_matrix,
+    "identity_matrix": helpers.identity_matrix, "register": helpers.registration,
+    "register_animation": helpers.registration,
+    **{f"compute_shape_{name}": helpers.box(name) for name in ("center", "min", "max", "sizes")},
+    "len": write_len, "range": write_range, "enumerate": write_enumerate, "zip": write_zip, "map": write_map,
+    "filter": write_filter,
+    "sorted": write_sorted,
+    "reversed": write_reversed, "min": write_extreme("min"), "max": write_extreme("max"), "sum": write_sum,
+    "any": write_quantifier("/or"),
+    "all": write_quantifier("/and"), "int": write_int, "float": write_float, "str": write_str, "repr": write_str,
+    "bool": write_bool, "round": write_round,
+    "list": write_sequence, "tuple": write_sequence, "iter": write_sequence, "set": write_set,
+    "frozenset": write_set, "dict": write_dict,
+    "divmod": write_divmod, "pow": write_pow, "abs": elementwise_call("abs"), "print": write_print,
+    "isinstance": write_isinstance,
+    "callable": write_callable, "next": write_next, "chr": numeric_call("chr"), "ord": numeric_call("ord"),
+    **{f"math.{name}": numeric_call(head) for name, head in _NUMERIC.items()},
+    "math.pow": write_math_pow, "math.fmod": write_fmod, "math.dist": write_dist, "math.isclose": write_isclose,
+    "math.factorial": write_factorial,
+    "math.copysign": write_copysign, "math.cbrt": write_cbrt, "math.isqrt": write_isqrt, "math.prod": write_prod,
+    "math.fsum": write_sum,
+    "math.isnan": numeric_call("nan?"), "math.isinf": numeric_call("infinite?"),
+    "math.isfinite": numeric_call("finite?"),
+    **{f"numpy.{name}": elementwise_call(head) for name, head in _NUMPY.items()},
+    "numpy.array": write_np_array, "numpy.asarray": write_np_array, "numpy.zeros": write_np_shape("zeros"),
+    "numpy.ones": write_np_shape("ones"),
+    "numpy.empty": write_np_shape("zeros"), "numpy.full": write_np_shape("full"),
+    "numpy.zeros_like": write_np_like("zeros"),
+    "numpy.ones_like": write_np_like("ones"), "numpy.full_like": write_np_like("full"),
+    "numpy.linspace": write_linspace,
+    "numpy.arange": write_arange, "numpy.round": write_np_round, "numpy.around": write_np_round,
+    "numpy.linalg.norm": write_np_norm,
+    "numpy.stack": write_np_stack("stack-arrays"), "numpy.vstack": write_np_stack("stack-arrays"),
+    "numpy.column_stack": write_np_stack("stack-arrays", 1), "numpy.concatenate": write_np_stack("concatenate"),
+    "numpy.hstack": write_np_stack("concatenate"), "numpy.append": write_np_append, "numpy.where": write_np_where,
+    "numpy.clip": write_np_clip,
+    "numpy.sum": write_reduction("sum"), "numpy.mean": write_reduction("mean"), "numpy.max": write_reduction("max"),
+    "numpy.min": write_reduction("min"), "numpy.amax": write_reduction("max"), "numpy.amin": write_reduction("min"),
+    "numpy.prod": write_reduction("product"), "numpy.average": write_reduction("mean"), "numpy.float64": write_np_float,
+    "numpy.float32": write_np_float, "numpy.int32": write_int, "numpy.int64": write_int, "numpy.eye": write_np_eye,
+    "numpy.identity": write_np_eye,
+    "numpy.copy": write_np_copy, "numpy.any": write_np_bool("/or"), "numpy.all": write_np_bool("/and"),
+    "numpy.sort": write_np_sort,
+    "numpy.flip": write_np_flip, "numpy.reshape": write_np_reshape, "numpy.outer": write_np_outer,
+    "numpy.allclose": write_np_allclose,
+    "numpy.isclose": write_isclose, "numpy.repeat": write_np_repeat, "numpy.tile": write_np_tile,
+    "numpy.cbrt": write_cbrt,
+    "numpy.fmod": write_fmod, "numpy.trunc": elementwise_call("truncate"),
+    **{path: write_draw(path) for path in DRAWS},
+    "numpy.random.rand": write_sides("rand"), "numpy.random.randn": write_sides("randn"),
+    "numpy.random.seed": write_seed("set-seed!"),
+    "random.seed": write_seed("py-set-seed!"), "numpy.random.shuffle": write_shuffle("shuffle!"),
+    "random.shuffle": write_shuffle("py-shuffle!"), "numpy.random.RandomState": write_stream("random-stream"),
+    "numpy.random.default_rng": write_stream("default-rng"), "random.Random": write_stream("py-random-stream"),
+    "functools.reduce": write_reduce, "itertools.product": write_itertools_product,
+    "itertools.combinations": write_combinations,
+    "itertools.chain": write_chain, "itertools.chain.from_iterable": write_chain_from_iterable,
+    "itertools.repeat": write_itertools_repeat,
+    "colorsys.hsv_to_rgb": write_hsv, "copy.copy": write_copy, "copy.deepcopy": write_copy,
+    "collections.OrderedDict": write_dict,
+    "collections.deque": write_sequence, "collections.defaultdict": write_defaultdict, "numpy.argsort": write_argsort,
+    "numpy.meshgrid": write_meshgrid, "dataclasses.field": write_field,
+}  # fmt: skip
+
+
+# --- functions as values ---
+
+
+_VALUE_NAMES = {
+    "len": "length", "abs": "abs", "min": "min", "max": "max", "sum": "sum", "float": "inexact", "int": "truncate",
+    "round": "round", "sorted": "sort", "list": "->list", "tuple": "->list", "set": "list->set", "reversed": "reverse",
+    "str.upper": "string-upcase", "concat_shapes": "union", "transform_shape": "transform",
+    "translation_matrix": "translate", "compute_shape_center": "compute-shape-center", "operator.add": "+",
+    "operator.mul": "*", "operator.sub": "-", "numpy.array": "array", "numpy.linalg.norm": "norm", "ord": "ord",
+    "chr": "chr",
+    **{f"math.{name}": head for name, head in _NUMERIC.items()},
+    **{f"numpy.{name}": head for name, head in _NUMPY.items()},
+}  # fmt: skip
+
+
+def _value(name: str) -> Callable[[ExpressionWriter], Code]:
+    return lambda w: Name(name)
+
+
+def _str_value(w: ExpressionWriter) -> Code:
+    w.imports.add("std/python.scene")
+    return Name("py-str")
+
+
+VALUES: dict[str, Callable[[ExpressionWriter], Code]] = {
+    **{path: _value(name) for path, name in _VALUE_NAMES.items()},
+    "str": _str_value,
+}

@@ -1,0 +1,186 @@
+"""Lists that are collected: the pieces that statements add become comprehensions and unions."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable, Sequence
+
+from scenelang.interpreter.transpile.analysis.collect import Collection, addition
+from scenelang.interpreter.transpile.analysis.domain import LIST, SHAPE
+from scenelang.interpreter.transpile.analysis.effects import Effect
+from scenelang.interpreter.transpile.writing.assignments import AssignmentWriter
+from scenelang.interpreter.transpile.writing.blocks import Block, Collecting, Item, Piece, total
+from scenelang.interpreter.transpile.writing.code import (
+    Code,
+    Form,
+    Name,
+    Ref,
+    form,
+    is_form,
+    quote,
+)
+from scenelang.interpreter.transpile.writing.conditionals import conditional, hang
+from scenelang.interpreter.transpile.writing.control import (
+    Mode,
+    leaves,
+)
+
+
+class CollectionWriter(AssignmentWriter):
+    """Writes the statements that build lists."""
+
+    def _start(self, collection: Collection, value: ast.expr, block: Block, note: Code) -> None:
+        collecting = Collecting(
+            collection, self._unites_all(collection), any(s.is_mutated for s in self.type(value).sites), note=note
+        )
+        if collecting.unites and not collecting.is_mutated:
+            self.united.add(collection.variable)
+        if isinstance(value, ast.List):
+            for element in value.elts:
+                is_many = isinstance(element, ast.Starred)
+                code = self.iterable(element.value) if isinstance(element, ast.Starred) else self.expr(element)
+                collecting.pieces.append(Piece(self.comment_item(code, element), is_many, self.effect(element)))
+        elif isinstance(value, ast.ListComp):
+            head = self.loop_head("/union" if collecting.unites else "/list", value.generators)
+            collecting.pieces.append(Piece(Form([*head, self.expr(value.elt)]), True, self.effect(value)))
+        elif isinstance(value, ast.Call) and value.args:
+            collecting.pieces.append(Piece(self.iterable(value.args[0]), True, self.effect(value)))
+        block.collecting.append(collecting)
+
+    def _unites_all(self, collection: Collection) -> bool:
+        element_types = [s.element for r in self.reads_of(collection.variable) for s in self.type(r).sites]
+        if not element_types or not any(t.kinds & SHAPE for t in element_types):
+            return False
+        return all(t.only(SHAPE | LIST) for t in element_types) and self.is_united(collection.variable)
+
+    def _adds_to(self, node: ast.stmt, block: Block) -> Collecting | None:
+        return next((c for c in block.collecting if node in c.collection.adders), None)
+
+    def _add_to(self, collecting: Collecting, node: ast.stmt, block: Block, note: Code) -> None:
+        """Add the pieces that a statement gives to a list under collection."""
+        found = addition(node, collecting.collection.variable, self.names)
+        if found is not None:
+            value, is_many = found
+            code = self._added(value, is_many, collecting)
+            self._finish_note(note, node)
+            hang(code, note)
+            pieces = self._split(value, code, is_many)
+            for piece in pieces:
+                block.add_piece(collecting, piece)
+            return
+        if isinstance(node, ast.For):
+            code = self._collecting_for(node, collecting, note)
+            block.add_piece(collecting, Piece(code, True, self.effect(node)))
+        elif isinstance(node, ast.If):
+            piece = self._collecting_if(node, collecting)
+            hang(piece.code, note)
+            block.add_piece(collecting, piece)
+        else:
+            raise self.unsupported("this way of building a list", node)
+
+    def _added(self, value: ast.expr, is_many: bool, collecting: Collecting) -> Code:
+        if is_many and not (collecting.unites and self.type(value).kinds & SHAPE):
+            return self.iterable(value)
+        return self.expr(value)
+
+    def _split(self, value: ast.expr, code: Code, is_many: bool) -> list[Piece]:
+        """``xs += [a, b]`` adds two items."""
+        if is_many and isinstance(value, (ast.List, ast.Tuple)) and is_form(code, "list") and isinstance(code, Form):
+            if code.before and len(code.items) > 1:
+                code.items[1].before = (*code.before, *code.items[1].before)
+            if code.after and len(code.items) > 1:
+                code.items[-1].after = code.after
+            effect = self.effect(value)
+            return [Piece(item, False, effect) for item in code.items[1:]]
+        return [Piece(code, is_many, self.effect(value))]
+
+    def _collecting_for(self, node: ast.For, collecting: Collecting, note: Code) -> Code:
+        one_each = not collecting.unites and self._adds_one(node.body, collecting.collection)
+        kind = "/union" if collecting.unites else "/list" if one_each else "/append"
+        inner = Collecting(collecting.collection, collecting.unites, False)
+
+        def finish(block: Block) -> Code:
+            pieces = block.collecting[0].pieces
+            if one_each:
+                return pieces[0].code
+            return (
+                block.collecting[0].combined() if pieces else (form("union") if collecting.unites else quote(Form([])))
+            )
+
+        code = self._for(node, kind, Mode(ast.Continue, finish, collection=inner), inner)
+        hang(code, note)
+        return code
+
+    def _adds_one(self, body: Sequence[ast.stmt], collection: Collection) -> bool:
+        """Whether every path through a loop's body adds exactly one item."""
+        adders = [s for s in body if s in collection.adders]
+        if len(adders) != 1 or any(leaves(s, ast.Continue) for s in body):
+            return False
+        found = addition(adders[0], collection.variable, self.names)
+        if found is not None:
+            return not found[1]
+        if isinstance(adders[0], ast.If) and adders[0].orelse:
+            return self._adds_one(adders[0].body, collection) and self._adds_one(adders[0].orelse, collection)
+        if isinstance(adders[0], ast.For) and len(body) == 1:
+            return self._adds_one(adders[0].body, collection)
+        if isinstance(adders[0], ast.If) and len(body) == 1:
+            return self._adds_one(adders[0].body, collection)
+        return False
+
+    def _collecting_if(self, node: ast.If, collecting: Collecting) -> Piece:
+        one_each = bool(node.orelse) and not collecting.unites and self._adds_one([node], collecting.collection)
+
+        def finish(block: Block) -> Code:
+            pieces = block.collecting[0].pieces
+            if one_each:
+                return pieces[0].code
+            return (
+                block.collecting[0].combined() if pieces else (form("union") if collecting.unites else quote(Form([])))
+            )
+
+        mode = Mode(None, finish, collection=collecting)
+        clauses: list[Code] = []
+        self._value_clauses(node, mode, clauses, lambda: self._collecting_block(collecting))
+        return Piece(conditional(clauses), not one_each, self.effect(node))
+
+    def _collecting_block(self, collecting: Collecting) -> Block:
+        block = Block()
+        block.collecting.append(Collecting(collecting.collection, collecting.unites, False))
+        return block
+
+    def _value_clauses(self, node: ast.If, mode: Mode, clauses: list[Code], new_block: Callable[[], Block]) -> None:
+        """The clauses of an ``if`` whose branches give values."""
+        test = self.test(node.test)
+        clauses.append(self._clause(test, self.body(node.body, mode, new_block()), node.test))
+        if len(node.orelse) == 1 and isinstance(node.orelse[0], ast.If):
+            inner = node.orelse[0]
+            note = Code(None)
+            self._open_note(note, inner)
+            position = len(clauses)
+            self._value_clauses(inner, mode, clauses, new_block)
+            clauses[position].before = (*note.before, *clauses[position].before)
+            return
+        clauses.append(self._clause(Name("else"), self.body(node.orelse, mode, new_block()), None))
+
+    def _finish_collections(self, node: ast.stmt, block: Block) -> None:
+        """When the last statement that adds to a list is done the list gets its definition."""
+        for collecting in list(block.collecting):
+            if collecting.collection.last is not node or collecting.collection.variable.is_temporary:
+                continue
+            if collecting.collection.start is None:
+                continue
+            block.collecting.remove(collecting)
+            variable = collecting.collection.variable
+            code = collecting.combined()
+            effect = total(piece.effect for piece in collecting.pieces)
+            if collecting.is_mutated:
+                code = form("mutable", code)
+            if variable.is_cell:
+                is_definition = variable in self.places.definitions.get(collecting.collection.start, ())
+                writes = effect | Effect(writes=frozenset((variable,)))
+                if is_definition:
+                    block.add(Item("define", code, writes, (variable,), Ref(variable), collecting.note))
+                else:
+                    block.add_effect(form("set!", Ref(variable), code), writes, collecting.note)
+            else:
+                block.define(variable, code, effect, collecting.note, nests=False)

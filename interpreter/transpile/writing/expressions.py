@@ -1,0 +1,507 @@
+"""Python expressions -> code of the language."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Sequence
+
+from scenelang.grammar.diagnostics import SceneError, suggest
+from scenelang.interpreter.transpile.analysis.domain import (
+    ARRAY,
+    CONTAINERS,
+    DICT,
+    POSE,
+    RECORD,
+    SEQUENCES,
+    SHAPE,
+    UNKNOWN,
+)
+from scenelang.interpreter.transpile.analysis.known import RESULTS
+from scenelang.interpreter.transpile.analysis.paths import ANNOTATIONS, BUILTINS, FORBIDDEN, HELPERS, is_module
+from scenelang.interpreter.transpile.analysis.scopes import Function, Variable
+from scenelang.interpreter.transpile.writing import operators, texts
+from scenelang.interpreter.transpile.writing.calls import CALLS, CONSTANTS, VALUES
+from scenelang.interpreter.transpile.writing.code import (
+    Brackets,
+    Code,
+    Form,
+    Key,
+    Literal,
+    Name,
+    Ref,
+    form,
+    is_form,
+    quote,
+)
+from scenelang.interpreter.transpile.writing.flows import Flows
+from scenelang.interpreter.transpile.writing.methods import call_method
+from scenelang.interpreter.transpile.writing.naming import kebab
+from scenelang.interpreter.transpile.writing.records import Records
+from scenelang.interpreter.transpile.writing.user_calls import call_function, wrapped
+from scenelang.interpreter.transpile.writing.writer import Analysed
+
+_PLAIN_NUMBER = re.compile(r"(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+
+
+class ExpressionWriter(Flows):
+    """Writes expressions; what cannot be translated becomes a diagnostic with its place in the Python."""
+
+    def __init__(self, analysed: Analysed) -> None:
+        super().__init__(analysed)
+        self.records = Records()
+
+    def expr(self, node: ast.expr) -> Code:
+        """The code of any expression."""
+        method = getattr(self, f"_{type(node).__name__}", None)
+        if method is None:
+            raise self.unsupported(f"`{type(node).__name__.lower()}`", node)
+        try:
+            code: Code = method(node)
+        except SceneError as error:  # noted, so that the rest is looked at as well; nothing is written in the end
+            self.diagnostics.append(error.diagnostic)
+            return form("list")
+        if code.span is None:
+            code.span = self.span(node)
+        is_made = isinstance(node, (ast.Call, ast.BinOp, ast.Subscript))
+        if is_made and self.type(node).only(ARRAY) and self.is_mutated(node) and not is_form(code, "mutable-array"):
+            return form("mutable-array", code, span=code.span)
+        return code
+
+    def field_name(self, name: str) -> Code:
+        """The name of a record's field."""
+        return Name(kebab(name))
+
+    def field_key(self, name: str) -> Code:
+        """``:field`` in a call of a record's constructor."""
+        return Key(kebab(name))
+
+    def is_python_stream(self, node: ast.expr) -> bool:
+        """Whether a stream is one of Python's ``random``, not of numpy."""
+        return "random.Random" in self.type(node).names
+
+    # --- leaves ---
+
+    def _Constant(self, node: ast.Constant) -> Code:
+        value = node.value
+        if value is None or isinstance(value, (bool, str)):
+            return Literal(value)
+        if isinstance(value, (int, float)):
+            text = self.text.text(node)
+            return Literal(value, None, text if _PLAIN_NUMBER.fullmatch(text) else None)
+        raise self.unsupported(f"the constant `{value!r}`", node)
+
+    def _Name(self, node: ast.Name) -> Code:
+        path = self.paths.of(node)
+        if path is not None:
+            return self._library_value(node, path)
+        variable = self.names.variables[node]
+        function = self.single_function(node)
+        if function is not None and any(p.variable.is_keyword for p in function.parameters):
+            return wrapped(self, function, node)
+        return Ref(variable, self.span(node))
+
+    def _library_value(self, node: ast.expr, path: str) -> Code:
+        """A constant or function of the library as a value."""
+        if path in CONSTANTS:
+            return Name(CONSTANTS[path])
+        if path in VALUES:
+            return VALUES[path](self)
+        self.check_path(node, path)
+        raise self.unsupported(f"`{self.text.text(node)}` as a value", node)
+
+    def check_path(self, node: ast.expr, path: str) -> None:
+        """Raise what is wrong with using the library name ``path``, if anything is."""
+        top = path.split(".")[0]
+        if top in FORBIDDEN or path in FORBIDDEN:
+            raise self.error(
+                "python-forbidden",
+                f"`{self.text.text(node)}` has no meaning for a scene: it reaches {FORBIDDEN[top]}",
+                node,
+            )
+        if path.rpartition(".")[2].startswith("__") or path.startswith("__"):
+            raise self.error("python-forbidden", f"`{self.text.text(node)}` reaches Python's own insides", node)
+        known = path in RESULTS or path in BUILTINS or path in HELPERS or is_module(path) or path in ANNOTATIONS
+        if known:
+            return
+        if "." in path and is_module(path.rpartition(".")[0]):
+            module, _, name = path.rpartition(".")
+            near = [p.removeprefix(module + ".") for p in RESULTS if p.startswith(module + ".")]
+            raise self.error(
+                "python-unsupported", f"`{self.text.text(node)}` is not known here", node, suggest(name, near)
+            )
+        visible = {v.name for v in self.names.variables.values()} | HELPERS | BUILTINS
+        raise self.error("python-name", f"the name `{path}` is not defined", node, suggest(path, sorted(visible)))
+
+    def _Attribute(self, node: ast.Attribute) -> Code:
+        path = self.paths.of(node)
+        if path is not None:
+            return self._library_value(node, path)
+        if node.attr.startswith("__"):
+            raise self.error("python-forbidden", f"`.{node.attr}` reaches Python's own insides", node)
+        owner = self.type(node.value)
+        if owner.kinds & RECORD or owner.classes:
+            return self.field(node)
+        if owner.kinds & (ARRAY | POSE) or not owner.kinds:
+            known = {"shape": "array-shape", "T": "transpose", "size": "length"}.get(node.attr)
+            if known is not None:
+                return form(known, self.expr(node.value))
+        raise self.unsupported(f"the attribute `.{node.attr}`", node)
+
+    def field(self, node: ast.Attribute) -> Code:
+        """``record.field``."""
+        from scenelang.interpreter.transpile.writing.records import read_field
+
+        return read_field(self, node)
+
+    # --- displays ---
+
+    def _Tuple(self, node: ast.Tuple) -> Code:
+        return self._display(node, node.elts)
+
+    def _List(self, node: ast.List) -> Code:
+        return self._display(node, node.elts)
+
+    def _display(self, node: ast.Tuple | ast.List, elements: list[ast.expr]) -> Code:
+        is_mutable = self.is_mutated(node)
+        if any(isinstance(e, ast.Starred) for e in elements):
+            joined = self._joined(elements)
+            return form("mutable", joined) if is_mutable else joined
+        if is_mutable:
+            return form("mutable-list", *self._items(elements))
+        if self.wants_vector(node) and self.is_vector_literal(node):
+            return Brackets(self._items(elements))
+        return self._list(node, elements)
+
+    def _list(self, node: ast.expr, elements: list[ast.expr]) -> Code:
+        """An immutable list: quoted data where it is constant, a template where it mostly is."""
+        if self._is_data(node):
+            return quote(self._data(node, quasi=False))
+        leaves = self._leaves(node)
+        nested = any(isinstance(e, (ast.Tuple, ast.List)) for e in elements)
+        constant = sum(1 for leaf in leaves if is_constant(leaf))
+        if nested and leaves and 2 * constant >= len(leaves) and self._is_template(node):
+            return form("quasiquote", self._data(node, quasi=True))
+        return form("list", *self._items(elements))
+
+    def _items(self, elements: Sequence[ast.expr]) -> list[Code]:
+        return [self.comment_item(self.expr(element), element) for element in elements]
+
+    def _joined(self, elements: list[ast.expr]) -> Code:
+        """``[*a, b, *c]``."""
+        pieces: list[Code] = []
+        run: list[ast.expr] = []
+        is_shape = False
+
+        def close() -> None:
+            if run:
+                if all(is_constant(e) for e in run):
+                    pieces.append(quote(Form([self._data(e, quasi=False) for e in run])))
+                else:
+                    pieces.append(form("list", *self._items(run)))
+                run.clear()
+
+        for element in elements:
+            if isinstance(element, ast.Starred):
+                close()
+                is_shape |= bool(self.type(element.value).kinds & SHAPE)
+                pieces.append(self.comment_item(self.iterable(element.value), element))
+            else:
+                run.append(element)
+        close()
+        if len(pieces) == 1 and not is_shape:
+            return form("->list", pieces[0])
+        return form("append", *pieces)
+
+    def _leaves(self, node: ast.expr) -> list[ast.expr]:
+        if isinstance(node, (ast.Tuple, ast.List)):
+            return [leaf for element in node.elts for leaf in self._leaves(element)]
+        return [node]
+
+    def _is_data(self, node: ast.expr) -> bool:
+        """Whether a display is all constants, and no part of it ever changes."""
+        if isinstance(node, (ast.Tuple, ast.List)):
+            return not self.is_mutated(node) and all(self._is_data(e) for e in node.elts)
+        return is_constant(node)
+
+    def _is_template(self, node: ast.expr) -> bool:
+        if isinstance(node, (ast.Tuple, ast.List)):
+            return not self.is_mutated(node) and all(
+                not isinstance(e, ast.Starred) and self._is_template(e) for e in node.elts
+            )
+        return True
+
+    def _data(self, node: ast.expr, quasi: bool) -> Code:
+        if isinstance(node, (ast.Tuple, ast.List)):
+            items = [self.comment_item(self._data(e, quasi), e) for e in node.elts]
+            return Form(items, self.span(node))
+        if is_constant(node) or not quasi:
+            return self.expr(node)
+        return form("unquote", self.expr(node), span=self.span(node))
+
+    def _Set(self, node: ast.Set) -> Code:
+        if any(isinstance(e, ast.Starred) for e in node.elts):
+            return form("list->set", self._joined(node.elts))
+        return form("set", *self._items(node.elts))
+
+    def _Dict(self, node: ast.Dict) -> Code:
+        pieces: list[Code] = []
+        pairs: list[Code] = []
+        for key, value in zip(node.keys, node.values):
+            if key is None:
+                if pairs:
+                    pieces.append(form("table", *pairs))
+                    pairs = []
+                pieces.append(self.expr(value))
+            else:
+                pairs += [self.comment_item(self.expr(key), key), self.comment_item(self.expr(value), value)]
+        if pairs or not pieces:
+            pieces.append(form("table", *pairs))
+        is_one = len(pieces) == 1 and (not node.keys or node.keys[0] is not None)
+        return pieces[0] if is_one else form("table-merge", *pieces)
+
+    # --- comprehensions ---
+
+    def loop_head(self, kind: str, generators: list[ast.comprehension]) -> list[Code]:
+        """Head and clauses of a comprehension."""
+        nested = len(generators) > 1
+        clauses: list[Code] = []
+        for generator in generators:
+            clauses += self.clauses(generator.target, generator.iter, parallel=not nested)
+            for condition in generator.ifs:
+                clauses += self.condition_clause(condition)
+        return [Name(f"for{'*' if nested else ''}{kind}"), Form(clauses)]
+
+    def condition_clause(self, condition: ast.expr, holds: bool = True) -> list[Code]:
+        """``:when test``, or ``:unless`` of what is negated."""
+        while isinstance(condition, ast.UnaryOp) and isinstance(condition.op, ast.Not):
+            condition, holds = condition.operand, not holds
+        return [Key("when" if holds else "unless"), self.test(condition)]
+
+    def clauses(self, target: ast.expr, iterable: ast.expr, parallel: bool) -> list[Code]:
+        """The clauses of ``for target in iterable``; ``zip`` runs side by side where that is allowed."""
+        path = self.paths.of(iterable.func) if isinstance(iterable, ast.Call) else None
+        if (
+            parallel
+            and path == "zip"
+            and isinstance(iterable, ast.Call)
+            and isinstance(target, (ast.Tuple, ast.List))
+            and len(target.elts) == len(iterable.args)
+            and not any(isinstance(e, ast.Starred) for e in (*target.elts, *iterable.args))
+        ):
+            return [Form([self.pattern(t), self.iterable(source)]) for t, source in zip(target.elts, iterable.args)]
+        return [Form([self.pattern(target), self.iterable(iterable)])]
+
+    def pattern(self, target: ast.expr) -> Code:
+        """What a ``for`` or an assignment binds: a variable or a nested pattern; a star may only end it."""
+        if isinstance(target, ast.Name):
+            variable = self.names.variables[target]
+            return self.binder(variable, target)
+        if isinstance(target, (ast.Tuple, ast.List)):
+            elements = target.elts
+            if elements and isinstance(elements[-1], ast.Starred):
+                return Form(
+                    [self.pattern(e) for e in elements[:-1]], self.span(target), self.pattern(elements[-1].value)
+                )
+            return Form([self.pattern(e) for e in elements], self.span(target))
+        raise self.unsupported("this target", target)
+
+    def binder(self, variable: Variable, node: ast.AST) -> Code:
+        """``_`` where nothing reads the variable and it says so itself."""
+        if variable.name == "_" and not variable.reads:
+            return Name("_", self.span(node))
+        return Ref(variable, self.span(node))
+
+    def _ListComp(self, node: ast.ListComp) -> Code:
+        kind = "/union" if self.is_parts(node) else "/list"
+        head = self.loop_head(kind, node.generators)
+        code = Form([*head, self.comment_item(self.expr(node.elt), node.elt)])
+        return form("mutable", code) if self.is_mutated(node) else code
+
+    def _GeneratorExp(self, node: ast.GeneratorExp) -> Code:
+        kind = "/union" if self.is_parts(node) else "/list"
+        head = self.loop_head(kind, node.generators)
+        return Form([*head, self.comment_item(self.expr(node.elt), node.elt)])
+
+    def _SetComp(self, node: ast.SetComp) -> Code:
+        return Form([*self.loop_head("/set", node.generators), self.expr(node.elt)])
+
+    def _DictComp(self, node: ast.DictComp) -> Code:
+        head = self.loop_head("/table", node.generators)
+        return Form([*head, form("list", self.expr(node.key), self.expr(node.value))])
+
+    # --- vectors ---
+
+    def vector(self, node: ast.expr) -> Code:
+        """An expression where three numbers (or a colour) are wanted: displays become brackets."""
+        if isinstance(node, (ast.Tuple, ast.List)) and node.elts and not self.is_mutated(node):
+            if not any(isinstance(e, ast.Starred) for e in node.elts):
+                return Brackets(self._items(node.elts), self.span(node))
+        if isinstance(node, ast.Call) and len(node.args) == 1 and not isinstance(node.args[0], ast.Starred):
+            path = self.paths.of(node.func)
+            if path in ("numpy.array", "numpy.asarray") and not self.is_mutated(node):
+                return self.vector(node.args[0])
+            if path in ("tuple", "list") and self.type(node.args[0]).only(ARRAY | SEQUENCES):
+                return self.vector(node.args[0])
+        if isinstance(node, ast.IfExp):
+            return form(
+                "if", self.test(node.test), self.vector(node.body), self.vector(node.orelse), span=self.span(node)
+            )
+        return self.expr(node)
+
+    def array(self, node: ast.expr) -> Code:
+        """An operand of array arithmetic: sequences become arrays."""
+        if isinstance(node, (ast.Tuple, ast.List)) and node.elts and not self.is_mutated(node):
+            if not any(isinstance(e, ast.Starred) for e in node.elts):
+                return Brackets([self.array(e) for e in node.elts], self.span(node))
+        if isinstance(node, ast.Call) and self.paths.of(node.func) in ("tuple", "list") and len(node.args) == 1:
+            return self.array(node.args[0])
+        found = self.type(node)
+        code = self.expr(node)
+        if found.only(SEQUENCES) and not isinstance(code, Brackets):
+            return form("array", code, span=self.span(node))
+        return code
+
+    # --- tests ---
+
+    def test(self, node: ast.expr) -> Code:
+        """An expression that only decides: what is false in Python is #f or none in the code."""
+        if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
+            return form("not", self.test(node.operand), span=self.span(node))
+        if isinstance(node, ast.BoolOp):
+            head = "and" if isinstance(node.op, ast.And) else "or"
+            return form(head, *(self.test(value) for value in node.values), span=self.span(node))
+        if isinstance(node, ast.Constant):
+            return Literal(bool(node.value), self.span(node))
+        return operators.truth(self, node, self.type(node))
+
+    # --- operators ---
+
+    def _BinOp(self, node: ast.BinOp) -> Code:
+        return operators.binary(self, node)
+
+    def _UnaryOp(self, node: ast.UnaryOp) -> Code:
+        return operators.unary(self, node)
+
+    def _Compare(self, node: ast.Compare) -> Code:
+        return operators.comparison(self, node)
+
+    def _BoolOp(self, node: ast.BoolOp) -> Code:
+        return operators.boolean(self, node)
+
+    def _IfExp(self, node: ast.IfExp) -> Code:
+        return form("if", self.test(node.test), self.expr(node.body), self.expr(node.orelse))
+
+    def _Subscript(self, node: ast.Subscript) -> Code:
+        return operators.subscript(self, node)
+
+    def _JoinedStr(self, node: ast.JoinedStr) -> Code:
+        return texts.interpolated(self, node)
+
+    def _NamedExpr(self, node: ast.NamedExpr) -> Code:
+        variable = self.names.variables[node.target]
+        return form("begin", form("set!", Ref(variable), self.expr(node.value)), Ref(variable))
+
+    # --- iteration ---
+
+    def iterable(self, node: ast.expr) -> Code:
+        """What a loop runs through."""
+        found = self.type(node)
+        if found.kinds & SHAPE:
+            return form("primitives", self.expr(node), span=self.span(node))
+        if found.kinds & UNKNOWN and not isinstance(node, ast.Call):
+            return self.dynamic("py-iter", self.expr(node))
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "keys":
+            if self.type(node.func.value).only(DICT):
+                return self.expr(node.func.value)
+        if isinstance(node, ast.Call) and self.paths.of(node.func) in ("list", "tuple", "iter") and len(node.args) == 1:
+            if not isinstance(node.args[0], ast.Starred) and not self.is_mutated(node):
+                inner = self.type(node.args[0])
+                if inner.kinds & CONTAINERS and not any(s.is_mutated for s in inner.sites):
+                    return self.iterable(node.args[0])
+        return self.expr(node)
+
+    def dynamic(self, operator: str, *arguments: Code) -> Code:
+        """One of Python's dynamic operators, for types that inference cannot tell."""
+        self.imports.add("std/python.scene")
+        return form(operator, *arguments)
+
+    # --- functions ---
+
+    def _Lambda(self, node: ast.Lambda) -> Code:
+        function = self.names.functions[node]
+        bindings: list[Code] = []
+        for parameter in function.parameters:
+            if parameter.default is not None and not self.may_stay(parameter.default):
+                variable = Variable(parameter.variable.name, None, is_temporary=True)
+                bindings.append(Form([Ref(variable), self.expr(parameter.default)]))
+                self.defaults[parameter.default] = variable
+        code = form("lambda", self.parameters(function), self.expr(node.body))
+        return form("let", Form(bindings), code) if bindings else code
+
+    def may_stay(self, node: ast.expr) -> bool:
+        """Whether a default gives the same whenever it is evaluated."""
+        effect = self.effect(node)
+        if effect.acts or effect.looks or effect.reads:
+            return False
+        if any(self.is_mutated(n) for n in ast.walk(node)):
+            return False
+        for name in ast.walk(node):
+            if isinstance(name, ast.Name):
+                variable = self.names.variables.get(name)
+                if variable is not None and len(variable.stores) > 1:
+                    return False
+            elif isinstance(name, ast.Call) and self.paths.of(name.func) is None:
+                return False
+        return True
+
+    def parameters(self, function: Function) -> Form:
+        """The list of parameters; defaults are constants or names by now."""
+        items: list[Code] = []
+        rest: Code | None = None
+        for parameter in function.parameters:
+            variable = parameter.variable
+            name = Ref(variable, self.span(variable.stores[0]), is_keyword=variable.is_keyword)
+            if parameter.kind == "rest":
+                rest = name
+            elif parameter.kind == "keys":
+                items += [Name("&keys"), name]
+            elif parameter.default is not None:
+                items.append(Form([name, self.default(function, variable, parameter.default)]))
+            else:
+                items.append(name)
+        return Form(items, None, rest)
+
+    def default(self, function: Function, variable: Variable, node: ast.expr) -> Code:
+        """The default of a parameter; statements replaces what must be evaluated at the definition."""
+        found = self.defaults.get(node)  # evaluated once, at the definition
+        if found is not None:
+            return Ref(found, self.span(node))
+        return self.vector(node) if self.is_vector_literal(node) and self.wants_vector(node) else self.expr(node)
+
+    def _Call(self, node: ast.Call) -> Code:
+        path = self.paths.of(node.func)
+        if path is not None:
+            handler = CALLS.get(path)
+            if handler is not None:
+                return handler(self, node)
+            self.check_path(node.func, path)
+            raise self.unsupported(f"`{self.text.text(node.func)}`", node)
+        if isinstance(node.func, ast.Attribute):
+            return call_method(self, node, node.func)
+        return call_function(self, node)
+
+    def _Starred(self, node: ast.Starred) -> Code:
+        raise self.unsupported("a star here", node)
+
+    def _Yield(self, node: ast.Yield) -> Code:
+        raise self.unsupported("`yield` inside an expression", node)
+
+    def _Await(self, node: ast.Await) -> Code:
+        raise self.unsupported("`await`", node)
+
+
+def is_constant(node: ast.expr) -> bool:
+    if isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.USub, ast.UAdd)):
+        return isinstance(node.operand, ast.Constant) and isinstance(node.operand.value, (int, float))
+    return isinstance(node, ast.Constant)

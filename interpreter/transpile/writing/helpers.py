@@ -1,0 +1,411 @@
+"""Calls of the helper API: ``library_call``, ``primitive_call``, ``loop``, matrices, boxes."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from scenelang.grammar.diagnostics import suggest
+from scenelang.interpreter.transpile.analysis.domain import SEQUENCES, SHAPE
+from scenelang.interpreter.transpile.analysis.scopes import Function, Variable
+from scenelang.interpreter.transpile.writing.arguments import arguments_of, expanded, is_ones, is_zero_vector
+from scenelang.interpreter.transpile.writing.code import (
+    ArgumentName,
+    Code,
+    Form,
+    Key,
+    Literal,
+    Name,
+    Ref,
+    form,
+    is_form,
+)
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.transpile.writing.expressions import ExpressionWriter
+
+_SHAPES = ("cube", "sphere", "cylinder", "cone")
+_BLOCKS = {"set_cuboid": "set-cuboid", "delete_blocks": "delete-blocks"}
+_ATTRIBUTES = {"block_type": "block-type", "block_kwargs": "block-kwargs"}
+_VECTORS = ("color", "scale", "p0", "p1")
+
+
+# --- library_call ----------------------------------------------------------------------------------------------
+
+
+def library_call(w: ExpressionWriter, node: ast.Call) -> Code:
+    keywords = list(node.keywords)
+    word = node.args[0] if node.args else None
+    if word is None:
+        found = next((k for k in keywords if k.arg == "func_name"), None)
+        if found is None:
+            raise w.error("python-call", "the call of `library_call` lacks the name of a function", node)
+        keywords.remove(found)
+        word = found.value
+    if len(node.args) > 1:
+        raise w.error(
+            "python-call", "`library_call` takes one name, then `name=value` arguments", node.args[1],
+            "write the arguments with their names",
+        )  # fmt: skip
+    if isinstance(word, ast.Constant) and isinstance(word.value, str):
+        target = w.analysed.words.get(word.value)
+        if target is None:
+            return _unknown_call(w, node, word.value)
+        assert target.word is not None
+        check_named(w, node, target, keywords)
+        return _call(w, Literal(target.word, w.span(word)), keywords)
+    return _computed_call(w, word, keywords)
+
+
+def _computed_call(w: ExpressionWriter, word: ast.expr, keywords: list[ast.keyword]) -> Code:
+    """A word that is worked out while the program runs: an unknown one gives an empty union, as in the reference."""
+    known = possible_words(w, word)
+    if known and all(name in w.analysed.words for name in known):
+        return _call(w, w.expr(word), keywords)
+    if w.is_simple(word):
+        return form("if", form("bound?", w.expr(word)), _call(w, w.expr(word), keywords), form("union"))
+    variable = Variable("word", None, is_temporary=True)
+    body = form("if", form("bound?", Ref(variable)), _call(w, Ref(variable), keywords), form("union"))
+    return form("let", Form([Form([Ref(variable), w.expr(word)])]), body)
+
+
+def possible_words(w: ExpressionWriter, word: ast.expr) -> list[str]:
+    """The strings that a name may hold, where they all come from displays of constants; empty when unknown."""
+    variable = w.variable(word)
+    if variable is None or variable.function is None:
+        return []
+    found: list[str] = []
+    for store in variable.stores:
+        source = _source_of(w, store)
+        if source is None:
+            return []
+        strings = [n.value for n in ast.walk(source) if isinstance(n, ast.Constant) and isinstance(n.value, str)]
+        if not strings or any(isinstance(n, (ast.Call, ast.BinOp, ast.JoinedStr)) for n in ast.walk(source)):
+            return []
+        words = [s for s in strings if s in w.analysed.words]
+        others = [s for s in strings if s not in w.analysed.words]
+        if others and not isinstance(source, ast.Dict):
+            return []
+        found += words
+    return found
+
+
+def _source_of(w: ExpressionWriter, store: ast.AST) -> ast.expr | None:
+    """The display that a variable takes its values from, directly or through a loop over it."""
+    outer = w.parent(store)
+    while isinstance(outer, (ast.Tuple, ast.List)):
+        outer = w.parent(outer)
+    value: ast.expr | None = None
+    if isinstance(outer, (ast.For, ast.comprehension)):
+        value = outer.iter
+    elif isinstance(outer, ast.Assign):
+        value = outer.value
+    if isinstance(value, ast.Call) and w.paths.of(value.func) in ("enumerate", "zip") and value.args:
+        values = [a for a in value.args if not isinstance(a, ast.Starred)]
+        resolved = [_display(w, a) for a in values]
+        strings = [r for r in resolved if r is not None and any(_is_string(n) for n in ast.walk(r))]
+        return strings[0] if len(strings) == 1 else None
+    return _display(w, value) if value is not None else None
+
+
+def _is_string(node: ast.AST) -> bool:
+    return isinstance(node, ast.Constant) and isinstance(node.value, str)
+
+
+def _display(w: ExpressionWriter, node: ast.expr) -> ast.expr | None:
+    if isinstance(node, (ast.List, ast.Tuple, ast.Set, ast.Constant)):
+        return node
+    variable = w.variable(node)
+    if variable is not None and len(variable.stores) == 1 and variable.stores[0] is not node:
+        outer = w.parent(variable.stores[0])
+        if isinstance(outer, ast.Assign) and outer.targets[0] is variable.stores[0]:
+            return _display(w, outer.value)
+    return None
+
+
+def _unknown_call(w: ExpressionWriter, node: ast.Call, word: str) -> Code:
+    known = [f.word for f in w.analysed.words.values() if f.word]
+    w.warn(
+        "unknown-function", f"no function is registered as `{word}`; the call gives an empty shape", node,
+        suggest(word, known),
+    )  # fmt: skip
+    code = form("union")
+    code.after = f'no function is registered as "{word}"'
+    return code
+
+
+def _call(w: ExpressionWriter, word: Code, keywords: list[ast.keyword]) -> Code:
+    items: list[Code] = []
+    tables: list[Code] = []
+    for keyword in keywords:
+        if keyword.arg is None:
+            tables.append(form("keywords", w.expr(keyword.value)))
+            continue
+        items.append(ArgumentName(keyword.arg, w.span(keyword)))
+        items.append(w.comment_item(argument(w, keyword.value), keyword))
+    if tables:
+        return form("apply", Name("call"), word, *items, *([form("append", *tables)] if len(tables) > 1 else tables))
+    return form("call", word, *items)
+
+
+def argument(w: ExpressionWriter, node: ast.expr) -> Code:
+    """An argument of a function of the program: a display that only serves as a vector becomes one."""
+    return w.vector(node) if w.is_vector_literal(node) and w.wants_vector(node) else w.expr(node)
+
+
+def check_named(w: ExpressionWriter, node: ast.Call, target: Function, keywords: list[ast.keyword]) -> None:
+    """Raise what a call by names gets wrong: unknown, repeated or missing parameters."""
+    named = [k.arg for k in keywords if k.arg is not None]
+    takes_all = any(p.kind == "keys" for p in target.parameters)
+    names = [p.variable.name for p in target.parameters if p.kind in ("plain", "keyword")]
+    for keyword in keywords:
+        if keyword.arg is not None and keyword.arg not in names and not takes_all:
+            raise w.error(
+                "python-call", f"`{target.name}` has no parameter `{keyword.arg}`", keyword, suggest(keyword.arg, names)
+            )
+    if any(k.arg is None for k in keywords):
+        return
+    missing = [
+        p.variable.name for p in target.parameters
+        if p.default is None and p.kind in ("plain", "keyword") and p.variable.name not in named
+    ]  # fmt: skip
+    if missing:
+        raise w.error("python-call", f"the call of `{target.name}` lacks {', '.join(f'`{m}`' for m in missing)}", node)
+
+
+# --- primitive_call --------------------------------------------------------------------------------------------
+
+
+def primitive_call(w: ExpressionWriter, node: ast.Call) -> Code:
+    """A primitive; its attributes come from ``shape_kwargs`` and from keywords, in the order they are written in."""
+    positional = ("name", "shape_kwargs", "color")
+    given: list[tuple[str, ast.expr]] = []
+    for position, argument in enumerate(expanded(w, node.args)):
+        if isinstance(argument, ast.Starred) or position >= len(positional):
+            raise w.error("python-call", "`primitive_call` takes a name, `shape_kwargs` and a color", argument)
+        given.append((positional[position], argument))
+    tables: list[Code] = []
+    for keyword in node.keywords:
+        if keyword.arg is None:
+            tables.append(form("keywords", w.expr(keyword.value)))
+        else:
+            given.append((keyword.arg, keyword.value))
+    word = next((value for name, value in given if name == "name"), None)
+    if word is None:
+        raise w.error("python-call", "the call of `primitive_call` lacks the name of a primitive", node)
+    items: list[Code] = []
+    for name, value in given:
+        if name == "shape_kwargs":
+            _shape_kwargs(w, value, items, tables)
+        elif name != "name":
+            _attribute(w, name, value, items)
+    head, word_code = _primitive_word(w, word)
+    if tables:
+        return form("apply", Name(head), word_code, *items, *([form("append", *tables)] if len(tables) > 1 else tables))
+    return form(head, word_code, *items)
+
+
+def _primitive_word(w: ExpressionWriter, word: ast.expr) -> tuple[str, Code]:
+    """``call`` and the word; ``primitive`` where the program binds the word itself."""
+    bound = {f.word for f in w.names.ordered if f.word}
+    if not isinstance(word, ast.Constant):
+        return ("primitive" if bound & {*_SHAPES, *_BLOCKS.values()} else "call"), w.expr(word)
+    name = str(word.value)
+    if name not in _SHAPES and name not in _BLOCKS:
+        hint = suggest(name, [*_SHAPES, *_BLOCKS]) or "there are cube, sphere, cylinder, set_cuboid and delete_blocks"
+        raise w.error("python-call", f"there is no primitive `{name}`", word, hint)
+    name = _BLOCKS.get(name, name)
+    return ("primitive" if name in bound else "call"), Literal(name, w.span(word))
+
+
+def _shape_kwargs(w: ExpressionWriter, value: ast.expr, items: list[Code], tables: list[Code]) -> None:
+    pairs: list[tuple[str, ast.expr]] | None = None
+    if isinstance(value, ast.Dict) and all(isinstance(key, ast.Constant) for key in value.keys):
+        pairs = [(str(k.value), v) for k, v in zip(value.keys, value.values) if isinstance(k, ast.Constant)]
+    elif isinstance(value, ast.Call) and w.paths.of(value.func) == "dict" and not value.args:
+        if all(k.arg is not None for k in value.keywords):
+            pairs = [(str(k.arg), k.value) for k in value.keywords]
+    elif isinstance(value, ast.Constant) and value.value is None:
+        pairs = []
+    if pairs is None:
+        tables.append(form("keywords", w.expr(value)))
+        return
+    for name, attribute in pairs:
+        _attribute(w, name, attribute, items)
+
+
+def _attribute(w: ExpressionWriter, name: str, value: ast.expr, items: list[Code]) -> None:
+    """``:name value``, unless it is the default."""
+    is_default = (
+        (name == "color" and is_ones(value))
+        or (name == "fill" and isinstance(value, ast.Constant) and value.value is True)
+        or (name == "block_kwargs" and _is_nothing(value))
+    )
+    if is_default:
+        return
+    items.append(Key(_ATTRIBUTES.get(name, name).replace("_", "-"), w.span(value)))
+    if name == "color":
+        code = _color(w, value)
+    elif name == "block_kwargs":
+        code = _block_kwargs(w, value)
+    elif name == "fill":
+        code = w.test(value)
+    else:
+        code = w.vector(value) if name in _VECTORS else w.expr(value)
+    items.append(w.comment_item(code, value))
+
+
+def _is_nothing(value: ast.expr) -> bool:
+    return (isinstance(value, ast.Dict) and not value.keys) or (isinstance(value, ast.Constant) and value.value is None)
+
+
+def _color(w: ExpressionWriter, value: ast.expr) -> Code:
+    """A colour has three components; a fourth, alpha, is dropped."""
+    if isinstance(value, (ast.Tuple, ast.List)) and len(value.elts) == 4:
+        if not any(isinstance(e, ast.Starred) for e in value.elts) and not w.effect(value.elts[3]).acts:
+            return w.vector(ast.copy_location(ast.Tuple(value.elts[:3], ast.Load()), value))
+    code = w.vector(value)
+    length = w.known_length(value)
+    if length is not None and length > 3:
+        return form("slice", code, Literal(0), Literal(3))
+    return code
+
+
+def _block_kwargs(w: ExpressionWriter, value: ast.expr) -> Code:
+    """The states of a block as an association list; a table serves too."""
+    if not isinstance(value, ast.Dict) or not all(isinstance(key, ast.Constant) for key in value.keys):
+        return w.expr(value)
+    is_constant = all(isinstance(v, ast.Constant) for v in value.values)
+    rows: list[Code] = []
+    for key, item in zip(value.keys, value.values):
+        assert key is not None
+        code = w.expr(item)
+        if not isinstance(item, ast.Constant):
+            code = form("unquote", code)
+        rows.append(w.comment_item(Form([w.expr(key), code]), key))
+    return form("quote" if is_constant else "quasiquote", Form(rows))
+
+
+# --- shapes ----------------------------------------------------------------------------------------------------
+
+
+def concat_shapes(w: ExpressionWriter, node: ast.Call) -> Code:
+    if node.keywords:
+        raise w.error("python-call", f"`concat_shapes` has no parameter `{node.keywords[0].arg}`", node.keywords[0])
+    items: list[Code] = []
+    for argument in node.args:
+        value = argument.value if isinstance(argument, ast.Starred) else argument
+        code = w.expr(value)
+        if is_form(code, "union") and isinstance(code, Form) and len(node.args) > 1 and not code.after:
+            items += code.items[1:] if isinstance(argument, ast.Starred) else [code]
+        elif isinstance(argument, ast.Starred) and isinstance(value, (ast.List, ast.Tuple)) and is_form(code, "list"):
+            assert isinstance(code, Form)
+            items += code.items[1:]
+        else:
+            items.append(w.comment_item(code, argument))
+    if len(items) == 1 and (gives_parts(w, items[0]) or _is_united(w, node.args[0])):
+        return items[0]
+    return form("union", *items)
+
+
+def _is_united(w: ExpressionWriter, argument: ast.expr) -> bool:
+    """Whether an argument is the name of a list that was collected as parts."""
+    if not isinstance(argument, ast.Starred):
+        return False
+    variable = w.variable(argument.value)
+    return variable is not None and variable in w.united
+
+
+def gives_parts(w: ExpressionWriter, code: Code) -> bool:
+    """Whether the value is parts already, so that a ``union`` of it alone adds nothing."""
+    if not isinstance(code, Form) or not code.items or not isinstance(code.items[0], Name):
+        return False
+    head = code.items[0].text
+    return head in ("union", "union-loop", "primitives") or head.endswith("/union")
+
+
+def transform_shape(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "shape pose", "transform_shape")
+    return in_order(
+        w, node, [given["shape"], given["pose"]], [w.expr, w.expr], lambda shape, pose: form("transform", shape, pose)
+    )
+
+
+def loop(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "n fn", "loop")
+    function = w.type(given["fn"])
+    if any(_may_be_no_shape(w, f) for f in function.functions):
+        raise w.error("python-call", "the function of this `loop` returns no shape", given["fn"])
+    return form("union-loop", w.expr(given["n"]), w.expr(given["fn"]))
+
+
+def _may_be_no_shape(w: ExpressionWriter, function: Function) -> bool:
+    returned = w.facts.returns.get(function)
+    return returned is not None and returned.kinds != 0 and not returned.may(SHAPE | SEQUENCES)
+
+
+def in_order(w: ExpressionWriter, node: ast.Call, values: list[ast.expr], writers: list[object], build: object) -> Code:
+    """Write arguments in another order than Python evaluates them in, where that matters through a ``let*``."""
+    assert callable(build)
+    positions = [(v.lineno, v.col_offset) for v in values]
+    codes = [write(value) for write, value in zip(writers, values)]  # type: ignore[operator]
+    if positions == sorted(positions) or all(
+        w.effect(a).commutes(w.effect(b)) for i, a in enumerate(values) for b in values[i + 1 :]
+    ):
+        result: Code = build(*codes)
+        return result
+    order = sorted(range(len(values)), key=lambda i: positions[i])
+    variables = [Variable("value", None, is_temporary=True) for _ in values]
+    bindings = Form([Form([Ref(variables[i]), codes[i]]) for i in order])
+    return form("let*", bindings, build(*(Ref(v) for v in variables)))
+
+
+# --- poses and boxes -------------------------------------------------------------------------------------------
+
+
+def translation_matrix(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "offset", "translation_matrix")
+    return form("translate", w.vector(given["offset"]))
+
+
+def rotation_matrix(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "angle direction point?", "rotation_matrix")
+    values = [given["angle"], given["direction"]]
+    if not is_zero_vector(given.get("point")):
+        values.append(given["point"])
+    writers: list[object] = [w.expr, w.vector, w.vector]
+    return in_order(w, node, values, writers, lambda *codes: form("rotate", *codes))
+
+
+def scale_matrix(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "scale origin?", "scale_matrix")
+    values = [given["scale"]]
+    if not is_zero_vector(given.get("origin")):
+        values.append(given["origin"])
+    return in_order(w, node, values, [w.vector, w.vector], lambda *codes: form("scale", *codes))
+
+
+def reflection_matrix(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "point normal", "reflection_matrix")
+    if is_zero_vector(given["point"]):
+        return form("reflect", w.vector(given["normal"]))
+    values = [given["point"], given["normal"]]
+    return in_order(w, node, values, [w.vector, w.vector], lambda *codes: form("reflect", *codes))
+
+
+def identity_matrix(w: ExpressionWriter, node: ast.Call) -> Code:
+    arguments_of(w, node, "", "identity_matrix")
+    return form("identity-pose")
+
+
+def box(name: str) -> Callable[[ExpressionWriter, ast.Call], Code]:
+    def write(w: ExpressionWriter, node: ast.Call) -> Code:
+        given = arguments_of(w, node, "shape", f"compute_shape_{name}")
+        return form(f"compute-shape-{name}", w.expr(given["shape"]))
+
+    return write
+
+
+def registration(w: ExpressionWriter, node: ast.Call) -> Code:
+    raise w.unsupported("`register` as a call", node, "write it as a decorator: @register()")

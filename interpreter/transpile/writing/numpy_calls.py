@@ -1,0 +1,258 @@
+"""Calls of `numpy`: arrays and their reductions."""
+
+from __future__ import annotations
+
+import ast
+from typing import TYPE_CHECKING
+
+from scenelang.interpreter.transpile.analysis.domain import (
+    ARRAY,
+    BOOL,
+    NUMBERS,
+    POSE,
+)
+from scenelang.interpreter.transpile.analysis.scopes import Variable
+from scenelang.interpreter.transpile.writing.arguments import arguments_of
+from scenelang.interpreter.transpile.writing.builtin_calls import write_quantifier
+from scenelang.interpreter.transpile.writing.call_basics import CallWriter
+from scenelang.interpreter.transpile.writing.code import (
+    Brackets,
+    Code,
+    Form,
+    Key,
+    Literal,
+    Name,
+    Ref,
+    form,
+    is_form,
+    number,
+    quote,
+)
+from scenelang.interpreter.transpile.writing.operators import numeric
+from scenelang.interpreter.transpile.writing.random_calls import is_none
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.transpile.writing.expressions import ExpressionWriter
+
+
+def write_np_array(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "object dtype? copy?", "np.array")
+    source = given["object"]
+    if w.type(source).only(NUMBERS):
+        return numeric(w, source)
+    if isinstance(source, (ast.List, ast.Tuple)) and not source.elts:
+        code: Code = form("zeros", number(0))
+    else:
+        code = w.array(source)
+    if not isinstance(code, Brackets) and not is_form(code, "array") and not w.type(source).only(ARRAY | POSE):
+        code = form("array", code)
+    if _is_float(w, given.get("dtype")):
+        code = form("inexact", code)
+    if w.is_mutated(node):
+        return form("mutable-array", code)
+    return code
+
+
+def _is_float(w: ExpressionWriter, dtype: ast.expr | None) -> bool:
+    if dtype is None:
+        return False
+    if isinstance(dtype, ast.Constant):
+        return str(dtype.value).startswith("float")
+    return w.paths.of(dtype) in ("float", "numpy.float64", "numpy.float32", "numpy.float_")
+
+
+def write_np_shape(head: str) -> CallWriter:
+    def write(w: ExpressionWriter, node: ast.Call) -> Code:
+        given = arguments_of(w, node, "shape fill_value? dtype?" if head == "full" else "shape dtype?", f"np.{head}")
+        items = [w.expr(given["shape"])]
+        if head == "full":
+            items.append(numeric(w, given["fill_value"]))
+        code = form(head, *items)
+        if w.paths.of(given["dtype"]) == "int" if "dtype" in given else False:
+            code = form("exact", code)
+        return form("mutable-array", code) if w.is_mutated(node) else code
+
+    return write
+
+
+def write_np_like(head: str) -> CallWriter:
+    def write(w: ExpressionWriter, node: ast.Call) -> Code:
+        given = arguments_of(w, node, "a fill_value? dtype?", f"np.{head}_like")
+        items: list[Code] = [form("array-shape", w.array(given["a"]))]
+        if head == "full":
+            items.append(numeric(w, given["fill_value"]))
+        code = form(head, *items)
+        return form("mutable-array", code) if w.is_mutated(node) else code
+
+    return write
+
+
+def write_linspace(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "start stop num? endpoint?", "np.linspace")
+    items = [numeric(w, given["start"]), numeric(w, given["stop"])]
+    if "num" in given:
+        items.append(w.expr(given["num"]))
+    endpoint = given.get("endpoint")
+    if endpoint is not None and not (isinstance(endpoint, ast.Constant) and endpoint.value is True):
+        items += [Key("endpoint"), w.test(endpoint)]
+    code = form("linspace", *items)
+    return form("mutable-array", code) if w.is_mutated(node) else code
+
+
+def write_arange(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "start stop? step?", "np.arange")
+    return form("arange", *(numeric(w, value) for value in given.values()))
+
+
+def write_reduction(head: str) -> CallWriter:
+    def write(w: ExpressionWriter, node: ast.Call) -> Code:
+        given = arguments_of(w, node, "a axis?", f"np.{head}")
+        source = given["a"]
+        code = w.array(source) if w.type(source).kinds & ARRAY else w.iterable(source)
+        options = [Key("axis"), w.expr(given["axis"])] if "axis" in given else []
+        return form(head, code, *options)
+
+    return write
+
+
+def write_np_norm(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "x axis?", "np.linalg.norm")
+    if "axis" in given:
+        square = form("square", w.array(given["x"]))
+        return form("sqrt", form("sum", square, Key("axis"), w.expr(given["axis"])))
+    inner = given["x"]
+    if isinstance(inner, ast.BinOp) and isinstance(inner.op, ast.Sub) and w.type(inner).only(ARRAY):
+        if not isinstance(inner.left, ast.BinOp):
+            return form("distance", w.array(inner.left), w.array(inner.right))
+    return form("norm", w.array(inner))
+
+
+def write_np_stack(head: str, axis: int | None = None) -> CallWriter:
+    def write(w: ExpressionWriter, node: ast.Call) -> Code:
+        given = arguments_of(w, node, "arrays axis?", f"np.{head}")
+        source = given["arrays"]
+        if isinstance(source, (ast.List, ast.Tuple)) and not any(isinstance(e, ast.Starred) for e in source.elts):
+            items = [w.array(e) for e in source.elts]
+        else:
+            items = [w.iterable(source)]
+        if "axis" in given:
+            items += [Key("axis"), w.expr(given["axis"])]
+        elif axis is not None:
+            items += [Key("axis"), number(axis)]
+        return form(head, *items)
+
+    return write
+
+
+def write_np_append(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "arr values", "np.append")
+    values = given["values"]
+    second = w.array(values) if not w.type(values).only(NUMBERS) else form("vector", w.expr(values))
+    return form("concatenate", w.array(given["arr"]), second)
+
+
+def write_np_where(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "condition a b", "np.where")
+    if w.type(given["condition"]).only(BOOL):
+        return form("if", w.test(given["condition"]), w.expr(given["a"]), w.expr(given["b"]))
+    raise w.unsupported("`np.where` of a comparison of arrays", node, "write a comprehension")
+
+
+def write_np_clip(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "a a_min? a_max? min? max?", "np.clip")
+    low, high = given.get("a_min", given.get("min")), given.get("a_max", given.get("max"))
+    low, high = (None if b is None or is_none(b) else b for b in (low, high))
+    if low is None or high is None:
+        bound, head = (low, "max") if low is not None else (high, "min")
+        if bound is None:
+            return w.expr(given["a"])
+        return form(head, w.array(given["a"]), w.array(bound))
+    if w.type(given["a"]).only(NUMBERS):
+        return form("clamp", *(numeric(w, x) for x in (given["a"], low, high)))
+    return form("clip", w.array(given["a"]), w.array(low), w.array(high))
+
+
+def write_np_float(w: ExpressionWriter, node: ast.Call) -> Code:
+    return form("inexact", numeric(w, node.args[0]))
+
+
+def write_np_eye(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "n", "np.eye")
+    code = form("eye", w.expr(given["n"]))
+    return form("mutable-array", code) if w.is_mutated(node) else code
+
+
+def write_np_copy(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "a", "np.copy")
+    code = w.array(given["a"])
+    return form("mutable-array", code) if w.is_mutated(node) else code
+
+
+def write_np_bool(head: str) -> CallWriter:
+    def write(w: ExpressionWriter, node: ast.Call) -> Code:
+        return write_quantifier(head)(w, node)
+
+    return write
+
+
+def write_np_sort(w: ExpressionWriter, node: ast.Call) -> Code:
+    return form("sort", w.array(arguments_of(w, node, "a", "np.sort")["a"]))
+
+
+def write_np_flip(w: ExpressionWriter, node: ast.Call) -> Code:
+    return form("reverse", w.array(arguments_of(w, node, "a", "np.flip")["a"]))
+
+
+def write_np_reshape(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "a shape", "np.reshape")
+    return form("reshape", w.array(given["a"]), w.expr(given["shape"]))
+
+
+def write_np_outer(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "a b", "np.outer")
+    column = form("reshape", w.array(given["a"]), quote(Form([number(-1), number(1)])))
+    return form("*", column, w.array(given["b"]))
+
+
+def write_np_allclose(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "a b rtol? atol?", "np.allclose")
+    difference = form("max", form("abs", form("-", w.array(given["a"]), w.array(given["b"]))))
+    return form("<=", difference, w.expr(given["atol"]) if "atol" in given else Literal(1e-8, None, "1e-8"))
+
+
+def write_np_repeat(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "a repeats", "np.repeat")
+    item = Variable("item", None, is_temporary=True)
+    body = form("make-list", w.expr(given["repeats"]), Ref(item))
+    return form("array", Form([Name("for/append"), Form([Form([Ref(item), w.array(given["a"])])]), body]))
+
+
+def write_np_tile(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "a reps", "np.tile")
+    return form("array", form("repeat", form("->list", w.array(given["a"])), w.expr(given["reps"])))
+
+
+def write_argsort(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "a", "np.argsort")
+    keys, item = Variable("keys", None, is_temporary=True), Variable("i", None, is_temporary=True)
+    key = Form([Name("lambda"), Form([Ref(item)]), form("ref", Ref(keys), Ref(item))])
+    order = form("array", form("sort", form("range", form("length", Ref(keys))), Key("key"), key))
+    return form("let", Form([Form([Ref(keys), w.array(given["a"])])]), order)
+
+
+def write_meshgrid(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "x y", "np.meshgrid")
+    x, y = Variable("x", None, is_temporary=True), Variable("y", None, is_temporary=True)
+    rows = form("stack-arrays", form("make-list", form("length", Ref(y)), Ref(x)))
+    columns = form("transpose", form("stack-arrays", form("make-list", form("length", Ref(x)), Ref(y))))
+    bindings = Form([Form([Ref(x), w.array(given["x"])]), Form([Ref(y), w.array(given["y"])])])
+    return form("let*", bindings, form("list", rows, columns))
+
+
+def write_defaultdict(w: ExpressionWriter, node: ast.Call) -> Code:
+    arguments_of(w, node, "factory?", "defaultdict")
+    return form("table")
+
+
+def write_field(w: ExpressionWriter, node: ast.Call) -> Code:
+    raise w.unsupported("`field` outside a dataclass", node)

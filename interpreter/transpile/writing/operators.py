@@ -1,0 +1,460 @@
+"""Python's operators -> the language's, by the types of their operands."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from scenelang.interpreter.transpile.analysis.domain import (
+    ARRAY,
+    BOOL,
+    CONTAINERS,
+    DICT,
+    FLOAT,
+    FUNCTION,
+    INT,
+    LIST,
+    NONE,
+    NUMBERS,
+    POSE,
+    RECORD,
+    SEQUENCES,
+    SET,
+    SHAPE,
+    STR,
+    STREAM,
+    UNKNOWN,
+    Type,
+)
+from scenelang.interpreter.transpile.analysis.scopes import Variable
+from scenelang.interpreter.transpile.writing import texts
+from scenelang.interpreter.transpile.writing.code import (
+    Code,
+    Form,
+    Key,
+    Literal,
+    Name,
+    Ref,
+    form,
+    is_form,
+    none,
+    number,
+)
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.transpile.writing.expressions import ExpressionWriter
+
+_ARITHMETIC: dict[type[ast.operator], str] = {
+    ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.FloorDiv: "//", ast.Mod: "%", ast.Pow: "expt",
+}  # fmt: skip
+_JOINING = (ast.Add, ast.Sub, ast.Mult, ast.Div)
+_ORDER: dict[type[ast.cmpop], str] = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">="}
+_ON_SETS: dict[type[ast.operator], str] = {
+    ast.BitAnd: "set-intersection", ast.BitOr: "set-union", ast.Sub: "set-difference",
+}  # fmt: skip
+_ON_BITS: dict[type[ast.operator], str] = {
+    ast.BitAnd: "bitwise-and", ast.BitOr: "bitwise-or", ast.BitXor: "bitwise-xor",
+}  # fmt: skip
+_ALWAYS_TRUE = FUNCTION | RECORD | POSE | STREAM
+
+
+# --- truth -----------------------------------------------------------------------------------------------------
+
+
+def truth(w: ExpressionWriter, node: ast.expr, found: Type) -> Code:
+    """Python's truth of ``node`` as a value that decides."""
+    code = w.expr(node)
+    if not found.kinds or found.only(BOOL | NONE | _ALWAYS_TRUE):
+        return code
+    some = _some(w, code, node, found.without(NONE | BOOL))
+    if some is None:
+        return w.dynamic("py-truthy?", code)
+    if found.kinds & (NONE | BOOL):
+        if not w.is_simple(node):
+            return w.dynamic("py-truthy?", code)
+        return form("and", w.expr(node), some, span=w.span(node))
+    return some
+
+
+def _some(w: ExpressionWriter, code: Code, node: ast.expr, found: Type) -> Code | None:
+    """The test that a value of one known kind is not zero or empty."""
+    if found.only(INT | FLOAT):
+        return form("not", form("zero?", code), span=w.span(node))
+    if found.only(CONTAINERS | STR):
+        if is_form(code, "set-intersection") or not is_form(code, "primitives"):
+            return form("not", form("empty?", code), span=w.span(node))
+    if found.only(SHAPE | LIST):
+        return form("not", form("empty?", form("primitives", code)), span=w.span(node))
+    return None
+
+
+# --- arithmetic ------------------------------------------------------------------------------------------------
+
+
+def numeric(w: ExpressionWriter, node: ast.expr) -> Code:
+    """An operand of arithmetic: a Boolean counts as 1 or 0."""
+    if w.type(node).only(BOOL):
+        return form("if", w.test(node), number(1), number(0), span=w.span(node))
+    return w.expr(node)
+
+
+def binary(w: ExpressionWriter, node: ast.BinOp) -> Code:
+    left, right = w.type(node.left), w.type(node.right)
+    kinds = left.kinds | right.kinds
+    op = type(node.op)
+    if op is ast.MatMult:
+        return _chain(w, node, "@", ast.MatMult, w.array)
+    if kinds & (ARRAY | POSE):
+        return _array_arithmetic(w, node, op)
+    if op is ast.Mod and left.only(STR):
+        return texts.percent(w, node)
+    if op is ast.Add and kinds & (STR | SEQUENCES | SHAPE):
+        return _concatenation(w, node, left, right)
+    if op is ast.Mult and kinds & (STR | SEQUENCES | SHAPE):
+        return _repetition(w, node, left, right)
+    if op in (ast.BitAnd, ast.BitOr, ast.BitXor, ast.LShift, ast.RShift) or (op is ast.Sub and kinds & SET):
+        return _bits(w, node, op, left, right)
+    if kinds & UNKNOWN and not _is_certain(left, right) and op in (ast.Add, ast.Mult, ast.Mod):
+        return w.dynamic(f"py-{_ARITHMETIC[op]}", w.expr(node.left), w.expr(node.right))
+    if op not in _ARITHMETIC:
+        raise w.unsupported("this operator", node)
+    return _arithmetic(w, node, op)
+
+
+def _is_certain(left: Type, right: Type) -> bool:
+    """Whether one operand tells what the other must be: a number that is no count of repetitions."""
+    return left.only(FLOAT) or right.only(FLOAT)
+
+
+def _arithmetic(w: ExpressionWriter, node: ast.BinOp, op: type[ast.operator]) -> Code:
+    if op in _JOINING:
+        return _chain(w, node, _ARITHMETIC[op], op, lambda operand: numeric(w, operand))
+    return form(_ARITHMETIC[op], numeric(w, node.left), numeric(w, node.right))
+
+
+def _chain(w: ExpressionWriter, node: ast.BinOp, head: str, op: type[ast.operator], write: object) -> Code:
+    """``a + b + c`` is ``(+ a b c)``: the same operations in the same order."""
+    assert callable(write)
+    operands: list[ast.expr] = []
+    inner: ast.expr = node
+    while isinstance(inner, ast.BinOp) and type(inner.op) is op and (inner is node or _same_kind(w, inner, node)):
+        operands.append(inner.right)
+        inner = inner.left
+    operands.append(inner)
+    return form(head, *(write(operand) for operand in reversed(operands)))
+
+
+def _same_kind(w: ExpressionWriter, inner: ast.BinOp, outer: ast.BinOp) -> bool:
+    """Whether both operations are arithmetic of the same sort, so that one form may hold both."""
+    kinds = w.type(inner).kinds
+    if isinstance(outer.op, ast.MatMult):
+        return bool(kinds & (POSE | ARRAY))
+    return not kinds & (STR | SEQUENCES | SHAPE | SET | UNKNOWN)
+
+
+def _array_arithmetic(w: ExpressionWriter, node: ast.BinOp, op: type[ast.operator]) -> Code:
+    if op not in _ARITHMETIC:
+        raise w.unsupported("this operator on arrays", node)
+
+    def write(operand: ast.expr) -> Code:
+        return numeric(w, operand) if w.type(operand).only(BOOL) else w.array(operand)
+
+    if op in _JOINING:
+        return _chain(w, node, _ARITHMETIC[op], op, write)
+    return form(_ARITHMETIC[op], write(node.left), write(node.right))
+
+
+def _concatenation(w: ExpressionWriter, node: ast.BinOp, left: Type, right: Type) -> Code:
+    kinds = left.kinds | right.kinds
+    if left.only(NUMBERS) or right.only(NUMBERS):
+        return _arithmetic(w, node, ast.Add)
+    if kinds & (UNKNOWN | NUMBERS) and not kinds & SHAPE:
+        return w.dynamic("py-+", w.expr(node.left), w.expr(node.right))
+    if kinds & SHAPE:
+        return _flat(w, node, "union", SHAPE | LIST)
+    if kinds & STR:
+        return _flat(w, node, "string-append", STR)
+    code = _flat(w, node, "append", SEQUENCES)
+    return form("mutable", code) if w.is_mutated(node) else code
+
+
+def _flat(w: ExpressionWriter, node: ast.BinOp, head: str, kinds: int) -> Code:
+    operands: list[ast.expr] = []
+    inner: ast.expr = node
+    while isinstance(inner, ast.BinOp) and isinstance(inner.op, ast.Add) and w.type(inner).only(kinds):
+        operands.append(inner.right)
+        inner = inner.left
+    operands.append(inner)
+    return form(head, *(w.expr(operand) for operand in reversed(operands)))
+
+
+def _repetition(w: ExpressionWriter, node: ast.BinOp, left: Type, right: Type) -> Code:
+    items, count = (node.left, node.right) if left.kinds & (STR | SEQUENCES | SHAPE) else (node.right, node.left)
+    if left.only(FLOAT) or right.only(FLOAT):
+        return _arithmetic(w, node, ast.Mult)  # only a number can be multiplied by a Float
+    if (left.kinds | right.kinds) & UNKNOWN or w.type(items).kinds & NUMBERS:
+        return w.dynamic("py-*", w.expr(node.left), w.expr(node.right))
+    if isinstance(items, (ast.List, ast.Tuple)) and len(items.elts) == 1 and not isinstance(items.elts[0], ast.Starred):
+        code: Code = form("make-list", w.expr(count), w.expr(items.elts[0]))
+    elif w.type(items).kinds & SHAPE:
+        code = form("repeat", form("primitives", w.expr(items)), w.expr(count))
+    else:
+        code = form("repeat", w.expr(items), w.expr(count))
+    return form("mutable", code) if w.is_mutated(node) else code
+
+
+def _bits(w: ExpressionWriter, node: ast.BinOp, op: type[ast.operator], left: Type, right: Type) -> Code:
+    kinds = left.kinds | right.kinds
+    if kinds & SET:
+        if op is ast.BitXor:
+            a, b = w.expr(node.left), w.expr(node.right)
+            return form(
+                "set-union", form("set-difference", a, b), form("set-difference", w.expr(node.right), w.expr(node.left))
+            )
+        return form(_ON_SETS[op], w.expr(node.left), w.expr(node.right))
+    if kinds & DICT and op is ast.BitOr:
+        return form("table-merge", w.expr(node.left), w.expr(node.right))
+    if left.only(BOOL) and right.only(BOOL) and op in (ast.BitAnd, ast.BitOr):
+        return form("and" if op is ast.BitAnd else "or", w.expr(node.left), w.expr(node.right))
+    if op in (ast.LShift, ast.RShift):
+        shift = w.expr(node.right) if op is ast.LShift else form("-", w.expr(node.right))
+        return form("arithmetic-shift", numeric(w, node.left), shift)
+    return form(_ON_BITS[op], numeric(w, node.left), numeric(w, node.right))
+
+
+def unary(w: ExpressionWriter, node: ast.UnaryOp) -> Code:
+    operand = node.operand
+    if isinstance(node.op, ast.Not):
+        return form("not", w.test(operand))
+    if isinstance(node.op, ast.USub):
+        value = operand.value if isinstance(operand, ast.Constant) else None
+        if isinstance(value, (int, float)) and not isinstance(value, bool):
+            inner = w.expr(operand)
+            assert isinstance(inner, Literal)
+            return Literal(-value, w.span(node), f"-{inner.text}" if inner.text else None)
+        return form("-", w.array(operand) if w.type(operand).only(ARRAY) else numeric(w, operand))
+    if isinstance(node.op, ast.UAdd):
+        return numeric(w, operand)
+    if w.type(operand).only(BOOL):
+        raise w.unsupported("`~` of a Boolean", node)
+    return form("-", form("-", numeric(w, operand)), number(1))
+
+
+# --- comparison ------------------------------------------------------------------------------------------------
+
+
+def comparison(w: ExpressionWriter, node: ast.Compare) -> Code:
+    """``a < b``, and chains of comparisons."""
+    operands = [node.left, *node.comparators]
+    if len(node.ops) == 1:
+        return _compare(w, node, node.ops[0], operands[0], operands[1])
+    heads = {_ORDER.get(type(op), "=" if isinstance(op, ast.Eq) else "") for op in node.ops}
+    if len(heads) == 1 and "" not in heads and all(w.is_numeric(o) for o in operands):
+        return form(heads.pop(), *(numeric(w, o) for o in operands))
+    if any(not w.is_simple(o) and w.effect(o).acts for o in operands[1:-1]):
+        raise w.unsupported("a chain of comparisons whose middle does something", node)
+    return form("and", *(_compare(w, node, op, a, b) for op, a, b in zip(node.ops, operands, operands[1:])))
+
+
+def _compare(w: ExpressionWriter, node: ast.Compare, op: ast.cmpop, a: ast.expr, b: ast.expr) -> Code:
+    span = w.span(node)
+    if isinstance(op, (ast.NotEq, ast.IsNot, ast.NotIn)):
+        positive: ast.cmpop = {ast.NotEq: ast.Eq, ast.IsNot: ast.Is, ast.NotIn: ast.In}[type(op)]()
+        return form("not", _compare(w, node, positive, a, b), span=span)
+    if isinstance(op, ast.In):
+        return _contains(w, a, b)
+    if isinstance(op, (ast.Is, ast.Eq)):
+        return _equal(w, a, b)
+    left, right = w.type(a), w.type(b)
+    head = _ORDER[type(op)]
+    if (left.kinds | right.kinds) & ARRAY:
+        raise w.unsupported("comparing arrays item by item", node, "write a comprehension")
+    if left.only(STR) and right.only(STR):
+        return form(f"string{head}?", w.expr(a), w.expr(b), span=span)
+    if (
+        (left | right).only(NUMBERS | NONE)
+        or not left.kinds
+        or not right.kinds
+        or left.only(FLOAT)
+        or right.only(FLOAT)
+    ):
+        return form(head, numeric(w, a), numeric(w, b), span=span)
+    if (left | right).only(NUMBERS | NONE | UNKNOWN):
+        return form(head, numeric(w, a), numeric(w, b), span=span)
+    first, second = (a, b) if head in ("<", ">=") else (b, a)
+    less = w.dynamic("py-<", w.expr(first), w.expr(second))
+    return less if head in ("<", ">") else form("not", less, span=span)
+
+
+def _contains(w: ExpressionWriter, item: ast.expr, container: ast.expr) -> Code:
+    found = w.type(container)
+    if found.kinds & UNKNOWN:
+        return w.dynamic("py-in", w.expr(item), w.expr(container))
+    code = form("primitives", w.expr(container)) if found.kinds & SHAPE else w.expr(container)
+    return form("contains?", code, w.expr(item))
+
+
+def _equal(w: ExpressionWriter, a: ast.expr, b: ast.expr) -> Code:
+    for first, second in ((a, b), (b, a)):
+        if isinstance(second, ast.Constant) and second.value is None:
+            return form("none?", w.expr(first))
+        if isinstance(second, ast.Constant) and isinstance(second.value, bool) and w.type(first).only(BOOL):
+            return w.expr(first) if second.value else form("not", w.expr(first))
+    left, right = w.type(a), w.type(b)
+    if left.only(BOOL) and right.only(BOOL):
+        return form("equal?", w.expr(a), w.expr(b))
+    if _is_number(left) and _is_number(right):
+        return form("=", numeric(w, a), numeric(w, b))
+    if left.only(STR) or right.only(STR) or (left | right).only(STR | NONE):
+        return form("equal?", w.expr(a), w.expr(b))
+    if _is_exact(w, left) and _is_exact(w, right):
+        return form("equal?", w.expr(a), w.expr(b))
+    if left.only(BOOL) or right.only(BOOL) or (left.kinds & (ARRAY | RECORD | FUNCTION)):
+        return form("equal?", w.expr(a), w.expr(b))
+    if (isinstance(b, (ast.List, ast.Tuple)) and not b.elts) or (isinstance(a, (ast.List, ast.Tuple)) and not a.elts):
+        return form("equal?", w.expr(a), w.expr(b))
+    return w.dynamic("py-==", w.expr(a), w.expr(b))
+
+
+def _is_number(found: Type) -> bool:
+    return not found.kinds or found.only(NUMBERS)
+
+
+def _is_exact(w: ExpressionWriter, found: Type) -> bool:
+    """Whether equality of structure and type is Python's equality: strings and Integers, in lists of these."""
+    if not found.kinds or not found.only(INT | STR | NONE | SEQUENCES):
+        return False
+    return all(site.element.only(INT | STR | NONE) for site in found.sites)
+
+
+def boolean(w: ExpressionWriter, node: ast.BoolOp) -> Code:
+    """``a and b``, ``a or b`` as values."""
+    head = "and" if isinstance(node.op, ast.And) else "or"
+    *first, last = node.values
+    if all(w.type(v).only(BOOL | NONE | _ALWAYS_TRUE) or not w.type(v).kinds for v in first):
+        return form(head, *(w.test(v) if w.type(v).only(BOOL) else w.expr(v) for v in first), w.expr(last))
+    result = w.expr(last)
+    for value in reversed(first):
+        if head == "or" and _is_empty_display(last) and w.type(value).only(CONTAINERS | NONE) and value is first[-1]:
+            result = form("or", w.expr(value), result)
+        elif w.is_simple(value):
+            test, code = w.test(value), w.expr(value)
+            result = form("if", test, code, result) if head == "or" else form("if", test, result, code)
+        else:
+            thunk = Form([Name("lambda"), Form([]), result])
+            result = w.dynamic(f"py-bool-{head}", w.expr(value), thunk)
+    return result
+
+
+def _is_empty_display(node: ast.expr) -> bool:
+    return (isinstance(node, (ast.List, ast.Tuple)) and not node.elts) or (isinstance(node, ast.Dict) and not node.keys)
+
+
+# --- subscripts ------------------------------------------------------------------------------------------------
+
+
+def subscript(w: ExpressionWriter, node: ast.Subscript) -> Code:
+    found = w.type(node.value)
+    index = node.slice
+    if isinstance(index, ast.Slice):
+        return _slice(w, node, index, found)
+    if isinstance(index, ast.Tuple) and found.kinds & (ARRAY | POSE):
+        return _many(w, node, index)
+    if w.type(index).only(BOOL) and isinstance(node.value, (ast.Tuple, ast.List)) and len(node.value.elts) == 2:
+        no, yes = node.value.elts
+        if not w.effect(no, yes).acts:
+            return form("if", w.test(index), w.expr(yes), w.expr(no))
+    if w.type(index).kinds & (ARRAY | LIST) and found.kinds & ARRAY and not found.kinds & DICT:
+        return _picked(w, node, index)
+    factory = _factory(w, found)
+    if factory is not None:
+        return _ensured(w, node, index, factory)
+    if found.kinds & UNKNOWN and found.kinds & SHAPE:
+        return w.dynamic("py-ref", w.expr(node.value), w.expr(index))
+    is_key = bool(found.kinds & DICT) and any(site.key.kinds & BOOL for site in found.sites)
+    return form("ref", container(w, node.value), w.expr(index) if is_key else numeric(w, index))
+
+
+def _picked(w: ExpressionWriter, node: ast.Subscript, index: ast.expr) -> Code:
+    """``array[indices]``."""
+    if isinstance(index, ast.Compare) or (
+        w.type(index).sites and all(s.element.only(BOOL) for s in w.type(index).sites)
+    ):
+        raise w.unsupported("indexing by a mask", node, "write a comprehension with a condition")
+    source, item = Variable("source", None, is_temporary=True), Variable("i", None, is_temporary=True)
+    picked = Form([Name("for/list"), Form([Form([Ref(item), w.iterable(index)])]), form("ref", Ref(source), Ref(item))])
+    return form("let", Form([Form([Ref(source), w.expr(node.value)])]), form("array", picked))
+
+
+def _factory(w: ExpressionWriter, found: Type) -> ast.expr | None:
+    """What makes the missing values of a ``defaultdict``."""
+    for site in found.sites:
+        if (
+            isinstance(site.node, ast.Call)
+            and w.paths.of(site.node.func) == "collections.defaultdict"
+            and site.node.args
+        ):
+            return site.node.args[0]
+    return None
+
+
+def _ensured(w: ExpressionWriter, node: ast.Subscript, index: ast.expr, factory: ast.expr) -> Code:
+    """An item of a ``defaultdict``: a number or text by default, anything else is put there first."""
+    simple = {"int": number(0), "float": Literal(0.0, None, "0."), "str": Literal(""), "bool": Literal(False)}
+    default: Code | None = simple.get(w.paths.of(factory) or "")
+    if default is None and isinstance(factory, ast.Lambda) and isinstance(factory.body, ast.Constant):
+        default = w.expr(factory.body)
+    if default is not None:
+        return form("ref", w.expr(node.value), w.expr(index), default)
+    empty = {"list": "mutable-list", "dict": "table", "set": "set"}.get(w.paths.of(factory) or "")
+    made = form(empty) if empty else Form([w.expr(factory)])
+    test = form("has-key?", w.expr(node.value), w.expr(index))
+    put = form("set-ref!", w.expr(node.value), w.expr(index), made)
+    return form("begin", form("unless", test, put), form("ref", w.expr(node.value), w.expr(index)))
+
+
+def container(w: ExpressionWriter, node: ast.expr) -> Code:
+    """Something indexed or measured: a shape goes through its parts."""
+    found = w.type(node)
+    return form("primitives", w.expr(node)) if found.kinds & SHAPE else w.expr(node)
+
+
+def _slice(w: ExpressionWriter, node: ast.Subscript, index: ast.Slice, found: Type) -> Code:
+    value = container(w, node.value)
+    lower, upper, step = (w.expr(part) if part is not None else None for part in (index.lower, index.upper, index.step))
+    if lower is None and upper is None and isinstance(index.step, ast.UnaryOp) and _is_minus_one(index.step):
+        return form("reverse", value)
+    if lower is None and upper is None and step is None:
+        return form("mutable" if w.is_mutated(node) else "->list", value) if found.kinds & LIST else value
+    if lower is None and step is None:
+        lower = number(0)
+    bounds = [lower or none(), *([upper or none()] if upper or step else []), *([step] if step else [])]
+    code = form("slice", value, *bounds)
+    return form("mutable", code) if w.is_mutated(node) else code
+
+
+def _is_minus_one(node: ast.UnaryOp) -> bool:
+    return isinstance(node.op, ast.USub) and isinstance(node.operand, ast.Constant) and node.operand.value == 1
+
+
+def _many(w: ExpressionWriter, node: ast.Subscript, index: ast.Tuple) -> Code:
+    """``array[i, j]``, ``array[:, 0]``."""
+    head = "slice" if any(isinstance(e, ast.Slice) for e in index.elts) else "ref"
+    return form(head, w.expr(node.value), *axes(w, index.elts))
+
+
+def axes(w: ExpressionWriter, elements: Sequence[ast.expr]) -> list[Code]:
+    """One index, ``:all`` or (start end) for every axis."""
+    codes: list[Code] = []
+    for element in elements:
+        if not isinstance(element, ast.Slice):
+            codes.append(numeric(w, element))
+        elif element.lower is None and element.upper is None and element.step is None:
+            codes.append(Key("all"))
+        else:
+            if element.step is not None:
+                raise w.unsupported("a step in an index of several axes", element)
+            lower = w.expr(element.lower) if element.lower is not None else number(0)
+            codes.append(form("list", lower, w.expr(element.upper) if element.upper is not None else none()))
+    return codes

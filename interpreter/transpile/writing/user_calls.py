@@ -1,0 +1,155 @@
+"""Calls of the program's own functions: which arguments go by position and which by name."""
+
+from __future__ import annotations
+
+import ast
+from typing import TYPE_CHECKING
+
+from scenelang.grammar.diagnostics import suggest
+from scenelang.interpreter.transpile.analysis.scopes import Class, Function, Parameter, Variable
+from scenelang.interpreter.transpile.writing.code import ArgumentName, Code, Form, Name, Ref, form
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.transpile.writing.expressions import ExpressionWriter
+
+
+def call_function(w: ExpressionWriter, node: ast.Call) -> Code:
+    """A call of a variable, a lambda or the result of another call."""
+    from scenelang.interpreter.transpile.writing.records import construct
+
+    record = _record_of(w, node.func)
+    if record is not None:
+        return construct(w, node, record)
+    target = w.single_function(node.func)
+    if target is None and isinstance(node.func, ast.Name):
+        targets = w.facts.targets.get(node, [])
+        target = targets[0] if len(targets) == 1 and isinstance(targets[0].node, ast.Lambda) else None
+        if target is not None and any(p.variable.is_keyword for p in target.parameters):
+            target = None
+    if target is None:
+        return _call_value(w, node)
+    assert isinstance(node.func, ast.Name)
+    function = Ref(w.names.variables[node.func], w.span(node.func))
+    return call_known(w, node, function, target, [])
+
+
+def _record_of(w: ExpressionWriter, func: ast.expr) -> Class | None:
+    variable = w.variable(func)
+    return next((c for c in w.names.classes.values() if c.variable is variable), None) if variable is not None else None
+
+
+def call_known(w: ExpressionWriter, node: ast.Call, function: Code, target: Function, first: list[Code]) -> Code:
+    """Call ``target``, whose parameters are known; ``first`` are arguments before those of ``node``."""
+    parameters = target.parameters[len(first) :]
+    stars = [a for a in node.args if isinstance(a, ast.Starred)]
+    _check(w, node, target, parameters, bool(stars))
+    if stars:
+        return _spread(w, node, function, parameters, first)
+    items = list(first)
+    rest = next((p for p in parameters if p.kind == "rest"), None)
+    plain = [p for p in parameters if p.kind == "plain"]
+    for position, argument in enumerate(node.args):
+        if position < len(plain):
+            if plain[position].variable.is_keyword:
+                items.append(ArgumentName(plain[position].variable.name, w.span(argument)))
+        elif rest is None:
+            break
+        items.append(w.comment_item(_argument(w, argument), argument))
+    tables: list[Code] = []
+    for keyword in node.keywords:
+        if keyword.arg is None:
+            tables.append(form("keywords", w.expr(keyword.value)))
+            continue
+        items.append(ArgumentName(keyword.arg, w.span(keyword)))
+        items.append(w.comment_item(_argument(w, keyword.value), keyword))
+    if tables:
+        return form("apply", function, *items, *([form("append", *tables)] if len(tables) > 1 else tables))
+    return Form([function, *items])
+
+
+def _argument(w: ExpressionWriter, node: ast.expr) -> Code:
+    from scenelang.interpreter.transpile.writing.helpers import argument
+
+    return argument(w, node)
+
+
+def _check(w: ExpressionWriter, node: ast.Call, target: Function, parameters: list[Parameter], has_star: bool) -> None:
+    """Raise what the call gets wrong about the function's parameters."""
+    plain = [p for p in parameters if p.kind == "plain"]
+    names = [p.variable.name for p in parameters if p.kind in ("plain", "keyword")]
+    kinds = {p.kind for p in parameters}
+    if not has_star and len(node.args) > len(plain) and "rest" not in kinds:
+        takes = f"{len(plain)} argument{'s' if len(plain) != 1 else ''}"
+        raise w.error("python-call", f"`{target.name}` takes {takes}, got {len(node.args)}", node)
+    given = {p.variable.name for p, _ in zip(plain, node.args)} if not has_star else set()
+    for keyword in node.keywords:
+        if keyword.arg is None:
+            return
+        if keyword.arg not in names and "keys" not in kinds:
+            raise w.error(
+                "python-call", f"`{target.name}` has no parameter `{keyword.arg}`", keyword, suggest(keyword.arg, names)
+            )
+        if keyword.arg in given:
+            raise w.error("python-call", f"`{target.name}` gets `{keyword.arg}` twice", keyword)
+        given.add(keyword.arg)
+    missing = [
+        p.variable.name for p in parameters
+        if p.kind in ("plain", "keyword") and p.default is None and p.variable.name not in given
+    ]  # fmt: skip
+    if missing and not has_star:
+        raise w.error("python-call", f"the call of `{target.name}` lacks {', '.join(f'`{m}`' for m in missing)}", node)
+
+
+def _spread(
+    w: ExpressionWriter, node: ast.Call, function: Code, parameters: list[Parameter], first: list[Code]
+) -> Code:
+    """``f(*xs)``. Parameters that go by name are given by position through a function between."""
+    before: list[Code] = list(first)
+    lists: list[Code] = []
+    plain = [p for p in parameters if p.kind == "plain"]
+    if any(p.variable.is_keyword for p in plain):
+        function = by_position(function, plain)
+    for argument in node.args:
+        if isinstance(argument, ast.Starred):
+            lists.append(w.iterable(argument.value))
+        elif lists:
+            lists.append(form("list", w.expr(argument)))
+        else:
+            before.append(w.expr(argument))
+    for keyword in node.keywords:
+        if keyword.arg is None:
+            raise w.unsupported("`*` and `**` in one call", keyword)
+        before += [ArgumentName(keyword.arg, w.span(keyword)), w.expr(keyword.value)]
+    tail = lists[0] if len(lists) == 1 else form("append", *lists)
+    return form("apply", function, *before, tail)
+
+
+def by_position(function: Code, parameters: list[Parameter]) -> Code:
+    """``(lambda (a b) (f :a a b))``: a function that takes by position what ``function`` takes by name."""
+    variables = [Variable(p.variable.name, None, is_temporary=True) for p in parameters]
+    items: list[Code] = []
+    for parameter, variable in zip(parameters, variables):
+        if parameter.variable.is_keyword:
+            items.append(ArgumentName(parameter.variable.name))
+        items.append(Ref(variable))
+    return Form([Name("lambda"), Form([Ref(v) for v in variables]), Form([function, *items])])
+
+
+def wrapped(w: ExpressionWriter, function: Function, node: ast.Name) -> Code:
+    """A function with keyword parameters as a value that is called by position: those without defaults."""
+    required = [p for p in function.parameters if p.kind == "plain" and p.default is None]
+    return by_position(Ref(w.names.variables[node], w.span(node)), required)
+
+
+def _call_value(w: ExpressionWriter, node: ast.Call) -> Code:
+    """A call of a function that is only known when the program runs."""
+    function = w.expr(node.func)
+    if any(isinstance(a, ast.Starred) for a in node.args):
+        return _spread(w, node, function, [], [])
+    items = [w.comment_item(_argument(w, a), a) for a in node.args]
+    for keyword in node.keywords:
+        if keyword.arg is None:
+            items_list = form("keywords", w.expr(keyword.value))
+            return form("apply", function, *items, items_list)
+        items += [ArgumentName(keyword.arg, w.span(keyword)), w.expr(keyword.value)]
+    return Form([function, *items])
