@@ -9,7 +9,7 @@ import re
 import sys
 import threading
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import FrameType
@@ -171,24 +171,42 @@ class Session:
     def check(self, source: Source) -> Checked:
         """Read, expand and analyse; never raises for a mistake in a program."""
         try:
-            return run_with_room(lambda: self._check(source), _EXPANSION_DEPTH)
+            return run_with_room(lambda: self._check(source, self._translation(source)), _EXPANSION_DEPTH)
         except RecursionError:
             return Checked(None, (Diagnostic("nesting", "the program is nested too deeply", Span(source, 0, 1)),))
 
-    def _check(self, source: Source) -> Checked:
+    def transpile(self, source: Source) -> Translation:
+        """A language model's response, or its Python, as a program that was checked; never raises for a mistake in it."""
+        from scenelang.interpreter.transpile.translate import Translation, translate
+
+        def work() -> Translation:
+            translation = translate(source)
+            return replace(translation, diagnostics=self._check(source, translation).diagnostics)
+
+        try:
+            return run_with_room(work, _EXPANSION_DEPTH)
+        except RecursionError:
+            problem = Diagnostic("nesting", "the Python is nested too deeply", Span(source, 0, 1))
+            return Translation((), "", (problem,))
+
+    @staticmethod
+    def _translation(source: Source) -> Translation | None:
+        """The forms of a language model's Python, None for a program of the language."""
+        if not is_python(source):
+            return None
+        from scenelang.interpreter.transpile.translate import translate
+
+        return translate(source, with_text=False)
+
+    def _check(self, source: Source, translation: Translation | None) -> Checked:
         try:
             overrides = {name: _value_datum(name, text) for name, text in self.options.defines.items()}
         except SceneError as error:
             return Checked(None, (error.diagnostic,))
-        datums: Sequence[Datum] | None = None
-        found: tuple[Diagnostic, ...] = ()
-        if is_python(source):
-            from scenelang.interpreter.transpile.translate import translate
-
-            translation = translate(source, with_text=False)
-            datums, found = translation.forms, translation.diagnostics
-            if not translation.ok:
-                return Checked(None, found)
+        found = translation.diagnostics if translation is not None else ()
+        if translation is not None and not translation.ok:
+            return Checked(None, found)
+        datums = translation.forms if translation is not None else None
         program = load_program(
             source, self.library, self._loader(source), macro_runner(self.library, _MACRO_LIMITS), overrides, datums
         )
@@ -206,16 +224,6 @@ class Session:
                 if error.name != "no-root":
                     diagnostics.append(error.diagnostic)
         return Checked(program, tuple(_sorted(diagnostics)))
-
-    def transpile(self, source: Source) -> Translation:
-        """A language model's response, or its Python, as a program; never raises for a mistake in it."""
-        from scenelang.interpreter.transpile.translate import Translation, translate
-
-        try:
-            return run_with_room(lambda: translate(source), _EXPANSION_DEPTH)
-        except RecursionError:
-            problem = Diagnostic("nesting", "the Python is nested too deeply", Span(source, 0, 1))
-            return Translation((), "", (problem,))
 
     def _root(self, program: Program) -> tuple[str, list[Diagnostic]]:
         if self.options.root is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+import symtable
 import warnings
 from dataclasses import dataclass, field
 
@@ -94,7 +95,9 @@ def _parse(text: PythonText) -> None:
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
-                text.tree = ast.parse("\n".join(lines))
+                code = "\n".join(lines)
+                text.tree = ast.parse(code)
+                symtable.symtable(code, "<python>", "exec")  # finds what the parser alone lets pass; runs nothing
             return
         except SyntaxError as error:
             text.diagnostics.append(_syntax_diagnostic(text, error))

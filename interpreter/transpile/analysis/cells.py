@@ -39,8 +39,12 @@ class CellPlaces:
 
     def _descend(self, statement: ast.stmt, variable: Variable) -> bool:
         """Place the definition inside a compound statement when one block of it holds all mentions."""
+        if variable.function is self._names.module:
+            return False  # functions must see it
         is_loop = isinstance(statement, (ast.For, ast.While))
-        if not isinstance(statement, (ast.If, ast.For, ast.While)) or (is_loop and variable in self._liveness.carried):
+        if not isinstance(statement, (ast.If, ast.For, ast.While)) or (
+            is_loop and statement in self._liveness.carried.get(variable, ())
+        ):
             return False
         blocks = [statement.body, statement.orelse]
         head = [statement.target, statement.iter] if isinstance(statement, ast.For) else [statement.test]

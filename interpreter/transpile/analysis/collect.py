@@ -7,6 +7,7 @@ and all reads come later. What a generator yields is collected in the same way.
 from __future__ import annotations
 
 import ast
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
@@ -17,13 +18,14 @@ from scenelang.interpreter.transpile.analysis.scopes import Function, Names, Var
 @dataclass(eq=False, slots=True)
 class Collection:
     """``start`` makes the list of ``variable`` (None: what a generator yields), ``last`` is the last statement of the
-    block that adds to it; ``additions`` are the nodes that add."""
+    block that adds to it; ``additions`` are the nodes that add. ``is_union``: a shape that grows by ``concat_shapes``."""
 
     variable: Variable
     start: ast.stmt | None
     last: ast.stmt
     additions: set[ast.AST] = field(default_factory=set)
     adders: set[ast.stmt] = field(default_factory=set)
+    is_union: bool = False
 
 
 @dataclass(eq=False)
@@ -61,29 +63,52 @@ def find_collections(names: Names, liveness: Liveness) -> Collections:
     return found
 
 
-def addition(statement: ast.stmt, variable: Variable, names: Names) -> tuple[ast.expr, bool] | None:
-    """What a statement adds to the list of ``variable``, and whether it adds many items at once."""
+Addition = tuple[ast.expr, bool]
+
+
+def additions(statement: ast.stmt, variable: Variable, names: Names) -> list[Addition] | None:
+    """What a statement adds to the list (or union) of ``variable``: expressions, and whether each gives many items."""
     if isinstance(statement, ast.Expr):
         call = statement.value
         if isinstance(call, ast.Yield) and variable.is_temporary and call.value is not None:
-            return call.value, False
+            return [(call.value, False)]
         if isinstance(call, ast.YieldFrom) and variable.is_temporary:
-            return call.value, True
-        if (
-            isinstance(call, ast.Call)
-            and isinstance(call.func, ast.Attribute)
-            and call.func.attr in ("append", "extend")
-            and isinstance(call.func.value, ast.Name)
-            and names.variables.get(call.func.value) is variable
-            and len(call.args) == 1
-            and not call.keywords
-            and not isinstance(call.args[0], ast.Starred)
-        ):
-            return call.args[0], call.func.attr == "extend"
+            return [(call.value, True)]
+        if isinstance(call, ast.Call):
+            return _appended(call, variable, names)
     if isinstance(statement, ast.AugAssign) and isinstance(statement.op, ast.Add):
         if isinstance(statement.target, ast.Name) and names.variables.get(statement.target) is variable:
-            return statement.value, True
-    return None
+            return [(statement.value, True)]
+    return _united(statement, variable, names)
+
+
+def _appended(call: ast.Call, variable: Variable, names: Names) -> list[Addition] | None:
+    """``xs.append(a)``, ``xs.extend(as)``."""
+    func = call.func
+    if not isinstance(func, ast.Attribute) or func.attr not in ("append", "extend") or call.keywords:
+        return None
+    if len(call.args) != 1 or isinstance(call.args[0], ast.Starred):
+        return None
+    if not isinstance(func.value, ast.Name) or names.variables.get(func.value) is not variable:
+        return None
+    return [(call.args[0], func.attr == "extend")]
+
+
+def _united(statement: ast.stmt, variable: Variable, names: Names) -> list[Addition] | None:
+    """``x = concat_shapes(x, a, *bs)``."""
+    if not isinstance(statement, ast.Assign) or len(statement.targets) != 1:
+        return None
+    target, call = statement.targets[0], statement.value
+    if names.variables.get(target) is not variable or not isinstance(call, ast.Call) or call.keywords:
+        return None
+    if not isinstance(call.func, ast.Name) or call.func.id != "concat_shapes" or call.func in names.variables:
+        return None
+    if len(call.args) < 2:
+        return None
+    first = call.args[0].value if isinstance(call.args[0], ast.Starred) else call.args[0]
+    if names.variables.get(first) is not variable:
+        return None
+    return [(a.value, True) if isinstance(a, ast.Starred) else (a, False) for a in call.args[1:]]
 
 
 class _Finder:
@@ -91,6 +116,7 @@ class _Finder:
         self._names = names
         self._liveness = liveness
         self._mentioned: dict[tuple[ast.AST, Variable], int] = {}
+        self._total = Counter(names.variables.values())
 
     def of_generator(self, function: Function) -> Collection | None:
         variable = Variable("frames" if function.is_animation else "items", function, is_temporary=True)
@@ -105,21 +131,50 @@ class _Finder:
 
     def in_block(self, block: Sequence[ast.stmt]) -> Iterator[Collection]:
         for position, statement in enumerate(block):
-            variable = self._made(statement)
+            variable = self._set(statement)
             if variable is None:
                 continue
-            following = block[position + 1 :]
-            adders = [s for s in following if self._adds(s, variable)]
+            segment = self._until_set_again(block[position + 1 :], variable)
+            adders = [s for s in segment if self._adds(s, variable)]
             if not adders:
                 continue
             collection = Collection(variable, statement, adders[-1])
-            last = following.index(adders[-1])
-            early = [s for s in following[:last] if s not in adders and self._count(s, variable)]
-            total = sum(self._count(s, variable) for s in following)
-            if early or total != len(variable.stores) - 1 + variable.reads - self._augmented(variable):
+            last = segment.index(adders[-1])
+            early = any(self._count(s, variable) for s in segment[:last] if s not in adders)
+            if early or (
+                variable.is_cell and sum(self._count(s, variable) for s in segment) + 1 != self._total[variable]
+            ):
                 continue
-            if all(self._collect(s, collection) for s in adders):
+            if all(self._collect(s, collection) for s in adders) and self._fits(statement, collection):
+                self._is_no_cell(collection)
                 yield collection
+
+    def _until_set_again(self, statements: Sequence[ast.stmt], variable: Variable) -> Sequence[ast.stmt]:
+        for position, statement in enumerate(statements):
+            is_set = isinstance(statement, ast.Assign) and self._set(statement) is variable
+            if is_set and self._count(statement, variable) == 1:
+                return statements[:position]
+        return statements
+
+    def _fits(self, start: ast.stmt, collection: Collection) -> bool:
+        """A list grows by ``append`` and its like, any shape by ``concat_shapes``; not both."""
+        unions = {s for s in collection.adders if isinstance(s, ast.Assign)}
+        lists = {s for s in collection.adders if isinstance(s, (ast.Expr, ast.AugAssign))}
+        value = start.value if isinstance(start, (ast.Assign, ast.AnnAssign)) else None
+        collection.is_union = bool(unions)
+        if unions:
+            return not lists
+        is_list = isinstance(value, ast.Call) and isinstance(value.func, ast.Name) and value.func.id == "list"
+        return is_list or isinstance(value, (ast.List, ast.ListComp))
+
+    def _is_no_cell(self, collection: Collection) -> None:
+        """What is collected in a loop is not assigned in place."""
+        variable = collection.variable
+        own = {s.targets[0] for s in collection.adders if isinstance(s, ast.Assign)}
+        own |= {s.target for s in collection.adders if isinstance(s, ast.AugAssign)}
+        assert collection.start is not None
+        if len(own) + 1 == len(variable.stores):
+            variable.is_cell = False
 
     def functional(self, block: Sequence[ast.stmt]) -> Iterator[tuple[ast.stmt, ast.Call]]:
         """Statements such as ``random.shuffle(xs)`` and ``xs.sort()`` where ``xs`` was made in the same block and
@@ -145,7 +200,8 @@ class _Finder:
             return None
         if func.attr in ("sort", "reverse") and isinstance(func.value, ast.Name):
             return self._names.variables.get(func.value)
-        if func.attr == "shuffle" and len(call.args) == 1 and isinstance(call.args[0], ast.Name):
+        is_shuffle = ast.unparse(func) in ("random.shuffle", "np.random.shuffle", "numpy.random.shuffle")
+        if is_shuffle and len(call.args) == 1 and isinstance(call.args[0], ast.Name):
             return self._names.variables.get(call.args[0])
         return None
 
@@ -162,31 +218,18 @@ class _Finder:
             return None
         return variable
 
-    def _augmented(self, variable: Variable) -> int:
-        """Targets of ``+=`` count as a store and as a read."""
-        return sum(1 for store in variable.stores if isinstance(store, ast.Name)) - 1
-
-    def _made(self, statement: ast.stmt) -> Variable | None:
-        """The variable that a statement sets to a new list."""
+    def _set(self, statement: ast.stmt) -> Variable | None:
+        """The variable that a statement sets, where all that happens to it is to be seen in this function."""
         if isinstance(statement, ast.Assign) and len(statement.targets) == 1:
             target: ast.expr = statement.targets[0]
-            value: ast.expr | None = statement.value
-        elif isinstance(statement, ast.AnnAssign):
-            target, value = statement.target, statement.value
+        elif isinstance(statement, ast.AnnAssign) and statement.value is not None:
+            target = statement.target
         else:
             return None
-        is_new = isinstance(value, (ast.List, ast.ListComp)) or (
-            isinstance(value, ast.Call) and isinstance(value.func, ast.Name) and value.func.id == "list"
-        )
-        if not is_new or not isinstance(target, ast.Name):
-            return None
-        variable = self._names.variables.get(target)
+        variable = self._names.variables.get(target) if isinstance(target, ast.Name) else None
         if variable is None or variable.is_captured or variable.is_assigned_elsewhere:
             return None
-        augmented = [s for s in variable.stores if s is not target]
-        if any(not isinstance(s, ast.Name) for s in augmented):
-            return None
-        return variable
+        return variable if all(isinstance(store, ast.Name) for store in variable.stores) else None
 
     def _count(self, node: ast.AST, variable: Variable) -> int:
         known = self._mentioned.get((node, variable))
@@ -196,7 +239,7 @@ class _Finder:
         return known
 
     def _adds(self, statement: ast.stmt, variable: Variable) -> bool:
-        if addition(statement, variable, self._names):
+        if additions(statement, variable, self._names):
             return True
         if not variable.is_temporary and not self._count(statement, variable):
             return False
@@ -205,9 +248,9 @@ class _Finder:
     def _collect(self, statement: ast.stmt, collection: Collection) -> bool:
         """Whether all that ``statement`` does with the list is adding to it, in a way that can be collected."""
         variable = collection.variable
-        found = addition(statement, variable, self._names)
+        found = additions(statement, variable, self._names)
         if found is not None:
-            if self._count(found[0], variable):
+            if any(self._count(value, variable) for value, _ in found):
                 return False
             node = statement.value if isinstance(statement, ast.Expr) else statement
             collection.additions.add(node)
@@ -217,7 +260,7 @@ class _Finder:
             return not self._count(statement, variable)
         collection.adders.add(statement)
         if isinstance(statement, ast.If):
-            if self._count(statement.test, variable) or self._leaks(statement):
+            if self._count(statement.test, variable) or self._leaks(statement, variable):
                 return False
             return all(self._collect(s, collection) for s in [*statement.body, *statement.orelse])
         if isinstance(statement, ast.For):
@@ -226,13 +269,13 @@ class _Finder:
             return all(self._collect(s, collection) for s in statement.body)
         return False
 
-    def _leaks(self, statement: ast.If) -> bool:
-        """Whether the branches set variables that are read after the ``if``."""
+    def _leaks(self, statement: ast.If, own: Variable) -> bool:
+        """Whether the branches set other variables that are read after the ``if``."""
         after = self._liveness.after.get(statement, frozenset())
         for node in ast.walk(statement):
             variable = self._names.variables.get(node)
             if variable in after and isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
-                if variable is not None and not variable.is_cell:
+                if variable is not None and variable is not own and not variable.is_cell:
                     return True
         return False
 

@@ -13,21 +13,24 @@ _NONE: Live = frozenset()
 
 class Liveness:
     """``after[statement]``: the variables whose value at its end may be read later. Marks ``Variable.is_cell``;
-    ``carried`` are those whose value must outlive a turn of a loop."""
+    ``carried``: the loops whose turns the value of a variable must outlive."""
 
     def __init__(self, names: Names) -> None:
         self._names = names
         self.after: dict[ast.stmt, Live] = {}
-        self.carried: set[Variable] = set()
+        self.carried: dict[Variable, set[ast.AST]] = {}
         self._function = names.module
         self._loops: list[tuple[Live, Live]] = []
         self._used: dict[ast.AST, Live] = {}
         for function in names.ordered:
             self._function = function
             self._loops = []
-            self._block(function.body, _NONE)
+            self._block(function.body, _read_elsewhere(function) if function is names.module else _NONE)
         for function in names.ordered:
             self._find_captured(function)
+
+    def _carry(self, variable: Variable, loop: ast.AST) -> None:
+        self.carried.setdefault(variable, set()).add(loop)
 
     # --- uses --------------------------------------------------------------------------------------------------
 
@@ -124,7 +127,7 @@ class Liveness:
         carried = (assigned & (body | test) - targets) | (assigned & (after | live))
         for variable in carried:
             variable.is_cell = True
-            self.carried.add(variable)
+            self._carry(variable, node)
         return head | (self.uses(node.iter) if isinstance(node, ast.For) else test)
 
     # --- closures ----------------------------------------------------------------------------------------------
@@ -145,21 +148,21 @@ class Liveness:
                 continue
             if variable.is_assigned_elsewhere or (is_module and _is_reassigned(variable)):
                 variable.is_cell = True
-                if is_module:
-                    self.carried.add(variable)
             elif variable.is_captured and not variable.functions:
                 for closure in closures:
-                    if variable in self._inner_uses(closure) and _changes_later(variable, closure, loops):
+                    if variable in self._inner_uses(closure) and _changes_later(
+                        variable, closure, loops, function.body
+                    ):
                         variable.is_cell = True
                         if _escapes(closure, loops.get(closure)):
-                            self.carried.add(variable)
+                            self._carry(variable, loops[closure])
         for closure in closures:
             loop = loops.get(closure)
             if loop is not None and _escapes(closure, loop):
                 for variable in self._inner_uses(closure):
                     if variable.function is function and any(loops.get(store) is loop for store in variable.stores):
                         variable.is_cell = True
-                        self.carried.add(variable)
+                        self._carry(variable, loop)
 
 
 def _body_of(closure: ast.AST) -> list[ast.AST]:
@@ -200,13 +203,20 @@ def _position(node: ast.AST) -> tuple[int, int]:
     return getattr(node, "lineno", 0), getattr(node, "col_offset", 0)
 
 
-def _changes_later(variable: Variable, closure: ast.AST, loops: dict[ast.AST, ast.AST]) -> bool:
-    """Whether ``variable`` is assigned after ``closure`` was made."""
+def _read_elsewhere(function: Function) -> Live:
+    """The variables of ``function`` that other functions read."""
+    return frozenset(variable for variable in function.locals.values() if variable.is_captured)
+
+
+def _changes_later(
+    variable: Variable, closure: ast.AST, loops: dict[ast.AST, ast.AST], body: Sequence[ast.stmt]
+) -> bool:
+    """Whether ``variable`` is assigned after ``closure`` was made, other than by its one plain definition."""
     later = [s for s in variable.stores if _position(s) > _position(closure) and not isinstance(s, ast.arg)]
     if not later:
         return False
-    if len(variable.stores) == 1 and loops.get(later[0]) is loops.get(closure):
-        return not isinstance(closure, ast.FunctionDef)
+    if len(variable.stores) == 1 and isinstance(closure, ast.FunctionDef):
+        return not any(isinstance(s, ast.Assign) and any(n is later[0] for n in ast.walk(s)) for s in body)
     return True
 
 

@@ -127,8 +127,7 @@ class BodyWriter(ExpressionWriter, ABC):
     def _leave(self, statement: ast.stmt, mode: Mode, block: Block) -> Code | None:
         if isinstance(statement, ast.Return):
             return self._noted(block, statement, lambda: self._returned(statement, block))
-        self._noted(block, statement, none)
-        return mode.finish(block)
+        return self._noted(block, statement, lambda: mode.finish(block) or none())
 
     def _returned(self, statement: ast.Return, block: Block) -> Code:
         if statement.value is None:

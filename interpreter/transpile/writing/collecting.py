@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Callable, Sequence
 
-from scenelang.interpreter.transpile.analysis.collect import Collection, addition
+from scenelang.interpreter.transpile.analysis.collect import Collection, additions
 from scenelang.interpreter.transpile.analysis.domain import LIST, SHAPE
 from scenelang.interpreter.transpile.analysis.effects import Effect
 from scenelang.interpreter.transpile.writing.assignments import AssignmentWriter
@@ -22,6 +22,7 @@ from scenelang.interpreter.transpile.writing.code import (
 from scenelang.interpreter.transpile.writing.conditionals import conditional, hang
 from scenelang.interpreter.transpile.writing.control import (
     Mode,
+    is_skip,
     leaves,
 )
 
@@ -43,11 +44,15 @@ class CollectionWriter(AssignmentWriter):
         elif isinstance(value, ast.ListComp):
             head = self.loop_head("/union" if collecting.unites else "/list", value.generators)
             collecting.pieces.append(Piece(Form([*head, self.expr(value.elt)]), True, self.effect(value)))
+        elif collection.is_union and not _is_empty(value):
+            collecting.pieces.append(Piece(self.expr(value), False, self.effect(value)))
         elif isinstance(value, ast.Call) and value.args:
             collecting.pieces.append(Piece(self.iterable(value.args[0]), True, self.effect(value)))
         block.collecting.append(collecting)
 
     def _unites_all(self, collection: Collection) -> bool:
+        if collection.is_union:
+            return True
         element_types = [s.element for r in self.reads_of(collection.variable) for s in self.type(r).sites]
         if not element_types or not any(t.kinds & SHAPE for t in element_types):
             return False
@@ -58,15 +63,14 @@ class CollectionWriter(AssignmentWriter):
 
     def _add_to(self, collecting: Collecting, node: ast.stmt, block: Block, note: Code) -> None:
         """Add the pieces that a statement gives to a list under collection."""
-        found = addition(node, collecting.collection.variable, self.names)
+        found = additions(node, collecting.collection.variable, self.names)
         if found is not None:
-            value, is_many = found
-            code = self._added(value, is_many, collecting)
+            codes = [self._added(value, is_many, collecting) for value, is_many in found]
             self._finish_note(note, node)
-            hang(code, note)
-            pieces = self._split(value, code, is_many)
-            for piece in pieces:
-                block.add_piece(collecting, piece)
+            hang(codes[0], note)
+            for (value, is_many), code in zip(found, codes):
+                for piece in self._split(value, code, is_many):
+                    block.add_piece(collecting, piece)
             return
         if isinstance(node, ast.For):
             code = self._collecting_for(node, collecting, note)
@@ -111,24 +115,28 @@ class CollectionWriter(AssignmentWriter):
         hang(code, note)
         return code
 
-    def _adds_one(self, body: Sequence[ast.stmt], collection: Collection) -> bool:
-        """Whether every path through a loop's body adds exactly one item."""
+    def _adds_one(self, body: Sequence[ast.stmt], collection: Collection, is_loop: bool = True) -> bool:
+        """Whether every path through a body adds exactly one item. In a loop's body a lone ``if`` or loop and leading
+        ``if c: continue`` become clauses of the loop."""
+        while is_loop and len(body) > 1 and is_skip(body[0]):
+            body = body[1:]
         adders = [s for s in body if s in collection.adders]
         if len(adders) != 1 or any(leaves(s, ast.Continue) for s in body):
             return False
-        found = addition(adders[0], collection.variable, self.names)
+        found = additions(adders[0], collection.variable, self.names)
         if found is not None:
-            return not found[1]
+            return len(found) == 1 and not found[0][1]
         if isinstance(adders[0], ast.If) and adders[0].orelse:
-            return self._adds_one(adders[0].body, collection) and self._adds_one(adders[0].orelse, collection)
-        if isinstance(adders[0], ast.For) and len(body) == 1:
-            return self._adds_one(adders[0].body, collection)
-        if isinstance(adders[0], ast.If) and len(body) == 1:
+            branches = (adders[0].body, adders[0].orelse)
+            return all(self._adds_one(branch, collection, is_loop=False) for branch in branches)
+        if is_loop and len(body) == 1 and isinstance(adders[0], (ast.For, ast.If)):
             return self._adds_one(adders[0].body, collection)
         return False
 
     def _collecting_if(self, node: ast.If, collecting: Collecting) -> Piece:
-        one_each = bool(node.orelse) and not collecting.unites and self._adds_one([node], collecting.collection)
+        one_each = (
+            bool(node.orelse) and not collecting.unites and self._adds_one([node], collecting.collection, is_loop=False)
+        )
 
         def finish(block: Block) -> Code:
             pieces = block.collecting[0].pieces
@@ -184,3 +192,7 @@ class CollectionWriter(AssignmentWriter):
                     block.add_effect(form("set!", Ref(variable), code), writes, collecting.note)
             else:
                 block.define(variable, code, effect, collecting.note, nests=False)
+
+
+def _is_empty(node: ast.expr) -> bool:
+    return isinstance(node, (ast.List, ast.Tuple)) and not node.elts

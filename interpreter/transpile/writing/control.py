@@ -78,6 +78,12 @@ def always_leaves(body: Sequence[ast.stmt], kind: type[ast.stmt]) -> bool:
     return False
 
 
+def is_skip(statement: ast.stmt) -> bool:
+    """``if c: continue``."""
+    is_guard = isinstance(statement, ast.If) and not statement.orelse and len(statement.body) == 1
+    return isinstance(statement, ast.If) and is_guard and isinstance(statement.body[0], ast.Continue)
+
+
 def breaks_out(body: Sequence[ast.stmt]) -> bool:
     return any(leaves(statement, ast.Break) for statement in body)
 

@@ -221,7 +221,7 @@ def _primitive_word(w: ExpressionWriter, word: ast.expr) -> tuple[str, Code]:
 
 def _shape_kwargs(w: ExpressionWriter, value: ast.expr, items: list[Code], tables: list[Code]) -> None:
     pairs: list[tuple[str, ast.expr]] | None = None
-    if isinstance(value, ast.Dict) and all(isinstance(key, ast.Constant) for key in value.keys):
+    if isinstance(value, ast.Dict) and all(_is_text(key) for key in value.keys):
         pairs = [(str(k.value), v) for k, v in zip(value.keys, value.values) if isinstance(k, ast.Constant)]
     elif isinstance(value, ast.Call) and w.paths.of(value.func) == "dict" and not value.args:
         if all(k.arg is not None for k in value.keywords):
@@ -233,6 +233,10 @@ def _shape_kwargs(w: ExpressionWriter, value: ast.expr, items: list[Code], table
         return
     for name, attribute in pairs:
         _attribute(w, name, attribute, items)
+
+
+def _is_text(key: ast.expr | None) -> bool:
+    return isinstance(key, ast.Constant) and isinstance(key.value, str)
 
 
 def _attribute(w: ExpressionWriter, name: str, value: ast.expr, items: list[Code]) -> None:

@@ -126,8 +126,9 @@ class LoopWriter(BranchWriter):
                 note = Code(None)
                 self._open_note(note, first)
                 test = self.test(first.test)
+                self.close_comments(note, first.lineno, first.end_lineno or first.lineno)
                 clauses += [Key("break"), test]
-                clauses[-2].before = note.before
+                clauses[-2].before, test.after = note.before, note.after
                 statements = statements[1:]
                 break
             elif not first.orelse and len(statements) == 1 and not leaves(first, ast.Break):
@@ -141,7 +142,9 @@ class LoopWriter(BranchWriter):
         note = Code(None)
         self._open_note(note, node)
         key, test = self.condition_clause(node.test, holds)
-        key.before = note.before
+        if not holds:  # the `continue` goes, with its comment
+            self.close_comments(note, node.lineno, node.end_lineno or node.lineno)
+        key.before, test.after = note.before, note.after
         clauses += [key, test]
 
     def _loop_body(

@@ -52,6 +52,8 @@ class Namer:
         for form in self._forms:
             self._scope(form, taken)
         for form in self._forms:
+            for variable in _variables(form):  # read where nothing defines it: the checker says so
+                variable.text = variable.text or kebab(variable.name)
             self._shadowed_keywords(form, frozenset())
 
     def keyword(self, python: str) -> str:
@@ -191,16 +193,17 @@ def _parameters(code: Code) -> list[Variable]:
 
 
 def _defined_in_body(node: Form) -> list[Variable]:
-    """What the definitions directly inside a form, or in the clauses of a ``cond``, define."""
+    """What the definitions directly inside a form, or in the clauses of a ``cond`` or ``guard``, define."""
     found: list[Variable] = []
+    head = node.items[0].text if type(node.items[0]) is Name else ""
+    clauses = node.items[1:] if head == "cond" else []
+    if head == "guard" and isinstance(node.items[1], Form):
+        clauses = node.items[1].items[1:]
     for item in node.items[1:]:
         found += _definition(item)
-        is_clause = (
-            isinstance(item, Form) and item.items and type(node.items[0]) is Name and node.items[0].text == "cond"
-        )
-        if is_clause and isinstance(item, Form):
-            for inner in item.items[1:]:
-                found += _definition(inner)
+    for clause in clauses:
+        for inner in clause.items[1:] if isinstance(clause, Form) else ():
+            found += _definition(inner)
     return found
 
 

@@ -68,9 +68,9 @@ class StatementWriter(LoopWriter):
     def _Expr_statement(self, node: ast.Expr, block: Block, note: Code) -> None:
         value = node.value
         if isinstance(value, (ast.Yield, ast.YieldFrom)):
-            assert self.place.yields is not None
+            if self.place.yields is None:
+                raise self.error("python-syntax", "`yield` outside a function", node)
             frames = Ref(self.place.yields)
-            assert value.value is not None or isinstance(value, ast.Yield)
             code = self.expr(value.value) if value.value is not None else none()
             head = "push!" if isinstance(value, ast.Yield) else "extend!"
             block.add_effect(form(head, frames, code, span=self.span(node)), Effect(changes=True), note)
@@ -120,6 +120,8 @@ class StatementWriter(LoopWriter):
         block.add_effect(form("error", message, span=self.span(node)), Effect(changes=True), note)
 
     def _Return_statement(self, node: ast.Return, block: Block, note: Code) -> None:
+        if self.place.function is self.names.module:
+            raise self.error("python-syntax", "`return` outside a function", node)
         jump = self.place.returns.escape()
         code = self._returned(node, block)
         is_nothing = type(code) is Literal and code.value is None
@@ -175,6 +177,9 @@ class StatementWriter(LoopWriter):
             block.define(function.variable, self.as_lambda(function), PURE, note, nests=False)
             return
         block.add(Item("function", code, PURE, (function.variable,), None, note))
+        if function.is_registered:  # from now on its word means this one
+            bind = form("bind", Literal(function.word), Ref(function.variable), span=self.span(node))
+            block.add_effect(bind, Effect(changes=True))
 
     def define_function(self, function: Function, variable: Variable) -> Form:
         """``(define (name parameter ...) body ...)``."""
