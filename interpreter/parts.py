@@ -78,6 +78,23 @@ def parts_of(runtime: Runtime, value: Any, word: str | None = None) -> tuple[Pai
     return tuple(out)
 
 
+def primitives_of(runtime: Runtime, value: Any) -> list[Pair]:
+    """The primitives of an entity, pair or parts, depth first: pairs (entity . pose within ``value``)."""
+    found: list[Pair] = []
+    stack = list(reversed(parts_of(runtime, value)))
+    while stack:
+        part = stack.pop()
+        entity, matrix = part.car, part.cdr
+        runtime.charge(1)
+        if entity.is_primitive:
+            found.append(part)
+            runtime.meter.check_size(len(found), "a list of primitives")
+            continue
+        for child in reversed(entity.children):
+            stack.append(Pair(child.car, pose.compose(matrix, child.cdr)))
+    return found
+
+
 def _no_part(item: Any, word: str | None) -> SceneError:
     where = f' in "{word}"' if word is not None else ""
     message = f"expected entities or (entity . matrix) pairs{where}, got {type_name(item)}"

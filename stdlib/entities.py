@@ -10,7 +10,6 @@ from scenelang.interpreter.bounds import UNIT_BOX, parts_box
 from scenelang.interpreter.entity import Entity, Frames
 from scenelang.interpreter.iteration import items_of
 from scenelang.interpreter.library import Registry
-from scenelang.interpreter.pose import compose
 from scenelang.interpreter.runtime import Runtime
 from scenelang.interpreter.types import type_name
 from scenelang.interpreter.values import NIL, Embedding, Keyword, Pair, Procedure, Vector, make_list
@@ -105,19 +104,7 @@ def parts_list(rt: Runtime, x: Any) -> Any:
     ('(length (primitives (union (call "cube") (call "cone"))))', "2"),
 )
 def primitive_list(rt: Runtime, x: Any) -> Any:
-    found: list[Pair] = []
-    stack = list(reversed(parts.parts_of(rt, x)))
-    while stack:
-        part = stack.pop()
-        entity, matrix = part.car, part.cdr
-        rt.charge(1)
-        if entity.is_primitive:
-            found.append(part)
-            rt.meter.check_size(len(found), "a list of primitives")
-            continue
-        for child in reversed(entity.children):
-            stack.append(Pair(child.car, compose(matrix, child.cdr)))
-    return make_list(found)
+    return make_list(parts.primitives_of(rt, x))
 
 
 @define(

@@ -156,7 +156,7 @@ def _repeated(rt: Runtime, value: Any, count: int) -> Any:
         rt.meter.check_size(len(value) * count, "a string")
         return value * count
     if _is_part(value):
-        members: list[Any] = list(parts.parts_of(rt, value))
+        members: list[Any] = list(parts.primitives_of(rt, value))
     elif type(value) in _LISTS:
         members = items(rt, value, "py-*")
     else:
@@ -222,7 +222,7 @@ def is_in(rt: Runtime, x: Any, xs: Any) -> bool:
 def _members(rt: Runtime, value: Any, name: str) -> list[Any]:
     """What Python would iterate."""
     if _is_part(value):
-        return list(parts.parts_of(rt, value))
+        return list(parts.primitives_of(rt, value))
     members = members_of(rt, value)
     if members is not None:
         return members
@@ -231,7 +231,7 @@ def _members(rt: Runtime, value: Any, name: str) -> list[Any]:
 
 @registry.define("py-iter", "xs::Any", "List",
                  "The list of what Python would iterate: items of a list, set or array, characters, keys of a table, "
-                 "parts of an entity.",
+                 "primitives of an entity.",
                  ('(list (py-iter "ab") (py-iter (table "x" 1)) (py-iter [1 2]))', '(("a" "b") ("x") (1 2))'),
                  )  # fmt: skip
 def iter_(rt: Runtime, xs: Any) -> Any:
@@ -240,7 +240,7 @@ def iter_(rt: Runtime, xs: Any) -> Any:
 
 @registry.define("py-ref", "thing::Any key::Any more::Any ...", "Any",
                  "Python's `thing[key]`: as `ref`, but #t and #f are the indices 1 and 0, and an entity or a pair "
-                 "(entity . matrix) is the list of its parts. A key that a table lacks is an error. Further keys go "
+                 "(entity . matrix) is the list of its primitives. A key that a table lacks is an error. Further keys go "
                  "deeper.",
                  ("(list (py-ref '(a b) #t) (py-ref (table 1 'x) #t) (py-ref [[1 2] [3 4]] 1 0))",
                   "(b x 3)"))  # fmt: skip
@@ -258,7 +258,7 @@ def _item(rt: Runtime, thing: Any, key: Any) -> Any:
         entry = find_entry(thing, key)
         return indexing.table_ref(rt, thing, key, ()) if is_missing(entry) else entry[1]
     if _is_part(thing):
-        thing = make_list(parts.parts_of(rt, thing))
+        thing = make_list(parts.primitives_of(rt, thing))
     return indexing.ref(rt, thing, _unbooled(key))
 
 

@@ -28,6 +28,8 @@ def sort_key(rt: Runtime, value: Any, depth: int = 0) -> Any:
         if depth == _DEEPEST:
             raise SceneError("value", f"lists nested deeper than {_DEEPEST} levels have no order")
         return [sort_key(rt, item, depth + 1) for item in items(rt, value, "sort")]
+    if depth:
+        return value  # has no order itself; the items before it may decide
     message = f"only numbers, strings and lists of these have an order, not {type_name(value)}: {show(value, 60)}"
     raise SceneError("type", message, hint="say what to compare: `:key` or a function like `<`")
 

@@ -96,7 +96,7 @@ def _parse(text: PythonText) -> None:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
                 code = "\n".join(lines)
-                text.tree = ast.parse(code)
+                text.tree = _with_separate_lists(ast.parse(code))
                 symtable.symtable(code, "<python>", "exec")  # finds what the parser alone lets pass; runs nothing
             return
         except SyntaxError as error:
@@ -109,6 +109,31 @@ def _parse(text: PythonText) -> None:
                 Diagnostic("python-syntax", message, Span(text.source, text.starts[0], text.starts[0]))
             )
             return
+
+
+def _with_separate_lists(tree: ast.Module) -> ast.Module:
+    """``shapes, y = [], 0`` as two statements: a list that is built up is easier to follow alone."""
+    for node in ast.walk(tree):
+        for name in ("body", "orelse", "finalbody"):
+            block = getattr(node, name, None)
+            if isinstance(block, list) and any(isinstance(s, ast.Assign) for s in block):
+                setattr(node, name, [part for statement in block for part in _separated(statement)])
+    return tree
+
+
+def _separated(statement: ast.stmt) -> list[ast.stmt]:
+    if not isinstance(statement, ast.Assign) or len(statement.targets) != 1:
+        return [statement]
+    targets, values = statement.targets[0], statement.value
+    if not isinstance(targets, ast.Tuple) or not isinstance(values, ast.Tuple) or len(targets.elts) != len(values.elts):
+        return [statement]
+    names = {target.id for target in targets.elts if isinstance(target, ast.Name)}
+    is_plain = len(names) == len(targets.elts) and any(isinstance(v, ast.List) and not v.elts for v in values.elts)
+    if not is_plain or any(isinstance(n, ast.Name) and n.id in names for n in ast.walk(values)):
+        return [statement]
+    return [
+        ast.copy_location(ast.Assign([target], value), statement) for target, value in zip(targets.elts, values.elts)
+    ]
 
 
 def _syntax_diagnostic(text: PythonText, error: SyntaxError) -> Diagnostic:

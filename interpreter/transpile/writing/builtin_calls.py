@@ -288,7 +288,7 @@ def write_dict(w: ExpressionWriter, node: ast.Call) -> Code:
         if keyword.arg is None:
             tables.append(w.expr(keyword.value))
         else:
-            pairs += [Literal(keyword.arg, w.span(keyword)), w.comment_item(w.expr(keyword.value), keyword)]
+            pairs += w.comment_pair(Literal(keyword.arg, w.span(keyword)), w.expr(keyword.value), keyword)
     for argument in node.args:
         tables.insert(0, w.expr(argument) if w.type(argument).only(DICT) else form("list->table", w.iterable(argument)))
     if not tables:

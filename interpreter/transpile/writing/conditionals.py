@@ -30,9 +30,16 @@ def branch_values(block: Block, variables: list[Variable]) -> Code:
         if all(type(value) is Literal for value in values):
             return quote(Form(values))
         return form("list", *values)
-    if len(items) == 1 and isinstance(items[0].target, Form) and items[0].variables == tuple(variables):
+    if len(items) == 1 and _binds_in_order(items[0].target, variables):
         return items.pop().value
     return form("list", *(Ref(v) for v in variables))
+
+
+def _binds_in_order(target: Code | None, variables: list[Variable]) -> bool:
+    """Whether a pattern is just these variables, side by side."""
+    if not isinstance(target, Form) or target.rest is not None or len(target.items) != len(variables):
+        return False
+    return all(type(item) is Ref and item.variable is v for item, v in zip(target.items, variables))
 
 
 def conditional(clauses: list[Code]) -> Code:

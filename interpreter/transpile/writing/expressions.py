@@ -41,6 +41,7 @@ from scenelang.interpreter.transpile.writing.records import Records
 from scenelang.interpreter.transpile.writing.user_calls import call_function, wrapped
 from scenelang.interpreter.transpile.writing.writer import Analysed
 
+_METHODS_OF_ONE = ("get", "append", "add", "index", "count", "remove", "startswith", "endswith", "extend")
 _PLAIN_NUMBER = re.compile(r"(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 
 
@@ -146,7 +147,17 @@ class ExpressionWriter(Flows):
             known = {"shape": "array-shape", "T": "transpose", "size": "length"}.get(node.attr)
             if known is not None:
                 return form(known, self.expr(node.value))
+        if node.attr in _METHODS_OF_ONE:
+            return self._bound_method(node)
         raise self.unsupported(f"the attribute `.{node.attr}`", node)
+
+    def _bound_method(self, node: ast.Attribute) -> Code:
+        """``key=counts.get``: a function of one argument that calls the method."""
+        variable = Variable("key", None, is_temporary=True)
+        argument = ast.copy_location(ast.Name("key", ast.Load()), node)
+        self.names.variables[argument] = variable
+        call = ast.copy_location(ast.Call(node, [argument], []), node)
+        return form("lambda", Form([Ref(variable)]), call_method(self, call, node))
 
     def field(self, node: ast.Attribute) -> Code:
         """``record.field``."""

@@ -142,8 +142,7 @@ def _call(w: ExpressionWriter, word: Code, keywords: list[ast.keyword]) -> Code:
         if keyword.arg is None:
             tables.append(form("keywords", w.expr(keyword.value)))
             continue
-        items.append(ArgumentName(keyword.arg, w.span(keyword)))
-        items.append(w.comment_item(argument(w, keyword.value), keyword))
+        items += w.comment_pair(ArgumentName(keyword.arg, w.span(keyword)), argument(w, keyword.value), keyword)
     if tables:
         return form("apply", Name("call"), word, *items, *([form("append", *tables)] if len(tables) > 1 else tables))
     return form("call", word, *items)
@@ -248,7 +247,7 @@ def _attribute(w: ExpressionWriter, name: str, value: ast.expr, items: list[Code
     )
     if is_default:
         return
-    items.append(Key(_ATTRIBUTES.get(name, name).replace("_", "-"), w.span(value)))
+    key = Key(_ATTRIBUTES.get(name, name).replace("_", "-"), w.span(value))
     if name == "color":
         code = _color(w, value)
     elif name == "block_kwargs":
@@ -257,7 +256,7 @@ def _attribute(w: ExpressionWriter, name: str, value: ast.expr, items: list[Code
         code = w.test(value)
     else:
         code = w.vector(value) if name in _VECTORS else w.expr(value)
-    items.append(w.comment_item(code, value))
+    items += w.comment_pair(key, code, value)
 
 
 def _is_nothing(value: ast.expr) -> bool:

@@ -31,9 +31,9 @@ def interpolated(w: ExpressionWriter, node: ast.JoinedStr) -> Code:
                 ):
                     raise w.unsupported("a computed format", part)
                 spec = "".join(str(p.value) for p in part.format_spec.values if isinstance(p, ast.Constant))
-            if part.conversion not in (-1, 115):
-                raise w.unsupported("`!r` in an f-string", part)
-            template += "{" + (f":{spec}" if spec else "") + "}"
+            is_quoted = part.conversion == ord("r") and w.type(part.value).only(STR)
+            field = "{" + (f":{spec}" if spec else "") + "}"
+            template += f"'{field}'" if is_quoted else field
             values.append(printable(w, part.value) if not spec else w.expr(part.value))
     return _format(template, values)
 

@@ -60,8 +60,7 @@ def call_known(w: ExpressionWriter, node: ast.Call, function: Code, target: Func
         if keyword.arg is None:
             tables.append(form("keywords", w.expr(keyword.value)))
             continue
-        items.append(ArgumentName(keyword.arg, w.span(keyword)))
-        items.append(w.comment_item(_argument(w, keyword.value), keyword))
+        items += w.comment_pair(ArgumentName(keyword.arg, w.span(keyword)), _argument(w, keyword.value), keyword)
     if tables:
         return form("apply", function, *items, *([form("append", *tables)] if len(tables) > 1 else tables))
     return Form([function, *items])

@@ -144,13 +144,29 @@ class Writer:
 
     def comment_item(self, code: Code, node: ast.AST) -> Code:
         """Hang the comments that stand at an item of a display or call on several lines on its code."""
-        first, last = self._statement_lines
+        container = self.parent(node)
+        opened = getattr(container, "lineno", 0)
+        closed = getattr(container, "end_lineno", 0)
         line, end = getattr(node, "lineno", 0), getattr(node, "end_lineno", 0)
-        if end and end < last:
-            self._hang(code, list(self._unused(first + 1, line - 1)), self._trailing(end))
-        elif line > first:
-            self._hang(code, list(self._unused(first + 1, line - 1)), None)
+        if container is None or opened == closed or line == opened or not self._has_comments:
+            return code
+        is_last = end < closed and not any(
+            getattr(other, "lineno", 0) == end and getattr(other, "col_offset", 0) > getattr(node, "col_offset", 0)
+            for other in ast.iter_child_nodes(container)
+            if other is not node
+        )
+        self._hang(code, self._unused(opened + 1, line - 1), self._trailing(end) if is_last else None)
         return code
+
+    def comment_pair(self, key: Code, value: Code, node: ast.AST) -> list[Code]:
+        """``:key value`` with the comments at it: those above stand above the key."""
+        self.comment_item(value, node)
+        key.before, value.before = (*value.before, *key.before), ()
+        return [key, value]
+
+    @property
+    def _has_comments(self) -> bool:
+        return self._next_comment < len(self._comments)
 
     def open_comments(self, note: Code, line: int) -> None:
         """Take the comments above a statement that begins at ``line``."""
