@@ -176,7 +176,7 @@ class Session:
             return Checked(None, (Diagnostic("nesting", "the program is nested too deeply", Span(source, 0, 1)),))
 
     def transpile(self, source: Source) -> Translation:
-        """A language model's response, or its Python, as a program that was checked; never raises for a mistake in it."""
+        """A language model's response, or its Python, as a program, checked; never raises for a mistake in it."""
         from scenelang.interpreter.transpile.translate import Translation, translate
 
         def work() -> Translation:

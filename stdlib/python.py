@@ -240,8 +240,8 @@ def iter_(rt: Runtime, xs: Any) -> Any:
 
 @registry.define("py-ref", "thing::Any key::Any more::Any ...", "Any",
                  "Python's `thing[key]`: as `ref`, but #t and #f are the indices 1 and 0, and an entity or a pair "
-                 "(entity . matrix) is the list of its primitives. A key that a table lacks is an error. Further keys go "
-                 "deeper.",
+                 "(entity . matrix) is the list of its primitives. A key that a table lacks is an error. Further keys "
+                 "go deeper.",
                  ("(list (py-ref '(a b) #t) (py-ref (table 1 'x) #t) (py-ref [[1 2] [3 4]] 1 0))",
                   "(b x 3)"))  # fmt: skip
 def ref(rt: Runtime, thing: Any, key: Any, *more: Any) -> Any:

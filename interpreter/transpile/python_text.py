@@ -17,6 +17,7 @@ _TOKENS = re.compile(
     re.S,
 )
 _MOST_SYNTAX_ERRORS = 5
+_LARGEST, _DEEPEST = 80_000, 400
 
 
 @dataclass(slots=True)
@@ -96,7 +97,12 @@ def _parse(text: PythonText) -> None:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
                 code = "\n".join(lines)
-                text.tree = _with_separate_lists(ast.parse(code))
+                tree = ast.parse(code)
+                problem = _too_large(text, tree)
+                if problem is not None:
+                    text.diagnostics.append(problem)
+                    return
+                text.tree = _with_separate_lists(tree)
                 symtable.symtable(code, "<python>", "exec")  # finds what the parser alone lets pass; runs nothing
             return
         except SyntaxError as error:
@@ -109,6 +115,23 @@ def _parse(text: PythonText) -> None:
                 Diagnostic("python-syntax", message, Span(text.source, text.starts[0], text.starts[0]))
             )
             return
+
+
+def _too_large(text: PythonText, tree: ast.Module) -> Diagnostic | None:
+    """Programs far beyond what models write are refused: the analysis is not linear in everything."""
+    level: list[ast.AST] = [tree]
+    count = 0
+    for _ in range(_DEEPEST):
+        count += len(level)
+        level = [child for node in level for child in ast.iter_child_nodes(node)]
+        if not level or count > _LARGEST:
+            break
+    if not level:
+        return None
+    where = next((node for node in level if hasattr(node, "lineno")), tree)
+    if count > _LARGEST:
+        return Diagnostic("size", f"the Python has more than {_LARGEST:,} nodes in its syntax tree", text.span(where))
+    return Diagnostic("nesting", f"the Python is nested deeper than {_DEEPEST} levels", text.span(where))
 
 
 def _with_separate_lists(tree: ast.Module) -> ast.Module:

@@ -18,7 +18,7 @@ from scenelang.interpreter.transpile.analysis.scopes import Function, Names, Var
 @dataclass(eq=False, slots=True)
 class Collection:
     """``start`` makes the list of ``variable`` (None: what a generator yields), ``last`` is the last statement of the
-    block that adds to it; ``additions`` are the nodes that add. ``is_union``: a shape that grows by ``concat_shapes``."""
+    block that adds to it; ``additions`` are the nodes that add. ``is_union``: a shape grown by ``concat_shapes``."""
 
     variable: Variable
     start: ast.stmt | None
@@ -115,7 +115,7 @@ class _Finder:
     def __init__(self, names: Names, liveness: Liveness) -> None:
         self._names = names
         self._liveness = liveness
-        self._mentioned: dict[tuple[ast.AST, Variable], int] = {}
+        self._contents: dict[ast.stmt, Counter[Variable]] = {}
         self._total = Counter(names.variables.values())
 
     def of_generator(self, function: Function) -> Collection | None:
@@ -130,24 +130,35 @@ class _Finder:
         return None
 
     def in_block(self, block: Sequence[ast.stmt]) -> Iterator[Collection]:
-        for position, statement in enumerate(block):
-            variable = self._set(statement)
-            if variable is None:
+        mentions: dict[Variable, list[ast.stmt]] = {}
+        for statement in block:
+            for variable in self._variables_in(statement):
+                mentions.setdefault(variable, []).append(statement)
+        for variable, statements in mentions.items():
+            if len(statements) < 2 or not self._is_own(variable):
                 continue
-            segment = self._until_set_again(block[position + 1 :], variable)
-            adders = [s for s in segment if self._adds(s, variable)]
-            if not adders:
-                continue
-            collection = Collection(variable, statement, adders[-1])
-            last = segment.index(adders[-1])
-            early = any(self._count(s, variable) for s in segment[:last] if s not in adders)
-            if early or (
-                variable.is_cell and sum(self._count(s, variable) for s in segment) + 1 != self._total[variable]
-            ):
-                continue
-            if all(self._collect(s, collection) for s in adders) and self._fits(statement, collection):
-                self._is_no_cell(collection)
-                yield collection
+            for position, statement in enumerate(statements):
+                if self._set(statement) is variable:
+                    segment = self._until_set_again(statements[position + 1 :], variable)
+                    collection = self._collected(statement, segment, variable)
+                    if collection is not None:
+                        yield collection
+
+    def _collected(self, start: ast.stmt, segment: Sequence[ast.stmt], variable: Variable) -> Collection | None:
+        """The collection that begins with ``start``; ``segment`` are the later statements that mention the list."""
+        adders = [s for s in segment if self._adds(s, variable)]
+        if not adders:
+            return None
+        collection = Collection(variable, start, adders[-1])
+        last = segment.index(adders[-1])
+        if any(s not in adders for s in segment[:last]):
+            return None
+        if variable.is_cell and sum(self._count(s, variable) for s in segment) + 1 != self._total[variable]:
+            return None
+        if not all(self._collect(s, collection) for s in adders) or not self._fits(start, collection):
+            return None
+        self._is_no_cell(collection)
+        return collection
 
     def _until_set_again(self, statements: Sequence[ast.stmt], variable: Variable) -> Sequence[ast.stmt]:
         for position, statement in enumerate(statements):
@@ -219,24 +230,32 @@ class _Finder:
         return variable
 
     def _set(self, statement: ast.stmt) -> Variable | None:
-        """The variable that a statement sets, where all that happens to it is to be seen in this function."""
+        """The variable that a statement sets."""
         if isinstance(statement, ast.Assign) and len(statement.targets) == 1:
             target: ast.expr = statement.targets[0]
         elif isinstance(statement, ast.AnnAssign) and statement.value is not None:
             target = statement.target
         else:
             return None
-        variable = self._names.variables.get(target) if isinstance(target, ast.Name) else None
-        if variable is None or variable.is_captured or variable.is_assigned_elsewhere:
-            return None
-        return variable if all(isinstance(store, ast.Name) for store in variable.stores) else None
+        return self._names.variables.get(target) if isinstance(target, ast.Name) else None
+
+    def _is_own(self, variable: Variable) -> bool:
+        """Whether all that happens to a variable is to be seen in its own function."""
+        if variable.is_captured or variable.is_assigned_elsewhere:
+            return False
+        return all(isinstance(store, ast.Name) for store in variable.stores)
+
+    def _variables_in(self, statement: ast.stmt) -> Counter[Variable]:
+        found = self._contents.get(statement)
+        if found is None:
+            variables = self._names.variables
+            found = self._contents[statement] = Counter(variables[n] for n in ast.walk(statement) if n in variables)
+        return found
 
     def _count(self, node: ast.AST, variable: Variable) -> int:
-        known = self._mentioned.get((node, variable))
-        if known is None:
-            known = sum(1 for n in ast.walk(node) if self._names.variables.get(n) is variable)
-            self._mentioned[node, variable] = known
-        return known
+        if isinstance(node, ast.stmt):
+            return self._variables_in(node)[variable]
+        return sum(1 for n in ast.walk(node) if self._names.variables.get(n) is variable)
 
     def _adds(self, statement: ast.stmt, variable: Variable) -> bool:
         if additions(statement, variable, self._names):

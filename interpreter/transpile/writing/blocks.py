@@ -28,7 +28,7 @@ from scenelang.interpreter.transpile.writing.code import (
 @dataclass(eq=False, slots=True)
 class Item:
     """One step of a block. ``kind``: ``define`` (``target`` is a variable or a pattern), ``function`` (``value`` is the
-    whole definition) or ``effect``. ``note`` carries its comments."""
+    whole definition) or ``effect``. ``note`` carries its comments; ``nested`` counts the definitions put into it."""
 
     kind: str
     value: Code
@@ -36,6 +36,7 @@ class Item:
     variables: tuple[Variable, ...] = ()
     target: Code | None = None
     note: Code = field(default_factory=lambda: Code(None))
+    nested: int = 0
 
     def mentions(self, variable: Variable) -> bool:
         return any(type(node) is Ref and node.variable is variable for node in walk(self.value))
@@ -48,6 +49,13 @@ class Piece:
     code: Code
     is_many: bool
     effect: Effect
+    mentions: set[Variable] = field(default_factory=set)
+
+    def __post_init__(self) -> None:
+        self.note_mentions()
+
+    def note_mentions(self) -> None:
+        self.mentions = {node.variable for node in walk(self.code) if type(node) is Ref}
 
 
 @dataclass(eq=False, slots=True)
@@ -113,6 +121,7 @@ class Block:
     def __init__(self) -> None:
         self.items: list[Item] = []
         self.collecting: list[Collecting] = []
+        self._nested = 0
 
     # --- adding ------------------------------------------------------------------------------------------------
 
@@ -136,15 +145,15 @@ class Block:
         """Keep the order of the pieces so far and of an item that comes after them."""
         pieces = collecting.pieces
         for variable in item.variables:
-            if any(count_refs(piece.code, variable) for piece in pieces) and not self._inline_into(pieces, variable):
+            if any(variable in piece.mentions for piece in pieces) and not self._inline_into(pieces, variable):
                 self._name_pieces(collecting)
                 return
-        if any(not piece.effect.commutes(item.effect) for piece in pieces):
+        if item.effect != PURE and any(not piece.effect.commutes(item.effect) for piece in pieces):
             self._name_pieces(collecting)
 
     def _inline_into(self, pieces: list[Piece], variable: Variable) -> bool:
         """``x = a; xs.append(x); x = b``: put ``a`` in the place of ``x`` where nothing else needs it."""
-        users = [piece for piece in pieces if count_refs(piece.code, variable)]
+        users = [piece for piece in pieces if variable in piece.mentions]
         position = self._last_definition(variable)
         if position is None or len(users) != 1 or count_refs(users[0].code, variable) != 1:
             return False
@@ -162,6 +171,7 @@ class Block:
         else:
             replace(users[0].code, lambda node: type(node) is Ref and node.variable is variable, item.value)
         users[0].effect = users[0].effect | item.effect
+        users[0].note_mentions()
         del self.items[position]
         return True
 
@@ -195,16 +205,19 @@ class Block:
         """``x = value``. When ``value`` uses the last ``x`` once, that one's value is put in its place."""
         if nests:
             effect, note = self._nest(variable, value, effect, note)
-        self.add(Item("define", value, effect, (variable,), Ref(variable), note))
+        self.add(Item("define", value, effect, (variable,), Ref(variable), note, self._nested))
+        self._nested = 0
 
     def _nest(self, variable: Variable, value: Code, effect: Effect, note: Code) -> tuple[Effect, Code]:
         position = self._last_definition(variable)
-        if position is None or count_refs(value, variable) != 1 or type(value) is Ref:
+        if position is None or type(value) is Ref or count_refs(value, variable) != 1:
             return effect, note
         item = self.items[position]
+        if item.nested >= _DEEPEST_NEST:
+            return effect, note
         later = self.items[position + 1 :]
         pieces = [piece for c in self.collecting for piece in c.pieces]
-        if any(i.mentions(variable) for i in later) or any(count_refs(p.code, variable) for p in pieces):
+        if any(i.mentions(variable) for i in later) or any(variable in p.mentions for p in pieces):
             return effect, note
         if not may_replace(value, variable, item.effect):
             return effect, note
@@ -215,6 +228,7 @@ class Block:
             note.blank = note.blank and item.note.blank
         replace(value, lambda node: type(node) is Ref and node.variable is variable, item.value)
         del self.items[position]
+        self._nested = item.nested + 1
         return item.effect | effect, note
 
 
@@ -229,6 +243,7 @@ def total(effects: Iterable[Effect]) -> Effect:
     return result
 
 
+_DEEPEST_NEST = 8  # a longer chain of x = f(x) reads better as let*
 _REPEATED = ("lambda", "define", "while", "let/ec", "guard", "union-loop")
 _CONDITIONAL = ("if", "and", "or", "when", "unless", "cond")
 
