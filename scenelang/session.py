@@ -181,7 +181,8 @@ class Session:
 
         def work() -> Translation:
             translation = translate(source)
-            return replace(translation, diagnostics=self._check(source, translation).diagnostics)
+            checked = self._check(source, translation)
+            return translation.checked(checked.diagnostics)
 
         try:
             return run_with_room(work, _EXPANSION_DEPTH)

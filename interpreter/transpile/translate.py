@@ -33,6 +33,11 @@ class Translation:
     text: str
     diagnostics: tuple[Diagnostic, ...]
 
+    def checked(self, diagnostics: tuple[Diagnostic, ...]) -> Translation:
+        """The same with what the checker says of it; without a program if that is an error."""
+        found = Translation(self.forms, self.text, diagnostics)
+        return found if found.ok else Translation((), "", diagnostics)
+
     @property
     def ok(self) -> bool:
         return not any(d.is_error for d in self.diagnostics)
@@ -126,7 +131,7 @@ def _written(
     after = prose(text.response.after[:_LONGEST_PROSE])
     if after and footer:
         after = ["", *after]
-    return Translation(datums, output.text(datums, header, [*footer, *after]), tuple(diagnostics))
+    return Translation(datums, output.text(datums, header, [*footer, *after]), tuple(_sorted(diagnostics)))
 
 
 def _sorted(diagnostics: list[Diagnostic]) -> list[Diagnostic]:

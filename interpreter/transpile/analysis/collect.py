@@ -212,9 +212,17 @@ class _Finder:
         if func.attr in ("sort", "reverse") and isinstance(func.value, ast.Name):
             return self._names.variables.get(func.value)
         is_shuffle = ast.unparse(func) in ("random.shuffle", "np.random.shuffle", "numpy.random.shuffle")
-        if is_shuffle and len(call.args) == 1 and isinstance(call.args[0], ast.Name):
+        if is_shuffle and self._is_module(func) and len(call.args) == 1 and isinstance(call.args[0], ast.Name):
             return self._names.variables.get(call.args[0])
         return None
+
+    def _is_module(self, func: ast.Attribute) -> bool:
+        """Whether the name that ``a.b.c`` begins with is a module, not a variable of the program."""
+        root: ast.expr = func
+        while isinstance(root, ast.Attribute):
+            root = root.value
+        variable = self._names.variables.get(root)
+        return variable is None or variable in self._names.imports
 
     def _fresh(self, statement: ast.stmt) -> Variable | None:
         """The variable that a statement sets to a list which nothing else refers to."""

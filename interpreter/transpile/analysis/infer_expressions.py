@@ -345,6 +345,8 @@ class ExpressionInference(CallInference):
                     result = result | site.items[position]
             elif site.kind == ARRAY:
                 result = result | self._array_item(node, site, index, key)
+            elif site.kind == POSE:
+                continue
             elif site.kind == DICT:
                 result = result | self.field(site, index)
             else:

@@ -35,6 +35,8 @@ from scenelang.interpreter.transpile.analysis.inference import (
 )
 from scenelang.interpreter.transpile.analysis.paths import Paths, is_annotation
 
+_DEEPEST_LOOPS = 5
+
 
 class StatementInference(ExpressionInference):
     """Looks at statements."""
@@ -201,6 +203,15 @@ class StatementInference(ExpressionInference):
 
     def _loop(self, node: ast.For | ast.While, begin: object) -> None:
         assert callable(begin)
+        if len(self.exits) >= _DEEPEST_LOOPS:  # without the flow, so that the work does not double with every level
+            self.env = {}
+            self.exits.append([])
+            begin()
+            self.block(node.body)
+            self.exits.pop()
+            self.env = {}
+            self.block(node.orelse)
+            return
         head = dict(self.env or {})
         for _ in range(8):
             self.env = dict(head)

@@ -224,7 +224,7 @@ class InferenceState(ABC):
     def mutated(self, value: Type, element: Type = NOTHING, key: Type = NOTHING, node: ast.AST | None = None) -> None:
         """The containers that ``value`` may be are changed in place, taking in ``element``."""
         for site in self.read_sites(value):
-            if site.kind & (CONTAINERS | ARRAY):
+            if site.kind & (CONTAINERS | ARRAY | POSE):
                 if not site.is_mutated and node not in self.additions:
                     site.is_mutated = True
                     for reader in site.readers:

@@ -19,6 +19,7 @@ from scenelang.interpreter.transpile.analysis.domain import (
     POSE,
     SEQUENCES,
     SET,
+    SHAPE,
     STREAM,
     T_BOOL,
     T_FLOAT,
@@ -203,6 +204,8 @@ def _extreme(infer: InferenceState, node: ast.AST, args: list[Type], named: dict
 def _sum(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
     element = infer.elements(args[0]) if args else NOTHING
     start = args[1] if len(args) > 1 else named.get("start", T_INT)
+    if element.kinds & SHAPE:
+        return T_SHAPE
     if start.kinds & (LIST | TUPLE):
         return infer.container(node, start.kinds & (LIST | TUPLE), infer.elements(element) | infer.elements(start))
     if element.only(BOOL):
@@ -315,6 +318,10 @@ def _dot(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str
     return T_FLOAT
 
 
+def _pose(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    return infer.container(node, POSE, Type(ARRAY))
+
+
 def _plain_range(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
     return infer.container(node, LIST, T_INT)
 
@@ -331,8 +338,8 @@ def _each(module: str, names: str, result: T) -> dict[str, T]:
 RESULTS: dict[str, Type | Result] = {
     # the helper API
     "primitive_call": T_SHAPE, "concat_shapes": T_SHAPE, "transform_shape": T_SHAPE, "loop": _loop,
-    "library_call": T_SHAPE, "translation_matrix": T_POSE, "rotation_matrix": T_POSE, "scale_matrix": T_POSE,
-    "reflection_matrix": T_POSE, "identity_matrix": T_POSE, "compute_shape_center": _vector,
+    "library_call": T_SHAPE, "translation_matrix": _pose, "rotation_matrix": _pose, "scale_matrix": _pose,
+    "reflection_matrix": _pose, "identity_matrix": _pose, "compute_shape_center": _vector,
     "compute_shape_min": _vector, "compute_shape_max": _vector, "compute_shape_sizes": _vector,
     # builtins
     "len": T_INT, "int": T_INT, "float": T_FLOAT, "str": T_STR, "repr": T_STR, "bool": T_BOOL, "chr": T_STR,

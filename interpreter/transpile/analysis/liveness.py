@@ -22,6 +22,9 @@ class Liveness:
         self._function = names.module
         self._loops: list[tuple[Live, Live]] = []
         self._used: dict[ast.AST, Live] = {}
+        self._exposed: dict[ast.AST, Live] = {}
+        for target in names.walrus:
+            names.variables[target].is_cell = True
         for function in names.ordered:
             self._function = function
             self._loops = []
@@ -114,15 +117,18 @@ class Liveness:
 
     def _loop(self, node: ast.For | ast.While, live: Live) -> Live:
         after = self._block(node.orelse, live)
-        head = after
         targets = self._assigned(node.target) if isinstance(node, ast.For) else _NONE
         test = self.uses(node.test) if isinstance(node, ast.While) else _NONE
-        body = _NONE
-        for _ in range(2):
-            self._loops.append((head | test, live))
-            body = self._block(node.body, head | test)
+        exposed = self._exposed.get(node)
+        if exposed is None:  # what a turn reads of those before it
+            self._loops.append((_NONE, _NONE))
+            exposed = self._exposed[node] = self._block(node.body, _NONE) - targets
             self._loops.pop()
-            head = head | (body - targets) | test
+        head = after | exposed | test
+        self._loops.append((head, live))
+        body = self._block(node.body, head)
+        self._loops.pop()
+        head = head | (body - targets)
         assigned = targets | self._assigned(*node.body)
         carried = (assigned & (body | test) - targets) | (assigned & (after | live))
         for variable in carried:

@@ -104,6 +104,7 @@ class Names:
     ordered: list[Function] = field(default_factory=list)
     home: dict[ast.AST, Function] = field(default_factory=dict)
     imports: dict[Variable, str] = field(default_factory=dict)
+    walrus: list[ast.Name] = field(default_factory=list)
 
 
 class _Scope:
@@ -169,6 +170,11 @@ class _Resolver(ast.NodeVisitor):
                 self.names.variables[node] = variable
         else:
             self._store(node.id, node)
+
+    def visit_NamedExpr(self, node: ast.NamedExpr) -> None:
+        self.visit(node.value)
+        if self._store(node.target.id, node.target) is not None:
+            self.names.walrus.append(node.target)
 
     def visit_AugAssign(self, node: ast.AugAssign) -> None:
         if isinstance(node.target, ast.Name):

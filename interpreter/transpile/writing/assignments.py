@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Sequence
 
-from scenelang.interpreter.transpile.analysis.domain import ARRAY, DICT, LIST, POSE, SEQUENCES, SHAPE
+from scenelang.interpreter.transpile.analysis.domain import ARRAY, BOOL, DICT, LIST, POSE, SEQUENCES, SHAPE
 from scenelang.interpreter.transpile.analysis.effects import PURE, Effect
 from scenelang.interpreter.transpile.analysis.paths import is_annotation
 from scenelang.interpreter.transpile.analysis.scopes import Variable
@@ -74,7 +74,9 @@ class AssignmentWriter(BodyWriter):
             return
         if isinstance(target, ast.Subscript):
             effect = self.effect(target, value) | Effect(changes=True)
-            block.add_effect(self.set_item(target, self.expr(value)), effect, note)
+            is_number = bool(self.type(target.value).kinds & ARRAY) and self.type(value).only(BOOL)
+            code = numeric(self, value) if is_number else self.expr(value)
+            block.add_effect(self.set_item(target, code), effect, note)
             return
         self.store(node, target, self.expr(value), self.effect(value), block, note)
 
@@ -209,6 +211,8 @@ class AssignmentWriter(BodyWriter):
         value: ast.expr | None = None,
     ) -> None:  # fmt: skip
         elements = target.elts
+        if sum(1 for e in elements if isinstance(e, ast.Starred)) > 1:
+            raise self.error("python-syntax", "two stars in one target", target)
         star = next((i for i, e in enumerate(elements) if isinstance(e, ast.Starred)), None)
         if star is not None and star < len(elements) - 1:
             self._unpack_star(node, elements, star, code, effect, block, note)

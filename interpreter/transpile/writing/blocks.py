@@ -28,7 +28,8 @@ from scenelang.interpreter.transpile.writing.code import (
 @dataclass(eq=False, slots=True)
 class Item:
     """One step of a block. ``kind``: ``define`` (``target`` is a variable or a pattern), ``function`` (``value`` is the
-    whole definition) or ``effect``. ``note`` carries its comments; ``nested`` counts the definitions put into it."""
+    whole definition) or ``effect``. ``note`` carries its comments; ``nested`` counts the definitions put into it;
+    ``leaves``: what comes after it is never reached."""
 
     kind: str
     value: Code
@@ -37,6 +38,7 @@ class Item:
     target: Code | None = None
     note: Code = field(default_factory=lambda: Code(None))
     nested: int = 0
+    leaves: bool = False
 
     def mentions(self, variable: Variable) -> bool:
         return any(type(node) is Ref and node.variable is variable for node in walk(self.value))
@@ -131,14 +133,19 @@ class Block:
             self._settle(collecting, item)
         self.items.append(item)
 
-    def add_effect(self, value: Code, effect: Effect, note: Code | None = None) -> None:
-        self.add(Item("effect", value, effect, note=note or Code(None)))
+    def add_effect(self, value: Code, effect: Effect, note: Code | None = None, leaves: bool = False) -> None:
+        self.add(Item("effect", value, effect, note=note or Code(None), leaves=leaves))
+
+    @property
+    def has_left(self) -> bool:
+        """Whether the end of the block is never reached."""
+        return bool(self.items) and self.items[-1].leaves
 
     def add_piece(self, collecting: Collecting, piece: Piece) -> None:
         """A piece of a list: it waits for the others, unless it does things that those of other lists do too."""
         for other in self.collecting:
             if other is not collecting and any(not piece.effect.commutes(p.effect) for p in other.pieces):
-                self._name_pieces(other)
+                self.name_pieces(other)
         collecting.pieces.append(piece)
 
     def _settle(self, collecting: Collecting, item: Item) -> None:
@@ -146,10 +153,10 @@ class Block:
         pieces = collecting.pieces
         for variable in item.variables:
             if any(variable in piece.mentions for piece in pieces) and not self._inline_into(pieces, variable):
-                self._name_pieces(collecting)
+                self.name_pieces(collecting)
                 return
         if item.effect != PURE and any(not piece.effect.commutes(item.effect) for piece in pieces):
-            self._name_pieces(collecting)
+            self.name_pieces(collecting)
 
     def _inline_into(self, pieces: list[Piece], variable: Variable) -> bool:
         """``x = a; xs.append(x); x = b``: put ``a`` in the place of ``x`` where nothing else needs it."""
@@ -175,7 +182,7 @@ class Block:
         del self.items[position]
         return True
 
-    def _name_pieces(self, collecting: Collecting) -> None:
+    def name_pieces(self, collecting: Collecting) -> None:
         """Evaluate the pieces so far here, under a name of their own."""
         if not collecting.pieces or (len(collecting.pieces) == 1 and type(collecting.pieces[0].code) is Ref
                                      and collecting.pieces[0].code.variable.is_temporary):  # fmt: skip

@@ -121,8 +121,19 @@ class BodyWriter(ExpressionWriter, ABC):
                 return assemble(
                     block.items, self._noted(block, statement, partial(self._guarded_value, statement, mode))
                 )
+            if mode.leaving is ast.Continue and block.collecting and leaves(statement, ast.Continue):
+                self._keep_collected(block)
             self.statement(statement, block)
+        if block.has_left and mode.collection is None:
+            return assemble(block.items, None)
         return assemble(block.items, mode.finish(block))
+
+    def _keep_collected(self, block: Block) -> None:
+        """A ``continue`` deep inside the next statement gives what this turn has collected so far."""
+        collecting = block.collecting[0]
+        block.name_pieces(collecting)
+        if collecting.pieces:
+            self.place.continues[-1].value = collecting.combined
 
     def _leave(self, statement: ast.stmt, mode: Mode, block: Block) -> Code | None:
         if isinstance(statement, ast.Return):
@@ -191,7 +202,7 @@ class BodyWriter(ExpressionWriter, ABC):
         """``if c: return a`` and what follows, as one ``cond``. None where an escape says it better."""
         assert mode.leaving is not None
         if mode.collection is not None and block.collecting and block.collecting[0].pieces:
-            block._name_pieces(block.collecting[0])
+            block.name_pieces(block.collecting[0])
         clauses: list[Code] = []
         if not self._leaving_clauses(node, list(rest), mode, block, clauses, dry=True):
             return None

@@ -19,7 +19,7 @@ from scenelang.interpreter.transpile.writing.code import (
     none,
 )
 from scenelang.interpreter.transpile.writing.collecting import CollectionWriter
-from scenelang.interpreter.transpile.writing.conditionals import branch_values, conditional
+from scenelang.interpreter.transpile.writing.conditionals import branch_value, branch_values, conditional
 from scenelang.interpreter.transpile.writing.control import (
     Mode,
     is_main_guard,
@@ -93,14 +93,33 @@ class BranchWriter(CollectionWriter):
         self, node: ast.stmt, variables: list[Variable], block: Block, note: Code, write: Callable[[Mode], Code]
     ) -> None:
         """``if c: x = a else: x = b`` is ``(define x (if c a b))``; several variables come as a list."""
+        missing = {variable for variable in variables if not self.is_set_before(variable, node)}
         if len(variables) == 1:
             variable = variables[0]
-            code = write(Mode(None, lambda b: Ref(variable)))
+            code = write(Mode(None, lambda b: branch_value(b, variable, variable in missing)))
             block.define(variable, code, self.effect(node), note)
             return
-        code = write(Mode(None, lambda b: branch_values(b, variables)))
+        code = write(Mode(None, lambda b: branch_values(b, variables, missing)))
         targets = Form([Ref(v) for v in variables])
         block.add(Item("define", code, self.effect(node), tuple(variables), targets, note))
+
+    def is_set_before(self, variable: Variable, node: ast.AST) -> bool:
+        """Whether a variable has a value where ``node`` begins, as far as the blocks around it tell."""
+        if variable.is_parameter or variable.function is not self.place.function:
+            return True
+        current: ast.AST | None = node
+        while current is not None and not isinstance(current, (ast.FunctionDef, ast.Module)):
+            outer = self.parent(current)
+            for name in ("body", "orelse", "finalbody"):
+                block = getattr(outer, name, None)
+                if isinstance(block, list) and current in block:
+                    before = block[: block.index(current)]
+                    if any(_stands_in(store, statement) for store in variable.stores for statement in before):
+                        return True
+            if isinstance(outer, ast.For) and any(_stands_in(store, outer.target) for store in variable.stores):
+                return True
+            current = outer
+        return False
 
     def _if_value(self, node: ast.If, mode: Mode) -> Code:
         clauses: list[Code] = []
@@ -144,3 +163,10 @@ class BranchWriter(CollectionWriter):
             clauses.append(Form([test, *(self.body(handler.body, mode) or [none()])]))
         body = self.body([*node.body, *node.orelse], mode)
         return form("guard", Form([Ref(error), *clauses]), *(body or [none()]), span=self.span(node))
+
+
+def _stands_in(node: ast.AST, outer: ast.AST) -> bool:
+    """Whether ``node`` stands in the text of ``outer``."""
+    start = (getattr(outer, "lineno", 0), getattr(outer, "col_offset", 0))
+    end = (getattr(outer, "end_lineno", 0), getattr(outer, "end_col_offset", 0))
+    return start <= (getattr(node, "lineno", 0), getattr(node, "col_offset", 0)) < end

@@ -66,7 +66,12 @@ def write_zip(w: ExpressionWriter, node: ast.Call) -> Code:
 
 
 def write_map(w: ExpressionWriter, node: ast.Call) -> Code:
+    if len(node.args) < 2:
+        raise w.error("python-call", "`map` needs a function and a sequence", node)
     function, *sources = plain_arguments(w, node)
+    is_text = all(site.element.only(STR) for site in w.type(sources[0]).sites) and w.type(sources[0]).kinds != 0
+    if w.paths.of(function) in ("int", "float") and is_text:
+        return form("map", Name("string->number"), w.iterable(sources[0]))
     return form("map", w.expr(function), *(w.iterable(source) for source in sources))
 
 
@@ -149,6 +154,8 @@ def write_sum(w: ExpressionWriter, node: ast.Call) -> Code:
     given = arguments_of(w, node, "iterable start?", "sum")
     source, start = given["iterable"], given.get("start")
     element = w.facts.type(source)
+    if any(site.element.kinds & SHAPE for site in element.sites):
+        return form("union", w.iterable(source))
     if start is not None and w.type(start).kinds & SEQUENCES:
         code = form("apply", Name("append"), w.expr(start), w.iterable(source))
         return form("mutable", code) if w.is_mutated(node) else code

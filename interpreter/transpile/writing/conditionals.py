@@ -12,11 +12,18 @@ from scenelang.interpreter.transpile.writing.code import (
     Ref,
     form,
     is_form,
+    none,
     quote,
 )
 
 
-def branch_values(block: Block, variables: list[Variable]) -> Code:
+def branch_value(block: Block, variable: Variable, is_missing: bool) -> Code:
+    """A variable at the end of a branch; none where it was set neither in the branch nor before."""
+    is_set = any(variable in item.variables for item in block.items)
+    return none() if is_missing and not is_set else Ref(variable)
+
+
+def branch_values(block: Block, variables: list[Variable], missing: set[Variable]) -> Code:
     """The list of several variables at the end of a branch; plain definitions go straight into it."""
     items = block.items
     if (
@@ -32,7 +39,7 @@ def branch_values(block: Block, variables: list[Variable]) -> Code:
         return form("list", *values)
     if len(items) == 1 and _binds_in_order(items[0].target, variables):
         return items.pop().value
-    return form("list", *(Ref(v) for v in variables))
+    return form("list", *(branch_value(block, v, v in missing) for v in variables))
 
 
 def _binds_in_order(target: Code | None, variables: list[Variable]) -> bool:

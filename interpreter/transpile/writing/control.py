@@ -17,10 +17,12 @@ Finish = Callable[[Block], Code | None]
 
 @dataclass(eq=False)
 class Jump:
-    """A place that `return`, `break` or `continue` may have to leave early; used when a plain branch cannot say it."""
+    """A place that `return`, `break` or `continue` may have to leave early; used when a plain branch cannot say it.
+    ``value`` is what a turn of a collecting loop has collected by then."""
 
     name: str
     variable: Variable | None = None
+    value: Callable[[], Code] | None = None
 
     def escape(self) -> Variable:
         if self.variable is None:

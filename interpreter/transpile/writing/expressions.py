@@ -65,7 +65,12 @@ class ExpressionWriter(Flows):
         if code.span is None:
             code.span = self.span(node)
         is_made = isinstance(node, (ast.Call, ast.BinOp, ast.Subscript))
-        if is_made and self.type(node).only(ARRAY) and self.is_mutated(node) and not is_form(code, "mutable-array"):
+        if (
+            is_made
+            and self.type(node).only(ARRAY | POSE)
+            and self.is_mutated(node)
+            and not is_form(code, "mutable-array")
+        ):
             return form("mutable-array", code, span=code.span)
         return code
 
@@ -85,6 +90,8 @@ class ExpressionWriter(Flows):
 
     def _Constant(self, node: ast.Constant) -> Code:
         value = node.value
+        if isinstance(value, str) and any("\ud800" <= c <= "\udfff" for c in value):
+            raise self.unsupported("a string with half a character", node)
         if value is None or isinstance(value, (bool, str)):
             return Literal(value)
         if isinstance(value, (int, float)):
@@ -310,6 +317,8 @@ class ExpressionWriter(Flows):
             return self.binder(variable, target)
         if isinstance(target, (ast.Tuple, ast.List)):
             elements = target.elts
+            if any(isinstance(e, ast.Starred) for e in elements[:-1]):
+                raise self.unsupported("a star before the end of this target", target)
             if elements and isinstance(elements[-1], ast.Starred):
                 return Form(
                     [self.pattern(e) for e in elements[:-1]], self.span(target), self.pattern(elements[-1].value)

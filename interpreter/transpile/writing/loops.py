@@ -17,6 +17,7 @@ from scenelang.interpreter.transpile.writing.code import (
     Ref,
     form,
     none,
+    quote,
 )
 from scenelang.interpreter.transpile.writing.control import (
     Jump,
@@ -155,6 +156,7 @@ class LoopWriter(BranchWriter):
         block = Block()
         if collecting is not None:
             block.collecting.append(Collecting(collecting.collection, collecting.unites, False))
+            jump.value = (lambda: form("union")) if collecting.unites else (lambda: quote(Form([])))
         body = self.body(statements, mode, block)
         self.place.continues.pop()
         if jump.variable is not None:

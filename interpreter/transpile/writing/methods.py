@@ -276,7 +276,9 @@ def _dot(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
 
 
 def _array_copy(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
-    return form("mutable-array", w.expr(func.value)) if w.is_mutated(node) else w.expr(func.value)
+    if w.is_mutated(node):
+        return form("mutable-array", w.expr(func.value))
+    return form("array", w.expr(func.value)) if w.may_change(func.value) else w.expr(func.value)
 
 
 def _reshape(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:

@@ -53,7 +53,7 @@ class Namer:
             self._scope(form, taken)
         for form in self._forms:
             for variable in _variables(form):  # read where nothing defines it: the checker says so
-                variable.text = variable.text or kebab(variable.name)
+                variable.text = variable.text or _safe(kebab(variable.name))
             self._shadowed_keywords(form, frozenset())
 
     def keyword(self, python: str) -> str:
@@ -128,6 +128,10 @@ class Namer:
             if type(node) is Name and node.text in hidden and node.text not in _RESERVED:
                 node.text = f"std/{node.text}"
             stack.extend((child, hidden) for child in children(node))
+
+
+def _safe(text: str) -> str:
+    return f"{text}2" if text in _RESERVED or text in _MACROS else text
 
 
 def _differ(a: Variable, b: Variable) -> bool:

@@ -46,6 +46,8 @@ def write_np_array(w: ExpressionWriter, node: ast.Call) -> Code:
         code = w.array(source)
     if not isinstance(code, Brackets) and not is_form(code, "array") and not w.type(source).only(ARRAY | POSE):
         code = form("array", code)
+    elif not isinstance(code, Brackets) and w.may_change(source) and not w.is_mutated(node):
+        code = form("array", code)  # as it is now
     if _is_float(w, given.get("dtype")):
         code = form("inexact", code)
     if w.is_mutated(node):
@@ -185,7 +187,9 @@ def write_np_eye(w: ExpressionWriter, node: ast.Call) -> Code:
 def write_np_copy(w: ExpressionWriter, node: ast.Call) -> Code:
     given = arguments_of(w, node, "a", "np.copy")
     code = w.array(given["a"])
-    return form("mutable-array", code) if w.is_mutated(node) else code
+    if w.is_mutated(node):
+        return form("mutable-array", code)
+    return form("array", code) if w.may_change(given["a"]) else code
 
 
 def write_np_bool(head: str) -> CallWriter:

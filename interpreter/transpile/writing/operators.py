@@ -94,6 +94,8 @@ def _some(w: ExpressionWriter, code: Code, node: ast.expr, found: Type) -> Code 
 
 def numeric(w: ExpressionWriter, node: ast.expr) -> Code:
     """An operand of arithmetic: a Boolean counts as 1 or 0."""
+    if isinstance(node, ast.Constant) and isinstance(node.value, bool):
+        return number(int(node.value), w.span(node))
     if w.type(node).only(BOOL):
         return form("if", w.test(node), number(1), number(0), span=w.span(node))
     return w.expr(node)

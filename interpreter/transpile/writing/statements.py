@@ -117,7 +117,7 @@ class StatementWriter(LoopWriter):
             message = self.expr(node.exc.args[0])
         elif isinstance(node.exc, ast.Name):
             message = Literal(node.exc.id)
-        block.add_effect(form("error", message, span=self.span(node)), Effect(changes=True), note)
+        block.add_effect(form("error", message, span=self.span(node)), Effect(changes=True), note, leaves=True)
 
     def _Return_statement(self, node: ast.Return, block: Block, note: Code) -> None:
         if self.place.function is self.names.module:
@@ -126,18 +126,22 @@ class StatementWriter(LoopWriter):
         code = self._returned(node, block)
         is_nothing = type(code) is Literal and code.value is None
         block.add_effect(
-            Form([Ref(jump), *([] if is_nothing else [code])], self.span(node)), Effect(changes=True), note
+            Form([Ref(jump), *([] if is_nothing else [code])], self.span(node)), Effect(changes=True), note, leaves=True
         )
 
     def _Break_statement(self, node: ast.Break, block: Block, note: Code) -> None:
         if not self.place.breaks:
             raise self.error("python-syntax", "`break` outside a loop", node)
-        block.add_effect(Form([Ref(self.place.breaks[-1].escape())], self.span(node)), Effect(changes=True), note)
+        block.add_effect(
+            Form([Ref(self.place.breaks[-1].escape())], self.span(node)), Effect(changes=True), note, leaves=True
+        )
 
     def _Continue_statement(self, node: ast.Continue, block: Block, note: Code) -> None:
         if not self.place.continues:
             raise self.error("python-syntax", "`continue` outside a loop", node)
-        block.add_effect(Form([Ref(self.place.continues[-1].escape())], self.span(node)), Effect(changes=True), note)
+        jump = self.place.continues[-1]
+        items = [Ref(jump.escape()), *([jump.value()] if jump.value is not None else [])]
+        block.add_effect(Form(items, self.span(node)), Effect(changes=True), note, leaves=True)
 
     def _Delete_statement(self, node: ast.Delete, block: Block, note: Code) -> None:
         for target in node.targets:
@@ -207,6 +211,8 @@ class StatementWriter(LoopWriter):
         from scenelang.interpreter.transpile.writing.classes import class_items
 
         record: Class = self.names.classes[node]
+        text = text_of(node.body[0]) if node.body else None
+        note.before = (*note.before, *(comment_lines(text) if text else ()))
         for position, item in enumerate(class_items(self, record)):
             if position == 0:
                 item.note = note

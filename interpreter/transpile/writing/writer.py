@@ -82,6 +82,10 @@ class Writer:
         """Whether the container that ``node`` makes is changed somewhere."""
         return any(site.is_mutated and _same_place(site.node, node) for site in self.type(node).sites)
 
+    def may_change(self, node: ast.AST) -> bool:
+        """Whether the value of ``node`` may be a container or array that is changed somewhere."""
+        return any(site.is_mutated for site in self.type(node).sites)
+
     def variable(self, node: ast.AST) -> Variable | None:
         return self.names.variables.get(node)
 
