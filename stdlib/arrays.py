@@ -336,6 +336,27 @@ def clip(rt: Runtime, x: Any, low: Any, high: Any) -> Any:
     return from_numpy(np.minimum(np.maximum(arrays[0], arrays[1]), arrays[2]))
 
 
+@registry.define("array-map", "f::Function array::Any more::Any ...", "Array",
+                 "The array of what `f` makes of every number of an array, or of several of one shape (a number goes "
+                 "with all); #t counts as 1 and #f as 0, so that a test gives a mask for `where`.",
+                 ("(list (array-map square [1 2 3]) (array-map > [1 5 3] 2))", "([1 4 9] [0 1 1])"))  # fmt: skip
+def array_map(rt: Runtime, f: Any, array: Any, *more: Any) -> Any:
+    arrays = [to_numpy(rt, value, "array-map") for value in (array, *more)]
+    common_shape(rt, "array-map", *arrays)
+    broadcast = np.broadcast_arrays(*arrays)
+    results = [_number(rt.apply(f, list(numbers))) for numbers in zip(*(a.ravel().tolist() for a in broadcast))]
+    return from_numpy(np.array(results).reshape(broadcast[0].shape))
+
+
+def _number(value: Any) -> Any:
+    """A result of ``array-map`` as a number."""
+    if type(value) is bool:
+        return int(value)
+    if type(value) is int or type(value) is float:
+        return value
+    raise wrong_type("array-map", "a number or a Boolean from its function", value)
+
+
 @registry.define("interp", "x::Any xs::Any ys::Any", "Any",
                  "The value at `x` of the line through the points (xs, ys); `xs` must rise. Outside it stays level.",
                  ("(interp 1.5 '(1 2 3) '(10 20 40))", "15.0"))  # fmt: skip

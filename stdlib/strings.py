@@ -96,6 +96,20 @@ def string_trim(rt: Runtime, text: str, characters: str | None = None) -> str:
     return text.strip(characters)
 
 
+@registry.define("string-trim-left", "text::String [characters::String]", "String",
+                 "The text without white space, or without the given characters, at its beginning.",
+                 ('(string-trim-left "#ff8000" "#")', '"ff8000"'))  # fmt: skip
+def string_trim_left(rt: Runtime, text: str, characters: str | None = None) -> str:
+    return text.lstrip(characters)
+
+
+@registry.define("string-trim-right", "text::String [characters::String]", "String",
+                 "The text without white space, or without the given characters, at its end.",
+                 ('(string-trim-right "oak--" "-")', '"oak"'))  # fmt: skip
+def string_trim_right(rt: Runtime, text: str, characters: str | None = None) -> str:
+    return text.rstrip(characters)
+
+
 @registry.define("string-contains?", "text::String part::String", "Boolean", "True when `part` stands in the text.",
                  ('(string-contains? "chair leg" "leg")', "#t"))  # fmt: skip
 def string_contains(rt: Runtime, text: str, part: str) -> bool:

@@ -102,7 +102,7 @@ def _parse(text: PythonText) -> None:
                 if problem is not None:
                     text.diagnostics.append(problem)
                     return
-                text.tree = _with_separate_lists(tree)
+                text.tree = _with_named_tuples(_with_separate_lists(tree))
                 symtable.symtable(code, "<python>", "exec")  # finds what the parser alone lets pass; runs nothing
             return
         except SyntaxError as error:
@@ -142,6 +142,38 @@ def _with_separate_lists(tree: ast.Module) -> ast.Module:
             if isinstance(block, list) and any(isinstance(s, ast.Assign) for s in block):
                 setattr(node, name, [part for statement in block for part in _separated(statement)])
     return tree
+
+
+def _with_named_tuples(tree: ast.Module) -> ast.Module:
+    """``P = namedtuple("P", "x y")`` as the class that it makes."""
+    tree.body = [_named_tuple(statement) or statement for statement in tree.body]
+    return tree
+
+
+def _named_tuple(statement: ast.stmt) -> ast.ClassDef | None:
+    if not isinstance(statement, ast.Assign) or not isinstance(statement.targets[0], ast.Name):
+        return None
+    call = statement.value
+    if not isinstance(call, ast.Call) or len(call.args) != 2 or call.keywords:
+        return None
+    func = call.func
+    name = func.id if isinstance(func, ast.Name) else func.attr if isinstance(func, ast.Attribute) else ""
+    fields = call.args[1]
+    if name != "namedtuple":
+        return None
+    if isinstance(fields, ast.Constant) and isinstance(fields.value, str):
+        names = fields.value.replace(",", " ").split()
+    elif isinstance(fields, (ast.List, ast.Tuple)) and all(isinstance(e, ast.Constant) for e in fields.elts):
+        names = [str(e.value) for e in fields.elts if isinstance(e, ast.Constant)]
+    else:
+        return None
+    body: list[ast.stmt] = [
+        ast.AnnAssign(ast.Name(field, ast.Store()), ast.Name("Any", ast.Load()), None, simple=1) for field in names
+    ]
+    made = ast.ClassDef(statement.targets[0].id, [ast.Name("NamedTuple", ast.Load())], [], body, [])
+    for node in ast.walk(made):
+        ast.copy_location(node, statement)
+    return made
 
 
 def _separated(statement: ast.stmt) -> list[ast.stmt]:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from typing import TypeAlias
 
 _FENCE = re.compile(r"^[ \t]*(?:```+|~~~+)[ \t]*([\w+-]*)[^\n`]*$", re.M)
+_PYTHON_FENCE = re.compile(r"^[ \t]*(?:```|~~~)[ \t]*(?:python3?|py)[ \t]*$", re.M | re.I)
+_CLOSING = re.compile(r"^[ \t]*(?:```|~~~)", re.M)
 _REGISTERS = re.compile(r"^[ \t]*@register", re.M)
-_PYTHON = ("python", "py", "python3")
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,29 +27,45 @@ class Response:
 def find_code(text: str) -> Response:
     """The code of a response: from the first line "```python" to the next "```", as the paper's own tool reads it; the
     first block that registers something when that one does not; the whole text when nothing is fenced."""
-    blocks = _blocks(text)
+    blocks = _python_blocks(text) or _blocks(text)
     if not blocks:
         return Response(0, len(text), "", "")
-    python = [block for block in blocks if block[0].lower() in _PYTHON] or blocks
-    chosen = next((block for block in python if _REGISTERS.search(text, block[2], block[3])), python[0])
-    _, opening, start, end, closing = chosen
+    chosen = next((block for block in blocks if _REGISTERS.search(text, block[1], block[2])), blocks[0])
+    opening, start, end, closing = chosen
     before = _FENCE.sub("", _without_blocks(text, blocks, 0, opening))
     after = _FENCE.sub("", _without_blocks(text, blocks, closing, len(text)))
-    return Response(start, end, before.strip(), after.strip(), len(python) - 1)
+    return Response(start, end, before.strip(), after.strip(), len(blocks) - 1)
 
 
-def _blocks(text: str) -> list[tuple[str, int, int, int, int]]:
-    """(language, start of the opening fence, start and end of the code, end of the closing fence) of every block."""
-    found: list[tuple[str, int, int, int, int]] = []
+# A block: start of the opening fence, start and end of the code, end of the closing fence.
+Block: TypeAlias = tuple[int, int, int, int]
+
+
+def _python_blocks(text: str) -> list[Block]:
+    """Blocks that say that they are Python, each up to the next fence of any kind."""
+    found: list[Block] = []
+    position = 0
+    while opening := _PYTHON_FENCE.search(text, position):
+        start = _next_line(text, opening)
+        closing = _CLOSING.search(text, start)
+        end = closing.start() if closing else len(text)
+        position = text.find("\n", end) if closing and "\n" in text[end:] else len(text)
+        found.append((opening.start(), start, end, position))
+    return found
+
+
+def _blocks(text: str) -> list[Block]:
+    """All fenced blocks."""
+    found: list[Block] = []
     opening: re.Match[str] | None = None
     for match in _FENCE.finditer(text):
         if opening is None:
             opening = match
         elif not match.group(1):
-            found.append((opening.group(1), opening.start(), _next_line(text, opening), match.start(), match.end()))
+            found.append((opening.start(), _next_line(text, opening), match.start(), match.end()))
             opening = None
     if opening is not None:  # cut off before its end
-        found.append((opening.group(1), opening.start(), _next_line(text, opening), len(text), len(text)))
+        found.append((opening.start(), _next_line(text, opening), len(text), len(text)))
     return found
 
 
@@ -55,9 +73,9 @@ def _next_line(text: str, fence: re.Match[str]) -> int:
     return min(fence.end() + 1, len(text))
 
 
-def _without_blocks(text: str, blocks: list[tuple[str, int, int, int, int]], start: int, end: int) -> str:
+def _without_blocks(text: str, blocks: list[Block], start: int, end: int) -> str:
     pieces = []
-    for _, opening, _, _, closing in blocks:
+    for opening, _, _, closing in blocks:
         if start <= opening and closing <= end:
             pieces.append(text[start:opening])
             start = closing

@@ -234,7 +234,9 @@ class ExpressionInference(CallInference):
         for comparator in node.comparators:
             kinds |= self.expression(comparator).kinds
         is_containment = isinstance(node.ops[0], (ast.In, ast.NotIn, ast.Is, ast.IsNot))
-        return Type(ARRAY) if kinds & ARRAY and not is_containment else T_BOOL
+        if kinds & ARRAY and not is_containment:
+            return self.container(node, ARRAY, T_INT, T_BOOL)
+        return T_BOOL
 
     def _UnaryOp(self, node: ast.UnaryOp) -> Type:
         operand = self.expression(node.operand)
@@ -253,6 +255,8 @@ class ExpressionInference(CallInference):
             known = left | right
             return known if known.only(NUMBERS | ARRAY | STR | SHAPE) else NOTHING
         result = NOTHING
+        if kinds & ARRAY and isinstance(op, (ast.BitAnd, ast.BitOr)):
+            return self.container(node, ARRAY, T_INT, T_BOOL)
         if kinds & (ARRAY | POSE):
             if isinstance(op, ast.MatMult) and left.kinds & POSE and right.kinds & POSE:
                 result = T_POSE

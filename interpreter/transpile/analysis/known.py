@@ -77,7 +77,7 @@ def _elementwise(infer: InferenceState, node: ast.AST, args: list[Type], named: 
     if joined.kinds & (ARRAY | LIST | TUPLE | POSE):
         element = _join([infer.elements(a) for a in args if a.kinds & (ARRAY | LIST | TUPLE)])
         nested = element.kinds & (ARRAY | LIST | TUPLE)
-        return _array(infer, node, _array(infer, node, T_FLOAT) if nested else T_FLOAT)
+        return _array(infer, node, infer.container(node, ARRAY, T_FLOAT, tag="row") if nested else T_FLOAT)
     return T_FLOAT
 
 
@@ -407,6 +407,7 @@ RESULTS: dict[str, Type | Result] = {
     "itertools.chain.from_iterable": _list_of(
         lambda infer, args: infer.elements(infer.elements(args[0])) if args else NOTHING
     ),
+    "itertools.cycle": _list_of(lambda infer, args: infer.elements(args[0]) if args else NOTHING),
     "itertools.repeat": _list_of(lambda infer, args: args[0] if args else NOTHING),
     "itertools.accumulate": _list_of(lambda infer, args: infer.elements(args[0]) if args else NOTHING),
     "itertools.islice": _list_of(lambda infer, args: infer.elements(args[0]) if args else NOTHING),

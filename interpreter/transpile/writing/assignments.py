@@ -23,7 +23,7 @@ from scenelang.interpreter.transpile.writing.code import (
     quote,
 )
 from scenelang.interpreter.transpile.writing.expressions import is_constant
-from scenelang.interpreter.transpile.writing.operators import axes, numeric
+from scenelang.interpreter.transpile.writing.operators import axes, is_mask, numeric
 from scenelang.interpreter.transpile.writing.records import write_field
 
 
@@ -106,6 +106,10 @@ class AssignmentWriter(BodyWriter):
 
     def set_item(self, target: ast.Subscript, value: Code) -> Code:
         """``container[key] = value``."""
+        if is_mask(self.type(target.slice)):
+            array = self.expr(target.value)
+            masked = form("where", self.expr(target.slice), value, self.expr(target.value))
+            return form("set-ref!", array, Key("all"), masked, span=self.span(target))
         keys: list[Code] = []
         inner: ast.expr = target
         while isinstance(inner, ast.Subscript) and not isinstance(inner.slice, ast.Slice):

@@ -62,7 +62,7 @@ def write_enumerate(w: ExpressionWriter, node: ast.Call) -> Code:
 def write_zip(w: ExpressionWriter, node: ast.Call) -> Code:
     if len(node.args) == 1 and isinstance(node.args[0], ast.Starred):
         return form("apply", Name("zip"), w.iterable(node.args[0].value))
-    return form("zip", *(w.iterable(a) for a in plain_arguments(w, node)))
+    return form("zip", *w.side_by_side(plain_arguments(w, node)))
 
 
 def write_map(w: ExpressionWriter, node: ast.Call) -> Code:
@@ -366,6 +366,11 @@ def write_next(w: ExpressionWriter, node: ast.Call) -> Code:
     source, default = given["iterator"], given.get("default")
     if isinstance(source, ast.Call) and w.paths.of(source.func) == "iter" and source.args:
         return form("first", w.iterable(source.args[0]))
+    makers = {w.paths.of(s.node.func) for s in w.type(source).sites if isinstance(s.node, ast.Call)}
+    if makers == {"itertools.cycle"} and isinstance(source, ast.Name):
+        item = Variable("item", None, is_temporary=True)
+        taken = Form([Form([Ref(item), form("pop!", w.expr(source), number(0))])])
+        return form("let", taken, form("push!", w.expr(source), Ref(item)), Ref(item))
     if not isinstance(source, ast.GeneratorExp):
         raise w.unsupported("`next` of an iterator", node, "use a `for` loop or an index")
     found = Form([*w.loop_head("/list", source.generators), w.expr(source.elt)])

@@ -51,10 +51,12 @@ from scenelang.interpreter.transpile.writing.math_calls import (
     write_prod,
 )
 from scenelang.interpreter.transpile.writing.module_calls import (
+    write_accumulate,
     write_chain,
     write_chain_from_iterable,
     write_combinations,
     write_copy,
+    write_cycle,
     write_hsv,
     write_itertools_product,
     write_itertools_repeat,
@@ -187,7 +189,7 @@ CALLS: dict[str, CallWriter] = {
     "itertools.repeat": write_itertools_repeat,
     "colorsys.hsv_to_rgb": write_hsv, "copy.copy": write_copy, "copy.deepcopy": write_copy,
     "collections.OrderedDict": write_dict,
-    "collections.deque": write_sequence, "collections.defaultdict": write_defaultdict, "numpy.argsort": write_argsort,
+    "itertools.cycle": write_cycle, "itertools.accumulate": write_accumulate, "collections.deque": write_sequence, "collections.defaultdict": write_defaultdict, "numpy.argsort": write_argsort,
     "numpy.meshgrid": write_meshgrid, "dataclasses.field": write_field,
 }  # fmt: skip
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 from typing import TYPE_CHECKING
 
 from scenelang.interpreter.transpile.analysis.effects import PURE
@@ -42,7 +43,7 @@ def class_items(w: StatementWriter, record: Class) -> list[Item]:
 
 
 def _check_class(w: StatementWriter, record: Class) -> None:
-    bases = [w.text.text(base) for base in record.node.bases]
+    bases = [ast.unparse(base) for base in record.node.bases]
     if any(base not in ("object", "NamedTuple", "typing.NamedTuple") for base in bases):
         raise w.unsupported("a class that inherits", record.node, "use a plain class or a dataclass")
     for name, method in record.methods.items():

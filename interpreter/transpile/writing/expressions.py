@@ -307,8 +307,23 @@ class ExpressionWriter(Flows):
             and len(target.elts) == len(iterable.args)
             and not any(isinstance(e, ast.Starred) for e in (*target.elts, *iterable.args))
         ):
-            return [Form([self.pattern(t), self.iterable(source)]) for t, source in zip(target.elts, iterable.args)]
+            sources = self.side_by_side(iterable.args)
+            return [Form([self.pattern(t), source]) for t, source in zip(target.elts, sources)]
         return [Form([self.pattern(target), self.iterable(iterable)])]
+
+    def side_by_side(self, sources: Sequence[ast.expr]) -> list[Code]:
+        """The sequences of a ``zip``; ``cycle(xs)`` is repeated as often as the first other one has items."""
+        is_cycle = [isinstance(s, ast.Call) and self.paths.of(s.func) == "itertools.cycle" for s in sources]
+        other = next((s for s, cycles in zip(sources, is_cycle) if not cycles), None)
+        codes: list[Code] = []
+        for source, cycles in zip(sources, is_cycle):
+            if cycles and other is not None and isinstance(source, ast.Call) and len(source.args) == 1:
+                if self.effect(other).acts:
+                    raise self.unsupported("`cycle` beside something that draws", source)
+                codes.append(form("repeat", self.iterable(source.args[0]), form("length", self.iterable(other))))
+            else:
+                codes.append(self.iterable(source))
+        return codes
 
     def pattern(self, target: ast.expr) -> Code:
         """What a ``for`` or an assignment binds: a variable or a nested pattern; a star may only end it."""

@@ -337,6 +337,7 @@ _SET_METHODS: dict[str, MethodWriter] = {
 }  # fmt: skip
 _STRING_METHODS: dict[str, MethodWriter] = {
     "upper": _simple("string-upcase"), "lower": _simple("string-downcase"), "strip": _simple("string-trim", "chars?"),
+    "lstrip": _simple("string-trim-left", "chars?"), "rstrip": _simple("string-trim-right", "chars?"),
     "split": _fresh("string-split", "sep?"), "join": _join, "replace": _simple("string-replace", "old new count?"),
     "startswith": _simple("string-prefix?", "prefix"), "endswith": _simple("string-suffix?", "suffix"),
     "find": _string_find, "index": _index, "count": _count, "zfill": lambda w, node, func: form(

@@ -76,6 +76,16 @@ def write_chain_from_iterable(w: ExpressionWriter, node: ast.Call) -> Code:
     )
 
 
+def write_cycle(w: ExpressionWriter, node: ast.Call) -> Code:
+    """A cycle is a list that ``next`` turns around."""
+    return form("mutable", w.iterable(arguments_of(w, node, "iterable", "itertools.cycle")["iterable"]))
+
+
+def write_accumulate(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "iterable", "itertools.accumulate")
+    return form("->list", form("cumsum", w.iterable(given["iterable"])))
+
+
 def write_itertools_repeat(w: ExpressionWriter, node: ast.Call) -> Code:
     given = arguments_of(w, node, "object times", "itertools.repeat")
     return form("make-list", w.expr(given["times"]), w.expr(given["object"]))

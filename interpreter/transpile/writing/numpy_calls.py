@@ -28,7 +28,7 @@ from scenelang.interpreter.transpile.writing.code import (
     number,
     quote,
 )
-from scenelang.interpreter.transpile.writing.operators import numeric
+from scenelang.interpreter.transpile.writing.operators import is_mask, numeric
 from scenelang.interpreter.transpile.writing.random_calls import is_none
 
 if TYPE_CHECKING:
@@ -157,7 +157,7 @@ def write_np_where(w: ExpressionWriter, node: ast.Call) -> Code:
     given = arguments_of(w, node, "condition a b", "np.where")
     if w.type(given["condition"]).only(BOOL):
         return form("if", w.test(given["condition"]), w.expr(given["a"]), w.expr(given["b"]))
-    raise w.unsupported("`np.where` of a comparison of arrays", node, "write a comprehension")
+    return form("where", *(w.array(given[name]) for name in ("condition", "a", "b")))
 
 
 def write_np_clip(w: ExpressionWriter, node: ast.Call) -> Code:
@@ -194,6 +194,8 @@ def write_np_copy(w: ExpressionWriter, node: ast.Call) -> Code:
 
 def write_np_bool(head: str) -> CallWriter:
     def write(w: ExpressionWriter, node: ast.Call) -> Code:
+        if len(node.args) == 1 and is_mask(w.type(node.args[0])):
+            return form("=", form("max" if head == "/or" else "min", w.expr(node.args[0])), number(1))
         return write_quantifier(head)(w, node)
 
     return write

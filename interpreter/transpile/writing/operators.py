@@ -40,6 +40,7 @@ from scenelang.interpreter.transpile.writing.code import (
     is_form,
     none,
     number,
+    quote,
 )
 
 if TYPE_CHECKING:
@@ -67,8 +68,9 @@ def truth(w: ExpressionWriter, node: ast.expr, found: Type) -> Code:
     code = w.expr(node)
     if not found.kinds or found.only(BOOL | NONE | _ALWAYS_TRUE):
         return code
-    some = _some(w, code, node, found.without(NONE | BOOL))
-    if some is None:
+    rest = found.without(NONE | BOOL)
+    some = _some(w, code, node, rest)
+    if some is None or (found.kinds & BOOL and rest.kinds):
         return w.dynamic("py-truthy?", code)
     if found.kinds & (NONE | BOOL):
         if not w.is_simple(node):
@@ -107,7 +109,7 @@ def binary(w: ExpressionWriter, node: ast.BinOp) -> Code:
     op = type(node.op)
     if op is ast.MatMult:
         return _chain(w, node, "@", ast.MatMult, w.array)
-    if kinds & (ARRAY | POSE):
+    if kinds & (ARRAY | POSE) and op not in (ast.BitAnd, ast.BitOr):
         return _array_arithmetic(w, node, op)
     if op is ast.Mod and left.only(STR):
         return texts.percent(w, node)
@@ -217,6 +219,8 @@ def _bits(w: ExpressionWriter, node: ast.BinOp, op: type[ast.operator], left: Ty
         return form(_ON_SETS[op], w.expr(node.left), w.expr(node.right))
     if kinds & DICT and op is ast.BitOr:
         return form("table-merge", w.expr(node.left), w.expr(node.right))
+    if is_mask(left) and is_mask(right) and op in (ast.BitAnd, ast.BitOr):
+        return form("min" if op is ast.BitAnd else "max", w.expr(node.left), w.expr(node.right))
     if left.only(BOOL) and right.only(BOOL) and op in (ast.BitAnd, ast.BitOr):
         return form("and" if op is ast.BitAnd else "or", w.expr(node.left), w.expr(node.right))
     if op in (ast.LShift, ast.RShift):
@@ -238,6 +242,8 @@ def unary(w: ExpressionWriter, node: ast.UnaryOp) -> Code:
         return form("-", w.array(operand) if w.type(operand).only(ARRAY) else numeric(w, operand))
     if isinstance(node.op, ast.UAdd):
         return numeric(w, operand)
+    if is_mask(w.type(operand)):
+        return form("-", number(1), w.expr(operand))
     if w.type(operand).only(BOOL):
         raise w.unsupported("`~` of a Boolean", node)
     return form("-", form("-", numeric(w, operand)), number(1))
@@ -261,17 +267,21 @@ def comparison(w: ExpressionWriter, node: ast.Compare) -> Code:
 
 def _compare(w: ExpressionWriter, node: ast.Compare, op: ast.cmpop, a: ast.expr, b: ast.expr) -> Code:
     span = w.span(node)
+    if isinstance(op, ast.NotEq) and is_mask(w.type(node)):
+        return form("-", number(1), form("array-map", Name("="), w.array(a), w.array(b)), span=span)
     if isinstance(op, (ast.NotEq, ast.IsNot, ast.NotIn)):
         positive: ast.cmpop = {ast.NotEq: ast.Eq, ast.IsNot: ast.Is, ast.NotIn: ast.In}[type(op)]()
         return form("not", _compare(w, node, positive, a, b), span=span)
     if isinstance(op, ast.In):
         return _contains(w, a, b)
+    if isinstance(op, ast.Eq) and is_mask(w.type(node)):
+        return form("array-map", Name("="), w.array(a), w.array(b), span=span)
     if isinstance(op, (ast.Is, ast.Eq)):
         return _equal(w, a, b)
     left, right = w.type(a), w.type(b)
     head = _ORDER[type(op)]
     if (left.kinds | right.kinds) & ARRAY:
-        raise w.unsupported("comparing arrays item by item", node, "write a comprehension")
+        return form("array-map", Name(head), w.array(a), w.array(b), span=span)
     if left.only(STR) and right.only(STR):
         return form(f"string{head}?", w.expr(a), w.expr(b), span=span)
     if (
@@ -380,13 +390,19 @@ def subscript(w: ExpressionWriter, node: ast.Subscript) -> Code:
 
 def _picked(w: ExpressionWriter, node: ast.Subscript, index: ast.expr) -> Code:
     """``array[indices]``."""
-    if isinstance(index, ast.Compare) or (
-        w.type(index).sites and all(s.element.only(BOOL) for s in w.type(index).sites)
-    ):
-        raise w.unsupported("indexing by a mask", node, "write a comprehension with a condition")
+    if is_mask(w.type(index)):
+        kept, mark = Variable("item", None, is_temporary=True), Variable("mark", None, is_temporary=True)
+        sources = [Form([Ref(kept), w.expr(node.value)]), Form([Ref(mark), w.expr(index)])]
+        clauses = Form([*sources, Key("when"), form("=", Ref(mark), number(1))])
+        return form("array", Form([Name("for/list"), clauses, Ref(kept)]))
     source, item = Variable("source", None, is_temporary=True), Variable("i", None, is_temporary=True)
     picked = Form([Name("for/list"), Form([Form([Ref(item), w.iterable(index)])]), form("ref", Ref(source), Ref(item))])
     return form("let", Form([Form([Ref(source), w.expr(node.value)])]), form("array", picked))
+
+
+def is_mask(found: Type) -> bool:
+    """Whether a value is an array that a comparison made: of 1 where it holds, else 0."""
+    return found.only(ARRAY) and any(site.key.kinds & BOOL for site in found.sites)
 
 
 def _factory(w: ExpressionWriter, found: Type) -> ast.expr | None:
@@ -431,6 +447,8 @@ def _slice(w: ExpressionWriter, node: ast.Subscript, index: ast.Slice, found: Ty
         return form("mutable" if w.is_mutated(node) else "->list", value) if found.kinds & LIST else value
     if lower is None and step is None:
         lower = number(0)
+    if step is None and any(site.kind == ARRAY and site.element.kinds & ARRAY for site in found.sites):
+        return form("slice", value, *axes(w, [index]))  # rows of a matrix
     bounds = [lower or none(), *([upper or none()] if upper or step else []), *([step] if step else [])]
     code = form("slice", value, *bounds)
     return form("mutable", code) if w.is_mutated(node) else code
@@ -458,5 +476,7 @@ def axes(w: ExpressionWriter, elements: Sequence[ast.expr]) -> list[Code]:
             if element.step is not None:
                 raise w.unsupported("a step in an index of several axes", element)
             lower = w.expr(element.lower) if element.lower is not None else number(0)
-            codes.append(form("list", lower, w.expr(element.upper) if element.upper is not None else none()))
+            upper = w.expr(element.upper) if element.upper is not None else none()
+            is_constant = type(lower) is Literal and type(upper) is Literal
+            codes.append(quote(Form([lower, upper])) if is_constant else form("list", lower, upper))
     return codes

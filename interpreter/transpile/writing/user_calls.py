@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from scenelang.grammar.diagnostics import suggest
@@ -24,13 +25,20 @@ def call_function(w: ExpressionWriter, node: ast.Call) -> Code:
     if target is None and isinstance(node.func, ast.Name):
         targets = w.facts.targets.get(node, [])
         target = targets[0] if len(targets) == 1 and isinstance(targets[0].node, ast.Lambda) else None
-        if target is not None and any(p.variable.is_keyword for p in target.parameters):
+        variable = w.variable(node.func)
+        if target is not None and (variable is None or len(variable.stores) != 1 or not _is_named(w, variable, target)):
             target = None
     if target is None:
         return _call_value(w, node)
     assert isinstance(node.func, ast.Name)
     function = Ref(w.names.variables[node.func], w.span(node.func))
     return call_known(w, node, function, target, [])
+
+
+def _is_named(w: ExpressionWriter, variable: Variable, function: Function) -> bool:
+    """Whether a variable is just the name of a lambda."""
+    outer = w.parent(variable.stores[0])
+    return isinstance(outer, ast.Assign) and outer.value is function.node
 
 
 def _record_of(w: ExpressionWriter, func: ast.expr) -> Class | None:
@@ -105,9 +113,15 @@ def _spread(
     """``f(*xs)``. Parameters that go by name are given by position through a function between."""
     before: list[Code] = list(first)
     lists: list[Code] = []
-    plain = [p for p in parameters if p.kind == "plain"]
+    named = [k for k in node.keywords if k.arg is not None]
+    plain = [p for p in parameters if p.kind == "plain" and p.variable.name not in {k.arg for k in named}]
+    given: list[Code] = []
+    for keyword in node.keywords:
+        if keyword.arg is None:
+            raise w.unsupported("`*` and `**` in one call", keyword)
+        given += [ArgumentName(keyword.arg, w.span(keyword)), w.expr(keyword.value)]
     if any(p.variable.is_keyword for p in plain):
-        function = by_position(function, plain)
+        function, given = by_position(function, plain, given), []
     for argument in node.args:
         if isinstance(argument, ast.Starred):
             lists.append(w.iterable(argument.value))
@@ -115,23 +129,21 @@ def _spread(
             lists.append(form("list", w.expr(argument)))
         else:
             before.append(w.expr(argument))
-    for keyword in node.keywords:
-        if keyword.arg is None:
-            raise w.unsupported("`*` and `**` in one call", keyword)
-        before += [ArgumentName(keyword.arg, w.span(keyword)), w.expr(keyword.value)]
+    before += given
     tail = lists[0] if len(lists) == 1 else form("append", *lists)
     return form("apply", function, *before, tail)
 
 
-def by_position(function: Code, parameters: list[Parameter]) -> Code:
-    """``(lambda (a b) (f :a a b))``: a function that takes by position what ``function`` takes by name."""
+def by_position(function: Code, parameters: list[Parameter], given: Sequence[Code] = ()) -> Code:
+    """``(lambda (a b) (f :a a b))``: a function that takes by position what ``function`` takes by name; ``given`` are
+    further arguments by name."""
     variables = [Variable(p.variable.name, None, is_temporary=True) for p in parameters]
     items: list[Code] = []
     for parameter, variable in zip(parameters, variables):
         if parameter.variable.is_keyword:
             items.append(ArgumentName(parameter.variable.name))
         items.append(Ref(variable))
-    return Form([Name("lambda"), Form([Ref(v) for v in variables]), Form([function, *items])])
+    return Form([Name("lambda"), Form([Ref(v) for v in variables]), Form([function, *items, *given])])
 
 
 def wrapped(w: ExpressionWriter, function: Function, node: ast.Name) -> Code:
