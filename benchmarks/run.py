@@ -7,11 +7,14 @@ from __future__ import annotations
 
 import gc
 import json
+import statistics
 import subprocess
 import sys
 import sysconfig
+import tempfile
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -24,9 +27,12 @@ from scenelang.interpreter.entity import Scene
 from scenelang.interpreter.evaluate import Run
 from scenelang.interpreter.flatten import flatten_entity
 from scenelang.interpreter.runtime import Runtime
+from scenelang.interpreter.transpile.translate import translate
 from scenelang.session import Session, run_with_room
 
 ROUNDS = 5
+RESPONSES = sorted((Path(__file__).parent.parent / "tests" / "transpile" / "responses").glob("*.txt"))
+REFERENCE_IMPORT = 1.0  # seconds that the reference implementation takes to import itself
 
 
 def best(action: Callable[[], Any], rounds: int = ROUNDS) -> float:
@@ -121,6 +127,28 @@ def bench_start() -> None:
     row("start-up of `check`", ours, other, "importing numpy and lark", "< 300 ms")
 
 
+def bench_transpile() -> None:
+    """Responses of a language model: translated in this process, and by whole processes."""
+    texts = {path.stem: path.read_text("utf-8") for path in RESPONSES}
+    times = {name: best(partial(translate, Source(name, text)), 3) for name, text in texts.items()}
+    slowest = max(times, key=times.__getitem__)
+    middle, most = statistics.median(times.values()) * 1e3, times[slowest] * 1e3
+    print(f"{f'transpile {len(times)} responses, median':34} {middle:9.1f} ms   {'':45}< 50 ms")
+    print(f"{f'  the slowest, {slowest}':34} {most:9.1f} ms")
+    command = str(Path(sysconfig.get_path("scripts")) / "scenelang")
+    run = lambda *words: subprocess.run([command, *words], check=True, capture_output=True)
+    path = str(next(path for path in RESPONSES if path.stem == slowest))
+    with tempfile.TemporaryDirectory() as folder:
+        out = str(Path(folder) / "out.scene")
+        transpiling = best(lambda: run("transpile", path, "-o", out), 3)
+        running = best(lambda: run("run", out), 3)
+    direct = best(lambda: run("run", path), 3)
+    other = "the reference's import"
+    row("process `transpile`, the slowest", transpiling, REFERENCE_IMPORT, other, "")
+    row("processes `transpile` and `run`", transpiling + running, REFERENCE_IMPORT, other, "< 1")
+    row("process `run RESPONSE.txt`", direct, REFERENCE_IMPORT, other, "< 1")
+
+
 def main() -> None:
     session = Session()
     print(f"{'ours':>47}   {'other':>41}   ratio    target")
@@ -129,6 +157,7 @@ def main() -> None:
     bench_programs(session)
     bench_flatten(session)
     bench_start()
+    bench_transpile()
 
 
 if __name__ == "__main__":

@@ -58,6 +58,7 @@ def find_collections(names: Names, liveness: Liveness) -> Collections:
                 found.functional.add(statement)
                 found.additions.add(call)
     _drop_entangled(found)
+    _drop_carried(found, liveness)
     for collection in found.by_start.values():
         found.additions |= collection.additions
     return found
@@ -116,7 +117,6 @@ class _Finder:
         self._names = names
         self._liveness = liveness
         self._contents: dict[ast.stmt, Counter[Variable]] = {}
-        self._total = Counter(names.variables.values())
 
     def of_generator(self, function: Function) -> Collection | None:
         variable = Variable("frames" if function.is_animation else "items", function, is_temporary=True)
@@ -138,7 +138,7 @@ class _Finder:
             if len(statements) < 2 or not self._is_own(variable):
                 continue
             for position, statement in enumerate(statements):
-                if self._set(statement) is variable:
+                if self._set(statement) is variable and not additions(statement, variable, self._names):
                     segment = self._until_set_again(statements[position + 1 :], variable)
                     collection = self._collected(statement, segment, variable)
                     if collection is not None:
@@ -153,11 +153,8 @@ class _Finder:
         last = segment.index(adders[-1])
         if any(s not in adders for s in segment[:last]):
             return None
-        if variable.is_cell and sum(self._count(s, variable) for s in segment) + 1 != self._total[variable]:
-            return None
         if not all(self._collect(s, collection) for s in adders) or not self._fits(start, collection):
             return None
-        self._is_no_cell(collection)
         return collection
 
     def _until_set_again(self, statements: Sequence[ast.stmt], variable: Variable) -> Sequence[ast.stmt]:
@@ -177,15 +174,6 @@ class _Finder:
             return not lists
         is_list = isinstance(value, ast.Call) and isinstance(value.func, ast.Name) and value.func.id == "list"
         return is_list or isinstance(value, (ast.List, ast.ListComp))
-
-    def _is_no_cell(self, collection: Collection) -> None:
-        """What is collected in a loop is not assigned in place."""
-        variable = collection.variable
-        own = {s.targets[0] for s in collection.adders if isinstance(s, ast.Assign)}
-        own |= {s.target for s in collection.adders if isinstance(s, ast.AugAssign)}
-        assert collection.start is not None
-        if len(own) + 1 == len(variable.stores):
-            variable.is_cell = False
 
     def functional(self, block: Sequence[ast.stmt]) -> Iterator[tuple[ast.stmt, ast.Call]]:
         """Statements such as ``random.shuffle(xs)`` and ``xs.sort()`` where ``xs`` was made in the same block and
@@ -321,6 +309,24 @@ def _drop_entangled(found: Collections) -> None:
                     found.by_start.pop(collection.start, None)
                 else:
                     found.by_generator = {f: c for f, c in found.by_generator.items() if c is not collection}
+
+
+def _drop_carried(found: Collections, liveness: Liveness) -> None:
+    """A variable that loops carry from turn to turn is collected when they are the loops that add to it; then it is not
+    assigned in place."""
+    by_variable: dict[Variable, list[Collection]] = {}
+    for collection in found.by_start.values():
+        by_variable.setdefault(collection.variable, []).append(collection)
+    for variable, collections in by_variable.items():
+        adders = {adder for collection in collections for adder in collection.adders}
+        if not variable.is_cell:
+            continue
+        if liveness.carried.get(variable, set()) <= adders:
+            variable.is_cell = False
+            continue
+        for collection in collections:
+            assert collection.start is not None
+            del found.by_start[collection.start]
 
 
 def _leaves(body: Sequence[ast.stmt]) -> bool:

@@ -87,7 +87,8 @@ class CallInference(InferenceState):
                 for site in self.read_sites(self.facts.type(star.value)):
                     for parameter in target.parameters:
                         if parameter.variable.name not in extra and parameter.kind != "keys":
-                            extra[parameter.variable.name] = site.element
+                            known = site.fields.get(parameter.variable.name, NOTHING) | site.other
+                            extra[parameter.variable.name] = known if site.fields else site.element
             self.call_function(target, node, [], extra)
         return T_SHAPE
 

@@ -377,7 +377,8 @@ class ExpressionInference(CallInference):
         result = Type(value.kinds & STR) | (T_SHAPE if value.kinds & SHAPE else NOTHING)
         sites = self.read_sites(value)
         bounds = [constant_index(b) if b is not None else "" for b in (index.lower, index.upper, index.step)]
-        if len(sites) == 1 and sites[0].items is not None and None not in bounds and sites[0].kind & SEQUENCES:
+        is_known = None not in bounds and bounds[2] != 0
+        if len(sites) == 1 and sites[0].items is not None and is_known and sites[0].kind & SEQUENCES:
             lower, upper, step = (b if isinstance(b, int) else None for b in bounds)
             return result | self.tuple_of(node, sites[0].items[lower:upper:step], kind=sites[0].kind)
         for kind in (LIST, TUPLE, ARRAY):

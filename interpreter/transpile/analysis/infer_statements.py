@@ -32,6 +32,7 @@ from scenelang.interpreter.transpile.analysis.infer_expressions import Expressio
 from scenelang.interpreter.transpile.analysis.inference import (
     CHANGES,
     Environment,
+    constant_index,
 )
 from scenelang.interpreter.transpile.analysis.paths import Paths, is_annotation
 
@@ -80,9 +81,11 @@ class StatementInference(ExpressionInference):
             self.facts.types[node] = old
             self.assign(node.target, old)
             return
-        if old.kinds & ARRAY:
-            self.mutated(old, node=node)
         result = self.operation(node, node.op, old, value)
+        if old.kinds & ARRAY:
+            self.mutated(old, self.elements(result) if old.only(ARRAY) else NOTHING, node=node)
+            if old.only(ARRAY):  # the array itself changes
+                result = old
         self.facts.types[node] = result
         self.assign(node.target, result)
 
@@ -120,7 +123,9 @@ class StatementInference(ExpressionInference):
                     self.table(site, key, value, {target.slice.value: value}, NOTHING)
                 elif site.kind == DICT:
                     self.table(site, key, value, {}, value)
-            self.mutated(container, self.elements(value) if is_slice else value, key, node=target)
+            self.mutated(
+                container, self.elements(value) if is_slice else value, key, target, constant_index(target.slice)
+            )
         elif isinstance(target, ast.Attribute):
             owner = self.expression(target.value)
             for record in owner.classes:

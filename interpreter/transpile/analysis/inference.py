@@ -221,19 +221,35 @@ class InferenceState(ABC):
             result = result | T_NUMBER
         return result
 
-    def mutated(self, value: Type, element: Type = NOTHING, key: Type = NOTHING, node: ast.AST | None = None) -> None:
-        """The containers that ``value`` may be are changed in place, taking in ``element``."""
+    def mutated(
+        self, value: Type, element: Type = NOTHING, key: Type = NOTHING, node: ast.AST | None = None,
+        position: int | None = None,
+    ) -> None:  # fmt: skip
+        """The containers that ``value`` may be are changed in place, taking in ``element`` (at ``position``, if known)."""
         for site in self.read_sites(value):
             if site.kind & (CONTAINERS | ARRAY | POSE):
                 if not site.is_mutated and node not in self.additions:
                     site.is_mutated = True
                     for reader in site.readers:
                         self.enqueue(reader)
-                site.items = None if element.kinds else site.items
+                self._put(site, element, position)
                 self.grow(site, element, key)
         if node is not None and node not in self.additions:
             is_own = bool(value.sites) and all(_belongs(site.node, self.function) for site in value.sites)
             self.effect(node, 0 if is_own else CHANGES, here=CHANGES)
+
+    def _put(self, site: Site, element: Type, position: int | None) -> None:
+        if site.items is None or not element.kinds:
+            return
+        if position is None or not -len(site.items) <= position < len(site.items):
+            site.items = None
+            return
+        old = site.items[position]
+        if old | element is not old:
+            site.items[position] = old | element
+            for reader in site.readers:
+                if reader is not self.function:
+                    self.enqueue(reader)
 
     def effect(self, node: ast.AST, effect: int, here: int = 0) -> None:
         """Note that evaluating ``node`` does something; ``here`` is what matters inside this function only."""

@@ -10,6 +10,7 @@ from scenelang.interpreter.transpile.analysis.domain import (
     ANYTHING,
     ARRAY,
     BOOL,
+    CONTAINERS,
     DICT,
     INT,
     LIST,
@@ -117,6 +118,8 @@ def _drawn(number: Type, position: int = 2) -> Result:
 
 
 def _drawn_sides(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    if len(args) > 1:
+        return _array(infer, node, infer.container(node, ARRAY, T_FLOAT, tag="row"))
     return _array(infer, node) if args else T_FLOAT
 
 
@@ -318,6 +321,21 @@ def _dot(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str
     return T_FLOAT
 
 
+def _cloned(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    return _clone(infer, node, args[0], "copy") if args else NOTHING
+
+
+def _clone(infer: InferenceState, node: ast.AST, value: Type, tag: str) -> Type:
+    """The type of a copy: containers of its own, down to a few levels."""
+    if len(tag) > 12:
+        return value
+    result = Type(value.kinds & ~(CONTAINERS | ARRAY)) if value.kinds & ~(CONTAINERS | ARRAY) else NOTHING
+    for site in infer.read_sites(value):
+        element = _clone(infer, node, site.element, tag + "+")
+        result = result | infer.container(node, site.kind, element, site.key, f"{tag}{site.kind}")
+    return result
+
+
 def _pose(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
     return infer.container(node, POSE, Type(ARRAY))
 
@@ -413,7 +431,7 @@ RESULTS: dict[str, Type | Result] = {
     "itertools.islice": _list_of(lambda infer, args: infer.elements(args[0]) if args else NOTHING),
     "collections.defaultdict": _defaultdict, "collections.OrderedDict": _dict, "collections.deque": _sequence(LIST),
     "colorsys.hsv_to_rgb": _colors, "colorsys.hls_to_rgb": _colors, "colorsys.rgb_to_hsv": _colors,
-    "dataclasses.field": _dataclass_field, "copy.copy": _first, "copy.deepcopy": _first, "operator.add": T_NUMBER,
+    "dataclasses.field": _dataclass_field, "copy.copy": _cloned, "copy.deepcopy": _cloned, "operator.add": T_NUMBER,
     "operator.mul": T_NUMBER,
     "functools.partial": ANYTHING, "functools.lru_cache": ANYTHING,
 }  # fmt: skip

@@ -375,9 +375,12 @@ class AssignmentWriter(BodyWriter):
 
     def _update_array(self, node: ast.AugAssign, block: Block, note: Code) -> bool:
         """``a += b`` changes the array itself, which others may see."""
-        if not isinstance(node.target, ast.Name):
+        target = node.target
+        if isinstance(target, ast.Subscript) and (
+            isinstance(target.slice, (ast.Slice, ast.Tuple)) or self.effect(target.value, target.slice).acts
+        ):
             return False
-        load = self.loaded(node.target)
+        load = self.loaded(target)
         operation = ast.copy_location(ast.BinOp(load, node.op, node.value), node)
         self.facts.types[operation] = self.type(node)
         code = form("set-ref!", self.expr(load), Key("all"), self.expr(operation), span=self.span(node))

@@ -23,6 +23,7 @@ from scenelang.interpreter.transpile.writing.conditionals import branch_value, b
 from scenelang.interpreter.transpile.writing.control import (
     Mode,
     is_main_guard,
+    leaves,
 )
 
 _ERRORS: dict[str, tuple[str, ...]] = {
@@ -127,6 +128,11 @@ class BranchWriter(CollectionWriter):
         return conditional(clauses)
 
     def _Try_statement(self, node: ast.Try, block: Block, note: Code) -> None:
+        leaving = any(
+            leaves(s, kind) for h in node.handlers for s in h.body for kind in (ast.Return, ast.Continue, ast.Break)
+        )
+        if node.finalbody and leaving:
+            raise self.unsupported("`finally` after a handler that leaves", node)
         variables = self._set_and_needed(node)
         effect = self.effect(node) | Effect(changes=True)
         if variables:
@@ -152,7 +158,11 @@ class BranchWriter(CollectionWriter):
                 else [handler.type]
             )
             kinds = [_ERRORS.get(self.paths.of(n) or "") for n in names]
-            if not kinds or None in kinds:
+            if (
+                not kinds
+                or None in kinds
+                or (len(node.handlers) == 1 and len({k for ks in kinds for k in ks or ()}) > 1)
+            ):
                 test: Code = Literal(True)
             else:
                 tests = [

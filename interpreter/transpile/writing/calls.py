@@ -202,7 +202,7 @@ _VALUE_NAMES = {
     "round": "round", "sorted": "sort", "list": "->list", "tuple": "->list", "set": "list->set", "reversed": "reverse",
     "str.upper": "string-upcase", "concat_shapes": "union", "transform_shape": "transform",
     "translation_matrix": "translate", "compute_shape_center": "compute-shape-center", "operator.add": "+",
-    "operator.mul": "*", "operator.sub": "-", "numpy.array": "array", "numpy.linalg.norm": "norm", "ord": "ord",
+    "operator.mul": "*", "numpy.random.default_rng": "default-rng", "operator.sub": "-", "numpy.array": "array", "numpy.linalg.norm": "norm", "ord": "ord",
     "chr": "chr",
     **{f"math.{name}": head for name, head in _NUMERIC.items()},
     **{f"numpy.{name}": head for name, head in _NUMPY.items()},

@@ -91,8 +91,11 @@ class ModuleWriter(StatementWriter):
         else:
             bind = form("bind", word, self.as_lambda(function), span=self.span(node))
             block.add(Item("function", bind, PURE, (), None, note))
-        if function.text and function.text != function.word and self._calls_by_text():
-            block.add(Item("function", form("bind", Literal(function.text), self._caller(function)), PURE))
+        texts = dict.fromkeys(text for text in (function.text, function.text.partition(";")[0].strip()) if text)
+        if texts and self._calls_by_text():
+            for text in texts:
+                if text != function.word and self.analysed.words.get(text) is function:
+                    block.add(Item("function", form("bind", Literal(text), self._caller(function)), PURE))
 
     def _caller(self, function: Function) -> Code:
         return form("retrieve", Literal(function.word))

@@ -5,12 +5,7 @@ from __future__ import annotations
 import ast
 from typing import TYPE_CHECKING
 
-from scenelang.interpreter.transpile.analysis.domain import (
-    CONTAINERS,
-    DICT,
-    LIST,
-    SET,
-)
+from scenelang.interpreter.transpile.analysis.domain import DICT, RECORD, Type
 from scenelang.interpreter.transpile.analysis.scopes import Variable
 from scenelang.interpreter.transpile.writing.arguments import arguments_of
 from scenelang.interpreter.transpile.writing.call_basics import CallWriter, keyword_of, plain_arguments
@@ -98,14 +93,33 @@ def write_hsv(w: ExpressionWriter, node: ast.Call) -> Code:
 
 def write_copy(w: ExpressionWriter, node: ast.Call) -> Code:
     value = arguments_of(w, node, "x", "copy")["x"]
-    found = w.type(value)
-    if found.kinds & (LIST | DICT | SET) and any(site.is_mutated for site in found.sites):
-        if any(
-            s.element.kinds & CONTAINERS and any(inner.is_mutated for inner in s.element.sites) for s in found.sites
-        ):
-            raise w.unsupported("a deep copy of nested lists that change", node)
-        return form("mutable", w.expr(value))
-    return w.expr(value)
+    is_deep = w.paths.of(node.func) == "copy.deepcopy"
+    if w.type(value).kinds & RECORD:
+        raise w.unsupported("a copy of a record", node, "make a new one")
+    return _copied(w, w.expr(value), w.type(value) | w.type(node), is_deep, 0)
+
+
+def _copied(w: ExpressionWriter, code: Code, found: Type, is_deep: bool, level: int) -> Code:
+    """A copy of containers that change, level by level where it is deep; what never changes needs none."""
+    if not _changes(found, 0) or level > 3:
+        return code
+    inner = Type(0)
+    for site in found.sites:
+        inner = inner | site.element
+    if not is_deep or not _changes(inner, 0):
+        return form("mutable", code)
+    item = Variable("item", None, is_temporary=True)
+    copied = _copied(w, Ref(item), inner, True, level + 1)
+    if found.only(DICT):
+        key = Variable("key", None, is_temporary=True)
+        clauses = Form([Form([Form([Ref(key), Ref(item)]), form("table-items", code)])])
+        return Form([Name("for/table"), clauses, form("list", Ref(key), copied)])
+    return form("mutable", Form([Name("for/list"), Form([Form([Ref(item), code])]), copied]))
+
+
+def _changes(found: Type, level: int) -> bool:
+    """Whether a container, or one inside it, is changed somewhere."""
+    return any(site.is_mutated or (level < 4 and _changes(site.element, level + 1)) for site in found.sites)
 
 
 def _not_here(what: str, hint: str) -> CallWriter:

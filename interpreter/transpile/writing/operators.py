@@ -186,7 +186,9 @@ def _concatenation(w: ExpressionWriter, node: ast.BinOp, left: Type, right: Type
 def _flat(w: ExpressionWriter, node: ast.BinOp, head: str, kinds: int) -> Code:
     operands: list[ast.expr] = []
     inner: ast.expr = node
-    while isinstance(inner, ast.BinOp) and isinstance(inner.op, ast.Add) and w.type(inner).only(kinds):
+    while (
+        isinstance(inner, ast.BinOp) and isinstance(inner.op, ast.Add) and (inner is node or w.type(inner).only(kinds))
+    ):
         operands.append(inner.right)
         inner = inner.left
     operands.append(inner)
@@ -447,6 +449,9 @@ def _slice(w: ExpressionWriter, node: ast.Subscript, index: ast.Slice, found: Ty
         return form("mutable" if w.is_mutated(node) else "->list", value) if found.kinds & LIST else value
     if lower is None and step is None:
         lower = number(0)
+    is_matrix = any(site.kind == ARRAY and site.element.kinds & ARRAY for site in found.sites)
+    if step is not None and is_matrix:
+        return form("array", form("slice", form("->list", value), lower or none(), upper or none(), step))
     if step is None and any(site.kind == ARRAY and site.element.kinds & ARRAY for site in found.sites):
         return form("slice", value, *axes(w, [index]))  # rows of a matrix
     bounds = [lower or none(), *([upper or none()] if upper or step else []), *([step] if step else [])]

@@ -18,6 +18,7 @@ from scenelang.interpreter.transpile.writing.code import (
     Ref,
     form,
     none,
+    quote,
 )
 from scenelang.interpreter.transpile.writing.control import (
     comment_lines,
@@ -147,8 +148,12 @@ class StatementWriter(LoopWriter):
         for target in node.targets:
             if isinstance(target, ast.Name):
                 continue
-            if not isinstance(target, ast.Subscript) or isinstance(target.slice, ast.Slice):
+            if not isinstance(target, ast.Subscript):
                 raise self.unsupported("this `del`", node)
+            if isinstance(target.slice, ast.Slice):
+                code = self.set_item(target, quote(Form([])))
+                block.add_effect(code, Effect(changes=True), note)
+                continue
             head = "remove-key!" if self.type(target.value).only(DICT) else "remove-at!"
             block.add_effect(form(head, self.expr(target.value), self.expr(target.slice)), Effect(changes=True), note)
 

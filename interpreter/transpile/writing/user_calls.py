@@ -148,8 +148,10 @@ def by_position(function: Code, parameters: list[Parameter], given: Sequence[Cod
 
 def wrapped(w: ExpressionWriter, function: Function, node: ast.Name) -> Code:
     """A function with keyword parameters as a value that is called by position: those without defaults."""
-    required = [p for p in function.parameters if p.kind == "plain" and p.default is None]
-    return by_position(Ref(w.names.variables[node], w.span(node)), required)
+    plain = [p for p in function.parameters if p.kind == "plain"]
+    required = sum(1 for p in plain if p.default is None)
+    given = 1 if isinstance(w.parent(node), (ast.Call, ast.keyword)) else 0  # what `loop`, `map` or a key gives
+    return by_position(Ref(w.names.variables[node], w.span(node)), plain[: max(required, given)])
 
 
 def _call_value(w: ExpressionWriter, node: ast.Call) -> Code:
