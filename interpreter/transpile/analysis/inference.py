@@ -225,7 +225,7 @@ class InferenceState(ABC):
         self, value: Type, element: Type = NOTHING, key: Type = NOTHING, node: ast.AST | None = None,
         position: int | None = None,
     ) -> None:  # fmt: skip
-        """The containers that ``value`` may be are changed in place, taking in ``element`` (at ``position``, if known)."""
+        """The containers that ``value`` may be are changed in place, taking in ``element``, at ``position`` if known."""
         for site in self.read_sites(value):
             if site.kind & (CONTAINERS | ARRAY | POSE):
                 if not site.is_mutated and node not in self.additions:

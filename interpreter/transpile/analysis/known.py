@@ -325,6 +325,16 @@ def _cloned(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[
     return _clone(infer, node, args[0], "copy") if args else NOTHING
 
 
+def _shallow(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    result = NOTHING
+    for site in infer.read_sites(args[0]) if args else ():
+        copy = infer.site(node, site.kind, str(site.kind))
+        if site.kind == DICT:
+            infer.table(copy, site.key, site.element, site.fields, site.other)
+        result = result | infer.grow(copy, site.element, site.key)
+    return result if result.kinds else (args[0] if args else NOTHING)
+
+
 def _clone(infer: InferenceState, node: ast.AST, value: Type, tag: str) -> Type:
     """The type of a copy: containers of its own, down to a few levels."""
     if len(tag) > 12:
@@ -431,7 +441,7 @@ RESULTS: dict[str, Type | Result] = {
     "itertools.islice": _list_of(lambda infer, args: infer.elements(args[0]) if args else NOTHING),
     "collections.defaultdict": _defaultdict, "collections.OrderedDict": _dict, "collections.deque": _sequence(LIST),
     "colorsys.hsv_to_rgb": _colors, "colorsys.hls_to_rgb": _colors, "colorsys.rgb_to_hsv": _colors,
-    "dataclasses.field": _dataclass_field, "copy.copy": _cloned, "copy.deepcopy": _cloned, "operator.add": T_NUMBER,
+    "dataclasses.field": _dataclass_field, "copy.copy": _shallow, "copy.deepcopy": _cloned, "operator.add": T_NUMBER,
     "operator.mul": T_NUMBER,
     "functools.partial": ANYTHING, "functools.lru_cache": ANYTHING,
 }  # fmt: skip

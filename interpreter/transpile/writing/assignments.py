@@ -122,7 +122,7 @@ class AssignmentWriter(BodyWriter):
             else:
                 break
             inner = inner.value
-            if self.type(inner).kinds & DICT and isinstance(inner, ast.Subscript):
+            if isinstance(inner, ast.Subscript) and self._ends_path(inner):
                 break
         if inner is target:
             assert isinstance(target.slice, ast.Slice)
@@ -130,6 +130,11 @@ class AssignmentWriter(BodyWriter):
                 return self._splice(target, value)
             keys, inner = axes(self, [target.slice]), target.value
         return form("set-ref!", self.expr(inner), *keys, value, span=self.span(target))
+
+    def _ends_path(self, node: ast.Subscript) -> bool:
+        """Whether a path of keys ends at ``node``: a table, or an array in a list, is changed by itself."""
+        kinds = self.type(node).kinds
+        return bool(kinds & DICT) or (bool(kinds & (ARRAY | POSE)) and not self.type(node.value).only(ARRAY | POSE))
 
     def _splice(self, target: ast.Subscript, value: Code) -> Code:
         """``xs[a:b] = items``."""

@@ -10,7 +10,7 @@ from functools import partial
 from scenelang.interpreter.transpile.analysis.cells import CellPlaces
 from scenelang.interpreter.transpile.analysis.collect import Collection
 from scenelang.interpreter.transpile.analysis.domain import SHAPE
-from scenelang.interpreter.transpile.analysis.effects import PURE
+from scenelang.interpreter.transpile.analysis.effects import PURE, Effect
 from scenelang.interpreter.transpile.analysis.scopes import Function, Variable
 from scenelang.interpreter.transpile.writing.blocks import Block, Collecting, Item, assemble
 from scenelang.interpreter.transpile.writing.code import (
@@ -111,6 +111,7 @@ class BodyWriter(ExpressionWriter, ABC):
         block = block or Block()
         for position, statement in enumerate(statements):
             rest = statements[position + 1 :]
+            self._define_cells(statement, block)
             if mode.leaving is not None and isinstance(statement, mode.leaving):
                 return assemble(block.items, self._leave(statement, mode, block))
             if isinstance(statement, ast.If) and mode.leaving is not None and leaves(statement, mode.leaving):
@@ -127,6 +128,11 @@ class BodyWriter(ExpressionWriter, ABC):
         if block.has_left and mode.collection is None:
             return assemble(block.items, None)
         return assemble(block.items, mode.finish(block))
+
+    def _define_cells(self, statement: ast.stmt, block: Block) -> None:
+        """Define the variables that are assigned in place from ``statement`` on."""
+        for cell in self.places.before.pop(statement, ()):
+            block.add(Item("define", none(), Effect(writes=frozenset((cell,))), (cell,), Ref(cell)))
 
     def _keep_collected(self, block: Block) -> None:
         """A ``continue`` deep inside the next statement gives what this turn has collected so far."""

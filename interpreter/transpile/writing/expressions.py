@@ -371,7 +371,8 @@ class ExpressionWriter(Flows):
         """An expression where three numbers (or a colour) are wanted: displays become brackets."""
         if isinstance(node, (ast.Tuple, ast.List)) and node.elts and not self.is_mutated(node):
             if not any(isinstance(e, ast.Starred) for e in node.elts):
-                return Brackets(self._items(node.elts), self.span(node))
+                items = [self.comment_item(operators.numeric(self, element), element) for element in node.elts]
+                return Brackets(items, self.span(node))
         if isinstance(node, ast.Call) and len(node.args) == 1 and not isinstance(node.args[0], ast.Starred):
             path = self.paths.of(node.func)
             if path in ("numpy.array", "numpy.asarray") and not self.is_mutated(node):

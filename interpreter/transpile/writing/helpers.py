@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from scenelang.grammar.diagnostics import suggest
-from scenelang.interpreter.transpile.analysis.domain import SEQUENCES, SHAPE
-from scenelang.interpreter.transpile.analysis.scopes import Function, Variable
+from scenelang.interpreter.transpile.analysis.domain import BOOL, FLOAT, INT, NOTHING, SEQUENCES, SHAPE
+from scenelang.interpreter.transpile.analysis.scopes import Function, Parameter, Variable
 from scenelang.interpreter.transpile.writing.arguments import arguments_of, expanded, is_ones, is_zero_vector
 from scenelang.interpreter.transpile.writing.code import (
     ArgumentName,
@@ -21,6 +21,7 @@ from scenelang.interpreter.transpile.writing.code import (
     form,
     is_form,
 )
+from scenelang.interpreter.transpile.writing.operators import numeric
 
 if TYPE_CHECKING:
     from scenelang.interpreter.transpile.writing.expressions import ExpressionWriter
@@ -54,7 +55,7 @@ def library_call(w: ExpressionWriter, node: ast.Call) -> Code:
             return _unknown_call(w, node, word.value)
         assert target.word is not None
         check_named(w, node, target, keywords)
-        return _call(w, Literal(target.word, w.span(word)), keywords)
+        return _call(w, Literal(target.word, w.span(word)), keywords, target)
     return _computed_call(w, word, keywords)
 
 
@@ -135,21 +136,28 @@ def _unknown_call(w: ExpressionWriter, node: ast.Call, word: str) -> Code:
     return code
 
 
-def _call(w: ExpressionWriter, word: Code, keywords: list[ast.keyword]) -> Code:
+def _call(w: ExpressionWriter, word: Code, keywords: list[ast.keyword], target: Function | None = None) -> Code:
     items: list[Code] = []
     tables: list[Code] = []
     for keyword in keywords:
         if keyword.arg is None:
             tables.append(form("keywords", w.expr(keyword.value)))
             continue
-        items += w.comment_pair(ArgumentName(keyword.arg, w.span(keyword)), argument(w, keyword.value), keyword)
+        parameter = target.parameter(keyword.arg) if target is not None else None
+        value = argument(w, keyword.value, [parameter] if parameter is not None else [])
+        items += w.comment_pair(ArgumentName(keyword.arg, w.span(keyword)), value, keyword)
     if tables:
         return form("apply", Name("call"), word, *items, *([form("append", *tables)] if len(tables) > 1 else tables))
     return form("call", word, *items)
 
 
-def argument(w: ExpressionWriter, node: ast.expr) -> Code:
-    """An argument of a function of the program: a display that only serves as a vector becomes one."""
+def argument(w: ExpressionWriter, node: ast.expr, parameters: Sequence[Parameter] = ()) -> Code:
+    """An argument of a function of the program: a display that only serves as a vector becomes one, a Boolean beside
+    numbers a number."""
+    if w.type(node).only(BOOL) and any(
+        w.facts.variables.get(p.variable, NOTHING).kinds & (INT | FLOAT) for p in parameters
+    ):
+        return numeric(w, node)
     return w.vector(node) if w.is_vector_literal(node) and w.wants_vector(node) else w.expr(node)
 
 

@@ -113,7 +113,7 @@ class LoopWriter(BranchWriter):
 
     def _guards(self, statements: list[ast.stmt], clauses: list[Code], breaks: bool) -> list[ast.stmt]:
         """Leading ``if c: continue`` and ``if c: break``, and an ``if`` around all, become clauses."""
-        while statements and isinstance(statements[0], ast.If):
+        while statements and isinstance(statements[0], ast.If) and statements[0] not in self.places.before:
             first = statements[0]
             if (
                 not first.orelse

@@ -184,6 +184,44 @@ def write_np_eye(w: ExpressionWriter, node: ast.Call) -> Code:
     return form("mutable-array", code) if w.is_mutated(node) else code
 
 
+def write_np_diff(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "a", "np.diff")
+    array = Variable("array", None, is_temporary=True)
+    difference = form("-", form("slice", Ref(array), number(1)), form("slice", Ref(array), number(0), number(-1)))
+    return form("let", Form([Form([Ref(array), w.array(given["a"])])]), difference)
+
+
+def write_np_roll(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "a shift", "np.roll")
+    array, shift = Variable("array", None, is_temporary=True), Variable("shift", None, is_temporary=True)
+    length = form("length", Ref(array))
+    bindings = Form([
+        Form([Ref(array), w.array(given["a"])]),
+        Form([Ref(shift), form("-", length, form("%", w.expr(given["shift"]), form("length", Ref(array))))]),
+    ])  # fmt: skip
+    parts = (form("slice", Ref(array), Ref(shift)), form("slice", Ref(array), number(0), Ref(shift)))
+    return form("let*", bindings, form("concatenate", *parts))
+
+
+def write_np_std(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "a", "np.std")
+    array = Variable("array", None, is_temporary=True)
+    spread = form("mean", form("square", form("-", Ref(array), form("mean", Ref(array)))))
+    return form("let", Form([Form([Ref(array), w.array(given["a"])])]), form("sqrt", spread))
+
+
+def write_np_median(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "a", "np.median")
+    array, count = Variable("array", None, is_temporary=True), Variable("count", None, is_temporary=True)
+    low = form("ref", Ref(array), form("//", form("-", Ref(count), number(1)), number(2)))
+    high = form("ref", Ref(array), form("//", Ref(count), number(2)))
+    bindings = Form([
+        Form([Ref(array), form("sort", form("flatten", w.array(given["a"])))]),
+        Form([Ref(count), form("length", Ref(array))]),
+    ])  # fmt: skip
+    return form("let*", bindings, form("/", form("+", low, high), number(2)))
+
+
 def write_np_copy(w: ExpressionWriter, node: ast.Call) -> Code:
     given = arguments_of(w, node, "a", "np.copy")
     code = w.array(given["a"])

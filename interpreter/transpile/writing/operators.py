@@ -284,6 +284,12 @@ def _compare(w: ExpressionWriter, node: ast.Compare, op: ast.cmpop, a: ast.expr,
     head = _ORDER[type(op)]
     if (left.kinds | right.kinds) & ARRAY:
         return form("array-map", Name(head), w.array(a), w.array(b), span=span)
+    if left.only(SET) and right.only(SET):
+        small, large = (a, b) if head in ("<", "<=") else (b, a)
+        subset = form("subset?", w.expr(small), w.expr(large), span=span)
+        return (
+            subset if "=" in head else form("and", subset, form("not", form("equal?", w.expr(a), w.expr(b))), span=span)
+        )
     if left.only(STR) and right.only(STR):
         return form(f"string{head}?", w.expr(a), w.expr(b), span=span)
     if (

@@ -43,8 +43,7 @@ class StatementWriter(LoopWriter):
                 self._check_import(node)
                 return
             self._open_note(note, node)
-            for cell in self.places.before.get(node, ()):
-                block.add(Item("define", none(), Effect(writes=frozenset((cell,))), (cell,), Ref(cell)))
+            self._define_cells(node, block)
             handler = getattr(self, f"_{type(node).__name__}_statement", None)
             if handler is None:
                 raise self.unsupported(f"`{type(node).__name__.lower()}`", node)

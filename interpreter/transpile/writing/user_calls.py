@@ -62,22 +62,24 @@ def call_known(w: ExpressionWriter, node: ast.Call, function: Code, target: Func
                 items.append(ArgumentName(plain[position].variable.name, w.span(argument)))
         elif rest is None:
             break
-        items.append(w.comment_item(_argument(w, argument), argument))
+        items.append(w.comment_item(_argument(w, argument, plain[position : position + 1]), argument))
     tables: list[Code] = []
     for keyword in node.keywords:
         if keyword.arg is None:
             tables.append(form("keywords", w.expr(keyword.value)))
             continue
-        items += w.comment_pair(ArgumentName(keyword.arg, w.span(keyword)), _argument(w, keyword.value), keyword)
+        named = [p for p in parameters if p.variable.name == keyword.arg]
+        value = _argument(w, keyword.value, named)
+        items += w.comment_pair(ArgumentName(keyword.arg, w.span(keyword)), value, keyword)
     if tables:
         return form("apply", function, *items, *([form("append", *tables)] if len(tables) > 1 else tables))
     return Form([function, *items])
 
 
-def _argument(w: ExpressionWriter, node: ast.expr) -> Code:
+def _argument(w: ExpressionWriter, node: ast.expr, parameters: Sequence[Parameter] = ()) -> Code:
     from scenelang.interpreter.transpile.writing.helpers import argument
 
-    return argument(w, node)
+    return argument(w, node, parameters)
 
 
 def _check(w: ExpressionWriter, node: ast.Call, target: Function, parameters: list[Parameter], has_star: bool) -> None:
