@@ -56,6 +56,26 @@ def _check_seed(name: str, seed: int) -> int:
     return seed
 
 
+@registry.define("random-state", "", "Stream",
+                 "A copy of the stream of `random uniform randint` and their kin as it stands, for "
+                 "`set-random-state!`.",
+                 ("(let ((s (random-state))) (let ((a (random))) (set-random-state! s) (= a (random))))",
+                  "#t"))  # fmt: skip
+def random_state(rt: Runtime) -> Stream:
+    rt.draw()
+    generator = np.random.RandomState()
+    generator.set_state(rt.streams.numpy.get_state())
+    return Stream("random-stream", generator, rt.clock)
+
+
+@registry.define("set-random-state!", "saved::Stream", "Any",
+                 "Puts the stream of `random uniform randint` and their kin where `random-state` found it.",
+                 ("(let ((s (random-state))) (random) (set-random-state! s))", "none"))  # fmt: skip
+def set_random_state(rt: Runtime, saved: Stream) -> None:
+    rt.streams.numpy.set_state(_numpy_source(rt, "set-random-state!", saved).get_state())
+    rt.draw()
+
+
 @registry.define("set-seed!", "seed::Integer", "Any",
                  "Seeds the stream of `random uniform randint` and their kin anew, from here on.",
                  ("(begin (set-seed! 7) (let ((a (random))) (set-seed! 7) (= a (random))))", "#t"))  # fmt: skip

@@ -129,9 +129,8 @@ def _written(
     header += texts
     footer = [*writer.pending_texts, *writer.comments_until(len(text.lines) + 1)]
     after = prose(text.response.after[:_LONGEST_PROSE])
-    if after and footer:
-        after = ["", *after]
-    return Translation(datums, output.text(datums, header, [*footer, *after]), tuple(_sorted(diagnostics)))
+    ending: list[str | None] = [*footer, *([None] if after else []), *after]
+    return Translation(datums, output.text(datums, header, ending), tuple(_sorted(diagnostics)))
 
 
 def _sorted(diagnostics: list[Diagnostic]) -> list[Diagnostic]:

@@ -225,7 +225,7 @@ class InferenceState(ABC):
         self, value: Type, element: Type = NOTHING, key: Type = NOTHING, node: ast.AST | None = None,
         position: int | None = None,
     ) -> None:  # fmt: skip
-        """The containers that ``value`` may be are changed in place, taking in ``element``, at ``position`` if known."""
+        """The containers that ``value`` may be are changed in place, taking in ``element`` (``position``: where)."""
         for site in self.read_sites(value):
             if site.kind & (CONTAINERS | ARRAY | POSE):
                 if not site.is_mutated and node not in self.additions:
@@ -275,8 +275,8 @@ class InferenceState(ABC):
 
     def field(self, site: Site, key: ast.expr) -> Type:
         """The value under a key of a table."""
-        if isinstance(key, ast.Constant) and key.value in site.fields:
-            return site.fields[key.value] | site.other
+        if isinstance(key, ast.Constant) and (site.fields or site.other.kinds):
+            return site.fields.get(key.value, NOTHING) | site.other
         return site.element
 
     def at(self, value: Type, position: int) -> Type:

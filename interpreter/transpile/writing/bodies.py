@@ -16,6 +16,7 @@ from scenelang.interpreter.transpile.writing.blocks import Block, Collecting, It
 from scenelang.interpreter.transpile.writing.code import (
     Code,
     Form,
+    Literal,
     Name,
     Ref,
     form,
@@ -103,7 +104,9 @@ class BodyWriter(ExpressionWriter, ABC):
                 self.place.returns.variable = None
                 forms = [forms[0], form("let/ec", Ref(escape), *forms[1:-1]), forms[-1]]
         if function.is_animation:
-            return [*forms[:-1], form("frames", forms[-1])]
+            frames = form("frames", forms[-1])
+            frames.blank, forms[-1].blank = forms[-1].blank, False
+            return [*forms[:-1], frames]
         return forms
 
     def body(self, statements: Sequence[ast.stmt], mode: Mode, block: Block | None = None) -> list[Code]:
@@ -144,7 +147,12 @@ class BodyWriter(ExpressionWriter, ABC):
     def _leave(self, statement: ast.stmt, mode: Mode, block: Block) -> Code | None:
         if isinstance(statement, ast.Return):
             return self._noted(block, statement, lambda: self._returned(statement, block))
-        return self._noted(block, statement, lambda: mode.finish(block) or none())
+        code = self._noted(block, statement, lambda: mode.finish(block) or none())
+        is_nothing = type(code) is Literal and code.value is None
+        if is_nothing and block.items and block.items[-1].kind == "effect":  # what it does is enough
+            block.items[-1].note.before = (*block.items[-1].note.before, *code.before)
+            return None
+        return code
 
     def _returned(self, statement: ast.Return, block: Block) -> Code:
         if statement.value is None:

@@ -194,7 +194,9 @@ CALLS: dict[str, CallWriter] = {
     "colorsys.hsv_to_rgb": write_hsv, "copy.copy": write_copy, "copy.deepcopy": write_copy,
     "collections.OrderedDict": write_dict,
     "numpy.diff": write_np_diff, "numpy.roll": write_np_roll, "numpy.std": write_np_std,
-    "numpy.median": write_np_median, "itertools.cycle": write_cycle, "itertools.accumulate": write_accumulate,
+    "numpy.median": write_np_median, "numpy.random.get_state": numeric_call("random-state"),
+    "numpy.random.set_state": numeric_call("set-random-state!"), "itertools.cycle": write_cycle,
+    "itertools.accumulate": write_accumulate,
     "collections.deque": write_sequence, "collections.defaultdict": write_defaultdict, "numpy.argsort": write_argsort,
     "numpy.meshgrid": write_meshgrid, "dataclasses.field": write_field,
 }  # fmt: skip

@@ -403,7 +403,10 @@ class ExpressionWriter(Flows):
     def test(self, node: ast.expr) -> Code:
         """An expression that only decides: what is false in Python is #f or none in the code."""
         if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
-            return form("not", self.test(node.operand), span=self.span(node))
+            inner = self.test(node.operand)
+            if is_form(inner, "not") and isinstance(inner, Form):
+                return inner.items[1]
+            return form("not", inner, span=self.span(node))
         if isinstance(node, ast.BoolOp):
             head = "and" if isinstance(node.op, ast.And) else "or"
             return form(head, *(self.test(value) for value in node.values), span=self.span(node))

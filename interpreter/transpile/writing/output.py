@@ -54,7 +54,7 @@ class Output:
         assert type(code) is Name
         return Atom(Symbol(code.text), span)
 
-    def text(self, forms: Sequence[Datum], header: Sequence[str], footer: Sequence[str] = ()) -> str:
+    def text(self, forms: Sequence[Datum], header: Sequence[str], footer: Sequence[str | None] = ()) -> str:
         """The text of the program; ``header`` are the lines of the comment that opens it."""
         trivia = dict(self.trivia)
         if forms and header:
