@@ -100,11 +100,25 @@ def _note_calls(names: Names, facts: Facts) -> set[str]:
             _name_parameters(target, named, has_table)
             if has_table:
                 spread |= {p.variable.name for p in target.parameters}
+    _note_constructors(names, facts)
     for node, variable in names.variables.items():
         if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load) and node not in callees:
             for function in variable.functions:
                 function.is_passed_on = True
     return spread
+
+
+def _note_constructors(names: Names, facts: Facts) -> None:
+    """The parameters of ``__init__`` that calls of the class name."""
+    if not names.classes:
+        return
+    for call in ast.walk(names.module.node):
+        if isinstance(call, ast.Call):
+            named = {k.arg for k in call.keywords if k.arg is not None}
+            for record in facts.type(call.func).classes:
+                constructor = record.methods.get("__init__")
+                if constructor is not None and named:
+                    _name_parameters(constructor, named, False)
 
 
 def _name_parameters(target: Function, named: set[str], has_table: bool) -> None:

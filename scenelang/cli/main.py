@@ -53,9 +53,23 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         return 130
+    except RecursionError:
+        report(arguments, [SceneError("nesting", "the program is nested too deeply for this command").diagnostic])
+        return 1
     except OSError as error:
         report(arguments, [SceneError("file", f"{error.strerror or error}: {error.filename or 'output'}").diagnostic])
         return 1
+    except Exception as error:
+        return _report_fault(error)
+
+
+def _report_fault(error: Exception) -> int:
+    """A fault of ours, not of the program: one line, and where the whole story is to be had."""
+    if os.environ.get("SCENELANG_TRACEBACK"):
+        raise error
+    said = f"{type(error).__name__}: {error}"
+    print(f"internal error: {said} (SCENELANG_TRACEBACK=1 shows where; please report it)", file=sys.stderr)
+    return 1
 
 
 def _silence_stdout() -> None:

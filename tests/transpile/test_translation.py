@@ -29,7 +29,6 @@ MEDIAN_LENGTH, GREATEST_LENGTH = 1.05, 1.3
 DYNAMIC = frozenset(Session().library.imported["python.scene"])
 
 # Rejected on purpose: the code of the error, and why.
-NOT_TRANSLATED: dict[str, tuple[str, str]] = {}
 # Kept as files that a person has read, in `scenes`: one for each kind of program.
 KEPT = (
     "t13-stonehenge",  # nested functions, sets, one random stream
@@ -45,9 +44,8 @@ KEPT = (
 )
 
 every = pytest.mark.parametrize("case", CORPUS, ids=lambda case: case.name)
-TRANSLATED = [case for case in IMITATIONS if case.name not in NOT_TRANSLATED]
-imitation = pytest.mark.parametrize("case", TRANSLATED, ids=lambda case: case.name)
-both = pytest.mark.parametrize("case", [*CORPUS, *TRANSLATED], ids=lambda case: case.name)
+imitation = pytest.mark.parametrize("case", IMITATIONS, ids=lambda case: case.name)
+both = pytest.mark.parametrize("case", [*CORPUS, *IMITATIONS], ids=lambda case: case.name)
 
 
 def test_the_cases_are_there() -> None:
@@ -144,7 +142,7 @@ def test_it_is_as_short_as_the_python() -> None:
     assert statistics.median(map(_ratio, CORPUS)) <= MEDIAN_LENGTH
 
 
-@pytest.mark.parametrize("cases", [CORPUS, TRANSLATED], ids=["corpus", "imitations"])
+@pytest.mark.parametrize("cases", [CORPUS, IMITATIONS], ids=["corpus", "imitations"])
 def test_dynamic_operators_are_rare(cases: list[Case]) -> None:
     used = {case.name: found for case in cases if (found := _dynamic(case))}
     assert len(used) <= len(cases) / 10, used
@@ -206,18 +204,6 @@ def _left_out(tree: ast.Module) -> Iterator[ast.stmt]:
         replaced = isinstance(node, ast.FunctionDef) and last[node.name] is not node
         if replaced or (isinstance(node, ast.If) and "__name__" in ast.unparse(node.test)):
             yield node
-
-
-# --- what is not translated --------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("name", NOT_TRANSLATED)
-def test_not_translated(name: str) -> None:
-    case = next(case for case in IMITATIONS if case.name == name)
-    translation = translated(case)
-    assert not translation.ok
-    assert translation.text == ""
-    assert {d.code for d in translation.diagnostics if d.is_error} == {NOT_TRANSLATED[name][0]}
 
 
 # --- programs that a person has read -----------------------------------------------------------------------------

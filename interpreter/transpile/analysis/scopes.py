@@ -226,6 +226,7 @@ class _Resolver(ast.NodeVisitor):
         if isinstance(node, ast.FunctionDef):
             for decorator in node.decorator_list:
                 _read_decorator(function, node, decorator)
+                self.visit(decorator)
             if owner is None:
                 function.variable = self._store(name, node)
                 if function.variable is not None:

@@ -98,11 +98,12 @@ class BodyWriter(ExpressionWriter, ABC):
                 "frames" if function.is_animation else "items", None, is_temporary=True
             )
             block.add(Item("define", form("mutable-list"), PURE, (variable,), Ref(variable)))
-            forms = self.body(body, Mode(None, lambda b: Ref(variable)), block)
+            inner = self.body(body, Mode(None, lambda b: None))
             escape = self.place.returns.variable
             if escape is not None:  # `return` ends the generator; what was yielded so far stands
                 self.place.returns.variable = None
-                forms = [forms[0], form("let/ec", Ref(escape), *forms[1:-1]), forms[-1]]
+                inner = [form("let/ec", Ref(escape), *inner)]
+            forms = [*assemble(block.items, None)[:1], *inner, Ref(variable)]
         if function.is_animation:
             frames = form("frames", forms[-1])
             frames.blank, forms[-1].blank = forms[-1].blank, False

@@ -199,7 +199,7 @@ def write_int(w: ExpressionWriter, node: ast.Call) -> Code:
     found = w.type(given["x"])
     if found.only(STR):
         base = [w.expr(given["base"])] if "base" in given else []
-        return form("truncate", form("string->number", w.expr(given["x"]), *base))
+        return form("truncate", form("string->number", form("string-trim", w.expr(given["x"])), *base))
     if found.only(INT):
         return w.expr(given["x"])
     inner = given["x"]

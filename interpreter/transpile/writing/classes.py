@@ -47,6 +47,9 @@ def _check_class(w: StatementWriter, record: Class) -> None:
     if any(base not in ("object", "NamedTuple", "typing.NamedTuple") for base in bases):
         raise w.unsupported("a class that inherits", record.node, "use a plain class or a dataclass")
     for name, method in record.methods.items():
+        for decorator in getattr(method.node, "decorator_list", []):
+            if ast.unparse(decorator) not in ("staticmethod", "property"):
+                raise w.unsupported(f"`@{ast.unparse(decorator)}`", decorator)
         if name.startswith("__") and name not in ("__init__", "__post_init__"):
             raise w.error("python-forbidden", f"`{name}` reaches Python's own insides", method.node)
 

@@ -7,6 +7,7 @@ import re
 from collections.abc import Sequence
 
 from scenelang.grammar.diagnostics import SceneError, suggest
+from scenelang.grammar.source import Span
 from scenelang.interpreter.transpile.analysis.domain import (
     ARRAY,
     CONTAINERS,
@@ -105,7 +106,8 @@ class ExpressionWriter(Flows):
             return self._library_value(node, path)
         variable = self.names.variables[node]
         function = self.single_function(node)
-        if function is not None and any(p.variable.is_keyword for p in function.parameters):
+        is_given_on = isinstance(self.parent(node), (ast.Call, ast.keyword, ast.Starred))
+        if function is not None and is_given_on and any(p.variable.is_keyword for p in function.parameters):
             return wrapped(self, function, node)
         return Ref(variable, self.span(node))
 
@@ -453,6 +455,9 @@ class ExpressionWriter(Flows):
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "keys":
             if self.type(node.func.value).only(DICT):
                 return self.expr(node.func.value)
+        if _copies_view(self, node):
+            assert isinstance(node, ast.Call)
+            return self.expr(node.args[0])  # a list of its own, whatever happens to the table
         if isinstance(node, ast.Call) and self.paths.of(node.func) in ("list", "tuple", "iter") and len(node.args) == 1:
             if not isinstance(node.args[0], ast.Starred) and not self.is_mutated(node):
                 inner = self.type(node.args[0])
@@ -509,7 +514,16 @@ class ExpressionWriter(Flows):
                 items.append(Form([name, self.default(function, variable, parameter.default)]))
             else:
                 items.append(name)
-        return Form(items, None, rest)
+        return Form(items, self._signature_span(function), rest)
+
+    def _signature_span(self, function: Function) -> Span | None:
+        """The place of the parameters in the Python."""
+        if not function.parameters:
+            return None
+        first = self.span(function.parameters[0].variable.stores[0])
+        last_parameter = function.parameters[-1]
+        last = self.span(last_parameter.default or last_parameter.annotation or last_parameter.variable.stores[0])
+        return Span(first.source, first.start, max(first.end, last.end))
 
     def default(self, function: Function, variable: Variable, node: ast.expr) -> Code:
         """The default of a parameter; statements replaces what must be evaluated at the definition."""
@@ -538,6 +552,18 @@ class ExpressionWriter(Flows):
 
     def _Await(self, node: ast.Await) -> Code:
         raise self.unsupported("`await`", node)
+
+
+def _copies_view(w: ExpressionWriter, node: ast.expr) -> bool:
+    """``list(table.keys())`` and its like."""
+    if not isinstance(node, ast.Call) or w.paths.of(node.func) not in ("list", "tuple") or len(node.args) != 1:
+        return False
+    inner = node.args[0]
+    return (
+        isinstance(inner, ast.Call)
+        and isinstance(inner.func, ast.Attribute)
+        and inner.func.attr in ("keys", "values", "items")
+    )
 
 
 def is_constant(node: ast.expr) -> bool:

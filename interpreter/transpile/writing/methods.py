@@ -19,8 +19,9 @@ from scenelang.interpreter.transpile.analysis.domain import (
     STREAM,
     TUPLE,
 )
+from scenelang.interpreter.transpile.analysis.scopes import Variable
 from scenelang.interpreter.transpile.writing.arguments import arguments_of
-from scenelang.interpreter.transpile.writing.code import Code, Key, Literal, Name, form, none
+from scenelang.interpreter.transpile.writing.code import Code, Form, Key, Literal, Name, Ref, form, none
 
 if TYPE_CHECKING:
     from scenelang.interpreter.transpile.writing.expressions import ExpressionWriter
@@ -233,8 +234,9 @@ def _cased(head: str, other: str) -> MethodWriter:
 
 
 def _isalpha(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
-    upper, lower = form("string-upcase", w.expr(func.value)), form("string-downcase", w.expr(func.value))
-    return form("not", form("equal?", upper, lower))
+    letter = Variable("letter", None, is_temporary=True)
+    same = form("equal?", form("string-upcase", Ref(letter)), form("string-downcase", Ref(letter)))
+    return Form([Name("for/and"), Form([Form([Ref(letter), w.expr(func.value)])]), form("not", same)])
 
 
 def _isspace(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:

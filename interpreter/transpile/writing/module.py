@@ -68,7 +68,7 @@ class ModuleWriter(StatementWriter):
             super()._FunctionDef_statement(node, block, note)
             return
         for decorator in node.decorator_list:
-            self._check_decorator(decorator)
+            self.check_decorator(decorator)
         is_last = function.variable is None or function.variable.functions[-1] is function
         is_word = function.is_registered and self.analysed.words.get(function.word or "") is function
         if not is_word and not is_last:
@@ -115,22 +115,6 @@ class ModuleWriter(StatementWriter):
 
     def _skip_comments(self, node: ast.FunctionDef) -> None:
         self.comments_until(node.end_lineno or node.lineno)
-
-    def _check_decorator(self, decorator: ast.expr) -> None:
-        called = decorator.func if isinstance(decorator, ast.Call) else decorator
-        path = self.paths.of(called) or ""
-        if path in ("register", "register_animation"):
-            arguments = (
-                [*decorator.args, *(k.value for k in decorator.keywords)] if isinstance(decorator, ast.Call) else []
-            )
-            for argument in arguments:
-                if not isinstance(argument, ast.Constant):
-                    raise self.unsupported("a computed text in `register`", argument)
-            return
-        if path in ("functools.lru_cache", "functools.cache", "staticmethod", "property", "lru_cache", "cache"):
-            return
-        self.check_path(called, path) if path else None
-        raise self.unsupported(f"the decorator `@{self.text.text(decorator)}`", decorator)
 
     def _Expr_statement(self, node: ast.Expr, block: Block, note: Code) -> None:
         if self.place.function is self.names.module:

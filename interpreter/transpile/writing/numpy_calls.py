@@ -184,6 +184,16 @@ def write_np_eye(w: ExpressionWriter, node: ast.Call) -> Code:
     return form("mutable-array", code) if w.is_mutated(node) else code
 
 
+def write_np_isclose(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "a b rtol? atol?", "np.isclose")
+    difference = form("abs", form("-", w.array(given["a"]), w.array(given["b"])))
+    relative = w.expr(given["rtol"]) if "rtol" in given else Literal(1e-5, None, "1e-5")
+    absolute = w.expr(given["atol"]) if "atol" in given else Literal(1e-8, None, "1e-8")
+    rest = form("-", difference, form("*", relative, form("abs", w.array(given["b"]))))
+    largest = rest if w.is_numeric(given["a"]) and w.is_numeric(given["b"]) else form("max", rest)
+    return form("<=", largest, absolute)
+
+
 def write_np_diff(w: ExpressionWriter, node: ast.Call) -> Code:
     given = arguments_of(w, node, "a", "np.diff")
     array = Variable("array", None, is_temporary=True)
@@ -256,12 +266,6 @@ def write_np_outer(w: ExpressionWriter, node: ast.Call) -> Code:
     given = arguments_of(w, node, "a b", "np.outer")
     column = form("reshape", w.array(given["a"]), quote(Form([number(-1), number(1)])))
     return form("*", column, w.array(given["b"]))
-
-
-def write_np_allclose(w: ExpressionWriter, node: ast.Call) -> Code:
-    given = arguments_of(w, node, "a b rtol? atol?", "np.allclose")
-    difference = form("max", form("abs", form("-", w.array(given["a"]), w.array(given["b"]))))
-    return form("<=", difference, w.expr(given["atol"]) if "atol" in given else Literal(1e-8, None, "1e-8"))
 
 
 def write_np_repeat(w: ExpressionWriter, node: ast.Call) -> Code:

@@ -447,6 +447,8 @@ def container(w: ExpressionWriter, node: ast.expr) -> Code:
 
 
 def _slice(w: ExpressionWriter, node: ast.Subscript, index: ast.Slice, found: Type) -> Code:
+    if found.kinds & ARRAY and w.is_mutated(node):
+        raise w.unsupported("changing a part of an array through another name", node, "take a `.copy()` of the part")
     value = container(w, node.value)
     lower, upper, step = (w.expr(part) if part is not None else None for part in (index.lower, index.upper, index.step))
     if lower is None and upper is None and isinstance(index.step, ast.UnaryOp) and _is_minus_one(index.step):

@@ -166,6 +166,8 @@ class StatementWriter(LoopWriter):
     def _FunctionDef_statement(self, node: ast.FunctionDef, block: Block, note: Code) -> None:
         function = self.names.functions[node]
         assert function.variable is not None
+        for decorator in node.decorator_list:
+            self.check_decorator(decorator)
         if node.args.defaults or node.args.kw_defaults:
             self.hoist_defaults(function, block)
         note.before = (*note.before, *docstring_lines(function))
@@ -189,10 +191,26 @@ class StatementWriter(LoopWriter):
             bind = form("bind", Literal(function.word), Ref(function.variable), span=self.span(node))
             block.add_effect(bind, Effect(changes=True))
 
+    def check_decorator(self, decorator: ast.expr) -> None:
+        called = decorator.func if isinstance(decorator, ast.Call) else decorator
+        path = self.paths.of(called) or ""
+        if path in ("register", "register_animation"):
+            arguments = (
+                [*decorator.args, *(k.value for k in decorator.keywords)] if isinstance(decorator, ast.Call) else []
+            )
+            for argument in arguments:
+                if not isinstance(argument, ast.Constant):
+                    raise self.unsupported("a computed text in `register`", argument)
+            return
+        if path in ("functools.lru_cache", "functools.cache", "staticmethod", "property", "lru_cache", "cache"):
+            return
+        self.check_path(called, path) if path else None
+        raise self.unsupported(f"the decorator `@{self.text.text(decorator)}`", decorator)
+
     def define_function(self, function: Function, variable: Variable) -> Form:
         """``(define (name parameter ...) body ...)``."""
         signature = self.parameters(function)
-        header = Form([Ref(variable, self.span(function.node)), *signature.items], None, signature.rest)
+        header = Form([Ref(variable, self.span(function.node)), *signature.items], signature.span, signature.rest)
         return Form([Name("define"), header, *self.function_body(function)], self.span(function.node))
 
     def as_lambda(self, function: Function) -> Form:

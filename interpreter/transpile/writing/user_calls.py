@@ -118,12 +118,17 @@ def _spread(
     named = [k for k in node.keywords if k.arg is not None]
     plain = [p for p in parameters if p.kind == "plain" and p.variable.name not in {k.arg for k in named}]
     given: list[Code] = []
+    tables: list[Code] = []
     for keyword in node.keywords:
         if keyword.arg is None:
-            raise w.unsupported("`*` and `**` in one call", keyword)
+            tables.append(form("keywords", w.expr(keyword.value)))
+            continue
         given += [ArgumentName(keyword.arg, w.span(keyword)), w.expr(keyword.value)]
     if any(p.variable.is_keyword for p in plain):
-        function, given = by_position(function, plain, given), []
+        count = _positional_count(w, node)
+        plain = plain if count is None else plain[:count]
+        rest = next((p for p in parameters if p.kind == "rest"), None)
+        function, given, tables = by_position(function, plain, given, tables, rest), [], []
     for argument in node.args:
         if isinstance(argument, ast.Starred):
             lists.append(w.iterable(argument.value))
@@ -132,20 +137,42 @@ def _spread(
         else:
             before.append(w.expr(argument))
     before += given
+    lists += tables
     tail = lists[0] if len(lists) == 1 else form("append", *lists)
     return form("apply", function, *before, tail)
 
 
-def by_position(function: Code, parameters: list[Parameter], given: Sequence[Code] = ()) -> Code:
-    """``(lambda (a b) (f :a a b))``: a function that takes by position what ``function`` takes by name; ``given`` are
-    further arguments by name."""
+def _positional_count(w: ExpressionWriter, node: ast.Call) -> int | None:
+    """How many arguments a call with stars gives by position, where inference knows."""
+    total = 0
+    for argument in node.args:
+        length = w.known_length(argument.value) if isinstance(argument, ast.Starred) else 1
+        if length is None:
+            return None
+        total += length
+    return total
+
+
+def by_position(
+    function: Code, parameters: list[Parameter], given: Sequence[Code] = (), tables: Sequence[Code] = (),
+    rest: Parameter | None = None,
+) -> Code:  # fmt: skip
+    """``(lambda (a b) (f :a a :b b))``: a function that takes by position what ``function`` takes by name; ``given`` and
+    ``tables`` are further arguments by name, ``rest`` takes what is over."""
     variables = [Variable(p.variable.name, None, is_temporary=True) for p in parameters]
     items: list[Code] = []
     for parameter, variable in zip(parameters, variables):
         if parameter.variable.is_keyword:
             items.append(ArgumentName(parameter.variable.name))
         items.append(Ref(variable))
-    return Form([Name("lambda"), Form([Ref(v) for v in variables]), Form([function, *items, *given])])
+    over = Variable(rest.variable.name, None, is_temporary=True) if rest is not None else None
+    lists: list[Code] = [*([Ref(over)] if over is not None else []), *tables]
+    call: Code = Form([function, *items, *given])
+    if lists:
+        tail = lists[0] if len(lists) == 1 else form("append", *lists)
+        call = form("apply", function, *items, *given, tail)
+    signature = Form([Ref(v) for v in variables], None, Ref(over) if over is not None else None)
+    return Form([Name("lambda"), signature, call])
 
 
 def wrapped(w: ExpressionWriter, function: Function, node: ast.Name) -> Code:
@@ -157,7 +184,12 @@ def wrapped(w: ExpressionWriter, function: Function, node: ast.Name) -> Code:
 
 
 def _call_value(w: ExpressionWriter, node: ast.Call) -> Code:
-    """A call of a function that is only known when the program runs."""
+    """A call of a function that is only known when the program runs: where all that it may be agree, by name."""
+    targets = w.facts.targets.get(node, [])
+    names = {tuple(p.variable.name for p in t.parameters) for t in targets}
+    is_named = any(p.variable.is_keyword for t in targets for p in t.parameters)
+    if is_named and len(names) == 1 and not isinstance(node.func, ast.Lambda):
+        return call_known(w, node, w.expr(node.func), targets[0], [])
     function = w.expr(node.func)
     if any(isinstance(a, ast.Starred) for a in node.args):
         return _spread(w, node, function, [], [])
