@@ -108,5 +108,6 @@ CODES: dict[str, Code] = {
     "unknown-function": Code("W801", "`library_call` names no registered function; the call gives an empty shape."),
     "ignored-block": Code("W802", "Only one block of Python in a response is read."),
     "python-ignored": Code("W803", "A statement of the Python has no effect on the scene and was left out."),
+    "draw-order": Code("W804", "A generator and the loop over it both draw random numbers; the generator draws first."),
     "print-limit": Code("W501", "The log is full; the rest of what the program prints is dropped."),
 }

@@ -86,6 +86,10 @@ class LoopWriter(BranchWriter):
     def _for_clauses(self, node: ast.For, parallel: bool, prefix: list[Code]) -> list[Code]:
         """The clauses of one ``for``; targets that are assigned in place are set first thing in the body."""
         target = node.target
+        if self._interleaves(node):
+            lazily = self._lazy_clauses(node, prefix)
+            if lazily is not None:
+                return lazily
         names = [n for n in ast.walk(target) if isinstance(n, ast.Name)]
         if isinstance(target, (ast.Name, ast.Tuple, ast.List)) and not any(
             self.names.variables[n].is_cell for n in names if n in self.names.variables
@@ -110,6 +114,31 @@ class LoopWriter(BranchWriter):
             for item in block.items
         ]
         return [Form([Ref(variable), self.iterable(node.iter)])]
+
+    def _interleaves(self, node: ast.For) -> bool:
+        """Whether what the loop runs through and its body both draw random numbers, turn by turn."""
+        return self.effect(node.iter).draws and self.effect(*node.body).draws
+
+    def _lazy_clauses(self, node: ast.For, prefix: list[Code]) -> list[Code] | None:
+        """A generator expression or ``map`` whose items are worked out turn by turn, as in Python; a generator function
+        of the program draws first here, which is said."""
+        source = node.iter
+        if isinstance(source, ast.Call) and any(t.is_generator for t in self.facts.targets.get(source, ())):
+            message = "this generator and the loop both draw random numbers; here the generator draws all of its first"
+            self.warn("draw-order", message, source)
+        if not isinstance(node.target, ast.Name) or self.names.variables[node.target].is_cell:
+            return None
+        target = Ref(self.names.variables[node.target], self.span(node.target))
+        if isinstance(source, ast.GeneratorExp) and len(source.generators) == 1:
+            clauses = self.loop_head("", source.generators)[1]
+            assert isinstance(clauses, Form)
+            prefix.append(form("define", target, self.expr(source.elt)))
+            return clauses.items
+        if isinstance(source, ast.Call) and self.paths.of(source.func) == "map" and len(source.args) == 2:
+            item = Variable("item", None, is_temporary=True)
+            prefix.append(form("define", target, Form([self.expr(source.args[0]), Ref(item)])))
+            return [Form([Ref(item), self.iterable(source.args[1])])]
+        return None
 
     def _guards(self, statements: list[ast.stmt], clauses: list[Code], breaks: bool) -> list[ast.stmt]:
         """Leading ``if c: continue`` and ``if c: break``, and an ``if`` around all, become clauses."""

@@ -157,8 +157,8 @@ def by_position(
     function: Code, parameters: list[Parameter], given: Sequence[Code] = (), tables: Sequence[Code] = (),
     rest: Parameter | None = None,
 ) -> Code:  # fmt: skip
-    """``(lambda (a b) (f :a a :b b))``: a function that takes by position what ``function`` takes by name; ``given`` and
-    ``tables`` are further arguments by name, ``rest`` takes what is over."""
+    """``(lambda (a b) (f :a a :b b))``: a function that takes by position what ``function`` takes by name; ``given``
+    and ``tables`` are further arguments by name, ``rest`` takes what is over."""
     variables = [Variable(p.variable.name, None, is_temporary=True) for p in parameters]
     items: list[Code] = []
     for parameter, variable in zip(parameters, variables):
