@@ -108,6 +108,7 @@ def analyse(forms: tuple[Any, ...]) -> Analysis:
 class _Analyser:
     def __init__(self, analysis: Analysis) -> None:
         self.analysis = analysis
+        self._loops = _Loops()
 
     def visit(self, node: Any, region: Region) -> None:
         kind = type(node)
@@ -178,7 +179,7 @@ class _Analyser:
         self.visit(node.body, inner)
 
     def _body(self, node: ast.Body, region: Region) -> None:
-        loop = find_loop(node)
+        loop = self._loops.find(node)
         if loop is not None:
             self.analysis.loops[id(node)] = loop
             for argument in loop.start.arguments:
@@ -218,44 +219,54 @@ def _mark_safe(node: ast.Body) -> None:
                 variable.recursive = False
 
 
-def find_loop(node: ast.Body) -> Loop | None:
-    """The loop that ``(letrec ((name (lambda ...))) (name start ...))`` is, or None."""
-    if len(node.items) != 2:
-        return None
-    definition, start = node.items
-    if type(definition) is not ast.Define or type(start) is not ast.Application:
-        return None
-    variable, function = definition.target, definition.value
-    if type(function) is not ast.Lambda or not isinstance(variable, Variable) or variable.is_global:
-        return None
-    plain = all(p.kind == "required" and p.type is None for p in function.parameters)
-    if type(start.function) is not ast.Reference or start.function.target is not variable:
-        return None
-    if not plain or len(start.arguments) != len(function.parameters) or variable.assigned:
-        return None
-    uses = sum(type(n) is ast.Reference and n.target is variable for n in walk(function.body, *start.arguments))
-    if uses != _tail_calls(function.body, variable, len(function.parameters)):
-        return None
-    return Loop(variable, function, start)
+class _Loops:
+    """Finds loops; what was found is kept, since a loop's body is looked at once for each loop around it."""
 
+    def __init__(self) -> None:
+        self._found: dict[int, Loop | None] = {}
 
-def _tail_calls(body: Any, variable: Variable, count: int) -> int:
-    """How many tail positions of ``body`` call ``variable`` with ``count`` arguments."""
-    found = 0
-    stack = [body]
-    while stack:
-        node = stack.pop()
-        kind = type(node)
-        if kind is ast.Application:
-            head = node.function
-            found += type(head) is ast.Reference and head.target is variable and len(node.arguments) == count
-        elif kind is ast.If:
-            stack.append(node.then)
-            if node.otherwise is not None:
-                stack.append(node.otherwise)
-        elif kind is ast.Body:
-            inner = find_loop(node)
-            stack.append(inner.function.body if inner is not None else node.items[-1])
-        elif kind in (ast.And, ast.Or) and node.items:
-            stack.append(node.items[-1])
-    return found
+    def find(self, node: ast.Body) -> Loop | None:
+        """The loop that ``(letrec ((name (lambda ...))) (name start ...))`` is, or None."""
+        if id(node) not in self._found:
+            self._found[id(node)] = self._loop(node)
+        return self._found[id(node)]
+
+    def _loop(self, node: ast.Body) -> Loop | None:
+        if len(node.items) != 2:
+            return None
+        definition, start = node.items
+        if type(definition) is not ast.Define or type(start) is not ast.Application:
+            return None
+        variable, function = definition.target, definition.value
+        if type(function) is not ast.Lambda or not isinstance(variable, Variable) or variable.is_global:
+            return None
+        plain = all(p.kind == "required" and p.type is None for p in function.parameters)
+        if type(start.function) is not ast.Reference or start.function.target is not variable:
+            return None
+        if not plain or len(start.arguments) != len(function.parameters) or variable.assigned:
+            return None
+        uses = sum(type(n) is ast.Reference and n.target is variable for n in walk(function.body, *start.arguments))
+        if uses != self._tail_calls(function.body, variable, len(function.parameters)):
+            return None
+        return Loop(variable, function, start)
+
+    def _tail_calls(self, body: Any, variable: Variable, count: int) -> int:
+        """How many tail positions of ``body`` call ``variable`` with ``count`` arguments."""
+        found = 0
+        stack = [body]
+        while stack:
+            node = stack.pop()
+            kind = type(node)
+            if kind is ast.Application:
+                head = node.function
+                found += type(head) is ast.Reference and head.target is variable and len(node.arguments) == count
+            elif kind is ast.If:
+                stack.append(node.then)
+                if node.otherwise is not None:
+                    stack.append(node.otherwise)
+            elif kind is ast.Body:
+                inner = self.find(node)
+                stack.append(inner.function.body if inner is not None else node.items[-1])
+            elif kind in (ast.And, ast.Or) and node.items:
+                stack.append(node.items[-1])
+        return found

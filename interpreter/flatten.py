@@ -1,6 +1,7 @@
 """Flattening: from the entity DAG to primitives with world matrices, vectorised by level of the DAG.
 
-The pose of a primitive is the product of the matrices from the root (paper, section 4). Order is depth first.
+The pose of a primitive is the product of the matrices from the root (paper, section 4). Order is depth first. Blocks
+begin at whole cells: the positions of Minecraft's primitives are truncated toward zero, as the paper's tool does.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import numpy as np
 
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.entity import Entity, Scene, descendants, primitive_count
+from scenelang.interpreter.shapes import BLOCK_WORDS
 from scenelang.interpreter.values import IDENTITY
 
 if TYPE_CHECKING:
@@ -218,10 +220,16 @@ def flatten_entity(root: Entity) -> FlatFrame:
     leaves = _in_order(found, int(graph.leaves[-1]))
     used, index = _distinct(leaves.node)
     used_paths, path_index = _distinct(leaves.path)
+    matrices = leaves.pose.T.reshape(-1, 3, 4)
+    is_block = np.array([graph.nodes[i].word in BLOCK_WORDS for i in used])
+    if is_block.any():
+        matrices = np.ascontiguousarray(matrices)
+        rows = is_block[index]
+        matrices[rows, :, 3] = np.trunc(matrices[rows, :, 3]) + 0.0  # no negative zeros
     return FlatFrame(
         tuple(graph.nodes[i] for i in used),
         index,
-        leaves.pose.T.reshape(-1, 3, 4),
+        matrices,
         path_index,
         tuple(paths.spelled(int(path)) for path in used_paths),
         np.where(has_handle[leaves.node], 0, leaves.rank + 1),

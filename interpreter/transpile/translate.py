@@ -73,8 +73,18 @@ def analyse(text: PythonText) -> Analysed:
     root = find_root(names, paths, words)
     collections = find_collections(names, liveness)
     facts = infer(names, paths, words, root, collections.additions)
-    spread = _note_calls(names, facts)
+    spread = _note_calls(names, facts) | _keys_of_primitives(text.tree)
     return Analysed(text, names, paths, liveness, collections, facts, words, root, spread)
+
+
+def _keys_of_primitives(tree: ast.Module) -> set[str]:
+    """The names that `primitive_call(word, **table)` reads from its table."""
+    calls = (node for node in ast.walk(tree) if isinstance(node, ast.Call))
+    is_spread = any(
+        isinstance(c.func, ast.Name) and c.func.id == "primitive_call" and any(k.arg is None for k in c.keywords)
+        for c in calls
+    )
+    return {"shape_kwargs"} if is_spread else set()
 
 
 def _note_calls(names: Names, facts: Facts) -> set[str]:

@@ -152,14 +152,19 @@ class Block:
         """Keep the order of the pieces so far and of an item that comes after them."""
         pieces = collecting.pieces
         for variable in item.variables:
-            if any(variable in piece.mentions for piece in pieces) and not self._inline_into(pieces, variable):
+            if not any(variable in piece.mentions for piece in pieces):
+                continue
+            if not item.mentions(variable) and self._inline_into(pieces, variable, item):
+                continue
+            if not self._rename_last(variable, item):
                 self.name_pieces(collecting)
                 return
         if item.effect != PURE and any(not piece.effect.commutes(item.effect) for piece in pieces):
             self.name_pieces(collecting)
 
-    def _inline_into(self, pieces: list[Piece], variable: Variable) -> bool:
-        """``x = a; xs.append(x); x = b``: put ``a`` in the place of ``x`` where nothing else needs it."""
+    def _inline_into(self, pieces: list[Piece], variable: Variable, new: Item) -> bool:
+        """``x = a; xs.append(x); x = b``: put ``a`` in the place of ``x`` where nothing else needs it. ``new`` is the
+        item that follows the pieces."""
         users = [piece for piece in pieces if variable in piece.mentions]
         position = self._last_definition(variable)
         if position is None or len(users) != 1 or count_refs(users[0].code, variable) != 1:
@@ -168,6 +173,10 @@ class Block:
         later = self.items[position + 1 :]
         others = pieces[: pieces.index(users[0])]
         if any(i.mentions(variable) for i in later) or not may_replace(users[0].code, variable, item.effect):
+            return False
+        if any(variable in p.mentions for c in self.collecting for p in c.pieces if p is not users[0]):
+            return False
+        if _sets_what_is_read([*later, new], item.value):
             return False
         if any(not item.effect.commutes(effect) for effect in _effects(later, others)):
             return False
@@ -180,6 +189,23 @@ class Block:
         users[0].effect = users[0].effect | item.effect
         users[0].note_mentions()
         del self.items[position]
+        return True
+
+    def _rename_last(self, variable: Variable, item: Item) -> bool:
+        """``xs.append(x); x = x + 1; xs.append(x)``: the value that ``item`` replaces becomes a variable of its own."""
+        position = self._last_definition(variable)
+        if position is None or variable.is_cell or item.kind != "define":
+            return False
+        earlier = Variable(variable.name, variable.function)
+        defining = self.items[position]
+        defining.target, defining.variables = Ref(earlier), (earlier,)
+        pieces = [piece for collecting in self.collecting for piece in collecting.pieces]
+        readers = [item.value, *(i.value for i in self.items[position + 1 :]), *(piece.code for piece in pieces)]
+        for node in walk(*readers):
+            if type(node) is Ref and node.variable is variable:
+                node.variable = earlier
+        for piece in pieces:
+            piece.note_mentions()
         return True
 
     def name_pieces(self, collecting: Collecting) -> None:
@@ -226,6 +252,8 @@ class Block:
         pieces = [piece for c in self.collecting for piece in c.pieces]
         if any(i.mentions(variable) for i in later) or any(variable in p.mentions for p in pieces):
             return effect, note
+        if _sets_what_is_read(later, item.value):
+            return effect, note
         if not may_replace(value, variable, item.effect):
             return effect, note
         if any(not item.effect.commutes(effect) for effect in _effects(later, pieces)):
@@ -237,6 +265,12 @@ class Block:
         del self.items[position]
         self._nested = item.nested + 1
         return item.effect | effect, note
+
+
+def _sets_what_is_read(items: Sequence[Item], value: Code) -> bool:
+    """Whether ``value`` means something else after ``items``."""
+    new = {variable for item in items for variable in item.variables}
+    return any(type(node) is Ref and node.variable in new for node in walk(value))
 
 
 def _effects(items: Sequence[Item], pieces: Sequence[Piece]) -> list[Effect]:
@@ -340,6 +374,8 @@ def _frame(items: list[Item], final: Code | None) -> list[Code]:
     while end < len(items) and items[end].kind == "define":
         end += 1
     before = [_body_form(item) for item in items[:start]]
+    if start == end:  # a function under a name that is taken
+        return [*before, form("let", Form([]), *_frame(items[start:], final))]
     bindings = Form([_with_note(Form([_target(item), item.value]), item.note) for item in items[start:end]])
     body = _frame(items[end:], final)
     head = "let*" if len(bindings.items) > 1 else "let"

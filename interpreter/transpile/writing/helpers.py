@@ -20,6 +20,7 @@ from scenelang.interpreter.transpile.writing.code import (
     Ref,
     form,
     is_form,
+    none,
 )
 from scenelang.interpreter.transpile.writing.operators import numeric
 
@@ -192,16 +193,18 @@ def primitive_call(w: ExpressionWriter, node: ast.Call) -> Code:
         if isinstance(argument, ast.Starred) or position >= len(positional):
             raise w.error("python-call", "`primitive_call` takes a name, `shape_kwargs` and a color", argument)
         given.append((positional[position], argument))
-    tables: list[Code] = []
-    for keyword in node.keywords:
-        if keyword.arg is None:
-            tables.append(form("keywords", w.expr(keyword.value)))
-        else:
-            given.append((keyword.arg, keyword.value))
+    spread = [keyword.value for keyword in node.keywords if keyword.arg is None]
+    given += [(keyword.arg, keyword.value) for keyword in node.keywords if keyword.arg is not None]
     word = next((value for name, value in given if name == "name"), None)
     if word is None:
         raise w.error("python-call", "the call of `primitive_call` lacks the name of a primitive", node)
     items: list[Code] = []
+    tables: list[Code] = []
+    for value in spread:
+        if _is_block(w, word):
+            tables.append(form("keywords", w.expr(value)))
+        else:
+            _arguments_in(w, value, {name for name, _ in given}, items, tables)
     for name, value in given:
         if name == "shape_kwargs":
             _shape_kwargs(w, value, items, tables)
@@ -211,6 +214,25 @@ def primitive_call(w: ExpressionWriter, node: ast.Call) -> Code:
     if tables:
         return form("apply", Name(head), word_code, *items, *([form("append", *tables)] if len(tables) > 1 else tables))
     return form(head, word_code, *items)
+
+
+def _is_block(w: ExpressionWriter, word: ast.expr) -> bool:
+    """Whether attributes are given as keywords, as Minecraft's primitives have them; a word that is computed is taken
+    for one where the program names one."""
+    if isinstance(word, ast.Constant):
+        return word.value in _BLOCKS
+    nodes = (node for function in w.names.ordered for statement in function.body for node in ast.walk(statement))
+    return any(isinstance(node, ast.Constant) and str(node.value) in _BLOCKS for node in nodes)
+
+
+def _arguments_in(w: ExpressionWriter, value: ast.expr, given: set[str], items: list[Code], tables: list[Code]) -> None:
+    """``**value``, a dictionary that may hold ``shape_kwargs`` and ``color``."""
+    if not isinstance(value, ast.Name):
+        raise w.unsupported("a dictionary that is made in the call of `primitive_call`", value)
+    if "shape_kwargs" not in given:
+        tables.append(form("keywords", form("ref", w.expr(value), Literal("shape_kwargs"), form("table"))))
+    if "color" not in given:
+        items += [Key("color"), form("ref", w.expr(value), Literal("color"), none())]
 
 
 def _primitive_word(w: ExpressionWriter, word: ast.expr) -> tuple[str, Code]:
