@@ -119,15 +119,25 @@ def _idle_attributes(program: Program, node: ast.Call) -> Iterator[Diagnostic]:
     word = node.word.value if type(node.word) is ast.Constant else None
     if word in program.all_words or word not in GEOMETRY:
         return
-    read = GEOMETRY[word]
     for argument in node.arguments:
-        if type(argument) is not ast.Constant or type(argument.value) is not Keyword or argument.value in read:
+        if type(argument) is not ast.Constant or type(argument.value) is not Keyword:
             continue
         name = str(argument.value)
-        near = get_close_matches(name.lower(), read, n=1, cutoff=0.75)
-        if near or name in _ALL_GEOMETRY:
-            hint = f"did you mean `:{near[0]}`?" if near else "it reads " + ", ".join(f"`:{n}`" for n in read)
+        hint = idle_hint(word, name)
+        if hint is not None:
             yield Diagnostic("idle-attribute", f'a "{word}" does not read the attribute `:{name}`', argument.span, hint)
+
+
+def idle_hint(word: str, name: str) -> str | None:
+    """A hint for an attribute that a geometric primitive does not read, though another's geometry does, or nearly so;
+    None where it is read, or may be the program's own."""
+    read = GEOMETRY[word]
+    if name in read:
+        return None
+    near = get_close_matches(name.lower(), read, n=1, cutoff=0.75)
+    if near:
+        return f"did you mean `:{near[0]}`?"
+    return "it reads " + ", ".join(f"`:{n}`" for n in read) if name in _ALL_GEOMETRY else None
 
 
 def _near_word(program: Program, node: ast.Call) -> Iterator[Diagnostic]:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import argparse
 import sys
+from pathlib import Path
 from typing import Any
 
-from scenelang.cli.options import add_output
+from scenelang.cli.options import UsageError, add_output
 from scenelang.cli.output import report
 from scenelang.session import Session
 
@@ -26,6 +27,8 @@ def add_transpile(subparsers: Any) -> None:
 
 
 def transpile(arguments: argparse.Namespace) -> int:
+    if arguments.output is not None and Path(arguments.output).resolve() == Path(arguments.file).resolve():
+        raise UsageError("file", "the output would replace the Python that it is made of")
     session = Session()
     translation = session.transpile(session.source(arguments.file))
     report(arguments, translation.diagnostics)

@@ -130,6 +130,11 @@ def test_errors_leave_a_file_as_it_was(shell: Shell) -> None:
     assert (shell.folder / "kept.scene").read_text() == "; kept\n"
 
 
+def test_the_python_is_never_replaced(shell: Shell) -> None:
+    shell("transpile", "car.py", "-o", str(shell.folder / "car.py"), code=2)
+    assert (shell.folder / "car.py").read_text() == CAR
+
+
 def test_a_folder_that_is_not_there(shell: Shell) -> None:
     shell("transpile", "car.py", "-o", "nowhere/car.scene", code=1)
     assert shell.codes() == ["E701"]
@@ -286,6 +291,13 @@ def test_warnings(shell: Shell) -> None:
     assert shell.codes() == ["W801"]
     shell("transpile", "w.py", "-q")
     assert shell.err == ""
+
+
+@pytest.mark.parametrize("name", ["size", "thickness", "p0"])
+def test_arguments_that_a_primitive_does_not_read(shell: Shell, name: str) -> None:
+    shell.write("w.py", CAR.replace("'radius'", f"'{name}'"))
+    shell("transpile", "w.py")
+    assert shell.codes() == ["W608"]
 
 
 # --- the other commands --------------------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ from functools import partial
 
 from scenelang.interpreter.transpile.analysis.cells import CellPlaces
 from scenelang.interpreter.transpile.analysis.collect import Collection
-from scenelang.interpreter.transpile.analysis.domain import SHAPE
+from scenelang.interpreter.transpile.analysis.domain import LIST, SHAPE
 from scenelang.interpreter.transpile.analysis.effects import PURE, Effect
 from scenelang.interpreter.transpile.analysis.scopes import Function, Variable
 from scenelang.interpreter.transpile.writing.blocks import Block, Collecting, Item, assemble
@@ -76,7 +76,15 @@ class BodyWriter(ExpressionWriter, ABC):
             self.place, self.pending_texts = saved
         if escape is not None:
             forms = [form("let/ec", Ref(escape), *forms)]
-        return forms or [none()]
+        return self._returned_frames(function, forms) if forms else [none()]
+
+    def _returned_frames(self, function: Function, forms: list[Code]) -> list[Code]:
+        """An animation may return the list of its frames in place of yielding them."""
+        returned = self.facts.returns.get(function)
+        gives_list = returned is not None and bool(returned.kinds & LIST) and not returned.kinds & SHAPE
+        if not function.is_animation or function.is_generator or not gives_list:
+            return forms
+        return [*forms[:-1], form("frames", forms[-1])]
 
     def _plain_body(self, function: Function, body: Sequence[ast.stmt]) -> list[Code]:
         returned = self.facts.returns.get(function)

@@ -62,7 +62,9 @@ class Flows(Writer):
         while outer is not None and not isinstance(outer, (ast.FunctionDef, ast.Module)):
             outer = self.parent(outer)
         function = self.names.functions.get(outer) if outer is not None else None
-        return function is not None and function.is_registered and not function.is_called_directly
+        if function is None or function.is_animation:  # the items that an animation returns are frames
+            return False
+        return function.is_registered and not function.is_called_directly
 
     def _unites(self, starred: ast.Starred) -> bool:
         call = self.parent(starred)

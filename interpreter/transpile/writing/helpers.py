@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from scenelang.grammar.diagnostics import suggest
+from scenelang.interpreter.shapes import GEOMETRY
 from scenelang.interpreter.transpile.analysis.domain import BOOL, FLOAT, INT, NOTHING, SEQUENCES, SHAPE
 from scenelang.interpreter.transpile.analysis.scopes import Function, Parameter, Variable
 from scenelang.interpreter.transpile.writing.arguments import arguments_of, expanded, is_ones, is_zero_vector
@@ -23,6 +24,7 @@ from scenelang.interpreter.transpile.writing.code import (
     none,
 )
 from scenelang.interpreter.transpile.writing.operators import numeric
+from scenelang.interpreter.words import idle_hint
 
 if TYPE_CHECKING:
     from scenelang.interpreter.transpile.writing.expressions import ExpressionWriter
@@ -208,6 +210,7 @@ def primitive_call(w: ExpressionWriter, node: ast.Call) -> Code:
     for name, value in given:
         if name == "shape_kwargs":
             _shape_kwargs(w, value, items, tables)
+            _check_read(w, word, value)
         elif name != "name":
             _attribute(w, name, value, items)
     head, word_code = _primitive_word(w, word)
@@ -262,6 +265,18 @@ def _shape_kwargs(w: ExpressionWriter, value: ast.expr, items: list[Code], table
         return
     for name, attribute in pairs:
         _attribute(w, name, attribute, items)
+
+
+def _check_read(w: ExpressionWriter, word: ast.expr, value: ast.expr) -> None:
+    """Warn about arguments that no primitive has; those of other primitives are for the checker to find."""
+    kind = word.value if isinstance(word, ast.Constant) else None
+    if not isinstance(kind, str) or kind not in GEOMETRY or not isinstance(value, ast.Dict):
+        return
+    for key in value.keys:
+        name = key.value if isinstance(key, ast.Constant) else None
+        if isinstance(name, str) and key is not None and name not in GEOMETRY[kind] and idle_hint(kind, name) is None:
+            hint = "it reads " + ", ".join(f"`{n}`" for n in GEOMETRY[kind])
+            w.warn("idle-attribute", f"a `{kind}` does not read `{name}`", key, hint)
 
 
 def _is_text(key: ast.expr | None) -> bool:
