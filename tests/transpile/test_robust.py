@@ -48,7 +48,8 @@ def _about_errors(translation: Translation, source: Source) -> str | None:
         span = diagnostic.span
         if span is None or span.source is not source or not 0 <= span.start <= span.end <= len(source.text):
             return f"out of place: {diagnostic}"
-        if not diagnostic.message or diagnostic.code[:2] not in ("E1", "E3", "E8", "W8"):
+        is_own = diagnostic.code[:2] in ("E1", "E3", "E8", "W8") or diagnostic.name == "idle-attribute"
+        if not diagnostic.message or not is_own:
             return f"not the translation's: {diagnostic}"
     told(translation.diagnostics)
     return None
