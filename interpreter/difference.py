@@ -23,6 +23,7 @@ import numpy as np
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.flatten import FlatFrame
 from scenelang.interpreter.plain import primitive_attributes
+from scenelang.interpreter.shapes import BLOCK_WORDS
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -44,7 +45,7 @@ _MOST_CANDIDATES = 64  # neighbours of one row that are looked at
 _CHUNK = 50_000  # rows whose neighbours are looked at together
 _MOST_SEARCHES = 2_000  # rows looked at while better pairings are sought
 _MOST_DISTANCES = 4_000_000  # pairs of moved primitives whose distances are compared; beyond, they pair in order
-_BLOCKS = frozenset(("block", "set-cuboid", "delete-blocks", "set_cuboid", "delete_blocks"))
+_BLOCKS = frozenset(("block", *BLOCK_WORDS, *(word.replace("-", "_") for word in BLOCK_WORDS)))
 _WHITE: Point = (1.0, 1.0, 1.0)
 _ORIGIN: Point = (0.0, 0.0, 0.0)
 _FIRST = np.zeros(1, np.int64)

@@ -40,7 +40,7 @@ WORDS = {
     "asset": Kind.ASSET,
 }
 
-BLOCK_WORDS = frozenset(word for word, kind in WORDS.items() if kind in (Kind.CUBOID, Kind.VOID))
+BLOCK_WORDS = tuple(word for word, kind in WORDS.items() if kind in (Kind.CUBOID, Kind.VOID))
 
 # The attributes that each geometric primitive reads.
 GEOMETRY = {

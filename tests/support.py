@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from scenelang.grammar.datum import ArrayDatum, Atom, Datum
 from scenelang.grammar.diagnostics import SceneError, render_text
 from scenelang.grammar.source import Source
 from scenelang.interpreter.entity import Scene
@@ -85,3 +86,13 @@ def geometry(scene: Scene) -> list[Any]:
             rows.append((entity.word, repr(attributes), frame.paths[frame.path_index[i]], frame.matrices[i].tolist()))
         frames.append(rows)
     return frames
+
+
+def shape(datum: Datum) -> Any:
+    """A datum without its places."""
+    if isinstance(datum, Atom):
+        return type(datum.value).__name__, datum.value
+    items = [shape(item) for item in datum.items]
+    if isinstance(datum, ArrayDatum):
+        return "array", items
+    return "list", items, shape(datum.tail) if datum.tail is not None else None

@@ -6,11 +6,11 @@ import time
 from collections.abc import Iterable
 from pathlib import Path
 from textwrap import dedent
-from typing import Any
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support import shape
 
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Symbol, walk
 from scenelang.grammar.layout import Trivia, layout
@@ -37,16 +37,6 @@ def spelling_of(forms: Iterable[Datum]) -> dict[int, str]:
 def laid_out(text: str, width: int = 88) -> str:
     forms = forms_of(text)
     return layout(forms, indents=INDENTS, spelling=spelling_of(forms), width=width)
-
-
-def shape(datum: Datum) -> Any:
-    """A datum without its places."""
-    if isinstance(datum, Atom):
-        return type(datum.value).__name__, datum.value
-    items = [shape(item) for item in datum.items]
-    if isinstance(datum, ArrayDatum):
-        return "array", items
-    return "list", items, shape(datum.tail) if datum.tail is not None else None
 
 
 # --- style ---------------------------------------------------------------------------------------------------------

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support import shape
 
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Symbol, walk
 from scenelang.grammar.printer import atom_text, print_datum
@@ -18,16 +19,6 @@ NOWHERE = Span(Source("<test>", ""), 0, 0)
 
 def reading(text: str) -> ReadResult:
     return read(Source("<test>", text))
-
-
-def shape(datum: Datum) -> Any:
-    """A datum without its places."""
-    if isinstance(datum, Atom):
-        return type(datum.value).__name__, datum.value
-    items = [shape(item) for item in datum.items]
-    if isinstance(datum, ArrayDatum):
-        return "array", items
-    return "list", items, shape(datum.tail) if datum.tail is not None else None
 
 
 symbols = st.from_regex(r"[a-zA-Z!$%&*/:<=>?^_~+@-][a-zA-Z0-9!$%&*/<=>?^_~+@.-]{0,8}", fullmatch=True).filter(

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 
 from scenelang.interpreter.transpile.analysis.liveness import Liveness
 from scenelang.interpreter.transpile.analysis.scopes import Function, Names, Variable
+from scenelang.interpreter.transpile.analysis.syntax import inner_blocks
 
 
 @dataclass(eq=False, slots=True)
@@ -258,7 +259,7 @@ class _Finder:
             return True
         if not variable.is_temporary and not self._count(statement, variable):
             return False
-        return any(self._adds(s, variable) for block in _inner_blocks(statement) for s in block)
+        return any(self._adds(s, variable) for block in inner_blocks(statement) for s in block)
 
     def _collect(self, statement: ast.stmt, collection: Collection) -> bool:
         """Whether all that ``statement`` does with the list is adding to it, in a way that can be collected."""
@@ -340,7 +341,7 @@ def _leaves(body: Sequence[ast.stmt]) -> bool:
             continue
         if isinstance(statement, (ast.Try, ast.With)) and _holds(statement, (ast.Return, ast.Break, ast.Continue)):
             return True
-        if any(_leaves(block) for block in _inner_blocks(statement)):
+        if any(_leaves(block) for block in inner_blocks(statement)):
             return True
     return False
 
@@ -356,18 +357,8 @@ def _holds(statement: ast.stmt, kinds: tuple[type, ...]) -> bool:
     return False
 
 
-def _inner_blocks(statement: ast.stmt) -> list[list[ast.stmt]]:
-    if isinstance(statement, (ast.FunctionDef, ast.ClassDef)):
-        return []
-    blocks = [getattr(statement, name, None) for name in ("body", "orelse", "finalbody")]
-    found = [block for block in blocks if block]
-    for handler in getattr(statement, "handlers", ()):
-        found.append(handler.body)
-    return found
-
-
 def _blocks(body: list[ast.stmt]) -> Iterator[list[ast.stmt]]:
     yield body
     for statement in body:
-        for block in _inner_blocks(statement):
+        for block in inner_blocks(statement):
             yield from _blocks(block)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -107,3 +108,11 @@ T_NONE = Type(NONE)
 T_SHAPE = Type(SHAPE)
 T_POSE = Type(POSE)
 T_STREAM = Type(STREAM)
+
+
+def join_all(types: Sequence[Type]) -> Type:
+    """What is of any of ``types``."""
+    result = NOTHING
+    for each in types:
+        result = result | each
+    return result

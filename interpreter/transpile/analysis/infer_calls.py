@@ -15,12 +15,12 @@ from scenelang.interpreter.transpile.analysis.domain import (
     TUPLE,
     UNKNOWN,
     Type,
+    join_all,
 )
 from scenelang.interpreter.transpile.analysis.inference import (
     CHANGES,
     DRAWS,
     InferenceState,
-    join_all,
 )
 from scenelang.interpreter.transpile.analysis.known import METHODS, MUTATORS, RESULTS, draws
 from scenelang.interpreter.transpile.analysis.scopes import Class, Function, Variable

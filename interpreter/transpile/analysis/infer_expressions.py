@@ -34,13 +34,13 @@ from scenelang.interpreter.transpile.analysis.domain import (
     UNKNOWN,
     Site,
     Type,
+    join_all,
 )
 from scenelang.interpreter.transpile.analysis.infer_calls import CallInference
 from scenelang.interpreter.transpile.analysis.inference import (
     constant_index,
     constant_type,
     has_slice,
-    join_all,
 )
 from scenelang.interpreter.transpile.analysis.known import RESULTS
 from scenelang.interpreter.transpile.analysis.paths import is_module

@@ -35,6 +35,7 @@ from scenelang.interpreter.transpile.analysis.inference import (
     constant_index,
 )
 from scenelang.interpreter.transpile.analysis.paths import Paths, is_annotation
+from scenelang.interpreter.transpile.analysis.syntax import is_none
 
 _DEEPEST_LOOPS = 5
 
@@ -284,7 +285,7 @@ class StatementInference(ExpressionInference):
                 self.narrow(value, holds)
         elif isinstance(test, ast.Name) and holds:
             self._without(test, NONE)
-        elif isinstance(test, ast.Compare) and len(test.ops) == 1 and _is_none(test.comparators[0]):
+        elif isinstance(test, ast.Compare) and len(test.ops) == 1 and is_none(test.comparators[0]):
             is_test = isinstance(test.ops[0], (ast.Is, ast.Eq))
             if is_test != holds:
                 self._without(test.left, NONE)
@@ -324,10 +325,6 @@ def _merge(a: Environment | None, b: Environment | None) -> Environment | None:
         old = merged.get(variable)
         merged[variable] = value if old is None else old | value
     return merged
-
-
-def _is_none(node: ast.expr) -> bool:
-    return isinstance(node, ast.Constant) and node.value is None
 
 
 def _isinstance_kinds(paths: Paths, node: ast.expr) -> int:

@@ -30,6 +30,7 @@ from scenelang.interpreter.transpile.analysis.domain import (
     UNKNOWN,
     Site,
     Type,
+    join_all,
 )
 from scenelang.interpreter.transpile.analysis.paths import Paths
 from scenelang.interpreter.transpile.analysis.scopes import Class, Function, Names, Variable
@@ -304,13 +305,6 @@ def _belongs(node: ast.AST, function: Function) -> bool:
         return False
     line = getattr(node, "lineno", 0)
     return own.lineno <= line <= (own.end_lineno or own.lineno) and node is not own
-
-
-def join_all(types: Sequence[Type]) -> Type:
-    result = NOTHING
-    for each in types:
-        result = result | each
-    return result
 
 
 def constant_type(value: object) -> Type:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING, TypeAlias, TypeVar
 
 from scenelang.interpreter.transpile.analysis.domain import (
@@ -33,6 +33,7 @@ from scenelang.interpreter.transpile.analysis.domain import (
     T_STREAM,
     TUPLE,
     Type,
+    join_all,
 )
 
 if TYPE_CHECKING:
@@ -53,13 +54,6 @@ def draws(path: str) -> bool:
     return path.startswith(("random.", "numpy.random."))
 
 
-def _join(types: Sequence[Type]) -> Type:
-    result = NOTHING
-    for each in types:
-        result = result | each
-    return result
-
-
 def _list_of(element: Callable[[InferenceState, list[Type]], Type]) -> Result:
     return lambda infer, node, args, named: infer.container(node, LIST, element(infer, args))
 
@@ -74,9 +68,9 @@ def _vector(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[
 
 def _elementwise(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
     """``np.sin(x)``: a number of a number, an array of an array or a sequence."""
-    joined = _join(args)
+    joined = join_all(args)
     if joined.kinds & (ARRAY | LIST | TUPLE | POSE):
-        element = _join([infer.elements(a) for a in args if a.kinds & (ARRAY | LIST | TUPLE)])
+        element = join_all([infer.elements(a) for a in args if a.kinds & (ARRAY | LIST | TUPLE)])
         nested = element.kinds & (ARRAY | LIST | TUPLE)
         return _array(infer, node, infer.container(node, ARRAY, T_FLOAT, tag="row") if nested else T_FLOAT)
     return T_FLOAT
@@ -170,7 +164,7 @@ def _zip(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str
     starred = isinstance(node, ast.Call) and any(isinstance(a, ast.Starred) for a in node.args)
     if starred:
         return infer.container(
-            node, LIST, infer.container(node, TUPLE, _join([infer.elements(a) for a in args]), tag="row")
+            node, LIST, infer.container(node, TUPLE, join_all([infer.elements(a) for a in args]), tag="row")
         )
     row = infer.tuple_of(node, [infer.elements(a) for a in args], tag="row")
     return infer.container(node, LIST, row)
@@ -198,7 +192,7 @@ def _sorted(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[
 
 
 def _extreme(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
-    found = infer.elements(args[0]) if len(args) == 1 else _join(args)
+    found = infer.elements(args[0]) if len(args) == 1 else join_all(args)
     if "key" in named:
         infer.call(named["key"], node, [found], {})
     return found | named.get("default", NOTHING)
@@ -236,7 +230,7 @@ def _sequence(kind: int) -> Result:
 
 
 def _dict(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
-    key, value = (T_STR, _join(list(named.values()))) if named else (NOTHING, NOTHING)
+    key, value = (T_STR, join_all(list(named.values()))) if named else (NOTHING, NOTHING)
     fields: dict[object, Type] = {name: found for name, found in named.items()}  # noqa: C416 (the keys widen)
     other = NOTHING
     for argument in args:
@@ -284,7 +278,7 @@ def _combinations(infer: InferenceState, node: ast.AST, args: list[Type], named:
 
 
 def _chain(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
-    return infer.container(node, LIST, _join([infer.elements(a) for a in args]))
+    return infer.container(node, LIST, join_all([infer.elements(a) for a in args]))
 
 
 def _colors(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
@@ -474,11 +468,13 @@ def _popped(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type]
 
 
 def _values(infer: InferenceState, owner: Type) -> Type:
-    return _join([site.element for site in infer.read_sites(owner)]) | (ANYTHING if owner.kinds & ~0xFFFF else NOTHING)
+    return join_all([site.element for site in infer.read_sites(owner)]) | (
+        ANYTHING if owner.kinds & ~0xFFFF else NOTHING
+    )
 
 
 def _get(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
-    found = _join([infer.field(site, node.args[0]) for site in infer.read_sites(owner)]) if node.args else NOTHING
+    found = join_all([infer.field(site, node.args[0]) for site in infer.read_sites(owner)]) if node.args else NOTHING
     found = found | (ANYTHING if owner.kinds & ~0xFFFF else NOTHING)
     return found | (args[1] if len(args) > 1 else T_NONE)
 
@@ -493,12 +489,12 @@ def _setdefault(infer: InferenceState, node: ast.Call, owner: Type, args: list[T
 
 def _items(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
     sites = infer.read_sites(owner)
-    pair = infer.tuple_of(node, [_join([s.key for s in sites]), _join([s.element for s in sites])], tag="pair")
+    pair = infer.tuple_of(node, [join_all([s.key for s in sites]), join_all([s.element for s in sites])], tag="pair")
     return infer.container(node, LIST, pair)
 
 
 def _keys(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
-    return infer.container(node, LIST, _join([s.key for s in infer.read_sites(owner)]))
+    return infer.container(node, LIST, join_all([s.key for s in infer.read_sites(owner)]))
 
 
 def _all_values(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
@@ -512,7 +508,7 @@ def _update(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type]
         infer.table(target, NOTHING, NOTHING, {name: found for name, found in named.items()}, NOTHING)  # noqa: C416
     for site in [s for a in args for s in infer.read_sites(a)]:
         infer.mutated(owner, site.element, site.key, node=node)
-    infer.mutated(owner, _join(list(named.values())), T_STR if named else NOTHING, node=node)
+    infer.mutated(owner, join_all(list(named.values())), T_STR if named else NOTHING, node=node)
     return T_NONE
 
 
@@ -529,7 +525,7 @@ def _copied(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type]
 
 
 def _set_method(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
-    return infer.container(node, SET, infer.elements(owner) | _join([infer.elements(a) for a in args]))
+    return infer.container(node, SET, infer.elements(owner) | join_all([infer.elements(a) for a in args]))
 
 
 def _strings(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:

@@ -16,6 +16,7 @@ from scenelang.interpreter.transpile.writing.code import (
     Ref,
     count_refs,
     form,
+    gives_parts,
     is_form,
     move_comments,
     none,
@@ -77,7 +78,7 @@ class Collecting:
 
 def unite(pieces: Sequence[Piece]) -> Code:
     """Pieces as one ``union``; a single shape is one already, a list of shapes is not."""
-    if len(pieces) == 1 and (not pieces[0].is_many or _gives_parts(pieces[0].code)):
+    if len(pieces) == 1 and _is_one(pieces[0]):
         return pieces[0].code
     items: list[Code] = []
     for piece in pieces:
@@ -91,13 +92,9 @@ def unite(pieces: Sequence[Piece]) -> Code:
     return form("union", *items)
 
 
-def _gives_parts(code: Code) -> bool:
-    head = code.items[0] if isinstance(code, Form) and code.items else None
-    if type(head) is not Name:
-        return False
-    if head.text in ("if", "cond"):
-        return True  # its branches were united already
-    return head.text in ("union", "union-loop", "primitives") or head.text.endswith("/union")
+def _is_one(piece: Piece) -> bool:
+    """Whether a piece serves as it is; the branches of an ``if`` were united already."""
+    return not piece.is_many or gives_parts(piece.code) or is_form(piece.code, "if") or is_form(piece.code, "cond")
 
 
 def join(pieces: Sequence[Piece]) -> Code:
@@ -170,15 +167,11 @@ class Block:
         if position is None or len(users) != 1 or count_refs(users[0].code, variable) != 1:
             return False
         item = self.items[position]
-        later = self.items[position + 1 :]
-        others = pieces[: pieces.index(users[0])]
-        if any(i.mentions(variable) for i in later) or not may_replace(users[0].code, variable, item.effect):
+        if any(variable in piece.mentions for piece in self._pieces() if piece is not users[0]):
             return False
-        if any(variable in p.mentions for c in self.collecting for p in c.pieces if p is not users[0]):
+        if _sets_what_is_read([new], item.value):
             return False
-        if _sets_what_is_read([*later, new], item.value):
-            return False
-        if any(not item.effect.commutes(effect) for effect in _effects(later, others)):
+        if not self._may_move(position, users[0].code, pieces[: pieces.index(users[0])]):
             return False
         move_comments(item.note, item.value)
         if type(users[0].code) is Ref:
@@ -199,7 +192,7 @@ class Block:
         earlier = Variable(variable.name, variable.function)
         defining = self.items[position]
         defining.target, defining.variables = Ref(earlier), (earlier,)
-        pieces = [piece for collecting in self.collecting for piece in collecting.pieces]
+        pieces = self._pieces()
         readers = [item.value, *(i.value for i in self.items[position + 1 :]), *(piece.code for piece in pieces)]
         for node in walk(*readers):
             if type(node) is Ref and node.variable is variable:
@@ -234,6 +227,22 @@ class Block:
                 )
         return None
 
+    def _pieces(self) -> list[Piece]:
+        return [piece for collecting in self.collecting for piece in collecting.pieces]
+
+    def _may_move(self, position: int, code: Code, pieces: Sequence[Piece]) -> bool:
+        """Whether the definition at ``position`` may give its value to ``code``, which comes after all items and after
+        ``pieces`` and mentions its name once."""
+        item = self.items[position]
+        (variable,) = item.variables
+        later = self.items[position + 1 :]
+        if any(i.mentions(variable) for i in later) or _sets_what_is_read(later, item.value):
+            return False
+        if not may_replace(code, variable, item.effect):
+            return False
+        effects = [*(i.effect for i in later), *(piece.effect for piece in pieces)]
+        return all(item.effect.commutes(effect) for effect in effects)
+
     def define(self, variable: Variable, value: Code, effect: Effect, note: Code, nests: bool = True) -> None:
         """``x = value``. When ``value`` uses the last ``x`` once, that one's value is put in its place."""
         if nests:
@@ -248,18 +257,11 @@ class Block:
         item = self.items[position]
         if item.nested >= _DEEPEST_NEST:
             return effect, note
-        later = self.items[position + 1 :]
-        pieces = [piece for c in self.collecting for piece in c.pieces]
-        if any(i.mentions(variable) for i in later) or any(variable in p.mentions for p in pieces):
-            return effect, note
-        if _sets_what_is_read(later, item.value):
-            return effect, note
-        if not may_replace(value, variable, item.effect):
-            return effect, note
-        if any(not item.effect.commutes(effect) for effect in _effects(later, pieces)):
+        pieces = self._pieces()
+        if any(variable in piece.mentions for piece in pieces) or not self._may_move(position, value, pieces):
             return effect, note
         move_comments(item.note, note)
-        if later:  # the name of its first definition keeps its place among the others
+        if position + 1 < len(self.items):  # the name of its first definition keeps its place among the others
             note.blank = note.blank and item.note.blank
         replace(value, lambda node: type(node) is Ref and node.variable is variable, item.value)
         del self.items[position]
@@ -271,10 +273,6 @@ def _sets_what_is_read(items: Sequence[Item], value: Code) -> bool:
     """Whether ``value`` means something else after ``items``."""
     new = {variable for item in items for variable in item.variables}
     return any(type(node) is Ref and node.variable in new for node in walk(value))
-
-
-def _effects(items: Sequence[Item], pieces: Sequence[Piece]) -> list[Effect]:
-    return [*(item.effect for item in items), *(piece.effect for piece in pieces)]
 
 
 def total(effects: Iterable[Effect]) -> Effect:

@@ -21,6 +21,7 @@ from scenelang.interpreter.transpile.analysis.domain import (
     TUPLE,
 )
 from scenelang.interpreter.transpile.analysis.scopes import Variable
+from scenelang.interpreter.transpile.analysis.syntax import is_none
 from scenelang.interpreter.transpile.writing.arguments import arguments_of
 from scenelang.interpreter.transpile.writing.call_basics import CallWriter, keyword_of, only_positional, plain_arguments
 from scenelang.interpreter.transpile.writing.code import (
@@ -78,7 +79,7 @@ def write_map(w: ExpressionWriter, node: ast.Call) -> Code:
 def write_filter(w: ExpressionWriter, node: ast.Call) -> Code:
     given = arguments_of(w, node, "function iterable", "filter")
     function = given["function"]
-    if isinstance(function, ast.Constant) and function.value is None:
+    if is_none(function):
         item = Variable("item", None, is_temporary=True)
         element = w.facts.type(node)
         test = Ref(item) if element.only(BOOL) else w.dynamic("py-truthy?", Ref(item))
@@ -104,7 +105,7 @@ def sort_options(w: ExpressionWriter, given: dict[str, ast.expr]) -> list[Code]:
     """``:key`` and ``:reverse`` of a sort."""
     options: list[Code] = []
     key, reverse = given.get("key"), given.get("reverse")
-    if key is not None and not (isinstance(key, ast.Constant) and key.value is None):
+    if key is not None and not is_none(key):
         options += [Key("key"), w.expr(key)]
     if reverse is not None and not (isinstance(reverse, ast.Constant) and reverse.value is False):
         options += [Key("reverse"), w.test(reverse)]
@@ -247,7 +248,7 @@ def write_bool(w: ExpressionWriter, node: ast.Call) -> Code:
 def write_round(w: ExpressionWriter, node: ast.Call) -> Code:
     given = arguments_of(w, node, "number ndigits?", "round")
     digits = given.get("ndigits")
-    if digits is None or (isinstance(digits, ast.Constant) and digits.value is None):
+    if digits is None or is_none(digits):
         return form("round", numeric(w, given["number"]))
     return form("round", numeric(w, given["number"]), w.expr(digits))
 

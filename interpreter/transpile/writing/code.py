@@ -173,3 +173,11 @@ def is_form(code: Code, head: str) -> bool:
 
 def is_literal(code: Code) -> bool:
     return type(code) is Literal
+
+
+def gives_parts(code: Code) -> bool:
+    """Whether the value is parts already, so that a ``union`` of it alone adds nothing."""
+    head = code.items[0] if isinstance(code, Form) and code.items else None
+    if type(head) is not Name:
+        return False
+    return head.text in ("union", "union-loop", "primitives") or head.text.endswith("/union")

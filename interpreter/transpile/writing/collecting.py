@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Callable, Sequence
+from functools import partial
 
 from scenelang.interpreter.transpile.analysis.collect import Collection, additions
 from scenelang.interpreter.transpile.analysis.domain import LIST, SHAPE
@@ -17,7 +18,6 @@ from scenelang.interpreter.transpile.writing.code import (
     Ref,
     form,
     is_form,
-    quote,
 )
 from scenelang.interpreter.transpile.writing.conditionals import conditional, hang
 from scenelang.interpreter.transpile.writing.control import (
@@ -103,15 +103,7 @@ class CollectionWriter(AssignmentWriter):
         kind = "/union" if collecting.unites else "/list" if one_each else "/append"
         inner = Collecting(collecting.collection, collecting.unites, False)
 
-        def finish(block: Block) -> Code:
-            pieces = block.collecting[0].pieces
-            if one_each:
-                return pieces[0].code
-            return (
-                block.collecting[0].combined() if pieces else (form("union") if collecting.unites else quote(Form([])))
-            )
-
-        code = self._for(node, kind, Mode(ast.Continue, finish, collection=inner), inner)
+        code = self._for(node, kind, Mode(ast.Continue, partial(_finished, one_each), collection=inner), inner)
         hang(code, note)
         return code
 
@@ -138,15 +130,7 @@ class CollectionWriter(AssignmentWriter):
             bool(node.orelse) and not collecting.unites and self._adds_one([node], collecting.collection, is_loop=False)
         )
 
-        def finish(block: Block) -> Code:
-            pieces = block.collecting[0].pieces
-            if one_each:
-                return pieces[0].code
-            return (
-                block.collecting[0].combined() if pieces else (form("union") if collecting.unites else quote(Form([])))
-            )
-
-        mode = Mode(None, finish, collection=collecting)
+        mode = Mode(None, partial(_finished, one_each), collection=collecting)
         clauses: list[Code] = []
         self._value_clauses(node, mode, clauses, lambda: self._collecting_block(collecting))
         return Piece(conditional(clauses), not one_each, self.effect(node))
@@ -192,6 +176,14 @@ class CollectionWriter(AssignmentWriter):
                     block.add_effect(form("set!", Ref(variable), code), writes, collecting.note)
             else:
                 block.define(variable, code, effect, collecting.note, nests=False)
+
+
+def _finished(one_each: bool, block: Block) -> Code:
+    """What a block has collected: its one item, or everything."""
+    collecting = block.collecting[0]
+    if one_each:
+        return collecting.pieces[0].code
+    return collecting.combined()
 
 
 def _is_empty(node: ast.expr) -> bool:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from scenelang.interpreter.transpile.analysis.scopes import Function, Variable
+from scenelang.interpreter.transpile.analysis.syntax import inner_blocks
 from scenelang.interpreter.transpile.writing.blocks import Block, Collecting
 from scenelang.interpreter.transpile.writing.code import (
     Code,
@@ -56,13 +57,9 @@ def leaves(statement: ast.stmt, kind: type[ast.stmt]) -> bool:
     """Whether ``statement`` holds a ``return``, ``continue`` or ``break`` that leaves what it stands in."""
     if isinstance(statement, kind):
         return True
-    if isinstance(statement, (ast.FunctionDef, ast.ClassDef)):
-        return False
     if isinstance(statement, (ast.For, ast.While)) and kind is not ast.Return:
         return any(leaves(s, kind) for s in statement.orelse)
-    blocks = [getattr(statement, name, None) or [] for name in ("body", "orelse", "finalbody")]
-    blocks += [handler.body for handler in getattr(statement, "handlers", ())]
-    return any(leaves(s, kind) for block in blocks for s in block)
+    return any(leaves(s, kind) for block in inner_blocks(statement) for s in block)
 
 
 def always_leaves(body: Sequence[ast.stmt], kind: type[ast.stmt]) -> bool:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from scenelang.grammar.diagnostics import suggest
-from scenelang.interpreter.shapes import GEOMETRY
-from scenelang.interpreter.transpile.analysis.domain import BOOL, FLOAT, INT, NOTHING, SEQUENCES, SHAPE
-from scenelang.interpreter.transpile.analysis.scopes import Function, Parameter, Variable
+from scenelang.interpreter.shapes import BLOCK_WORDS, GEOMETRY
+from scenelang.interpreter.transpile.analysis.domain import SEQUENCES, SHAPE
+from scenelang.interpreter.transpile.analysis.scopes import Function, Variable
+from scenelang.interpreter.transpile.analysis.syntax import is_none
 from scenelang.interpreter.transpile.writing.arguments import arguments_of, expanded, is_ones, is_zero_vector
 from scenelang.interpreter.transpile.writing.code import (
     ArgumentName,
@@ -20,17 +21,18 @@ from scenelang.interpreter.transpile.writing.code import (
     Name,
     Ref,
     form,
+    gives_parts,
     is_form,
     none,
 )
-from scenelang.interpreter.transpile.writing.operators import numeric
+from scenelang.interpreter.transpile.writing.user_calls import write_argument
 from scenelang.interpreter.words import idle_hint
 
 if TYPE_CHECKING:
     from scenelang.interpreter.transpile.writing.expressions import ExpressionWriter
 
-_SHAPES = ("cube", "sphere", "cylinder", "cone")
-_BLOCKS = {"set_cuboid": "set-cuboid", "delete_blocks": "delete-blocks"}
+_SHAPES = tuple(GEOMETRY)
+_BLOCKS = {word.replace("-", "_"): word for word in BLOCK_WORDS}
 _ATTRIBUTES = {"block_type": "block-type", "block_kwargs": "block-kwargs"}
 _VECTORS = ("color", "scale", "p0", "p1")
 
@@ -147,21 +149,11 @@ def _call(w: ExpressionWriter, word: Code, keywords: list[ast.keyword], target: 
             tables.append(form("keywords", w.expr(keyword.value)))
             continue
         parameter = target.parameter(keyword.arg) if target is not None else None
-        value = argument(w, keyword.value, [parameter] if parameter is not None else [])
+        value = write_argument(w, keyword.value, [parameter] if parameter is not None else [])
         items += w.comment_pair(ArgumentName(keyword.arg, w.span(keyword)), value, keyword)
     if tables:
         return form("apply", Name("call"), word, *items, *([form("append", *tables)] if len(tables) > 1 else tables))
     return form("call", word, *items)
-
-
-def argument(w: ExpressionWriter, node: ast.expr, parameters: Sequence[Parameter] = ()) -> Code:
-    """An argument of a function of the program: a display that only serves as a vector becomes one, a Boolean beside
-    numbers a number."""
-    if w.type(node).only(BOOL) and any(
-        w.facts.variables.get(p.variable, NOTHING).kinds & (INT | FLOAT) for p in parameters
-    ):
-        return numeric(w, node)
-    return w.vector(node) if w.is_vector_literal(node) and w.wants_vector(node) else w.expr(node)
 
 
 def check_named(w: ExpressionWriter, node: ast.Call, target: Function, keywords: list[ast.keyword]) -> None:
@@ -202,8 +194,9 @@ def primitive_call(w: ExpressionWriter, node: ast.Call) -> Code:
         raise w.error("python-call", "the call of `primitive_call` lacks the name of a primitive", node)
     items: list[Code] = []
     tables: list[Code] = []
+    is_block = bool(spread) and _is_block(w, word)
     for value in spread:
-        if _is_block(w, word):
+        if is_block:
             tables.append(form("keywords", w.expr(value)))
         else:
             _arguments_in(w, value, {name for name, _ in given}, items, tables)
@@ -224,7 +217,7 @@ def _is_block(w: ExpressionWriter, word: ast.expr) -> bool:
     for one where the program names one."""
     if isinstance(word, ast.Constant):
         return word.value in _BLOCKS
-    nodes = (node for function in w.names.ordered for statement in function.body for node in ast.walk(statement))
+    nodes = ast.walk(w.analysed.text.tree)
     return any(isinstance(node, ast.Constant) and str(node.value) in _BLOCKS for node in nodes)
 
 
@@ -258,7 +251,7 @@ def _shape_kwargs(w: ExpressionWriter, value: ast.expr, items: list[Code], table
     elif isinstance(value, ast.Call) and w.paths.of(value.func) == "dict" and not value.args:
         if all(k.arg is not None for k in value.keywords):
             pairs = [(str(k.arg), k.value) for k in value.keywords]
-    elif isinstance(value, ast.Constant) and value.value is None:
+    elif is_none(value):
         pairs = []
     if pairs is None:
         tables.append(form("keywords", w.expr(value)))
@@ -305,7 +298,7 @@ def _attribute(w: ExpressionWriter, name: str, value: ast.expr, items: list[Code
 
 
 def _is_nothing(value: ast.expr) -> bool:
-    return (isinstance(value, ast.Dict) and not value.keys) or (isinstance(value, ast.Constant) and value.value is None)
+    return (isinstance(value, ast.Dict) and not value.keys) or is_none(value)
 
 
 def _color(w: ExpressionWriter, value: ast.expr) -> Code:
@@ -352,7 +345,7 @@ def concat_shapes(w: ExpressionWriter, node: ast.Call) -> Code:
             items += code.items[1:]
         else:
             items.append(w.comment_item(code, argument))
-    if len(items) == 1 and (gives_parts(w, items[0]) or _is_united(w, node.args[0])):
+    if len(items) == 1 and (gives_parts(items[0]) or _is_united(w, node.args[0])):
         return items[0]
     return form("union", *items)
 
@@ -363,14 +356,6 @@ def _is_united(w: ExpressionWriter, argument: ast.expr) -> bool:
         return False
     variable = w.variable(argument.value)
     return variable is not None and variable in w.united
-
-
-def gives_parts(w: ExpressionWriter, code: Code) -> bool:
-    """Whether the value is parts already, so that a ``union`` of it alone adds nothing."""
-    if not isinstance(code, Form) or not code.items or not isinstance(code.items[0], Name):
-        return False
-    head = code.items[0].text
-    return head in ("union", "union-loop", "primitives") or head.endswith("/union")
 
 
 def transform_shape(w: ExpressionWriter, node: ast.Call) -> Code:

@@ -12,6 +12,7 @@ from scenelang.interpreter.transpile.analysis.domain import (
     POSE,
 )
 from scenelang.interpreter.transpile.analysis.scopes import Variable
+from scenelang.interpreter.transpile.analysis.syntax import is_none
 from scenelang.interpreter.transpile.writing.arguments import arguments_of
 from scenelang.interpreter.transpile.writing.builtin_calls import write_quantifier
 from scenelang.interpreter.transpile.writing.call_basics import CallWriter
@@ -29,7 +30,6 @@ from scenelang.interpreter.transpile.writing.code import (
     quote,
 )
 from scenelang.interpreter.transpile.writing.operators import is_mask, numeric
-from scenelang.interpreter.transpile.writing.random_calls import is_none
 
 if TYPE_CHECKING:
     from scenelang.interpreter.transpile.writing.expressions import ExpressionWriter

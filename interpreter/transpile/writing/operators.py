@@ -28,6 +28,7 @@ from scenelang.interpreter.transpile.analysis.domain import (
     Type,
 )
 from scenelang.interpreter.transpile.analysis.scopes import Variable
+from scenelang.interpreter.transpile.analysis.syntax import is_none
 from scenelang.interpreter.transpile.writing import texts
 from scenelang.interpreter.transpile.writing.code import (
     Code,
@@ -317,7 +318,7 @@ def _contains(w: ExpressionWriter, item: ast.expr, container: ast.expr) -> Code:
 
 def _equal(w: ExpressionWriter, a: ast.expr, b: ast.expr) -> Code:
     for first, second in ((a, b), (b, a)):
-        if isinstance(second, ast.Constant) and second.value is None:
+        if is_none(second):
             return form("none?", w.expr(first))
         if isinstance(second, ast.Constant) and isinstance(second.value, bool) and w.type(first).only(BOOL):
             return w.expr(first) if second.value else form("not", w.expr(first))

@@ -10,6 +10,7 @@ from scenelang.interpreter.transpile.analysis.domain import (
     INT,
     NUMBERS,
 )
+from scenelang.interpreter.transpile.analysis.syntax import is_none
 from scenelang.interpreter.transpile.writing.arguments import arguments_of
 from scenelang.interpreter.transpile.writing.call_basics import CallWriter, only_positional
 from scenelang.interpreter.transpile.writing.code import (
@@ -92,10 +93,6 @@ def _fill_gaps(path: str, given: dict[str, ast.expr], items: list[Code]) -> list
     if path == "numpy.random.uniform" and "low" in given and "high" not in given:
         return [*items, number(1)]
     return items
-
-
-def is_none(node: ast.expr) -> bool:
-    return isinstance(node, ast.Constant) and node.value is None
 
 
 def write_draw(path: str) -> CallWriter:

@@ -7,8 +7,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from scenelang.grammar.diagnostics import suggest
+from scenelang.interpreter.transpile.analysis.domain import BOOL, FLOAT, INT, NOTHING
 from scenelang.interpreter.transpile.analysis.scopes import Class, Function, Parameter, Variable
 from scenelang.interpreter.transpile.writing.code import ArgumentName, Code, Form, Name, Ref, form
+from scenelang.interpreter.transpile.writing.operators import numeric
 
 if TYPE_CHECKING:
     from scenelang.interpreter.transpile.writing.expressions import ExpressionWriter
@@ -62,24 +64,28 @@ def call_known(w: ExpressionWriter, node: ast.Call, function: Code, target: Func
                 items.append(ArgumentName(plain[position].variable.name, w.span(argument)))
         elif rest is None:
             break
-        items.append(w.comment_item(_argument(w, argument, plain[position : position + 1]), argument))
+        items.append(w.comment_item(write_argument(w, argument, plain[position : position + 1]), argument))
     tables: list[Code] = []
     for keyword in node.keywords:
         if keyword.arg is None:
             tables.append(form("keywords", w.expr(keyword.value)))
             continue
         named = [p for p in parameters if p.variable.name == keyword.arg]
-        value = _argument(w, keyword.value, named)
+        value = write_argument(w, keyword.value, named)
         items += w.comment_pair(ArgumentName(keyword.arg, w.span(keyword)), value, keyword)
     if tables:
         return form("apply", function, *items, *([form("append", *tables)] if len(tables) > 1 else tables))
     return Form([function, *items])
 
 
-def _argument(w: ExpressionWriter, node: ast.expr, parameters: Sequence[Parameter] = ()) -> Code:
-    from scenelang.interpreter.transpile.writing.helpers import argument
-
-    return argument(w, node, parameters)
+def write_argument(w: ExpressionWriter, node: ast.expr, parameters: Sequence[Parameter] = ()) -> Code:
+    """An argument of a function of the program: a display that only serves as a vector becomes one, a Boolean beside
+    numbers a number."""
+    if w.type(node).only(BOOL) and any(
+        w.facts.variables.get(p.variable, NOTHING).kinds & (INT | FLOAT) for p in parameters
+    ):
+        return numeric(w, node)
+    return w.vector(node) if w.is_vector_literal(node) and w.wants_vector(node) else w.expr(node)
 
 
 def _check(w: ExpressionWriter, node: ast.Call, target: Function, parameters: list[Parameter], has_star: bool) -> None:
@@ -193,7 +199,7 @@ def _call_value(w: ExpressionWriter, node: ast.Call) -> Code:
     function = w.expr(node.func)
     if any(isinstance(a, ast.Starred) for a in node.args):
         return _spread(w, node, function, [], [])
-    items = [w.comment_item(_argument(w, a), a) for a in node.args]
+    items = [w.comment_item(write_argument(w, a), a) for a in node.args]
     for keyword in node.keywords:
         if keyword.arg is None:
             items_list = form("keywords", w.expr(keyword.value))
