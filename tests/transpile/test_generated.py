@@ -54,6 +54,31 @@ ORDERS = {
     x = x + 1
     return at(x + w)
 """,
+    "a draw before another draw": """
+    x = random.random()
+    x = random.random() * 2 - x
+    y = random.random()
+    y = [random.random(), y][0]
+    return at(x + y)
+""",
+    "a branch that does things": """
+    a = 2
+    parts = []
+    shape = at(0)
+    if a > 0:
+        shape = at(5)
+        parts.append(at(a))
+    else:
+        parts.append(at(a - len(parts)))
+    if a > 2:
+        parts += [at(a), at(random.random())]
+    else:
+        shape = at(1)
+    for j in range(1):
+        parts = [*parts, shape]
+        parts.append(at(len(parts)))
+    return concat_shapes(*parts, shape)
+""",
     "a list remade after its names changed": """
     parts = []
     a = 3
@@ -109,6 +134,7 @@ def test_nested_functions_compile_in_time() -> None:
 
 
 _AT = """from helper import *
+import random
 
 def at(x):
     return transform_shape(primitive_call('cube'), translation_matrix((x, 0, 0)))

@@ -171,7 +171,7 @@ class Block:
             return False
         if _sets_what_is_read([new], item.value):
             return False
-        if not self._may_move(position, users[0].code, pieces[: pieces.index(users[0])]):
+        if not self._may_move(position, users[0].code, users[0].effect, pieces[: pieces.index(users[0])]):
             return False
         move_comments(item.note, item.value)
         if type(users[0].code) is Ref:
@@ -230,15 +230,15 @@ class Block:
     def _pieces(self) -> list[Piece]:
         return [piece for collecting in self.collecting for piece in collecting.pieces]
 
-    def _may_move(self, position: int, code: Code, pieces: Sequence[Piece]) -> bool:
+    def _may_move(self, position: int, code: Code, own: Effect, pieces: Sequence[Piece]) -> bool:
         """Whether the definition at ``position`` may give its value to ``code``, which comes after all items and after
-        ``pieces`` and mentions its name once."""
+        ``pieces``, has the effect ``own`` and mentions its name once."""
         item = self.items[position]
         (variable,) = item.variables
         later = self.items[position + 1 :]
         if any(i.mentions(variable) for i in later) or _sets_what_is_read(later, item.value):
             return False
-        if not may_replace(code, variable, item.effect):
+        if not may_replace(code, variable, item.effect, own):
             return False
         effects = [*(i.effect for i in later), *(piece.effect for piece in pieces)]
         return all(item.effect.commutes(effect) for effect in effects)
@@ -258,7 +258,7 @@ class Block:
         if item.nested >= _DEEPEST_NEST:
             return effect, note
         pieces = self._pieces()
-        if any(variable in piece.mentions for piece in pieces) or not self._may_move(position, value, pieces):
+        if any(variable in piece.mentions for piece in pieces) or not self._may_move(position, value, effect, pieces):
             return effect, note
         move_comments(item.note, note)
         if position + 1 < len(self.items):  # the name of its first definition keeps its place among the others
@@ -287,30 +287,47 @@ _REPEATED = ("lambda", "define", "while", "let/ec", "guard", "union-loop")
 _CONDITIONAL = ("if", "and", "or", "when", "unless", "cond")
 
 
-def may_replace(code: Code, variable: Variable, effect: Effect) -> bool:
-    """Whether the one mention of ``variable`` in ``code`` is evaluated once, and always where its value does things or
-    looks at things that change."""
+def may_replace(code: Code, variable: Variable, effect: Effect, own: Effect) -> bool:
+    """Whether a value with ``effect`` may stand for the one mention of ``variable`` in ``code``, whose effect is
+    ``own``: it is evaluated once; where it does things or looks at things that change, always and in the same order."""
     if type(code) is Ref:
         return True
     careful = effect.acts or effect.looks or bool(effect.reads)
-    stack: list[tuple[Code, bool]] = [(code, True)]
+    if careful and not effect.commutes(own) and not _comes_first(code, variable):
+        return False
+    stack = [code]
     while stack:
-        node, _is_first = stack.pop()
+        node = stack.pop()
         if type(node) is Ref and node.variable is variable:
             return True
         if type(node) is Brackets:
-            stack += [(item, False) for item in node.items]
+            stack += node.items
         elif type(node) is Form:
             head = node.items[0].text if node.items and type(node.items[0]) is Name else ""
             if head in _REPEATED or head.startswith("for"):
                 if head.startswith("for") and len(node.items) > 1 and _in_first_clause(node.items[1], variable):
                     return True
-                continue
-            for position, item in enumerate(node.items):
-                if head in _CONDITIONAL and careful and position > 1:
-                    continue
-                stack.append((item, False))
+            elif head in _CONDITIONAL and careful:
+                stack += node.items[1:2] if head != "cond" else []
+            else:
+                stack += node.items
     return False
+
+
+def _comes_first(code: Code, variable: Variable) -> bool:
+    """Whether ``variable`` is read before anything else in ``code`` is done or looked at."""
+    node: Code | None = code
+    while node is not None and type(node) is not Ref:
+        if type(node) is Brackets:
+            operands = node.items
+        elif type(node) is Form and node.items and type(node.items[0]) is Name:
+            if node.items[0].text in (*_REPEATED, "cond", "let", "let*") or node.items[0].text.startswith("for"):
+                return False
+            operands = node.items[1:]
+        else:
+            return False
+        node = next((item for item in operands if type(item) in (Ref, Form, Brackets)), None)
+    return type(node) is Ref and node.variable is variable
 
 
 def _in_first_clause(clauses: Code, variable: Variable) -> bool:
@@ -318,7 +335,7 @@ def _in_first_clause(clauses: Code, variable: Variable) -> bool:
     first = clauses.items[0] if isinstance(clauses, Form) and clauses.items else None
     if not isinstance(first, Form) or len(first.items) != 2:
         return False
-    return may_replace(first.items[1], variable, PURE) if count_refs(first.items[1], variable) else False
+    return may_replace(first.items[1], variable, PURE, PURE) if count_refs(first.items[1], variable) else False
 
 
 # --- bodies ----------------------------------------------------------------------------------------------------
