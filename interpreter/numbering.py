@@ -69,6 +69,25 @@ class Numbering:
         return tuple(path)
 
 
+def first_handles(scene: Scene, frame: int) -> dict[int, str]:
+    """The handle of the first instance of every distinct entity of one frame, by ``id``: its own or its number's.
+
+    Exact for static scenes; numbers of a later frame of a 4D scene count as if it stood alone.
+    """
+    root = scene.frames[frame]
+    alone = scene if len(scene.frames) == 1 else Scene(scene.word, [root], False)
+    numbering = number_scene(alone)
+    found: dict[int, str] = {}
+    stack: list[tuple[Entity, int]] = [(root, 0)]
+    while stack:
+        entity, before = stack.pop()
+        if id(entity) in found:
+            continue
+        found[id(entity)] = numbering.handle(entity, before)
+        stack += [(part.car, count) for part, count in reversed(list(numbering.children(entity, before)))]
+    return found
+
+
 def handles_in(scene: Scene) -> set[str]:
     """Every handle that an embedding in the scene carries."""
     return {e.embedding.handle for e in descendants(*scene.frames) if e.embedding.handle is not None}

@@ -40,9 +40,10 @@ TABLE = """
 """
 
 
-def truth(
-    scene: Scene, view: Viewpoint | Camera = Viewpoint(), size: tuple[int, int] = (160, 120), frame: int = 0
-) -> Truth:
+VIEW = Viewpoint()
+
+
+def truth(scene: Scene, view: Viewpoint | Camera = VIEW, size: tuple[int, int] = (160, 120), frame: int = 0) -> Truth:
     return truth_of(scene, still(scene, view, frame, *size), 100_000, *unit_size(scene))
 
 
