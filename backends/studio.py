@@ -122,6 +122,8 @@ def _ground(ground: Ground, environment: Environment, direction: FloatArray) -> 
 
 def ground_colors(ground: FloatArray, x: AnyFloats, z: AnyFloats) -> FloatArray:
     """The reflectance (N, 3) of the ``ground`` (2, 3) at places (N,)."""
+    if (ground[0] == ground[1]).all():
+        return np.broadcast_to(ground[0], (len(x), 3))
     second = (np.floor(x / CHECKER) + np.floor(z / CHECKER)) % 2.0 != 0.0
     colors = ground[second.astype(np.int64)]
     colors[np.maximum(np.abs(x), np.abs(z)) > CHECKER_EDGE] = ground.mean(axis=0)
