@@ -20,7 +20,7 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
 # Sides of round solids: many where few are drawn, since a picture has only so many pixels.
-_SIDES = ((2_000, 64), (10_000, 32), (40_000, 20), (200_000, 12))
+_SIDES = ((200, 64), (2_000, 40), (10_000, 28), (40_000, 18), (200_000, 12))
 _FEWEST_SIDES = 8
 MATTE = -1.0  # the roughness of a surface that asks for none
 

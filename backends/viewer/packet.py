@@ -1,10 +1,10 @@
 """A scene as one compact packet of bytes for the page: the entity DAG, and what its primitives look like.
 
-Layout: the four bytes ``SCNV``, the length of the header (32-bit, little-endian), the header (JSON, padded with spaces to
-a multiple of eight), then the columns. A column is an array that the header names with its type, place and length. The
-page gets the DAG, never its expansion: paths, handles and counts are worked out there. Instances are rows (primitive,
-pose, path of words); a row that stands in several frames is sent once, and a frame is a list of numbers of rows in
-depth-first order. Poses and geometry are in the stage's frame (see ``stage``): box centred, half diagonal 1.
+Layout: the four bytes ``SCNV``, the length of the header (32-bit, little-endian), the header (JSON, padded with spaces
+to a multiple of eight), then the columns. A column is an array that the header names with its type, place and length.
+The page gets the DAG, never its expansion: paths, handles and counts are worked out there. Instances are rows
+(primitive, pose, path of words); a row that stands in several frames is sent once, and a frame is a list of numbers of
+rows in depth-first order. Poses and geometry are in the stage's frame (see ``stage``): box centred, half diagonal 1.
 """
 
 from __future__ import annotations

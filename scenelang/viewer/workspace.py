@@ -122,8 +122,9 @@ class Workspace:
                 packet = packet_of(result.scene, self._limit)
         except SceneError as error:
             found = (*found, error.diagnostic)
-        controls = controls_of(program.params) if program is not None else old.controls
         ok = packet is not None
+        is_read = program is not None and (program.ok or not old.controls)  # of a broken text, params may be missing
+        controls = controls_of(program.params) if program is not None and is_read else old.controls
         picture = version if ok else old.picture
         return State(version, ok, picture, packet if ok else old.packet, found, controls, {}, stamps)
 

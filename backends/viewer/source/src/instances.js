@@ -70,6 +70,11 @@ export class Instances {
     this.buckets.forEach((bucket, number) => this.fill(bucket, lists[number]));
   }
 
+  // The number of triangles that are drawn.
+  get triangles() {
+    return this.buckets.reduce((sum, { mesh }) => sum + (mesh ? (mesh.count * mesh.geometry.index.count) / 3 : 0), 0);
+  }
+
   fill(bucket, leaves) {
     if (bucket.mesh === null || bucket.mesh.instanceMatrix.count < leaves.length) this.grow(bucket, leaves.length);
     const { mesh } = bucket;

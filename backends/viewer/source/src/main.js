@@ -33,6 +33,7 @@ class Page {
     this.words = new Words(byId("words"), byId("search"), { changed: () => this.refill(), reveal: (word) => this.revealNext(word) });
     this.params = new Params(byId("params"), { set: (name, value) => this.setParam(name, value), save: (name) => this.saveParam(name) });
     this.timeline = new Timeline({ bar: byId("timeline"), play: byId("play"), slider: byId("frame"), label: byId("frame-label"), rate: byId("rate") }, () => this.showFrame());
+    this.refineLater = debounced(() => this.refine(), 250);
     this.sortLater = debounced(() => this.sort(), 80);
   }
 
@@ -100,6 +101,9 @@ class Page {
     this.shownVersion = undefined;
     this.isFramed = false;
     this.selection = null;
+    this.timeline.pause();
+    this.timeline.frame = 0;
+    this.tree.clear();
     await this.load();
   }
 
@@ -200,13 +204,26 @@ class Page {
   draw() {
     if (this.pending) return;
     this.pending = true;
+    document.body.dataset.refined = "no";
     requestAnimationFrame(() => {
       this.pending = false;
       this.viewpoint.apply();
       this.stage.draw(this.viewpoint);
       this.labels.place(this.viewpoint.camera, this.viewport.clientWidth, this.viewport.clientHeight);
       document.body.dataset.drawn = String(Number(document.body.dataset.drawn ?? 0) + 1);
+      this.refineLater();
     });
+  }
+
+  // While nothing moves, makes the picture better sample by sample.
+  async refine() {
+    const { drawn } = document.body.dataset;
+    const isStill = () => !this.pending && !this.timeline.playing && document.body.dataset.drawn === drawn;
+    while (isStill()) {
+      if (await this.stage.refine(this.viewpoint)) continue;
+      if (isStill()) document.body.dataset.refined = "yes";
+      return;
+    }
   }
 
   resize() {

@@ -52,7 +52,8 @@ const LOOK = /* glsl */ `
 `;
 
 const NOISE = /* glsl */ `
-  float noise(vec2 pixel) { return fract(52.9829189 * fract(dot(pixel, vec2(0.06711056, 0.00583715)))); }
+  uniform float seed; // another one for each sample of a still picture
+  float noise(vec2 pixel) { return fract(52.9829189 * fract(dot(pixel, vec2(0.06711056, 0.00583715))) + seed * 0.61803399); }
 `;
 
 // Percentage-closer soft shadows: the penumbra widens with the blocker's distance, as a light of `keyRadius` casts it.
@@ -66,10 +67,10 @@ const SHADOW = /* glsl */ `
     float angle = float(i) * 2.399963229728653 + turn;
     return vec2(cos(angle), sin(angle)) * sqrt((float(i) + 0.5) / count);
   }
-  float mapped(vec2 at) {
+  float mapped(sampler2D map, vec2 at) {
     vec2 uv = at / (2.0 * SHADOW_HALF) + 0.5;
     if (uv.x <= 0.0 || uv.y <= 0.0 || uv.x >= 1.0 || uv.y >= 1.0) return 1e9;
-    float depth = texture2D(shadowMap, uv).r;
+    float depth = texture2D(map, uv).r;
     return depth >= 1.0 ? 1e9 : SHADOW_NEAR + depth * (SHADOW_FAR - SHADOW_NEAR);
   }
   float keyShare(vec3 point, vec3 normal) {
@@ -85,7 +86,7 @@ const SHADOW = /* glsl */ `
     float distance = 0.0;
     for (int i = 0; i < 16; i++) {
       vec2 d = tap(i, 16.0, turn) * reach;
-      float above = depth + dot(d, slope) - mapped(local.xy + d);
+      float above = depth + dot(d, slope) - mapped(shadowMap, local.xy + d);
       if (above > 0.5 * shadowTexel) { blockers += 1.0; distance += above; }
     }
     if (blockers == 0.0) return 1.0;
@@ -93,25 +94,63 @@ const SHADOW = /* glsl */ `
     float lit = 0.0;
     for (int i = 0; i < 24; i++) {
       vec2 d = tap(i, 24.0, turn + 2.0) * radius;
-      lit += depth + dot(d, slope) - mapped(local.xy + d) > 0.5 * shadowTexel ? 0.0 : 1.0;
+      lit += depth + dot(d, slope) - mapped(shadowMap, local.xy + d) > 0.5 * shadowTexel ? 0.0 : 1.0;
     }
     return lit / 24.0;
   }
 `;
 
-const LIGHT = /* glsl */ `
-  uniform vec3 backdrop, ambient, key;
-  uniform float brightest, shoulder, groundHeight;
+// The surrounding light, one direction a sample: how much of a uniform surrounding this direction stands for at a
+// surface, so that all samples together weigh one, and the share of it that nothing hides.
+const SKY = /* glsl */ `
+  uniform sampler2D skyMap;
+  uniform mat3 skyAxes;
+  uniform vec3 skyDirections[SKY_SAMPLES];
+  uniform float skyTexel;
+  uniform bool hasSky;
+  vec2 skyShare(vec3 point, vec3 normal) {
+    if (!hasSky) return vec2(1.0, 1.0);
+    float total = 0.0;
+    for (int i = 0; i < SKY_SAMPLES; i++) total += max(dot(normal, skyDirections[i]), 0.0);
+    vec3 tilt = normal * skyAxes;
+    if (tilt.z <= 0.0) return vec2(0.0, 1.0);
+    vec3 local = (point + normal * skyTexel * (0.6 + 1.2 * sqrt(1.0 - tilt.z * tilt.z))) * skyAxes;
+    vec2 slope = tilt.xy / max(tilt.z, 0.2);
+    float turn = 6.2831853 * noise(gl_FragCoord.xy);
+    float seen = 0.0;
+    for (int i = 0; i < 4; i++) {
+      vec2 d = tap(i, 4.0, turn) * 3.0 * skyTexel;
+      seen += SHADOW_DISTANCE - local.z + dot(d, slope) - mapped(skyMap, local.xy + d) > skyTexel ? 0.0 : 0.25;
+    }
+    return vec2(tilt.z / total * float(SKY_SAMPLES), seen);
+  }
+`;
+
+const TONE = /* glsl */ `
+  uniform float shoulder;
   vec3 tone(vec3 c) {
     vec3 over = max(c - shoulder, 0.0);
     return mix(max(c, 0.0), 1.0 - (1.0 - shoulder) * exp(-over / (1.0 - shoulder)), step(shoulder, c));
   }
+`;
+
+const LIGHT = /* glsl */ `
+  uniform vec3 backdrop, ambient, key;
+  uniform float brightest, groundHeight;
+  ${TONE}
+  uniform bool isToned; // else samples are added up first
+  vec3 exposed(vec3 c) { return isToned ? tone(c) : c; }
   // The surrounding light: from below comes the ground's, but near it lies the solid's own shadow.
   vec3 around(vec3 point, vec3 normal) {
     float height = clamp(point.y - groundHeight, 0.0, 10.0);
     float turnedAway = 0.5 - 0.5 * dot(normal, lightAxes[2]);
     float shaded = 0.7 * turnedAway * exp(-height / 0.35);
     return ambient + (0.5 - 0.5 * normal.y) * (backdrop * (1.0 - shaded) - ambient);
+  }
+  // What hides the surrounding light is itself lit, and taken to have the colour albedo.
+  vec3 surrounding(vec3 light, vec3 albedo, vec2 sky) {
+    vec3 bounced = albedo * (0.5 * ambient + 0.28 * key) * 0.65;
+    return sky.x * mix(bounced, light, sky.y);
   }
 `;
 
@@ -152,6 +191,7 @@ export const SOLID_FRAGMENT = /* glsl */ `
   uniform vec3 accent;
   ${LOOK}
   ${SHADOW}
+  ${SKY}
   ${LIGHT}
   ${GLOSS}
   void main() {
@@ -167,7 +207,7 @@ export const SOLID_FRAGMENT = /* glsl */ `
     vec3 l = lightAxes[2];
     float facing = max(dot(n, l), 0.0);
     float lit = facing > 0.0 ? keyShare(vPoint, n) : 0.0;
-    vec3 color = albedo * (around(vPoint, n) + key * facing * lit);
+    vec3 color = albedo * (surrounding(around(vPoint, n), albedo, skyShare(vPoint, n)) + key * facing * lit);
     if (finish.x >= 0.0) {
       float roughness = clamp(finish.x, 0.04, 1.0);
       float normalIncidence = (glow.w - 1.0) / (glow.w + 1.0);
@@ -177,7 +217,7 @@ export const SOLID_FRAGMENT = /* glsl */ `
       color *= (1.0 - finish.y) * (1.0 - reflected);
       color += reflected * mirrored(reflect(-v, n), roughness) + key * lit * highlight(n, v, l, f0, roughness);
     }
-    color = tone(color + glow.rgb);
+    color = exposed(color + glow.rgb);
     if (vInstance.y >= selected.x && vInstance.y < selected.y) {
       float edge = pow(1.0 - abs(dot(n, v)), 2.0);
       color = mix(color, accent, 0.35 + 0.5 * edge);
@@ -195,10 +235,11 @@ export const GROUND_FRAGMENT = /* glsl */ `
   varying vec3 vPoint;
   uniform vec3 ground; // reflectance
   ${SHADOW}
+  ${SKY}
   ${LIGHT}
   void main() {
     vec3 n = vec3(0.0, 1.0, 0.0);
-    gl_FragColor = vec4(tone(ground * (ambient + key * lightAxes[2].y * keyShare(vPoint, n))), 1.0);
+    gl_FragColor = vec4(exposed(ground * (surrounding(ambient, vec3(0.4), skyShare(vPoint, n)) + key * lightAxes[2].y * keyShare(vPoint, n))), 1.0);
   }
 `;
 
@@ -240,8 +281,19 @@ export const FILM_VERTEX = /* glsl */ `
 export const FILM_FRAGMENT = /* glsl */ `
   varying vec2 vUv;
   uniform sampler2D picture;
+  uniform bool isRaw; // the tone curve is still to come
+  ${TONE}
   void main() {
-    vec3 c = clamp(texture2D(picture, vUv).rgb, 0.0, 1.0);
+    vec3 c = texture2D(picture, vUv).rgb;
+    c = clamp(isRaw ? tone(c) : c, 0.0, 1.0);
     gl_FragColor = vec4(mix(1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, 12.92 * c, step(c, vec3(0.0031308))), 1.0);
   }
+`;
+
+// A sample of a still picture, weighed by `share` against those before it.
+export const ADD_FRAGMENT = /* glsl */ `
+  varying vec2 vUv;
+  uniform sampler2D picture;
+  uniform float share;
+  void main() { gl_FragColor = vec4(texture2D(picture, vUv).rgb, share); }
 `;

@@ -6,8 +6,11 @@ const HALF = 1.02; // half the width of the shadow map: the scene lies in the un
 const DISTANCE = 3;
 const BELOW = 1e-4; // the ground lies this far under the lowest point, so that flat floors hide it
 const ACCENT = new Vector3(0.03, 0.24, 0.85);
-const DEFINES = { SHADOW_HALF: HALF.toFixed(4), SHADOW_DISTANCE: "3.0", SHADOW_NEAR: "1.5", SHADOW_FAR: "4.5" };
-const MOST_SHADOWED = 1_500_000;
+const SKY_SIZE = 512;
+const SAMPLES = 32; // of a still picture: sky directions, places in the pixel, turns of the shadows' taps
+const FIRST_SHOWN = 8;
+const SLOW = 120; // milliseconds; where a sample takes longer, a still picture stays as it is
+const DEFINES = { SHADOW_HALF: HALF.toFixed(4), SHADOW_DISTANCE: "3.0", SHADOW_NEAR: "1.5", SHADOW_FAR: "4.5", SKY_SAMPLES: String(SAMPLES) };
 
 export class Stage {
   constructor(canvas) {
@@ -19,23 +22,23 @@ export class Stage {
     this.hasGround = true;
     this.shadowFor = null;
     const size = Math.min(2048, this.renderer.capabilities.maxTextureSize);
-    this.shadow = new WebGLRenderTarget(size, size, { depthTexture: new DepthTexture(size, size, FloatType) });
-    this.shadow.depthTexture.minFilter = this.shadow.depthTexture.magFilter = NearestFilter;
+    this.shadow = depthTarget(size);
     this.light = new OrthographicCamera(-HALF, HALF, HALF, -HALF, 1.5, 4.5);
+    this.sky = depthTarget(SKY_SIZE);
+    this.skyLight = this.light.clone();
+    this.sum = new WebGLRenderTarget(1, 1, { type: HalfFloatType, depthBuffer: false });
+    this.samples = SAMPLES;
     this.film = new WebGLRenderTarget(1, 1, { type: HalfFloatType, samples: 4 });
     this.pickTarget = new WebGLRenderTarget(1, 1);
-    this.uniforms = sharedUniforms(this.shadow.depthTexture, (2 * HALF) / size);
+    this.uniforms = sharedUniforms(this.shadow, this.sky);
     this.ground = this.makeGround();
     this.outline = new Box3Helper(new Box3(), new Color(ACCENT.x, ACCENT.y, ACCENT.z));
     this.outline.visible = false;
     this.scene.add(this.ground, this.outline);
     this.depthMaterial = this.material(shaders.SOLID_VERTEX, shaders.DEPTH_FRAGMENT, { side: DoubleSide });
     this.pickMaterial = this.material(shaders.SOLID_VERTEX, shaders.PICK_FRAGMENT, { side: DoubleSide, blending: NoBlending });
-    this.screen = new Mesh(new PlaneGeometry(2, 2), new ShaderMaterial({
-      vertexShader: shaders.FILM_VERTEX, fragmentShader: shaders.FILM_FRAGMENT,
-      uniforms: { picture: { value: this.film.texture } }, depthTest: false, depthWrite: false,
-    }));
-    this.screen.frustumCulled = false;
+    this.screen = fullScreen(shaders.FILM_FRAGMENT, { picture: { value: null }, isRaw: { value: false }, shoulder: this.uniforms.shoulder }, {});
+    this.adder = fullScreen(shaders.ADD_FRAGMENT, { picture: { value: this.film.texture }, share: { value: 1 } }, { transparent: true });
   }
 
   material(vertexShader, fragmentShader, options) {
@@ -91,6 +94,7 @@ export class Stage {
     this.renderer.setPixelRatio(ratio);
     this.renderer.setSize(width, height, false);
     this.film.setSize(Math.round(width * ratio), Math.round(height * ratio));
+    this.sum.setSize(this.film.width, this.film.height);
   }
 
   select(range, box) {
@@ -115,28 +119,101 @@ export class Stage {
     this.light.updateMatrixWorld(true);
   }
 
+  // Draws at once; `refine` makes it better while nothing moves.
   draw(viewpoint) {
-    const { renderer, scene } = this;
     if (!this.instances) return;
+    this.uniforms.hasSky.value = false;
+    this.uniforms.isToned.value = true;
+    this.uniforms.seed.value = 0;
     if (this.shadowFor !== viewpoint.azimuth) {
       this.turnLight(viewpoint.azimuth);
       this.drawShadow();
       this.shadowFor = viewpoint.azimuth;
     }
     this.ground.visible = this.hasGround && viewpoint.camera.position.y > this.ground.position.y;
-    renderer.setRenderTarget(this.film);
-    renderer.clear();
-    renderer.render(scene, viewpoint.camera);
-    renderer.setRenderTarget(null);
-    renderer.render(this.screen, viewpoint.camera);
+    this.expose(viewpoint.camera);
+    this.show(this.film.texture, viewpoint.camera, false);
+    this.samples = 0;
+  }
+
+  // Resolves to whether the graphics processor has done all that it was told within `milliseconds`.
+  async finished(milliseconds) {
+    const gl = this.renderer.getContext();
+    const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    gl.flush();
+    const end = performance.now() + milliseconds;
+    for (;;) {
+      await new Promise((resolve) => setTimeout(resolve, 4));
+      const status = gl.clientWaitSync(fence, 0, 0);
+      const isDone = status === gl.ALREADY_SIGNALED || status === gl.CONDITION_SATISFIED;
+      if (!isDone && performance.now() < end) continue;
+      gl.deleteSync(fence);
+      return isDone;
+    }
+  }
+
+  // Adds a sample to a still picture: soft light from all around, smooth shadows and edges. Resolves to whether there
+  // is more to add; it is given up where the machine is too slow for it.
+  async refine(viewpoint) {
+    if (!this.instances || this.samples >= SAMPLES) return false;
+    if (this.samples === 0 && !(await this.finished(10 * SLOW))) return false;
+    this.addSample(viewpoint);
+    return (await this.finished(SLOW)) && this.samples < SAMPLES;
+  }
+
+  addSample(viewpoint) {
+    const { camera } = viewpoint;
+    const { width, height } = this.film;
+    const number = this.samples;
+    this.uniforms.seed.value = number;
+    this.uniforms.isToned.value = false;
+    if (this.instances.buckets.some((bucket) => bucket.isClear)) this.drawShadow();
+    this.drawSky(number);
+    camera.setViewOffset(width, height, ((number * 0.7548777) % 1) - 0.5, ((number * 0.5698403) % 1) - 0.5, width, height);
+    this.expose(camera);
+    camera.clearViewOffset();
+    this.adder.material.uniforms.share.value = 1 / (number + 1);
+    this.renderer.setRenderTarget(this.sum);
+    this.renderer.render(this.adder, camera);
+    this.samples += 1;
+    if (this.samples >= FIRST_SHOWN) this.show(this.sum.texture, camera, true);
+  }
+
+  // Takes the scene onto the film.
+  expose(camera) {
+    this.renderer.setRenderTarget(this.film);
+    this.renderer.clear();
+    this.renderer.render(this.scene, camera);
+  }
+
+  show(texture, camera, isRaw) {
+    this.screen.material.uniforms.isRaw.value = isRaw;
+    this.screen.material.uniforms.picture.value = texture;
+    this.renderer.setRenderTarget(null);
+    this.renderer.render(this.screen, camera);
   }
 
   drawShadow() {
-    const { renderer } = this;
-    renderer.setRenderTarget(this.shadow);
-    renderer.clear();
-    if (this.instances.shown <= MOST_SHADOWED) this.drawWith(this.depthMaterial, this.light);
-    renderer.setRenderTarget(null);
+    this.drawDepth(this.shadow, this.light);
+  }
+
+  drawSky(number) {
+    const towards = this.uniforms.skyDirections.value[number];
+    const right = new Vector3().crossVectors(Math.abs(towards.y) < 0.9 ? new Vector3(0, 1, 0) : new Vector3(1, 0, 0), towards).normalize();
+    const axes = new Matrix4().makeBasis(right, new Vector3().crossVectors(towards, right), towards);
+    this.uniforms.skyAxes.value.setFromMatrix4(axes);
+    this.uniforms.hasSky.value = true;
+    this.skyLight.position.copy(towards).multiplyScalar(DISTANCE);
+    this.skyLight.quaternion.setFromRotationMatrix(axes);
+    this.skyLight.updateMatrixWorld(true);
+    this.drawDepth(this.sky, this.skyLight);
+  }
+
+  drawDepth(target, light) {
+    this.renderer.setRenderTarget(target);
+    this.renderer.clear();
+    this.drawWith(this.depthMaterial, light);
+    this.renderer.setRenderTarget(null);
   }
 
   drawWith(material, camera) {
@@ -174,10 +251,34 @@ function without(object, name) {
   return rest;
 }
 
-function sharedUniforms(depth, texel) {
+function depthTarget(size) {
+  const depthTexture = new DepthTexture(size, size, FloatType);
+  depthTexture.minFilter = depthTexture.magFilter = NearestFilter;
+  return new WebGLRenderTarget(size, size, { depthTexture });
+}
+
+function fullScreen(fragmentShader, uniforms, options) {
+  const material = new ShaderMaterial({ vertexShader: shaders.FILM_VERTEX, fragmentShader, uniforms, depthTest: false, depthWrite: false, ...options });
+  const mesh = new Mesh(new PlaneGeometry(2, 2), material);
+  mesh.frustumCulled = false;
+  return mesh;
+}
+
+// Directions spread evenly over the sphere, neighbours in number far apart.
+function skyDirections() {
+  return Array.from({ length: SAMPLES }, (_, i) => {
+    const y = 1 - (2 * ((i * 11) % SAMPLES) + 1) / SAMPLES;
+    const turn = ((i * 11) % SAMPLES) * 2.399963229728653;
+    const flat = Math.sqrt(1 - y * y);
+    return new Vector3(flat * Math.cos(turn), y, flat * Math.sin(turn));
+  });
+}
+
+function sharedUniforms(shadow, sky) {
   const vector = () => ({ value: new Vector3() });
   return {
-    shadowMap: { value: depth }, shadowTexel: { value: texel }, lightAxes: { value: new Matrix3() }, keySpread: { value: 0 },
+    shadowMap: { value: shadow.depthTexture }, shadowTexel: { value: (2 * HALF) / shadow.width }, seed: { value: 0 }, hasSky: { value: false }, isToned: { value: true },
+    skyMap: { value: sky.depthTexture }, skyTexel: { value: (2 * HALF) / sky.width }, skyAxes: { value: new Matrix3() }, skyDirections: { value: skyDirections() }, lightAxes: { value: new Matrix3() }, keySpread: { value: 0 },
     backdrop: vector(), ambient: vector(), key: vector(), ground: vector(), brightest: { value: 1 }, shoulder: { value: 1 },
     groundHeight: { value: -1 }, looks: { value: null }, looksWidth: { value: 1 }, selected: { value: new Vector2() }, accent: { value: ACCENT },
   };

@@ -13,6 +13,12 @@ export class Tree {
     element.addEventListener("click", (event) => this.onClick(event));
   }
 
+  clear() {
+    this.selected = null;
+    this.graph = null;
+    this.element.replaceChildren();
+  }
+
   // Shows a frame's tree; what was open stays open as far as it is still there.
   take(graph, frame) {
     const open = this.graph ? [...this.element.querySelectorAll('[aria-expanded="true"]')].map((item) => item.path) : [[]];
