@@ -17,10 +17,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import Backend, Options, Work
+from scenelang.backends.appearance import Look, look_of
+from scenelang.backends.assets import load_asset
+from scenelang.backends.base import Backend, Options, Work, frame_of
 from scenelang.backends.files import written_whole
 from scenelang.backends.meshes import posed, unit_mesh
-from scenelang.backends.solids import Form, Look, load_mesh, local_pose, look_of
+from scenelang.backends.solids import Form, local_pose
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.bounds import entity_box
 from scenelang.interpreter.entity import Entity, Scene, count_words
@@ -44,9 +46,7 @@ def export(scene: Scene, path: Path | str, options: Options | None = None) -> No
     the scene expands to more than ``MOST_NODES`` instances of entities.
     """
     options = options or Options()
-    if not 0 <= options.frame < len(scene.frames):
-        raise SceneError("value", f"the scene has no frame {options.frame}; they count from 0")
-    root = scene.frames[options.frame]
+    root = scene.frames[frame_of(scene, options.frame)]
     if entity_box(root) is None:
         raise SceneError("empty-scene", f'the scene "{scene.word}" has no primitives, so there is nothing to export')
     instances = sum(count_words(root).values())
@@ -257,9 +257,9 @@ def _geometry_key(shape: Shape) -> tuple[Any, ...]:
 def _geometry(shape: Shape) -> tuple[FloatArray, FloatArray | None, IntArray] | None:
     """Vertices, normals and faces of ``shape`` in the primitive's own frame; None where it has no surface."""
     if shape.kind is Kind.ASSET:
-        loaded = load_mesh(shape.file) if shape.file is not None else None
-        if loaded is not None:
-            return loaded[0], None, loaded[1]
+        if shape.file is not None:
+            mesh = load_asset(shape.file)
+            return mesh.vertices, None, mesh.faces
         x0, y0, z0, x1, y1, z1 = shape.box or (0.0, 0.0, 0.0, *shape.size)
         middle = np.array([x0 + x1, y0 + y1, z0 + z1]) / 2.0
         half = np.array([x1 - x0, y1 - y0, z1 - z0]) / 2.0
@@ -301,7 +301,7 @@ def _run(scene: Scene, path: Path, options: Options) -> None:
 GLB = Backend(
     name="glb",
     doc="binary glTF 2.0 with the hierarchy of entities, for other 3D programs",
-    work=Work.MESH,
+    work=Work.EXPORT,
     endings=(".glb",),
     run=_run,
 )
