@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -47,8 +48,8 @@ class Graph:
     number: dict[int, int]
 
 
-def graph_of(scene: Scene) -> Graph:
-    """The distinct entities of all frames of ``scene``."""
+def graph_of(scene: Scene, definitions: Mapping[str, Span]) -> Graph:
+    """The distinct entities of all frames of ``scene``; ``definitions`` says where words are bound."""
     nodes = list(descendants(*scene.frames))
     words, embeddings, places = _Table(), _Table(), _Table()
     number = {id(entity): i for i, entity in enumerate(nodes)}
@@ -57,8 +58,8 @@ def graph_of(scene: Scene) -> Graph:
     columns: dict[str, npt.NDArray[Any]] = {
         "nodeWord": _column(words.number(entity.word, entity.word) for entity in nodes),
         "nodeEmbedding": _column(_embedding(embeddings, entity.embedding) for entity in nodes),
-        "nodePlace": _column(_place(places, getattr(entity, "place", None)) for entity in nodes),
-        "nodeDefinition": _column(_place(places, _definition(entity)) for entity in nodes),
+        "nodePlace": _column(_places(places, entity.places) for entity in nodes),
+        "nodeDefinition": _column(_places(places, _definition(entity, definitions)) for entity in nodes),
         "nodeStart": start,
         "nodeChild": _column(number[id(part.car)] for entity in nodes for part in entity.children),
         "nodePrimitive": np.array([entity.is_primitive for entity in nodes], np.uint8),
@@ -88,17 +89,19 @@ def _embedding_row(embedding: Embedding) -> dict[str, Any]:
     return {"handle": embedding.handle, "text": embedding.text, "attributes": attributes}
 
 
-def _definition(entity: Entity) -> Span | None:
-    """Where the function that made ``entity`` is written, as far as it is known."""
-    code = getattr(entity.function, "code", None)
-    span = getattr(code, "span", None)
-    return span if isinstance(span, Span) else None
+def _definition(entity: Entity, definitions: Mapping[str, Span]) -> tuple[Span, ...]:
+    """Where the word of an entity that is no primitive is bound, as far as that is known."""
+    span = None if entity.is_primitive else definitions.get(entity.word)
+    return () if span is None else (span,)
 
 
-def _place(table: _Table, span: Span | None) -> int:
-    if span is None or span.source.name.startswith("std/"):
+def _places(table: _Table, spans: Sequence[Span]) -> int:
+    """The number of a list of places, -1 where there is none outside the standard library."""
+    own = [span for span in spans if not span.source.name.startswith("std/")]
+    if not own:
         return -1
-    return table.number((id(span.source), span.start), lambda: _place_row(span))
+    key = tuple((id(span.source), span.start) for span in own)
+    return table.number(key, lambda: [_place_row(span) for span in own])
 
 
 def _place_row(span: Span) -> dict[str, Any]:

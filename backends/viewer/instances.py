@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from scenelang.backends.appearance import GLASS, look_of
+from scenelang.backends.assets import load_asset
 from scenelang.backends.meshes import unit_mesh
-from scenelang.backends.solids import Form, composed, load_mesh, local_pose, look_of
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.backends.solids import Form, composed, local_pose
 from scenelang.interpreter.entity import Entity, Scene
 from scenelang.interpreter.flatten import FlatFrame, flatten
 from scenelang.interpreter.shapes import Kind
@@ -129,7 +130,7 @@ def _looks(primitives: Sequence[Entity]) -> npt.NDArray[np.float32]:
         look = look_of(entity)
         semantic = entity.shape is not None and entity.shape.kind is Kind.BOX
         row[:3], row[3], row[4:7] = look.color, look.opacity, look.emission
-        row[7], row[8] = 1.5, MATTE
+        row[7], row[8], row[9] = look.ior or GLASS, MATTE if look.is_matte else look.gloss, look.metallic
         row[10] = semantic
     return table.reshape(-1)
 
@@ -150,7 +151,7 @@ def _geometries(
             continue
         if key not in numbers:
             numbers[key] = len(geometries)
-            geometries.append(_unit(key, sides) if isinstance(key, Form) else _asset(key))
+            geometries.append(_unit(key, sides) if isinstance(key, Form) else _asset(*key))
         geometry_of[i], local[i] = numbers[key], pose
     return geometries, geometry_of, local
 
@@ -159,13 +160,15 @@ def _sides(count: int) -> int:
     return next((sides for most, sides in _SIDES if count <= most), _FEWEST_SIDES)
 
 
-def _geometry_key(entity: Entity) -> tuple[Form | str | None, FloatArray]:
-    """What a primitive is drawn as, a canonical solid or a file's mesh, and its pose (3, 4); None: not at all."""
+def _geometry_key(entity: Entity) -> tuple[Form | tuple[str, bool] | None, FloatArray]:
+    """What a primitive is drawn as, a canonical solid or a file's mesh (in its own colours or not), and its pose
+    (3, 4); None: not at all."""
     shape, identity = entity.shape, np.eye(4)[:3]
     if shape is None or not shape.has_geometry:
         return None, identity
     if shape.kind is Kind.ASSET:
-        return shape.file, identity
+        has_color = entity.embedding.attributes.get("color") is not None
+        return (shape.file, not has_color) if shape.file is not None else None, identity
     found = local_pose(shape)
     return (None, identity) if found is None else found
 
@@ -179,19 +182,17 @@ def _unit(form: Form, sides: int) -> Geometry:
     )
 
 
-def _asset(file: str) -> Geometry:
-    """The mesh of a file, flat-shaded."""
-    loaded = load_mesh(file)
-    if loaded is None:
-        raise SceneError("file", f"the asset {file} cannot be read")
-    vertices, faces = loaded
-    corners = vertices[faces]
+def _asset(file: str, own_colors: bool) -> Geometry:
+    """The mesh of a file, flat-shaded; raises SceneError("file") when it cannot be read."""
+    mesh = load_asset(file)
+    corners, colors = mesh.corners, mesh.face_colors if own_colors else None
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.linalg.norm(normals, axis=1, keepdims=True)
     normals = normals / np.where(length > 0.0, length, 1.0)
     return Geometry(
         corners.astype(np.float32).reshape(-1),
         np.repeat(normals, 3, axis=0).astype(np.float32).reshape(-1),
-        np.arange(3 * len(faces), dtype=np.uint32),
+        np.arange(3 * len(corners), dtype=np.uint32),
+        None if colors is None else np.repeat(colors, 3, axis=0).astype(np.float32).reshape(-1),
         is_closed=False,
     )

@@ -10,18 +10,21 @@ rows in depth-first order. Poses and geometry are in the stage's frame (see ``st
 from __future__ import annotations
 
 import json
+import math
 import struct
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends import studio
-from scenelang.backends.stage import box_of
+from scenelang.backends.shots import box_of
+from scenelang.backends.studio import BRIGHTEST, ENVIRONMENTS, SHOULDER
 from scenelang.backends.viewer.graph import graph_of
 from scenelang.backends.viewer.instances import Instances, instances_of
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.source import Span
 from scenelang.interpreter.entity import Scene, primitive_count
 
 FORMAT, VERSION = "scenelang-viewer", 1
@@ -47,15 +50,15 @@ class _Columns:
         self.size += len(padded)
 
 
-def packet_of(scene: Scene, limit: int = LIMIT) -> bytes:
-    """The packet of ``scene``.
+def packet_of(scene: Scene, limit: int = LIMIT, definitions: Mapping[str, Span] | None = None) -> bytes:
+    """The packet of ``scene``; ``definitions`` says where words are bound.
 
     A scene without geometry, or with more than ``limit`` primitives in all frames, gives a packet with the tree alone;
     its header's ``notice`` says why in one line. Raises SceneError("attribute") for a look that makes no sense.
     """
     columns = _Columns()
     header = _facts(scene)
-    graph = graph_of(scene)
+    graph = graph_of(scene, definitions or {})
     header |= graph.tables
     for name, array in graph.columns.items():
         columns.add(name, array)
@@ -97,15 +100,16 @@ def _facts(scene: Scene) -> dict[str, Any]:
 
 def studio_facts() -> dict[str, Any]:
     """The constants of ``studio``, which is their one home; angles in radians."""
+    light = ENVIRONMENTS["studio"]
     return {
-        "backdrop": list(studio.BACKDROP),
-        "ambient": list(studio.AMBIENT),
-        "key": list(studio.KEY),
-        "keyRadius": studio.KEY_RADIUS,
-        "keyTurn": studio._KEY_TURN,
-        "keyHeight": studio._KEY_HEIGHT,
-        "brightest": studio.BRIGHTEST,
-        "shoulder": studio._SHOULDER,
+        "backdrop": list(light.backdrop),
+        "ambient": list(light.ambient),
+        "key": list(light.key),
+        "keyRadius": math.radians(light.radius),
+        "keyTurn": math.radians(light.turn),
+        "keyHeight": math.radians(light.height),
+        "brightest": BRIGHTEST,
+        "shoulder": SHOULDER,
     }
 
 

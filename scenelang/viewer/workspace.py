@@ -119,7 +119,7 @@ class Workspace:
             program, found = result.program, result.diagnostics
             stamps = _stamps(path, program, result.scene, found)
             if result.scene is not None:
-                packet = packet_of(result.scene, self._limit)
+                packet = packet_of(result.scene, self._limit, program.all_words if program is not None else None)
         except SceneError as error:
             found = (*found, error.diagnostic)
         ok = packet is not None

@@ -87,7 +87,8 @@ export class Viewpoint {
   // The camera's JSON form (docs: "camera"), for a picture of width x height pixels.
   json({ center, scale }, width, height) {
     const { right, up, forward } = axesOf(this.azimuth, this.elevation);
-    const eye = this.camera.position.toArray().map((x, i) => x / scale + center[i]);
+    const back = this.orthographic ? 4 : 0; // nothing may stand behind a camera of parallel projection
+    const eye = this.camera.position.clone().addScaledVector(forward, -back).toArray().map((x, i) => x / scale + center[i]);
     const down = up.clone().negate();
     const row = (axis) => [...axis.toArray(), -(axis.x * eye[0] + axis.y * eye[1] + axis.z * eye[2])];
     const focal = this.orthographic ? height / ((2 * this.tangent * this.distance) / scale) : height / (2 * this.tangent);
@@ -99,7 +100,9 @@ export class Viewpoint {
       projection: this.orthographic ? "orthographic" : "perspective",
       K: [[focal, 0, width / 2], [0, focal, height / 2], [0, 0, 1]],
       world_to_camera: [row(right), row(down), row(forward), [0, 0, 0, 1]],
-      axes: "camera: x right, y down, z forward; world: x right, y up, z towards the viewer",
+      axes: "camera: x right, y down, z forward; world: x right, y up, z towards the viewer; pixel centres at halves",
+      aperture: 0,
+      focus: this.distance / scale,
     };
   }
 }

@@ -42,11 +42,11 @@ export class Graph {
     return number < 0 ? null : this.packet.embeddings[number];
   }
 
-  // Where the call stands that made a primitive, else where its function is defined; null where nobody knows.
+  // Where the calls stand that made a primitive, and where the word of another entity is bound; empty where unknown.
   places(node) {
-    const at = (number) => (number < 0 ? null : this.packet.places[number]);
+    const at = (number) => (number < 0 ? [] : this.packet.places[number]);
     const { nodePlace, nodeDefinition } = this.packet.columns;
-    return { call: at(nodePlace[node]), definition: at(nodeDefinition[node]) };
+    return { calls: at(nodePlace[node]), definition: at(nodeDefinition[node]) };
   }
 
   size(node) {

@@ -17,9 +17,9 @@ export function inspect(element, graph, frame, path) {
   if (embedding?.text) add("text", embedding.text);
   for (const [name, value] of embedding?.attributes ?? []) add(`:${name}`, value, "code");
   if (!graph.isPrimitive(node)) add("primitives", counted(graph.leaves[node]));
-  const { call, definition } = graph.places(node);
-  if (call) add("made at", placed(call));
-  if (definition) add("defined at", placed(definition));
+  const { calls, definition } = graph.places(node);
+  calls.forEach((place, i) => add(i ? "or at" : "made at", placed(place)));
+  definition.forEach((place) => add("bound at", placed(place)));
   fill(element, el("h3", {}, graph.word(node)), el("dl", {}, ...facts));
 }
 

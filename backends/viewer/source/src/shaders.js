@@ -154,30 +154,24 @@ const LIGHT = /* glsl */ `
   }
 `;
 
+// Highlights of the key light (GGX, Schlick) and reflections of a room: surrounding light above, the ground below.
 const GLOSS = /* glsl */ `
-  // What a mirror sees: the surrounding light above, the ground below, blended the more the rougher it is.
-  vec3 mirrored(vec3 direction, float roughness) {
-    float soft = 0.02 + roughness;
-    return mix(backdrop, ambient, smoothstep(-soft, soft, direction.y));
+  vec3 schlick(vec3 reflectance, float cosine, float rough) {
+    return reflectance + (max(vec3(1.0 - rough), reflectance) - reflectance) * pow(1.0 - cosine, 5.0);
   }
-  // Lazarov's fit of how much a rough surface reflects of a uniform surrounding.
-  vec3 reflectance(vec3 f0, float roughness, float nv) {
-    vec4 r = roughness * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
-    float a = min(r.x * r.x, exp2(-9.28 * nv)) * r.x + r.y;
-    vec2 ab = vec2(-1.04, 1.04) * a + r.zw;
-    return f0 * ab.x + ab.y;
+  vec3 room(vec3 v, vec3 n, float toward, float rough) {
+    float up = -v.y + 2.0 * toward * n.y;
+    return mix(backdrop, ambient, clamp(0.5 + 0.5 * up / rough, 0.0, 1.0));
   }
-  // The key light's highlight (GGX), widened by the light's own size.
-  vec3 highlight(vec3 n, vec3 v, vec3 l, vec3 f0, float roughness) {
-    float alpha = min(1.0, roughness * roughness + 0.5 * keySpread);
-    vec3 h = normalize(v + l);
-    float nl = max(dot(n, l), 0.0), nv = max(dot(n, v), 1e-3), nh = max(dot(n, h), 0.0), vh = max(dot(v, h), 0.0);
-    float a2 = alpha * alpha;
-    float d = nh * nh * (a2 - 1.0) + 1.0;
-    float spread = a2 / (3.14159265 * d * d);
-    float hidden = 0.5 / (nl * sqrt(nv * nv * (1.0 - a2) + a2) + nv * sqrt(nl * nl * (1.0 - a2) + a2) + 1e-5);
-    vec3 fresnel = f0 + (1.0 - f0) * pow(1.0 - vh, 5.0);
-    return 3.14159265 * spread * hidden * fresnel * nl;
+  vec3 highlight(vec3 n, vec3 v, vec3 l, vec3 reflectance, float toward, float rough) {
+    vec3 h = normalize(l + v);
+    float alpha2 = rough * rough * rough * rough;
+    float facing = clamp(dot(n, l), 0.0, 1.0);
+    float straight = clamp(dot(n, h), 0.0, 1.0);
+    float d = straight * straight * (alpha2 - 1.0) + 1.0;
+    float spread = alpha2 / (3.14159265 * d * d);
+    float masked = 0.5 / max(facing * sqrt(toward * toward * (1.0 - alpha2) + alpha2) + toward * sqrt(facing * facing * (1.0 - alpha2) + alpha2), 1e-4);
+    return schlick(reflectance, clamp(dot(h, l), 0.0, 1.0), rough) * spread * masked * facing * 3.14159265 * key;
   }
 `;
 
@@ -207,15 +201,17 @@ export const SOLID_FRAGMENT = /* glsl */ `
     vec3 l = lightAxes[2];
     float facing = max(dot(n, l), 0.0);
     float lit = facing > 0.0 ? keyShare(vPoint, n) : 0.0;
-    vec3 color = albedo * (surrounding(around(vPoint, n), albedo, skyShare(vPoint, n)) + key * facing * lit);
+    vec2 sky = skyShare(vPoint, n);
+    vec3 color = albedo * (surrounding(around(vPoint, n), albedo, sky) + key * facing * lit);
     if (finish.x >= 0.0) {
-      float roughness = clamp(finish.x, 0.04, 1.0);
-      float normalIncidence = (glow.w - 1.0) / (glow.w + 1.0);
-      vec3 f0 = mix(vec3(normalIncidence * normalIncidence), albedo, finish.y);
-      float nv = max(dot(n, v), 1e-3);
-      vec3 reflected = reflectance(f0, roughness, nv);
-      color *= (1.0 - finish.y) * (1.0 - reflected);
-      color += reflected * mirrored(reflect(-v, n), roughness) + key * lit * highlight(n, v, l, f0, roughness);
+      float rough = max(finish.x, 0.06);
+      float base = (glow.w - 1.0) / (glow.w + 1.0);
+      base *= base;
+      vec3 reflectance = mix(vec3(base), albedo, finish.y);
+      float toward = clamp(dot(n, v), 1e-3, 1.0);
+      color *= (1.0 - finish.y) * (1.0 - base);
+      color += schlick(reflectance, toward, rough) * room(v, n, toward, rough) * sky.x * sky.y;
+      color += highlight(n, v, l, reflectance, toward, rough) * lit;
     }
     color = exposed(color + glow.rgb);
     if (vInstance.y >= selected.x && vInstance.y < selected.y) {
