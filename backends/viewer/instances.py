@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,22 +20,24 @@ from scenelang.interpreter.shapes import Kind
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
-# Sides of round solids: many where few are drawn, since a picture has only so many pixels.
-_SIDES = ((200, 64), (2_000, 40), (10_000, 28), (40_000, 18), (200_000, 12))
-_FEWEST_SIDES = 8
+# Round solids come with two numbers of sides: what is small in the picture is drawn with the few.
+_MANY_SIDES, _FEW_SIDES = 64, 8
+_ALL_FINE = 300  # up to so many instances none needs to be coarse
 MATTE = -1.0  # the roughness of a surface that asks for none
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Geometry:
     """A mesh in its own frame: ``positions`` and ``normals`` (3 V), ``indices`` (3 F), and where it has colours of its
-    own ``colors`` (3 V), linear sRGB. ``is_closed``: a canonical solid, without holes."""
+    own ``colors`` (3 V), linear sRGB. ``is_closed``: a canonical solid, without holes.
+    ``coarse`` is the number of the geometry that stands for it where it is small."""
 
     positions: npt.NDArray[np.float32]
     normals: npt.NDArray[np.float32]
     indices: npt.NDArray[np.uint32]
     colors: npt.NDArray[np.float32] | None = None
     is_closed: bool = True
+    coarse: int | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -139,7 +141,6 @@ def _geometries(
     primitives: Sequence[Entity], used: IntArray
 ) -> tuple[list[Geometry], npt.NDArray[np.int32], FloatArray]:
     """The geometries, the number of each primitive's (-1: none) and its pose in the primitive's frame (P, 3, 4)."""
-    sides = _sides(int(used.sum()))
     geometries: list[Geometry] = []
     numbers: dict[Any, int] = {}
     geometry_of = np.full(len(primitives), -1, np.int32)
@@ -150,14 +151,21 @@ def _geometries(
         if key is None:
             continue
         if key not in numbers:
-            numbers[key] = len(geometries)
-            geometries.append(_unit(key, sides) if isinstance(key, Form) else _asset(*key))
+            numbers[key] = _add(geometries, key, int(used.sum()) > _ALL_FINE)
         geometry_of[i], local[i] = numbers[key], pose
     return geometries, geometry_of, local
 
 
-def _sides(count: int) -> int:
-    return next((sides for most, sides in _SIDES if count <= most), _FEWEST_SIDES)
+def _add(geometries: list[Geometry], key: Form | tuple[str, bool], has_coarse: bool) -> int:
+    """Add the geometry of ``key``, and before it its coarse one where that is another; its number."""
+    if not isinstance(key, Form):
+        geometries.append(_asset(*key))
+    elif key == Form.BLOCK or not has_coarse:
+        geometries.append(_unit(key, _MANY_SIDES))
+    else:
+        geometries.append(_unit(key, _FEW_SIDES))
+        geometries.append(replace(_unit(key, _MANY_SIDES), coarse=len(geometries) - 1))
+    return len(geometries) - 1
 
 
 def _geometry_key(entity: Entity) -> tuple[Form | tuple[str, bool] | None, FloatArray]:

@@ -125,7 +125,8 @@ def _add_instances(columns: _Columns, header: dict[str, Any], instances: Instanc
     words = {word: i for i, word in enumerate(header["words"])}
     header["paths"] = [[words[word] for word in path] for path in instances.paths]
     for number, geometry in enumerate(instances.geometries):
-        header["geometries"].append({"colors": geometry.colors is not None, "closed": geometry.is_closed})
+        facts = {"colors": geometry.colors is not None, "closed": geometry.is_closed, "coarse": geometry.coarse}
+        header["geometries"].append(facts)
         columns.add(f"geometry{number}Positions", geometry.positions)
         columns.add(f"geometry{number}Normals", geometry.normals)
         columns.add(f"geometry{number}Indices", geometry.indices)

@@ -115,10 +115,10 @@ def _atom_kind(value: Any, text: str) -> tuple[str, Any]:
 
 def _channels(datum: ArrayDatum) -> tuple[float, ...] | None:
     """The numbers of an array that can be a colour: three from 0 to 1."""
-    values = [item.value if isinstance(item, Atom) else None for item in datum.items]
-    if len(values) != 3 or not all(type(v) in (int, float) and 0.0 <= v <= 1.0 for v in values):
+    values = [item.value for item in datum.items if isinstance(item, Atom) and type(item.value) in (int, float)]
+    if len(values) != 3 or len(datum.items) != 3 or not all(0.0 <= value <= 1.0 for value in values):
         return None
-    return tuple(float(v) for v in values)
+    return tuple(float(value) for value in values)
 
 
 def _named_color(datum: ListDatum) -> str | None:

@@ -109,7 +109,8 @@ class Workspace:
         path = self.files[file]
         version = old.version + 1
         program: Program | None = None
-        packet, found = None, ()
+        packet: bytes | None = None
+        found: tuple[Diagnostic, ...] = ()
         stamps = stamps_of([path])
         source: Source | None = None
         try:

@@ -2,6 +2,8 @@
 import { BufferAttribute, BufferGeometry, DataTexture, DynamicDrawUsage, FloatType, Group, InstancedBufferAttribute, InstancedMesh, NearestFilter, RGBAFormat } from "three";
 
 const LOOK = 12; // floats a primitive
+const COARSE = 7; // pixels of half diagonal up to which a round solid of few sides looks the same
+const MOST_FINE = 4000;
 
 export class Instances {
   // `materials(isClear, geometry)` gives the material of a kind of surface.
@@ -24,14 +26,17 @@ export class Instances {
       const key = `${geometry}/${opacity < 1}`;
       if (!found.has(key)) {
         found.set(key, this.buckets.length);
-        this.buckets.push({ geometry, isClear: opacity < 1, material: materials(opacity < 1, packet.geometries[geometry]), mesh: null });
+        const material = materials(opacity < 1, packet.geometries[geometry]);
+        const { coarse } = packet.geometries[geometry];
+        const few = coarse === null ? null : { geometry: coarse, isClear: opacity < 1, material, mesh: null };
+        this.buckets.push({ geometry, isClear: opacity < 1, material, mesh: null, few, all: [] });
       }
       this.bucketOf[primitive] = found.get(key);
     });
   }
 
   dispose() {
-    for (const bucket of this.buckets) bucket.mesh?.dispose();
+    for (const bucket of this.parts()) bucket.mesh?.dispose();
     for (const geometry of this.geometries ?? []) geometry.dispose();
     this.looks?.dispose();
   }
@@ -67,12 +72,53 @@ export class Instances {
       lists[bucket].push(leaf);
       this.shown += 1;
     }
-    this.buckets.forEach((bucket, number) => this.fill(bucket, lists[number]));
+    this.buckets.forEach((bucket, number) => {
+      bucket.all = lists[number];
+      this.fill(bucket, bucket.few ? [] : bucket.all);
+      if (bucket.few) this.fill(bucket.few, bucket.all);
+    });
+  }
+
+  // Every bucket, and those of few sides.
+  parts() {
+    return this.buckets.flatMap((bucket) => (bucket.few ? [bucket, bucket.few] : [bucket]));
+  }
+
+  // Prepares for a camera (`pixels`: of a length 1 at a distance 1): what is large has many sides, what is see-through
+  // goes from far to near, so that it covers in the right order.
+  arrange(camera, pixels) {
+    for (const bucket of this.buckets) {
+      const { few, all, isClear } = bucket;
+      if (few) {
+        const large = this.large(all, camera, pixels);
+        const isLarge = new Set(large);
+        this.fill(bucket, large);
+        this.fill(few, large.length ? all.filter((leaf) => !isLarge.has(leaf)) : all);
+      }
+      if (isClear) for (const part of few ? [bucket, few] : [bucket]) this.sort(part, camera);
+    }
+  }
+
+  // Which of `leaves` are larger than COARSE in the picture, at most MOST_FINE of them, the largest.
+  large(leaves, camera, pixels) {
+    const { rowPose } = this.packet.columns;
+    const { x, y, z } = camera.position;
+    const found = [];
+    for (const leaf of leaves) {
+      const at = 12 * this.row(this.frame, leaf);
+      let square = 0;
+      for (let r = 0; r < 12; r += 4) square += rowPose[at + r] ** 2 + rowPose[at + r + 1] ** 2 + rowPose[at + r + 2] ** 2;
+      const distance = camera.isOrthographicCamera ? 1 : Math.hypot(rowPose[at + 3] - x, rowPose[at + 7] - y, rowPose[at + 11] - z);
+      const size = (Math.sqrt(square) / Math.max(distance, 1e-6)) * pixels;
+      if (size > COARSE) found.push([size, leaf]);
+    }
+    if (found.length > MOST_FINE) found.sort((a, b) => b[0] - a[0]).length = MOST_FINE;
+    return found.map(([, leaf]) => leaf);
   }
 
   // The number of triangles that are drawn.
   get triangles() {
-    return this.buckets.reduce((sum, { mesh }) => sum + (mesh ? (mesh.count * mesh.geometry.index.count) / 3 : 0), 0);
+    return this.parts().reduce((sum, { mesh }) => sum + (mesh ? (mesh.count * mesh.geometry.index.count) / 3 : 0), 0);
   }
 
   fill(bucket, leaves) {
@@ -112,18 +158,15 @@ export class Instances {
     this.group.add(bucket.mesh);
   }
 
-  // See-through instances from far to near, so that they cover one another in the right order.
-  sort(camera) {
+  sort(bucket, camera) {
     const { rowPose } = this.packet.columns;
     const m = camera.matrixWorldInverse.elements;
-    for (const bucket of this.buckets) {
-      if (!bucket.isClear || !bucket.leaves || bucket.leaves.length < 2 || bucket.leaves.length > 20000) continue;
-      const depth = new Map(bucket.leaves.map((leaf) => {
-        const at = 12 * this.row(this.frame, leaf);
-        return [leaf, m[2] * rowPose[at + 3] + m[6] * rowPose[at + 7] + m[10] * rowPose[at + 11]];
-      }));
-      this.fill(bucket, [...bucket.leaves].sort((a, b) => depth.get(a) - depth.get(b)));
-    }
+    if (!bucket.leaves || bucket.leaves.length < 2 || bucket.leaves.length > 20000) return;
+    const depth = new Map(bucket.leaves.map((leaf) => {
+      const at = 12 * this.row(this.frame, leaf);
+      return [leaf, m[2] * rowPose[at + 3] + m[6] * rowPose[at + 7] + m[10] * rowPose[at + 11]];
+    }));
+    this.fill(bucket, [...bucket.leaves].sort((a, b) => depth.get(a) - depth.get(b)));
   }
 
   // The box [low, high] in the stage's frame of instances [from, to) of the shown frame; a bound, exact for boxes.
@@ -156,7 +199,7 @@ export class Instances {
     const { rowPose, rowPrimitive, primitiveLook } = this.packet.columns;
     const found = [];
     for (const bucket of this.buckets) {
-      for (const leaf of bucket.leaves ?? []) {
+      for (const leaf of bucket.all) {
         const row = this.row(this.frame, leaf);
         if (!primitiveLook[rowPrimitive[row] * LOOK + 10]) continue;
         found.push({ node: this.packet.columns.primitiveNode[rowPrimitive[row]], point: [3, 7, 11].map((i) => rowPose[12 * row + i]) });

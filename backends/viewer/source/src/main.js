@@ -34,7 +34,7 @@ class Page {
     this.params = new Params(byId("params"), { set: (name, value) => this.setParam(name, value), save: (name) => this.saveParam(name) });
     this.timeline = new Timeline({ bar: byId("timeline"), play: byId("play"), slider: byId("frame"), label: byId("frame-label"), rate: byId("rate") }, () => this.showFrame());
     this.refineLater = debounced(() => this.refine(), 250);
-    this.sortLater = debounced(() => this.sort(), 80);
+    this.arrangeLater = debounced(() => this.arrange(), 80);
   }
 
   async start() {
@@ -186,18 +186,23 @@ class Page {
     const { words, graph, pathWords } = this;
     this.instances.show(this.frame, words.isFiltering ? (path, node) => words.sees([...pathWords[path], graph.word(node)]) : null);
     this.labels.take(this.instances, graph);
-    this.stage.changed();
-    this.sort();
+    this.arrange();
   }
 
-  sort() {
-    if (this.instances?.ready) this.instances.sort(this.viewpoint.camera);
+  arrange() {
+    this.isMoving = false;
+    const { viewpoint } = this;
+    viewpoint.apply();
+    const pixels = this.viewport.clientHeight / (2 * viewpoint.tangent * (viewpoint.orthographic ? viewpoint.distance : 1));
+    if (this.instances?.ready) this.instances.arrange(viewpoint.camera, pixels);
+    this.stage.changed();
     this.draw();
   }
 
   moved() {
     this.viewpoint.apply();
-    this.sortLater();
+    this.isMoving = true;
+    this.arrangeLater();
     this.draw();
   }
 
@@ -208,7 +213,7 @@ class Page {
     requestAnimationFrame(() => {
       this.pending = false;
       this.viewpoint.apply();
-      this.stage.draw(this.viewpoint);
+      this.stage.draw(this.viewpoint, this.isMoving);
       this.labels.place(this.viewpoint.camera, this.viewport.clientWidth, this.viewport.clientHeight);
       document.body.dataset.drawn = String(Number(document.body.dataset.drawn ?? 0) + 1);
       this.refineLater();

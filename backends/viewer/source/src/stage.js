@@ -120,12 +120,13 @@ export class Stage {
   }
 
   // Draws at once; `refine` makes it better while nothing moves.
-  draw(viewpoint) {
+  draw(viewpoint, isMoving) {
     if (!this.instances) return;
     this.uniforms.hasSky.value = false;
     this.uniforms.isToned.value = true;
     this.uniforms.seed.value = 0;
-    if (this.shadowFor !== viewpoint.azimuth) {
+    const isKept = isMoving && this.isSlow && this.shadowFor !== null; // the light follows when the camera rests
+    if (this.shadowFor !== viewpoint.azimuth && !isKept) {
       this.turnLight(viewpoint.azimuth);
       this.drawShadow();
       this.shadowFor = viewpoint.azimuth;
@@ -156,9 +157,13 @@ export class Stage {
   // is more to add; it is given up where the machine is too slow for it.
   async refine(viewpoint) {
     if (!this.instances || this.samples >= SAMPLES) return false;
-    if (this.samples === 0 && !(await this.finished(10 * SLOW))) return false;
+    if (this.samples === 0 && !(await this.finished(10 * SLOW))) {
+      this.isSlow = true;
+      return false;
+    }
     this.addSample(viewpoint);
-    return (await this.finished(SLOW)) && this.samples < SAMPLES;
+    this.isSlow = !(await this.finished(SLOW));
+    return !this.isSlow && this.samples < SAMPLES;
   }
 
   addSample(viewpoint) {
