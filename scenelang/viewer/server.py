@@ -41,16 +41,16 @@ class ViewServer(ThreadingHTTPServer):
     allow_reuse_address = True
 
     def __init__(self, workspace: Workspace, port: int = 0) -> None:
-        try:
-            super().__init__((HOST, port), _Handler)
-        except (OSError, OverflowError) as error:
-            reason = getattr(error, "strerror", None) or error
-            raise SceneError("file", f"cannot serve on port {port}: {reason}", "choose another --port") from None
         self.workspace = workspace
         self.token = secrets.token_urlsafe(24)
         self._events: list[queue.SimpleQueue[int | None]] = []
         self._events_lock = threading.Lock()
         self._stopped = threading.Event()
+        try:
+            super().__init__((HOST, port), _Handler)
+        except (OSError, OverflowError) as error:
+            reason = getattr(error, "strerror", None) or error
+            raise SceneError("file", f"cannot serve on port {port}: {reason}", "choose another --port") from None
         workspace.listen(self._announce)
         threading.Thread(target=self._watch, daemon=True).start()
 

@@ -124,10 +124,16 @@ class Workspace:
         except SceneError as error:
             found = (*found, error.diagnostic)
         ok = packet is not None
-        is_read = program is not None and (program.ok or not old.controls)  # of a broken text, params may be missing
-        controls = controls_of(program.params) if program is not None and is_read else old.controls
+        controls = old.controls
+        if program is not None and (_is_read(program) or not controls):
+            controls = controls_of(program.params)
         picture = version if ok else old.picture
         return State(version, ok, picture, packet if ok else old.packet, found, controls, {}, stamps)
+
+
+def _is_read(program: Program) -> bool:
+    """Whether all params are known: of a text with other mistakes some may be missing."""
+    return all(d.name == "param" for d in program.diagnostics if d.is_error)
 
 
 def _kept_values(old: State, new: State, values: Mapping[str, Any]) -> dict[str, Any]:

@@ -13,6 +13,7 @@ export function showDiagnostics(element, diagnostics, keepsPicture) {
     ),
   );
   if (diagnostics.length > 50) items.push(el("p", { className: "quiet" }, `and ${diagnostics.length - 50} more`));
+  const close = el("button", { className: "close", "aria-label": "Close the diagnostics", onclick: () => { element.hidden = true; } }, "Close");
   const note = errors && keepsPicture ? el("p", { className: "quiet" }, "The picture is the last good one.") : null;
-  fill(element, note, ...items);
+  fill(element, close, note, ...items);
 }

@@ -23,10 +23,16 @@ export function byId(id) {
 }
 
 const NUMBER = new Intl.NumberFormat("en-US");
+const SHORT = new Intl.NumberFormat("en-US", { notation: "compact", maximumSignificantDigits: 3 });
 
 // A count as text; beyond what is exact, to three digits.
 export function counted(number) {
   return number <= Number.MAX_SAFE_INTEGER ? NUMBER.format(number) : number.toExponential(2);
+}
+
+// A count in little room: 12,345 but 100B.
+export function brief(number) {
+  return number < 1e7 ? NUMBER.format(number) : number < 1e15 ? SHORT.format(number) : number.toExponential(1);
 }
 
 // Calls `action` once nothing has asked for it during `milliseconds`.

@@ -93,10 +93,10 @@ function numberControl(param, id, change, disabled) {
   };
   field.addEventListener("input", () => field.value !== "" && send(Number(field.value)));
   if (param.min === null || param.max === null) return { element: field, write: (value) => { field.value = String(value); } };
-  const fine = param.kind === "integer" ? 1 : (param.max - param.min) / 200;
+  const fine = param.kind === "integer" ? 1 : 10 ** Math.floor(Math.log10((param.max - param.min) / 100));
   const slider = el("input", { type: "range", min: param.min, max: param.max, step: fine, disabled, "aria-label": `${param.name}, slider` });
   slider.addEventListener("input", () => {
-    const value = param.kind === "integer" ? Number(slider.value) : Number(Number(slider.value).toPrecision(4));
+    const value = param.kind === "integer" ? Number(slider.value) : Number(Number(slider.value).toPrecision(12));
     field.value = String(value);
     send(value);
   });

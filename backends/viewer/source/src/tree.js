@@ -1,7 +1,8 @@
 // The entity tree: rows are made when a node is opened, so that a scene of any number of instances is at hand.
-import { counted, el } from "./dom.js";
+import { brief, counted, el } from "./dom.js";
 
-const CHUNK = 200; // children shown at a time
+const CHUNK = 200; // children shown at first
+const AROUND = 20; // children shown on both sides of one that is looked for
 const same = (a, b) => a !== null && b !== null && a.length === b.length && a.every((x, i) => x === b[i]);
 
 export class Tree {
@@ -40,7 +41,7 @@ export class Tree {
     const count = this.graph.leaves[node];
     const mark = el("span", { className: "twist", "aria-hidden": "true" }, below ? "▸" : "");
     const label = el("span", { className: "row" }, mark, el("span", { className: "name" }, this.graph.word(node)));
-    if (!this.graph.isPrimitive(node)) label.append(el("span", { className: "count" }, counted(count)));
+    if (!this.graph.isPrimitive(node)) label.append(el("span", { className: "count", title: `${counted(count)} primitives` }, brief(count)));
     item.append(label);
     if (below) item.setAttribute("aria-expanded", "false");
     return item;
@@ -52,7 +53,8 @@ export class Tree {
     item.querySelector(".twist").textContent = "▾";
     const group = el("ul", { role: "group" });
     item.append(group);
-    this.more(item, group, 0, CHUNK);
+    group.append(this.gap(item, 0, this.graph.size(item.node)));
+    this.open(group.firstElementChild, 0, CHUNK);
   }
 
   collapse(item) {
@@ -62,26 +64,34 @@ export class Tree {
     item.querySelector(":scope > ul").remove();
   }
 
-  // Adds the children [from, to) of an opened item, and a row for those that are left.
-  more(item, group, from, to) {
-    const size = this.graph.size(item.node);
-    const end = Math.min(to, size);
-    for (let i = from; i < end; i += 1) group.append(this.item([...item.path, i], this.graph.at(item.node, i)));
-    if (end === size) return;
-    const rest = el("li", { className: "more", role: "treeitem", tabIndex: -1 }, `${counted(size - end)} more …`);
-    rest.open = () => {
-      rest.remove();
-      this.more(item, group, end, end + 5 * CHUNK);
-    };
-    group.append(rest);
+  // A row that stands for the children [from, to) of an opened item.
+  gap(item, from, to) {
+    const row = el("li", { className: "more", role: "treeitem", tabIndex: -1 }, `${counted(to - from)} more …`);
+    return Object.assign(row, { item, from, to });
+  }
+
+  // Puts the children [from, to) in a gap's place, and what is left of it around them.
+  open(gap, from, to) {
+    const { item } = gap;
+    const low = Math.max(from, gap.from);
+    const high = Math.min(to, gap.to);
+    const rows = [];
+    if (low > gap.from) rows.push(this.gap(item, gap.from, low));
+    for (let i = low; i < high; i += 1) rows.push(this.item([...item.path, i], this.graph.at(item.node, i)));
+    if (high < gap.to) rows.push(this.gap(item, high, gap.to));
+    gap.replaceWith(...rows);
+    return rows[0];
   }
 
   find(path) {
     let item = this.element.firstElementChild;
-    for (let depth = 0; depth < path.length && item; depth += 1) {
-      item = [...(item.querySelector(":scope > ul")?.children ?? [])].find((child) => child.path?.[depth] === path[depth]);
-    }
+    for (let depth = 0; depth < path.length && item; depth += 1) item = this.childOf(item, path[depth]);
     return item ?? null;
+  }
+
+  // The row of a child, if it is shown.
+  childOf(item, position) {
+    return [...(item.querySelector(":scope > ul")?.children ?? [])].find((row) => row.path?.[row.path.length - 1] === position);
   }
 
   // Opens the way to a path, marks it and brings it into view; null marks nothing.
@@ -89,16 +99,11 @@ export class Tree {
     this.selected = path;
     if (path !== null) {
       let item = this.element.firstElementChild;
-      for (const [depth, position] of path.entries()) {
+      for (const position of path) {
         this.expand(item);
-        const group = item.querySelector(":scope > ul");
-        const known = [...group.children].filter((child) => child.path).length;
-        if (position >= known) {
-          group.querySelector(":scope > .more")?.remove();
-          this.more(item, group, known, position + CHUNK);
-        }
-        item = group.children[position];
-        if (!item || item.path[depth] !== position) break;
+        const gap = [...item.querySelector(":scope > ul").children].find((row) => row.from <= position && position < row.to);
+        if (gap) this.open(gap, position - AROUND, position + AROUND);
+        item = this.childOf(item, position);
       }
     }
     this.mark(path);
@@ -114,8 +119,8 @@ export class Tree {
   onClick(event) {
     const item = event.target.closest("li");
     if (!item) return;
-    this.focus(item);
-    if (item.open) item.open();
+    if (!item.item) this.focus(item);
+    if (item.item) this.focus(this.open(item, item.from, item.from + 5 * CHUNK));
     else if (event.target.closest(".twist")) item.getAttribute("aria-expanded") === "true" ? this.collapse(item) : this.expand(item);
     else this.select(item.path);
   }
@@ -140,7 +145,7 @@ export class Tree {
       End: () => this.focus(rows[rows.length - 1]),
       ArrowRight: () => (isOpen ? rows[at + 1] && this.focus(rows[at + 1]) : this.expand(item)),
       ArrowLeft: () => (isOpen ? this.collapse(item) : item.parentElement.closest("li") && this.focus(item.parentElement.closest("li"))),
-      Enter: () => (item.open ? item.open() : this.select(item.path)),
+      Enter: () => (item.item ? this.focus(this.open(item, item.from, item.from + 5 * CHUNK)) : this.select(item.path)),
     };
     if (!actions[event.key]) return;
     event.preventDefault();

@@ -1,5 +1,5 @@
 // The list of words: counts, search, hiding and isolating.
-import { counted, el, fill } from "./dom.js";
+import { brief, counted, el, fill } from "./dom.js";
 
 export class Words {
   // `actions`: changed() after hide or isolate, reveal(word) to go to the word's next instance.
@@ -71,7 +71,7 @@ export class Words {
       "li",
       { className: `word${isHidden ? " hidden" : ""}` },
       el("button", { className: "name", title: "Go to its next instance", "data-key": `n${word}`, onclick: () => this.actions.reveal(word) }, word),
-      el("span", { className: "count" }, counted(count)),
+      el("span", { className: "count", title: counted(count) }, brief(count)),
       el("button", { className: "toggle", title: "Show only this word", "aria-label": `Isolate ${word}`, "aria-pressed": isIsolated, "data-key": `i${word}`, onclick: () => this.toggle(this.isolated, word) }, "Only"),
       el("button", { className: "toggle", title: "Hide this word", "aria-label": `Hide ${word}`, "aria-pressed": isHidden, "data-key": `h${word}`, onclick: () => this.toggle(this.hidden, word) }, "Hide"),
     );
