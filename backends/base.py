@@ -13,7 +13,7 @@ naming a ``Backend`` object there. Nothing heavy is imported before a backend ru
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
@@ -127,17 +127,6 @@ class Backend:
         option = next(option for option in self.options if option.name == name)
         return option.checked(options.settings[name]) if options.settings.get(name) is not None else option.default
 
-    def check_settings(self, options: Options) -> None:
-        """Raises SceneError("value") where a setting is not this backend's, or is not allowed."""
-        known = [option.name for option in self.options]
-        for name, value in options.settings.items():
-            if value is None:
-                continue
-            if name not in known:
-                hint = f"it has {', '.join(f'--{k}' for k in known)}" if known else None
-                raise SceneError("value", f"the backend `{self.name}` has no option `--{name}`", hint=hint)
-            self.setting(options, name)
-
 
 def need(package: str, install: str) -> Any:
     """The imported module ``package``; raises SceneError("backend") that names the command which installs it."""
@@ -165,6 +154,19 @@ def frame_of(scene: Scene, frame: int | None) -> int:
         have = f"{len(scene.frames)} frames, 0 to {len(scene.frames) - 1}" if len(scene.frames) > 1 else "one frame, 0"
         raise SceneError("value", f"the scene has {have}; there is no frame {number}")
     return number
+
+
+def check_settings(options: Options, backends: Sequence[Backend]) -> None:
+    """Raises SceneError("value") where a setting is none of these backends', or is not allowed."""
+    for name in (name for name, value in options.settings.items() if value is not None):
+        owners = [backend for backend in backends if any(option.name == name for option in backend.options)]
+        for backend in owners:
+            backend.setting(options, name)
+        if not owners:
+            others = [backend.name for backend in every() if any(option.name == name for option in backend.options)]
+            hint = f"it is an option of {', '.join(others)}" if others else None
+            shown = ", ".join(f"`{backend.name}`" for backend in backends)
+            raise SceneError("value", f"{shown} has no option `--{name}`", hint=hint)
 
 
 def names() -> list[str]:

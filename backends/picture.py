@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import Backend, Options, Progress, find, need
+from scenelang.backends.base import Backend, Options, Progress, check_settings, find, need
 from scenelang.backends.camera import LARGEST, Camera
 from scenelang.backends.files import written_whole
 from scenelang.backends.shots import Shot, still
@@ -83,7 +83,7 @@ def render(scene: Scene, options: PictureOptions | None = None, backend: str = "
 
 def draw(scene: Scene, options: PictureOptions, backend: PictureBackend) -> Image:
     """One frame of ``scene`` as an image, drawn by ``backend``; raises SceneError as ``render`` does."""
-    check(options, backend)
+    check(options, [backend])
     shot = still(scene, options.camera, options.frame, options.width, options.height)
     (painter,) = painters(scene, options, [backend], [shot])
     return painter.paint(shot, options.progress)
@@ -97,7 +97,7 @@ def painters(
     return [backend.painter(staging, options, len(shots)) for backend in backends if backend.painter is not None]
 
 
-def check(options: PictureOptions, backend: Backend) -> None:
+def check(options: PictureOptions, backends: Sequence[Backend]) -> None:
     """Raises SceneError("value") for options that make no sense, whatever the scene."""
     if not (1 <= options.width <= LARGEST and 1 <= options.height <= LARGEST):
         raise SceneError(
@@ -108,7 +108,7 @@ def check(options: PictureOptions, backend: Backend) -> None:
     _check_name("environment", options.environment, tuple(ENVIRONMENTS))
     if options.ground is not None:
         _check_name("ground", options.ground, tuple(GROUNDS))
-    backend.check_settings(options)
+    check_settings(options, backends)
 
 
 def _check_name(what: str, name: str, known: Sequence[str]) -> None:

@@ -115,9 +115,14 @@ def _opaque_keys(
     return np.minimum(still, caster.cast(opaque & ~fixed))
 
 
+def _has_level_horizon(stage: Stage) -> bool:
+    return stage.ground is not None and not stage.camera.is_parallel and abs(float(stage.camera.right[1])) < 1e-9
+
+
 def _above_horizon(stage: Stage, rays: Rays) -> Float32Array:
-    """The share (H, 1) of each row of pixels that looks above the ground's horizon, which is level."""
-    if stage.ground is None or rays.parallel:
+    """The share (H, 1) of each row of pixels that looks above the ground's horizon, where that is level: finer than
+    the samples can tell."""
+    if not _has_level_horizon(stage):
         return np.ones((stage.height, 1), np.float32)
     y = (np.arange(stage.height * 64, dtype=np.float64) + 0.5) * (_SAMPLES / 64)
     _, direction = rays.at(np.full(len(y), rays.width / 2.0), y)
@@ -228,7 +233,8 @@ def _band(
     on."""
     environment = stage.studio.environment
     albedo = albedo_of(stage, seen)
-    normals, empty = seen.normals.astype(np.float32), (seen.ids < 0).astype(np.float32)[:, None]
+    normals = seen.normals.astype(np.float32)
+    empty = (seen.ids < 0 if _has_level_horizon(stage) else seen.ids == SKY).astype(np.float32)[:, None]
     row, column = np.divmod(np.arange(len(seen.ids)), stage.width * _SAMPLES)
     row = row + top
     light = _fetched(ambient, depth, seen.depth, row, column)

@@ -80,8 +80,7 @@ def render(arguments: argparse.Namespace) -> int:
         chosen = arguments.backend.split(",") if arguments.backend else [arguments.quality]
         backends = [picture_backend(name.strip()) for name in chosen]
         options = picture_options(arguments)
-        for backend in backends:
-            check(options, backend)
+        check(options, backends)
         _check_ending(output, arguments, len(backends))
     check_folder(output)
     result = evaluated(arguments)
@@ -201,7 +200,7 @@ def export(arguments: argparse.Namespace) -> int:
         options = base.Options(
             arguments.frame, session_limit(arguments), progress(arguments, "exporting"), settings_of(arguments)
         )
-        backend.check_settings(options)
+        base.check_settings(options, [backend])
     check_folder(output)
     result = evaluated(arguments)
     if result.scene is None:
