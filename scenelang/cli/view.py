@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import copy
+import os
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -65,7 +66,7 @@ def serve(arguments: argparse.Namespace, workspace: Workspace) -> int:
         print(server.address, flush=True)
         if not arguments.quiet:
             print("Ctrl-C ends it.", file=sys.stderr)
-        if not arguments.no_browser:
+        if not arguments.no_browser and _has_screen():
             import webbrowser
 
             webbrowser.open(server.address)
@@ -74,6 +75,13 @@ def serve(arguments: argparse.Namespace, workspace: Workspace) -> int:
         except KeyboardInterrupt:
             pass
     return 0
+
+
+def _has_screen() -> bool:
+    """False where a browser would open in this terminal."""
+    if sys.platform in ("darwin", "win32"):
+        return True
+    return any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"))
 
 
 def save(arguments: argparse.Namespace, workspace: Workspace) -> int:

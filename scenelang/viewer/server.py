@@ -137,7 +137,8 @@ class _Handler(BaseHTTPRequestHandler):
             raise _Refused(HTTPStatus.FORBIDDEN, "this server answers to 127.0.0.1 only")
         if origin is not None and origin not in [f"http://{host}" for host in self.server.hosts]:
             raise _Refused(HTTPStatus.FORBIDDEN, "requests from other sites are refused")
-        if self.headers.get("Sec-Fetch-Site") in ("cross-site", "same-site"):
+        is_link = self.command == "GET" and self.headers.get("Sec-Fetch-Dest") == "document"  # a link to the page
+        if self.headers.get("Sec-Fetch-Site") in ("cross-site", "same-site") and not is_link:
             raise _Refused(HTTPStatus.FORBIDDEN, "requests from other sites are refused")
         parts = urlsplit(self.path)
         _, _, rest = parts.path.partition("/")

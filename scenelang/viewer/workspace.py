@@ -123,6 +123,9 @@ class Workspace:
                 packet = packet_of(result.scene, self._limit, program.all_words if program is not None else None)
         except SceneError as error:
             found = (*found, error.diagnostic)
+        except Exception as error:  # a fault of ours must not end the viewer
+            said = f"internal error: {type(error).__name__}: {error}"
+            found = (*found, SceneError("unsupported", said, "please report it").diagnostic)
         ok = packet is not None
         controls = old.controls
         if program is not None and (_is_read(program) or not controls):

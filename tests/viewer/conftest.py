@@ -124,10 +124,11 @@ class Shown:
         return str(self.page.locator(selector).inner_text())
 
     def picture(self) -> Any:
-        """The canvas without labels: (H, W, 3), 8-bit sRGB."""
+        """The canvas without labels and focus: (H, W, 3), 8-bit sRGB."""
         from PIL import Image
 
-        self.page.evaluate("() => { document.getElementById('labels').style.visibility = 'hidden'; }")
+        hide = "() => { document.getElementById('labels').style.visibility = 'hidden'; document.activeElement.blur(); }"
+        self.page.evaluate(hide)
         with Image.open(io.BytesIO(self.page.locator("#canvas").screenshot())) as image:
             return np.asarray(image.convert("RGB"))
 

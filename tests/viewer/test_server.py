@@ -93,11 +93,13 @@ def test_another_origin_is_refused(server: ViewServer, origin: str) -> None:
     assert ask(server, "state?file=0", Origin=origin)[0] == 403
     assert post(server, "set", {"file": 0, "name": "n", "value": 3}, Origin=origin)[0] == 403
     assert ask(server, "state?file=0", Sec_Fetch_Site="cross-site")[0] == 403
+    assert ask(server, "", Sec_Fetch_Site="cross-site", Sec_Fetch_Dest="iframe")[0] == 403
 
 
 def test_its_own_origin_is_let_in(server: ViewServer) -> None:
     for host in server.hosts:
         assert ask(server, "state?file=0", Host=host, Origin=f"http://{host}")[0] == 200
+    assert ask(server, "", Sec_Fetch_Site="cross-site", Sec_Fetch_Dest="document")[0] == 200, "a link may be clicked"
 
 
 @pytest.mark.parametrize(

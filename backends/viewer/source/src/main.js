@@ -32,7 +32,8 @@ class Page {
     this.tree = new Tree(byId("tree"), (path) => this.select(path));
     this.words = new Words(byId("words"), byId("search"), { changed: () => this.refill(), reveal: (word) => this.revealNext(word) });
     this.params = new Params(byId("params"), { set: (name, value) => this.setParam(name, value), save: (name) => this.saveParam(name) });
-    this.timeline = new Timeline({ bar: byId("timeline"), play: byId("play"), slider: byId("frame"), label: byId("frame-label"), rate: byId("rate") }, () => this.showFrame());
+    this.timeline = new Timeline({ bar: byId("timeline"), play: byId("play"), slider: byId("frame"), label: byId("frame-label"), rate: byId("rate") }, () => this.showFrame(), () => this.showFrame());
+    this.wanted = new Map();
     this.refineLater = debounced(() => this.refine(), 250);
     this.arrangeLater = debounced(() => this.arrange(), 80);
   }
@@ -175,7 +176,11 @@ class Page {
   }
 
   showFrame() {
-    this.tree.take(this.graph, this.frame);
+    if (!this.packet) return;
+    if (!this.timeline.playing) {
+      this.tree.take(this.graph, this.frame);
+      this.words.take(this.graph.wordCounts(this.frame));
+    }
     this.refill();
     this.showSelection();
   }
@@ -307,8 +312,17 @@ class Page {
 
   // --- params and camera
 
+  // Tries a value out; while an evaluation runs only the last wanted value of each param waits.
   async setParam(name, value) {
-    await this.ask(() => this.server.set(this.file, name, value));
+    this.wanted.set(name, value);
+    if (this.isSetting) return;
+    this.isSetting = true;
+    while (this.wanted.size) {
+      const [[next, last]] = this.wanted;
+      this.wanted.delete(next);
+      await this.ask(() => this.server.set(this.file, next, last));
+    }
+    this.isSetting = false;
   }
 
   async saveParam(name) {

@@ -2,8 +2,8 @@
 import { counted } from "./dom.js";
 
 export class Timeline {
-  constructor({ bar, play, slider, label, rate }, show) {
-    Object.assign(this, { bar, play, slider, label, rate, show, frames: 1, frame: 0, playing: false });
+  constructor({ bar, play, slider, label, rate }, show, paused) {
+    Object.assign(this, { bar, play, slider, label, rate, show, paused, frames: 1, frame: 0, playing: false });
     play.addEventListener("click", () => this.toggle());
     slider.addEventListener("input", () => this.go(Number(slider.value)));
   }
@@ -35,8 +35,10 @@ export class Timeline {
   }
 
   pause() {
+    if (!this.playing) return;
     this.playing = false;
     this.play.textContent = "Play";
+    this.paused();
   }
 
   start() {
