@@ -40,12 +40,14 @@ export class Viewpoint {
     camera.matrix.makeBasis(right, up, forward.clone().negate());
     camera.quaternion.setFromRotationMatrix(camera.matrix);
     const reach = camera.position.length();
-    camera.near = Math.max(0.002 * this.distance, reach - 60, 1e-5);
+    // the scene and its shadows lie within 1.9 of the origin; a far near plane tells depths apart where solids touch
+    camera.near = Math.max(0.005 * this.distance, 0.9 * (reach - 1.9), 1e-5);
     camera.far = reach + 200;
     if (this.orthographic) {
       const half = this.tangent * this.distance;
       Object.assign(camera, { left: -half * this.aspect, right: half * this.aspect, top: half, bottom: -half });
-      camera.near = -200;
+      camera.near = -reach - 3;
+      camera.far = reach + 6;
     } else {
       camera.fov = this.fov;
       camera.aspect = this.aspect;

@@ -18,6 +18,11 @@ export class Labels {
     this.layer.replaceChildren(...this.items.map((item) => item.element));
   }
 
+  clear() {
+    this.items = [];
+    this.layer.replaceChildren();
+  }
+
   place(camera, width, height) {
     this.layer.hidden = !this.isOn;
     if (!this.isOn) return;

@@ -105,6 +105,11 @@ class Page {
     this.timeline.pause();
     this.timeline.frame = 0;
     this.tree.clear();
+    this.words.clear();
+    this.stage.clear();
+    this.labels.clear();
+    inspect(byId("inspector"), null, 0, null);
+    this.say("Loading …");
     await this.load();
   }
 
@@ -283,6 +288,7 @@ class Page {
   select(path) {
     this.selection = path;
     if (!this.packet) return;
+    this.timeline.pause();
     this.tree.reveal(path);
     this.showSelection();
   }

@@ -26,6 +26,7 @@ export class Stage {
     this.light = new OrthographicCamera(-HALF, HALF, HALF, -HALF, 1.5, 4.5);
     this.sky = depthTarget(SKY_SIZE);
     this.skyLight = this.light.clone();
+    this.plain = new WebGLRenderTarget(1, 1, { type: HalfFloatType }); // a sample of a still picture
     this.sum = new WebGLRenderTarget(1, 1, { type: HalfFloatType, depthBuffer: false });
     this.samples = SAMPLES;
     this.film = new WebGLRenderTarget(1, 1, { type: HalfFloatType, samples: 4 });
@@ -38,7 +39,7 @@ export class Stage {
     this.depthMaterial = this.material(shaders.SOLID_VERTEX, shaders.DEPTH_FRAGMENT, { side: DoubleSide });
     this.pickMaterial = this.material(shaders.SOLID_VERTEX, shaders.PICK_FRAGMENT, { side: DoubleSide, blending: NoBlending });
     this.screen = fullScreen(shaders.FILM_FRAGMENT, { picture: { value: null }, isRaw: { value: false }, shoulder: this.uniforms.shoulder }, {});
-    this.adder = fullScreen(shaders.ADD_FRAGMENT, { picture: { value: this.film.texture }, share: { value: 1 } }, { transparent: true });
+    this.adder = fullScreen(shaders.ADD_FRAGMENT, { picture: { value: this.plain.texture }, share: { value: 1 } }, { transparent: true });
   }
 
   material(vertexShader, fragmentShader, options) {
@@ -85,6 +86,16 @@ export class Stage {
     this.shadowFor = null;
   }
 
+  // Shows the backdrop alone.
+  clear() {
+    if (!this.instances) return;
+    this.scene.remove(this.instances.group);
+    this.instances.dispose();
+    this.instances = null;
+    this.renderer.setRenderTarget(null);
+    this.renderer.clear();
+  }
+
   // What is drawn has changed, so the shadow map is old.
   changed() {
     this.shadowFor = null;
@@ -94,6 +105,7 @@ export class Stage {
     this.renderer.setPixelRatio(ratio);
     this.renderer.setSize(width, height, false);
     this.film.setSize(Math.round(width * ratio), Math.round(height * ratio));
+    this.plain.setSize(this.film.width, this.film.height);
     this.sum.setSize(this.film.width, this.film.height);
   }
 
@@ -132,7 +144,7 @@ export class Stage {
       this.shadowFor = viewpoint.azimuth;
     }
     this.ground.visible = this.hasGround && viewpoint.camera.position.y > this.ground.position.y;
-    this.expose(viewpoint.camera);
+    this.expose(viewpoint.camera, this.film);
     this.show(this.film.texture, viewpoint.camera, false);
     this.samples = 0;
   }
@@ -175,7 +187,7 @@ export class Stage {
     if (this.instances.buckets.some((bucket) => bucket.isClear)) this.drawShadow();
     this.drawSky(number);
     camera.setViewOffset(width, height, ((number * 0.7548777) % 1) - 0.5, ((number * 0.5698403) % 1) - 0.5, width, height);
-    this.expose(camera);
+    this.expose(camera, this.plain);
     camera.clearViewOffset();
     this.adder.material.uniforms.share.value = 1 / (number + 1);
     this.renderer.setRenderTarget(this.sum);
@@ -184,9 +196,9 @@ export class Stage {
     if (this.samples >= FIRST_SHOWN) this.show(this.sum.texture, camera, true);
   }
 
-  // Takes the scene onto the film.
-  expose(camera) {
-    this.renderer.setRenderTarget(this.film);
+  // Takes the scene onto a film.
+  expose(camera, target) {
+    this.renderer.setRenderTarget(target);
     this.renderer.clear();
     this.renderer.render(this.scene, camera);
   }

@@ -26,6 +26,13 @@ export class Words {
     this.render();
   }
 
+  clear() {
+    this.hidden.clear();
+    this.isolated.clear();
+    this.search.value = "";
+    this.take([]);
+  }
+
   get isFiltering() {
     return this.hidden.size > 0 || this.isolated.size > 0;
   }
@@ -58,7 +65,7 @@ export class Words {
     const focused = document.activeElement?.dataset?.key;
     const found = this.matches();
     const rows = found.slice(0, 500).map(([word, count]) => this.row(word, count));
-    if (!found.length) rows.push(el("li", { className: "quiet" }, "no word matches"));
+    if (!found.length && this.counts.length) rows.push(el("li", { className: "quiet" }, "no word matches"));
     if (this.isFiltering) rows.push(el("li", {}, el("button", { className: "wide", onclick: () => this.reset() }, "Show everything")));
     fill(this.list, ...rows);
     if (focused) [...this.list.querySelectorAll("[data-key]")].find((button) => button.dataset.key === focused)?.focus();
