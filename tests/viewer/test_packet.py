@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import struct
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -134,3 +135,11 @@ def test_a_look_that_makes_no_sense_is_an_error() -> None:
     with pytest.raises(SceneError) as error:
         packet_of(result.scene)
     assert error.value.name == "attribute"
+
+
+@pytest.mark.parametrize("name", ["viewer.css", "page.html"])
+def test_the_built_page_is_that_of_its_source(name: str) -> None:
+    folder = Path(__file__).parents[2] / "backends" / "viewer"
+    assert (folder / "static" / name).read_bytes() == (folder / "source" / "src" / name).read_bytes(), (
+        "run `make viewer`"
+    )

@@ -290,6 +290,10 @@ def test_a_scene_too_large_to_draw_is_still_a_tree(program: Show, serve: Show, s
 def test_an_empty_scene_says_so(program: Show, serve: Show, show: Show) -> None:
     page = show(serve(program('(bind "void" (lambda () (union)))')).address).ready()
     assert "nothing to draw" in page.text("#message")
+    for name in ("Copy camera", "JSON", "Frame", "Ground", "Labels"):
+        page.page.get_by_role("button", name=name).click()
+    page.page.locator("#canvas").click()
+    assert "no camera" in page.text("#status")
 
 
 def test_words_cannot_bring_markup(program: Show, serve: Show, show: Show) -> None:

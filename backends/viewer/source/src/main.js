@@ -1,6 +1,7 @@
 // The page: joins the scene's source, the picture and the panels.
 import { Vector3 } from "three";
-import { control, DEFAULT_VIEW, Viewpoint } from "./camera.js";
+import { DEFAULT_VIEW, Viewpoint } from "./camera.js";
+import { listen } from "./controls.js";
 import { showDiagnostics } from "./diagnostics.js";
 import { byId, counted, debounced, el, fill } from "./dom.js";
 import { Graph } from "./graph.js";
@@ -45,7 +46,7 @@ class Page {
       this.say("This browser shows no WebGL 2, which the picture needs.");
       return;
     }
-    this.listen();
+    listen(this);
     new ResizeObserver(() => this.resize()).observe(this.viewport);
     this.resize();
     const names = await this.server.files();
@@ -55,43 +56,6 @@ class Page {
     byId("file-name").textContent = names.length < 2 ? names[0] : "";
     this.server.watch((file) => file === this.file && this.load(), (connected) => { byId("offline").hidden = connected; });
     await this.load();
-  }
-
-  listen() {
-    control(byId("canvas"), this.viewpoint, () => this.moved());
-    let pressed = null;
-    byId("canvas").addEventListener("pointerdown", (event) => { pressed = [event.offsetX, event.offsetY]; });
-    byId("canvas").addEventListener("pointerup", (event) => {
-      if (pressed && event.button === 0 && Math.hypot(event.offsetX - pressed[0], event.offsetY - pressed[1]) < 4) this.pick(event.offsetX, event.offsetY);
-      pressed = null;
-    });
-    const on = (id, action) => byId(id).addEventListener("click", action);
-    on("frame-all", () => this.frameAll());
-    on("toggle-labels", (event) => { this.labels.isOn = press(event.target); this.draw(); });
-    on("toggle-ground", (event) => { this.stage.hasGround = press(event.target); this.draw(); });
-    on("toggle-left", (event) => document.body.classList.toggle("no-left", !press(event.target)));
-    on("toggle-right", (event) => document.body.classList.toggle("no-right", !press(event.target)));
-    on("copy-camera", () => this.copy(this.viewpoint.text(this.packet.box), "camera for render --camera"));
-    on("copy-json", () => this.copy(JSON.stringify(this.viewpoint.json(this.packet.box, this.viewport.clientWidth, this.viewport.clientHeight)), "camera as JSON"));
-    byId("view").addEventListener("change", (event) => this.setView(event.target.value));
-    byId("files").addEventListener("change", (event) => this.choose(Number(event.target.value)));
-    document.addEventListener("keydown", (event) => this.onKey(event));
-  }
-
-  onKey(event) {
-    const isTyping = event.target.matches("input:not([type=range]):not([type=checkbox]), select, textarea");
-    if (event.key === "Escape") {
-      this.select(null);
-      if (isTyping) event.target.blur();
-      return;
-    }
-    if (isTyping || event.ctrlKey || event.metaKey || event.altKey) return;
-    const keys = { f: () => this.frameSelection(), l: () => byId("toggle-labels").click(), g: () => byId("toggle-ground").click(), "/": () => byId("search").focus() };
-    if (event.key === " " && !event.target.matches("button")) keys[" "] = () => this.timeline.toggle();
-    const action = keys[event.key.toLowerCase()];
-    if (!action) return;
-    event.preventDefault();
-    action();
   }
 
   // --- scenes
@@ -348,7 +312,13 @@ class Page {
     }
   }
 
-  async copy(text, what) {
+  // Copies what `write(box, width, height)` makes of the camera.
+  async copyCamera(write, what) {
+    if (!this.packet?.box) {
+      this.announce("there is no picture, so no camera");
+      return;
+    }
+    const text = write(this.packet.box, this.viewport.clientWidth, this.viewport.clientHeight);
     try {
       await navigator.clipboard.writeText(text);
       this.announce(`copied: ${what}`);
@@ -365,13 +335,6 @@ class Page {
     clearTimeout(this.statusTimer);
     this.statusTimer = setTimeout(() => { status.textContent = ""; }, 5000);
   }
-}
-
-// Turns a toggle button over; whether it is on now.
-function press(button) {
-  const isOn = button.getAttribute("aria-pressed") !== "true";
-  button.setAttribute("aria-pressed", String(isOn));
-  return isOn;
 }
 
 const page = new Page();
