@@ -21,7 +21,7 @@ Color = tuple[float, float, float]
 
 BRIGHTEST = 0.92  # no surface reflects all light
 GROUND_EDGE = 5e4  # how far the ground reaches, where the scene's half diagonal is 1
-_SHOULDER = 0.7
+SHOULDER = 0.7
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,9 +137,9 @@ def film(radiance: AnyFloats, environment: Environment) -> AnyFloats:
 
 def tone(linear: AnyFloats) -> AnyFloats:
     """Linear radiance to [0, 1): the identity up to 0.7, then a soft shoulder instead of clipping."""
-    room = 1.0 - _SHOULDER
-    over = np.maximum(linear - _SHOULDER, 0.0)
-    return np.where(linear <= _SHOULDER, np.maximum(linear, 0.0), 1.0 - room * np.exp(-over / room))
+    room = 1.0 - SHOULDER
+    over = np.maximum(linear - SHOULDER, 0.0)
+    return np.where(linear <= SHOULDER, np.maximum(linear, 0.0), 1.0 - room * np.exp(-over / room))
 
 
 def encode(linear: AnyFloats) -> npt.NDArray[np.uint8]:
