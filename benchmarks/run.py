@@ -21,6 +21,7 @@ from typing import Any
 from native import chessboard, fib, loop, placed, tak
 from programs import CHESSBOARD, FIB, LOOP, PLACED, SPONGE, TAK, reader_text
 
+from scenelang.backends.picture import PictureOptions, render
 from scenelang.grammar.reader import read
 from scenelang.grammar.source import Source
 from scenelang.interpreter.entity import Scene
@@ -32,6 +33,7 @@ from scenelang.session import Session, run_with_room
 
 ROUNDS = 5
 RESPONSES = sorted((Path(__file__).parent.parent / "tests" / "transpile" / "responses").glob("*.txt"))
+EXAMPLE = Path(__file__).parent.parent / "examples" / "chessboard.scene"
 REFERENCE_IMPORT = 1.0  # seconds that the reference implementation takes to import itself
 
 
@@ -149,6 +151,31 @@ def bench_transpile() -> None:
     row("process `run RESPONSE.txt`", direct, REFERENCE_IMPORT, other, "< 1")
 
 
+def bench_loading() -> None:
+    """A sponge in Mitsuba: placed prototypes, and one shape per cube, each in a process of its own."""
+
+    def load(way: str, level: int) -> tuple[float, float]:
+        command = [sys.executable, str(Path(__file__).with_name("loading.py")), way, str(level)]
+        found = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+        return found["seconds"], found["bytes"] / 1e9
+
+    (ours, _), (other, _) = load("placed", 3), load("plain", 3)
+    row("load 8,000 cubes into Mitsuba", ours, other, "one shape per cube", "< 1")
+    seconds, memory = load("placed", 4)
+    print(
+        f"{'load 160,000 cubes into Mitsuba':34} {seconds * 1e3:9.1f} ms   {f'peak {memory:.2f} GB':45}< 5000 ms, < 1.5 GB"
+    )
+
+
+def bench_pictures(session: Session) -> None:
+    """The default picture beside a path traced one."""
+    scene = session.evaluate(session.source(str(EXAMPLE))).scene
+    assert scene is not None
+    still_ = best(lambda: render(scene, PictureOptions()), 2)
+    final = best(lambda: render(scene, PictureOptions(settings={"samples": 16}), "final"), 1)
+    row("draft picture, 512 x 512", still_, final, "final, 16 samples", "< 1")
+
+
 def main() -> None:
     session = Session()
     print(f"{'ours':>47}   {'other':>41}   ratio    target")
@@ -158,6 +185,8 @@ def main() -> None:
     bench_flatten(session)
     bench_start()
     bench_transpile()
+    bench_loading()
+    bench_pictures(session)
 
 
 if __name__ == "__main__":

@@ -68,7 +68,9 @@ def draw(name: str) -> int:
 def save_small(picture: Image.Image, target: Path) -> int:
     """Save a picture with as many colours as fit; gives its bytes."""
     for colors in (256, 192, 128, 96, 64):
-        picture.quantize(colors, Image.Quantize.MEDIANCUT, dither=Image.Dither.FLOYDSTEINBERG).save(target, optimize=True)
+        picture.quantize(colors, Image.Quantize.MEDIANCUT, dither=Image.Dither.FLOYDSTEINBERG).save(
+            target, optimize=True
+        )
         if target.stat().st_size <= LARGEST:
             break
     return target.stat().st_size

@@ -35,7 +35,7 @@ _MOST_GROUPS = 512  # kinds of exact shapes; the solids of rarer kinds are merge
 
 
 class MitsubaPainter:
-    """Path traces shots of one staging."""
+    """Path traces shots of one staging. ``mitsuba`` is the module, under the variant that was chosen."""
 
     def __init__(self, staging: Staging, options: PictureOptions, shots: int) -> None:
         self._staging = staging
@@ -47,8 +47,8 @@ class MitsubaPainter:
         total = self._samples * options.width * options.height * shots
         crowded = any(len(solids) + len(staging.fixed or ()) > FEW for solids in staging.moving.values())
         choice = MITSUBA.setting(options, "variant")
-        self._mi = variants.use(choice, total, crowded)
-        self._shapes = _Shapes(self._mi, staging, instances=str(self._mi.variant()).startswith("scalar"))
+        self.mitsuba = variants.use(choice, total, crowded)
+        self._shapes = _Shapes(self.mitsuba, staging, instances=str(self.mitsuba.variant()).startswith("scalar"))
 
     def paint(self, shot: Shot, progress: Progress | None = None) -> Image:
         stage = self._staging.stage(shot)
@@ -58,10 +58,14 @@ class MitsubaPainter:
         picture = encode(film(radiance, stage.studio.environment) if not unlit else guide.linear)
         return Image(labelled(picture, stage.solids, guide.ids) if self._options.labels else picture, radiance)
 
+    def shapes_of(self, frame: int, stage: Stage) -> dict[str, Any]:
+        """Mitsuba's shapes of one frame by name, fine enough for the camera of ``stage``."""
+        return self._shapes.of(frame, stage)
+
     def _traced(self, stage: Stage, frame: int, guide: Draft, progress: Progress | None) -> Float32Array:
         """The radiance (H, W, 3) of ``stage``."""
-        mi, report = self._mi, progress or (lambda _: None)
-        scene = mi.load_dict(surroundings(mi, stage, self._depth) | self._shapes.of(frame, stage))
+        mi, report = self.mitsuba, progress or (lambda _: None)
+        scene = mi.load_dict(surroundings(mi, stage, self._depth) | self.shapes_of(frame, stage))
         report(0.1)
         total = np.zeros((stage.height, stage.width, 3), np.float64)
         passes = max(1, self._samples // (8 if self._samples <= 64 else 16))

@@ -286,7 +286,7 @@ def test_a_hundred_thousand_solids_in_twenty_materials_are_loaded_soon() -> None
     stage = staging.stage(shot)
     from scenelang.backends.mitsuba.scene import surroundings
 
-    painter._mi.load_dict(surroundings(painter._mi, stage, 8) | painter._shapes.of(0, stage))
+    painter.mitsuba.load_dict(surroundings(painter.mitsuba, stage, 8) | painter.shapes_of(0, stage))
     assert time.process_time() - started < 20  # under 10 s on a machine that does nothing else
 
 

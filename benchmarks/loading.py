@@ -1,0 +1,52 @@
+"""Loads a Menger sponge into Mitsuba and prints seconds and peak memory: ``loading.py placed|plain LEVEL``.
+
+``placed`` is what `render --quality final` does; ``plain`` builds one shape per cube.
+"""
+
+from __future__ import annotations
+
+import json
+import resource
+import sys
+import time
+from typing import Any
+
+import numpy as np
+from programs import SPONGE
+
+from scenelang.backends.mitsuba.backend import MITSUBA, MitsubaPainter
+from scenelang.backends.mitsuba.scene import surroundings
+from scenelang.backends.picture import PictureOptions
+from scenelang.backends.shots import still
+from scenelang.backends.stage import staging_of
+from scenelang.backends.viewpoint import Viewpoint
+from scenelang.grammar.source import Source
+from scenelang.session import Session
+
+
+def main(way: str, level: int) -> None:
+    scene = Session().evaluate(Source("<bench>", SPONGE.format(level=level))).scene
+    assert scene is not None
+    options = PictureOptions(width=128, height=128, settings={"samples": 1})
+    shot = still(scene, Viewpoint(), 0, 128, 128)
+    started = time.perf_counter()
+    staging = staging_of(scene, [0], 5_000_000)
+    painter = MitsubaPainter(staging, options, 1)
+    mi, stage = painter.mitsuba, staging.stage(shot)
+    shapes = painter.shapes_of(0, stage) if way == "placed" else plain(mi, stage.solids.matrices)
+    loaded = mi.load_dict(surroundings(mi, stage, 8) | shapes)
+    seconds = time.perf_counter() - started
+    np.array(mi.render(loaded, spp=4))
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    print(json.dumps({"backend": MITSUBA.name, "seconds": seconds, "bytes": peak}))
+
+
+def plain(mi: Any, matrices: np.ndarray) -> dict[str, Any]:
+    """One cube for every primitive."""
+    bsdf = mi.load_dict({"type": "diffuse"})
+    poses = [np.concatenate([matrix, [[0.0, 0.0, 0.0, 1.0]]]) for matrix in matrices]
+    return {f"s{i}": {"type": "cube", "bsdf": bsdf, "to_world": mi.ScalarTransform4f(p)} for i, p in enumerate(poses)}
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], int(sys.argv[2]))
