@@ -654,3 +654,15 @@ def test_some_bytes_through_the_command_line(data: bytes, shell: Shell) -> None:
     shell.write("bytes.scene", data)
     assert shell("run", "bytes.scene", code=1) == ""
     assert "error[" in shell.err
+
+
+def test_an_interruption_that_a_library_disguises_is_told_as_one(monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+    def interrupted(*_: object) -> None:
+        try:
+            raise KeyboardInterrupt
+        except KeyboardInterrupt as error:
+            raise RuntimeError("the renderer stopped") from error
+
+    monkeypatch.setattr("scenelang.backends.base.every", interrupted)
+    assert main(["backends"]) == 130
+    assert capsys.readouterr().err == "interrupted\n"

@@ -46,14 +46,15 @@ def main(argv: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
         return code
     except SceneError as error:
+        if _was_interrupted(error):
+            return _report_interruption()
         report(arguments, [error.diagnostic])
         return 2 if isinstance(error, UsageError) else 1
     except BrokenPipeError:
         _silence_stdout()
         return 1
     except KeyboardInterrupt:
-        print("interrupted", file=sys.stderr)
-        return 130
+        return _report_interruption()
     except RecursionError:
         report(arguments, [SceneError("nesting", "the program is nested too deeply for this command").diagnostic])
         return 1
@@ -61,7 +62,22 @@ def main(argv: Sequence[str] | None = None) -> int:
         report(arguments, [SceneError("file", f"{error.strerror or error}: {error.filename or 'output'}").diagnostic])
         return 1
     except Exception as error:
-        return _report_fault(error)
+        return _report_interruption() if _was_interrupted(error) else _report_fault(error)
+
+
+def _report_interruption() -> int:
+    print("interrupted", file=sys.stderr)
+    return 130
+
+
+def _was_interrupted(error: BaseException) -> bool:
+    """Whether Ctrl-C is behind an error: native libraries turn it into errors of their own."""
+    found: BaseException | None = error
+    while found is not None:
+        if isinstance(found, KeyboardInterrupt) or "KeyboardInterrupt" in str(found):
+            return True
+        found = found.__cause__ or found.__context__
+    return False
 
 
 def _report_fault(error: Exception) -> int:

@@ -1,0 +1,48 @@
+"""Ctrl-C in the middle of long work: one line, exit code 130, and nothing half-written."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+SCENE = '(bind "a" (lambda () (frames (for/list ((i (iota 30))) (transform (call "sphere") (translate [i 0 0]))))))'
+WORK = {
+    "a final picture": [
+        "render",
+        "a.scene",
+        "-o",
+        "out.png",
+        "--quality",
+        "final",
+        "--samples",
+        "60000",
+        "--size",
+        "400x300",
+    ],
+    "a film": ["render", "a.scene", "-o", "out.gif", "--size", "700x500"],
+    "an mp4": ["render", "a.scene", "-o", "out.mp4", "--size", "700x500", "--frames", "300"],
+    "maps": ["maps", "a.scene", "-o", ".", "--size", "700x500"],
+}
+
+
+@pytest.mark.parametrize("name", list(WORK))
+def test_an_interruption_leaves_nothing_half_written(name: str, tmp_path: Path) -> None:
+    (tmp_path / "a.scene").write_text(SCENE)
+    words = [sys.executable, "-P", "-m", "scenelang.cli.main", *WORK[name]]
+    with subprocess.Popen(words, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as running:
+        time.sleep(5.0)
+        assert running.poll() is None, "the work was too short to be interrupted"
+        running.send_signal(signal.SIGINT)
+        _, said = running.communicate(timeout=30)
+    assert running.returncode == 130, said.decode()
+    assert said.decode().strip() == "interrupted"
+    for folder in tmp_path.rglob("frame-*"):  # what is there is complete
+        assert not os.listdir(folder) or (folder / "shot.json").exists()
+    left = [path.name for path in tmp_path.rglob("*") if path.name.startswith((".scenelang", "out"))]
+    assert left == []
