@@ -201,8 +201,10 @@ def _below(graph: _Graph, level: _Level, paths: _Paths, has_handle: npt.NDArray[
     )
 
 
-def flatten_entity(root: Entity) -> FlatFrame:
-    """Flatten one entity; its own pose is the identity. The caller has checked the number of primitives."""
+def flatten_entity(root: Entity, whole_cells: bool = True) -> FlatFrame:
+    """Flatten one entity; its own pose is the identity. The caller has checked the number of primitives.
+
+    ``whole_cells=False`` leaves blocks where their poses put them, for an entity that is only a part of a scene."""
     graph = _graph(root)
     is_leaf = np.array([entity.is_primitive for entity in graph.nodes])
     has_handle = np.array([entity.embedding.handle is not None for entity in graph.nodes])
@@ -222,7 +224,7 @@ def flatten_entity(root: Entity) -> FlatFrame:
     used_paths, path_index = _distinct(leaves.path)
     matrices = leaves.pose.T.reshape(-1, 3, 4)
     is_block = np.array([graph.nodes[i].word in BLOCK_WORDS for i in used])
-    if is_block.any():
+    if whole_cells and is_block.any():
         matrices = np.ascontiguousarray(matrices)
         rows = is_block[index]
         matrices[rows, :, 3] = np.trunc(matrices[rows, :, 3]) + 0.0  # no negative zeros
