@@ -12,6 +12,8 @@ from scenelang.backends.exports.gltf_document import Document
 
 FloatArray = npt.NDArray[np.float64]
 
+_SAME = 2e-7  # the part of a value that single precision does not hold
+
 
 @dataclass(slots=True)
 class Tracks:
@@ -28,9 +30,9 @@ class Tracks:
 
         What never changes gets no track. Of equal values in a row the ends are kept, or the first where it jumps.
         """
-        same = (values[1:] == values[:-1]).all(axis=1)
-        if same.all():
+        if (np.abs(values - values[0]) <= _SAME * np.abs(values[0]).max()).all():
             return
+        same = (values[1:] == values[:-1]).all(axis=1)
         before = np.concatenate([[False], same])
         after = np.concatenate([same, [False]])
         keep = ~before if jumps else ~(before & after)
