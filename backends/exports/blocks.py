@@ -29,9 +29,7 @@ def _settled_root(root: Entity) -> Entity:
             with_blocks.add(id(entity))
     if id(root) not in with_blocks:
         return root
-    whole = all(
-        _is_whole(part.cdr) for e in descendants(root) if id(e) in with_blocks for part in e.children
-    )
+    whole = all(_is_whole(part.cdr) for e in descendants(root) if id(e) in with_blocks for part in e.children)
     if whole:
         return root
     count = primitive_count(root)

@@ -89,9 +89,7 @@ class Document:
 
     # --- arrays ---
 
-    def add_array(
-        self, array: npt.NDArray[Any], kind: str, target: int | None = None, normalized: bool = False
-    ) -> int:
+    def add_array(self, array: npt.NDArray[Any], kind: str, target: int | None = None, normalized: bool = False) -> int:
         """The number of a new accessor for ``array``, one element a row."""
         data = array.tobytes()
         data += b"\0" * (-len(data) % 4)

@@ -85,9 +85,7 @@ class Nodes:
             self._poses[place] = node_fields(turns_of(np.array(place).reshape(1, 3, 4)), 0)
         return self._poses[place]
 
-    def _add_posed(
-        self, word: str, fields: Sequence[Node], extras: Node | None, siblings: list[int] | None
-    ) -> Node:
+    def _add_posed(self, word: str, fields: Sequence[Node], extras: Node | None, siblings: list[int] | None) -> Node:
         """A node, and a child where the pose shears; the innermost, which holds what is posed."""
         outer, *inner = fields
         node = {"name": word, **outer} | ({"extras": extras} if extras else {})
@@ -137,9 +135,7 @@ class Nodes:
                     self.add_still(child, place, children)
             waiting.extend((child, children) for child in reversed(moving.children))
 
-    def _add_changing(
-        self, moving: Moving, siblings: list[int] | None, tracks: Tracks, children: list[int]
-    ) -> None:
+    def _add_changing(self, moving: Moving, siblings: list[int] | None, tracks: Tracks, children: list[int]) -> None:
         kinds = variants(moving)
         one = len(kinds) == 1 and not moving.children
         places = list(moving.filled_poses())

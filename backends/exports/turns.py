@@ -153,35 +153,56 @@ def _singular(linear: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def _followed(axes: FloatArray, size: FloatArray, whole: npt.NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
-    """Rotations and scales whose signs follow from frame to frame."""
+    """Rotations and scales; the signs of the scales change only where a pose becomes its mirror image."""
     first = int(np.argmax(whole.sum(axis=1)))  # the frame that says most gives the others their missing axes
-    base, _ = _proper(_completed(axes[first][None], whole[first][None]), size[first][None])
+    base, length = _proper(_completed(axes[first][None], whole[first][None]), size[first][None])
     turned, scale = np.empty_like(axes), size.copy()
-    near = base[0]
-    for step in [*range(first, -1, -1), *range(first + 1, len(axes))]:
-        near = base[0] if step == first else turned[step + 1 if step < first else step - 1]
-        full, length = _proper(_completed(axes[step][None], whole[step][None], near), size[step][None])
-        signs = _SIGNS[np.argmax(np.einsum("ij,ij,sj->s", near, full[0], _SIGNS))]
-        turned[step], scale[step] = full[0] * signs, length[0] * signs
+    for steps in (range(first, len(axes)), range(first - 1, -1, -1)):
+        near, signs = base[0], np.where(length[0] < 0.0, -1.0, 1.0)
+        for step in steps:
+            near, signs = _nearest(axes[step], whole[step], near, signs)
+            turned[step], scale[step] = near, size[step] * signs
     return turned, scale
+
+
+def _nearest(
+    axes: FloatArray, whole: npt.NDArray[np.bool_], near: FloatArray, signs: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """The rotation, and the signs of the scale, that continue ``near`` and ``signs`` to the square ``axes`` (3, 3)."""
+    if not whole.all():
+        full = _completed((axes * signs)[None], whole[None], near)[0]
+        if np.linalg.det(full) < 0.0:
+            full[:, int(np.argmin(whole))] *= -1.0  # its scale is 0
+        return full, signs
+    if np.linalg.det(axes) * np.prod(signs) < 0.0:
+        choices = -signs * _SIGNS
+        signs = choices[np.argmax(np.einsum("ij,ij,sj->s", near, axes, choices))]
+    return axes * signs, signs
 
 
 def _followed_singular(u: FloatArray, s: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """The same products with order and signs of the singular values that follow from frame to frame."""
     u, s, v = u.copy(), s.copy(), v.copy()
     orders = np.array(list(permutations(range(3))))
-    odd = np.array([np.linalg.det(np.eye(3)[order]) for order in orders])
+    odd = np.array([np.linalg.det(np.eye(3)[order]) for order in orders])[:, None, None]
+    signs = np.where(s[0] < 0.0, -1.0, 1.0)
     for step in range(1, len(u)):
-        us = u[step][:, orders].transpose(1, 0, 2)  # (6, 3, 3) columns in each order
-        vs = v[step][orders]  # (6, 3, 3) rows in each order
-        us = us * odd[:, None, None]  # proper again; both change, so the product stays
-        vs = vs * odd[:, None, None]
-        left = np.einsum("ij,oij,sj->os", u[step - 1], us, _SIGNS)
-        right = np.einsum("ij,oij,si->os", v[step - 1], vs, _SIGNS)
-        best = int(np.argmax(left.max(axis=1) + right.max(axis=1)))
-        a, b = _SIGNS[np.argmax(left[best])], _SIGNS[np.argmax(right[best])]
-        u[step], v[step] = us[best] * a, vs[best] * b[:, None]
-        s[step] = s[step][orders[best]] * a * b
+        us = u[step][:, orders].transpose(1, 0, 2) * odd  # (6, 3, 3) columns in each order, proper again
+        vs = v[step][orders] * odd  # (6, 3, 3) rows in each order
+        length = s[step][orders]
+        own = np.where(length < 0.0, -1.0, 1.0)
+        mirrored = bool((own[0].prod() != signs.prod()) and length[0].all())
+        signs = -signs if mirrored else signs
+        us, length = us * (own * signs)[:, None, :], np.abs(length) * signs
+        proper = np.linalg.det(us) > 0.0
+        us = np.where(proper[:, None, None], us, -us)  # only where a singular value is 0
+        length = np.where(proper[:, None], length, -length)
+        near = np.einsum("ij,oij,sj->os", u[step - 1], us, _SIGNS) + np.einsum("ij,oij,si->os", v[step - 1], vs, _SIGNS)
+        change = np.abs(length - s[step - 1]).sum(axis=1) / max(float(np.abs(s[step - 1 : step + 1]).max()), 1e-300)
+        near -= 6.0 * change[:, None]  # a thing that turns keeps its size
+        order, flip = np.unravel_index(int(np.argmax(near)), near.shape)
+        u[step], v[step] = us[order] * _SIGNS[flip], vs[order] * _SIGNS[flip][:, None]
+        s[step] = length[order]
     return u, s, v
 
 

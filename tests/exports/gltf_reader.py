@@ -53,7 +53,9 @@ class Gltf:
 
     def fields(self, moment: float) -> list[dict[str, Any]]:
         """Translation, rotation and scale of every node at ``moment`` seconds."""
-        found = [{k: np.array(node[k]) for k in ("translation", "rotation", "scale") if k in node} for node in self.nodes]
+        found = [
+            {k: np.array(node[k]) for k in ("translation", "rotation", "scale") if k in node} for node in self.nodes
+        ]
         for animation in self.document.get("animations", ()):
             for channel in animation["channels"]:
                 sampler = animation["samplers"][channel["sampler"]]
@@ -65,7 +67,9 @@ class Gltf:
 
     def seen(self, moment: float = 0.0) -> list[Seen]:
         """Every mesh in depth-first order, but for those scaled to nothing by a node ``.../shown``."""
-        return [one for mesh, world, names, extras in self.placed(moment) for one in self._mesh(mesh, world, names, extras)]
+        return [
+            one for mesh, world, names, extras in self.placed(moment) for one in self._mesh(mesh, world, names, extras)
+        ]
 
     def placed(self, moment: float = 0.0) -> list[tuple[int, np.ndarray, tuple[str, ...], dict[str, Any]]]:
         """The number of every mesh that is seen, its world matrix, names down to it, its entity's extras."""

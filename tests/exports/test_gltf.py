@@ -86,6 +86,7 @@ def test_static_nodes_have_no_tracks(tmp_path: Path) -> None:
     assert "planet" in targets
     assert not targets & {"stand", "sun", "arm", "solar system"}
     assert {channel["target"]["path"] for channel in animation["channels"]} == {"rotation", "translation"}
+    assert len(gltf.nodes) == sum(count_words(example("orrery.scene").root).values())
 
 
 @settings(max_examples=30, deadline=None)
