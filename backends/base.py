@@ -4,8 +4,8 @@ The paper's formal view (section 5): a renderer has a parameter space ``Theta``,
 operation ``R: P(Theta x T) -> O`` from a set of posed primitives to an observation (a picture, a mesh). Two things make
 a backend: the operation ``R`` itself, and the reparameterisation ``g_reparam: (Word, Embedding) -> Theta`` that says
 what a primitive entity means to it. The pose of a primitive is the product of the matrices on the way from the root
-to it. Here ``interpreter.flatten`` computes the poses, ``solids`` and ``meshes`` hold ``g_reparam`` of the geometric
-backends, and ``Backend.run`` is ``R``.
+to it. Here ``interpreter.flatten`` computes the poses, ``solids``, ``appearance`` and ``meshes`` hold ``g_reparam`` of
+the geometric backends, and ``Backend.run`` is ``R``.
 
 Backends are discovered through the entry-point group ``scenelang.backends``: a package of anybody's may add one by
 naming a ``Backend`` object there. Nothing heavy is imported before a backend runs.
@@ -13,8 +13,8 @@ naming a ``Backend`` object there. Nothing heavy is imported before a backend ru
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,23 +26,74 @@ if TYPE_CHECKING:
 
 GROUP = "scenelang.backends"
 Progress = Callable[[float], None]
+GEOMETRY = ("cube", "sphere", "cylinder", "cone", "asset", "set-cuboid")
+LOOKS = ("color", "roughness", "metallic", "opacity", "emission", "ior")
 
 
 class Work(Enum):
-    """What a backend makes of a scene."""
+    """What a backend makes of a scene, and so which command runs it."""
 
-    PICTURE = "picture"
-    MESH = "mesh"
+    PICTURE = "render"
+    EXPORT = "export"
+
+
+@dataclass(frozen=True, slots=True)
+class Option:
+    """One option of a backend, declared once: the command line's flag ``--name``, its help, and what is allowed.
+
+    The type is that of ``default`` (None: a whole number that may be left out); a flag's default is False. ``least``
+    and ``most`` bound numbers, ``choices`` are the texts that are allowed, all where there are none.
+    """
+
+    name: str
+    doc: str
+    default: int | float | str | bool | None
+    choices: tuple[str, ...] = ()
+    least: float | None = None
+    most: float | None = None
+
+    def checked(self, value: Any) -> Any:
+        """``value`` as the option's type; raises SceneError("value") where it is not allowed."""
+        wanted = int if self.default is None else type(self.default)
+        if wanted is float and type(value) is int:
+            value = float(value)
+        if type(value) is not wanted:
+            raise SceneError("value", f"`--{self.name}` must be {_KINDS[wanted]}, not {value!r}")
+        if self.choices and value not in self.choices:
+            hint = suggest(str(value), self.choices)
+            raise SceneError("value", f"`--{self.name}` is one of {', '.join(self.choices)}, not `{value}`", hint=hint)
+        if self.least is not None and not float(value) >= self.least:
+            raise SceneError("value", f"`--{self.name}` must be {self.least:,g} or more, not {value:,g}")
+        if self.most is not None and not float(value) <= self.most:
+            raise SceneError("value", f"`--{self.name}` must be {self.most:,g} or less, not {value:,g}")
+        return value
+
+
+_KINDS: dict[type, str] = {int: "a whole number", float: "a number", str: "a text", bool: "true or false"}
+
+
+@dataclass(frozen=True, slots=True)
+class Accepts:
+    """What a backend can make something of: the words of primitives (``any_word``: every unbound word, as a box or by
+    synthesis), the attributes that it looks at beside the geometry's own, and whether one file holds all frames of a
+    4D scene."""
+
+    words: tuple[str, ...] = GEOMETRY
+    any_word: bool = True
+    attributes: tuple[str, ...] = LOOKS
+    animated: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """What every backend understands. ``frame`` counts from 0, ``limit`` bounds the primitives that are expanded,
-    ``progress`` is called with a fraction from 0 to 1."""
+    """What every backend understands. ``frame`` counts from 0 (None: all frames where the backend writes 4D, else the
+    first), ``limit`` bounds the primitives that are expanded, ``progress`` is called with a fraction from 0 to 1,
+    ``settings`` are values of the backend's own options."""
 
-    frame: int = 0
+    frame: int | None = None
     limit: int = 2_000_000
     progress: Progress | None = None
+    settings: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +109,9 @@ class Backend:
     doc: str
     work: Work
     endings: tuple[str, ...]
-    run: Callable[[Scene, Path, Options], None]
+    run: Callable[[Scene, Path, Any], None]
+    options: tuple[Option, ...] = ()
+    accepts: Accepts = Accepts()
     packages: tuple[str, ...] = ()
     install: str = "scenelang"
 
@@ -68,6 +121,12 @@ class Backend:
         from importlib.util import find_spec
 
         return all(find_spec(package) is not None for package in self.packages)
+
+    def setting(self, options: Options, name: str) -> Any:
+        """The checked value of the backend's own option ``name``; raises SceneError("value")."""
+        option = next(option for option in self.options if option.name == name)
+        return option.checked(options.settings[name]) if options.settings.get(name) is not None else option.default
+
 
 
 def need(package: str, install: str) -> Any:
@@ -80,6 +139,35 @@ def need(package: str, install: str) -> Any:
         raise SceneError(
             "backend", f"the package `{package}` cannot be imported: {error}", hint=f"pip install {install}"
         ) from error
+
+
+def part_of(progress: Progress | None, start: float, end: float) -> Progress | None:
+    """``progress`` for a part of the work that takes it from ``start`` to ``end``."""
+    if progress is None:
+        return None
+    return lambda share: progress(start + (end - start) * share)
+
+
+def frame_of(scene: Scene, frame: int | None) -> int:
+    """The frame that is meant, the first for None; raises SceneError("value") when the scene has no such frame."""
+    number = frame or 0
+    if not 0 <= number < len(scene.frames):
+        have = f"{len(scene.frames)} frames, 0 to {len(scene.frames) - 1}" if len(scene.frames) > 1 else "one frame, 0"
+        raise SceneError("value", f"the scene has {have}; there is no frame {number}")
+    return number
+
+
+def check_settings(options: Options, backends: Sequence[Backend]) -> None:
+    """Raises SceneError("value") where a setting is none of these backends', or is not allowed."""
+    for name in (name for name, value in options.settings.items() if value is not None):
+        owners = [backend for backend in backends if any(option.name == name for option in backend.options)]
+        for backend in owners:
+            backend.setting(options, name)
+        if not owners:
+            others = [backend.name for backend in every() if any(option.name == name for option in backend.options)]
+            hint = f"it is an option of {', '.join(others)}" if others else None
+            shown = ", ".join(f"`{backend.name}`" for backend in backends)
+            raise SceneError("value", f"{shown} has no option `--{name}`", hint=hint)
 
 
 def names() -> list[str]:
@@ -97,7 +185,7 @@ def find(name: str) -> Backend:
     raise SceneError("backend", f"there is no backend `{name}` ({listed})", hint=suggest(name, known))
 
 
-def every() -> list[Backend]:
+def every(work: Work | None = None) -> list[Backend]:
     """All backends that load, by name. One that fails to load is left out: ``find`` says why."""
     loaded = []
     for name in names():
@@ -105,13 +193,13 @@ def every() -> list[Backend]:
             loaded.append(find(name))
         except SceneError:
             continue
-    return loaded
+    return [backend for backend in loaded if work is None or backend.work is work]
 
 
 def for_file(path: Path | str, work: Work | None = None) -> Backend:
     """The first backend by name that writes files like ``path``; raises SceneError("backend") when none does."""
     ending = Path(path).suffix.lower()
-    candidates = [backend for backend in every() if work is None or backend.work is work]
+    candidates = every(work)
     for backend in candidates:
         if ending in backend.endings:
             return backend

@@ -1,146 +1,191 @@
-"""Cameras: where a picture is taken from, and framing a scene so that all of it is in view.
+"""The one camera type: pinhole or parallel, placed in the world, with its JSON form.
 
-World frame: right-handed, +x right, +y up, +z towards the viewer. At azimuth 0 the camera looks from +z towards -z; a
-positive azimuth moves it towards +x, a positive elevation upwards. Angles are degrees, lengths the scene's units.
+World frame: right-handed, +x right, +y up, +z towards the viewer. Camera frame: +x right, +y down, +z forward, as in
+OpenCV. A world point p has the camera coordinates ``q = R p + t`` and the picture position ``K q / q_z`` (``K (q_x,
+q_y, 1)`` for a parallel projection) in pixels from the top left corner, so that pixel centres lie at halves.
 """
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.grammar.diagnostics import SceneError, suggest
+from scenelang.grammar.diagnostics import SceneError
 
 FloatArray = npt.NDArray[np.float64]
-Point = tuple[float, float, float]
+Projection = Literal["perspective", "orthographic"]
 
-MARGIN = 0.06  # of the half picture, on each side
-_KEYS = ("azimuth", "elevation", "distance", "fov", "target")
-
-
-@dataclass(frozen=True, slots=True)
-class Camera:
-    """A camera as the user asks for it. ``fov`` is the vertical field of view; ``distance`` is from the eye to
-    ``target``; where either is None it is chosen so that the whole scene is in view."""
-
-    azimuth: float = 30.0
-    elevation: float = 25.0
-    distance: float | None = None
-    fov: float = 35.0
-    target: Point | None = None
+FORMAT, VERSION = "scenelang-camera", 1
+AXES = "camera: x right, y down, z forward; world: x right, y up, z towards the viewer; pixel centres at halves"
+LARGEST = 8192
+_LARGEST_FILE = 100_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class View:
-    """A placed camera: ``eye`` and the orthonormal ``right``, ``up``, ``forward``, all (3,) in the world frame.
+class Camera:
+    """A placed camera for pictures of ``width`` x ``height`` pixels.
 
-    ``tangent`` is tan(fov / 2), vertical; ``aspect`` is width / height.
+    ``intrinsics`` K (3, 3) has pixels for units: the focal lengths (pixels per scene unit for "orthographic") and the
+    principal point. ``world_to_camera`` (4, 4) is rigid. ``aperture`` is the lens's radius and ``focus`` the distance
+    of what is sharp, in scene units; an aperture of 0 is a pinhole.
     """
 
-    eye: FloatArray
-    right: FloatArray
-    up: FloatArray
-    forward: FloatArray
-    tangent: float
-    aspect: float
+    width: int
+    height: int
+    intrinsics: FloatArray
+    world_to_camera: FloatArray
+    projection: Projection = "perspective"
+    aperture: float = 0.0
+    focus: float = 1.0
+
+    @property
+    def is_parallel(self) -> bool:
+        return self.projection == "orthographic"
+
+    @property
+    def right(self) -> FloatArray:
+        """(3,) in the world, as ``up`` and ``forward`` are."""
+        return np.asarray(self.world_to_camera[0, :3], np.float64)
+
+    @property
+    def up(self) -> FloatArray:
+        return -np.asarray(self.world_to_camera[1, :3], np.float64)
+
+    @property
+    def forward(self) -> FloatArray:
+        return np.asarray(self.world_to_camera[2, :3], np.float64)
 
     @property
     def axes(self) -> FloatArray:
-        """The rows right, up, forward: (3, 3), from world directions to the camera's."""
+        """The rows right, up, forward (3, 3): from world directions to those of the picture, +y up."""
         return np.stack([self.right, self.up, self.forward])
 
+    @property
+    def eye(self) -> FloatArray:
+        """The camera's place (3,) in the world."""
+        return np.asarray(-self.world_to_camera[:3, :3].T @ self.world_to_camera[:3, 3], np.float64)
+
+    @property
+    def focal(self) -> tuple[float, float]:
+        """Pixels per unit at depth 1 (at any depth for parallel projection), across and down."""
+        return float(self.intrinsics[0, 0]), float(self.intrinsics[1, 1])
+
+    @property
+    def principal(self) -> tuple[float, float]:
+        """Where the axis of view meets the picture, in pixels."""
+        return float(self.intrinsics[0, 2]), float(self.intrinsics[1, 2])
+
     def project(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Points (N, 3) to picture coordinates (N, 2) in [-1, 1] where in view, +y up, and depths (N,) along forward.
+        """Points (N, 3) to pixels (N, 2) from the top left corner, and depths (N,) along the axis of view.
 
-        Points at or behind the eye have coordinates nan.
+        Of points at or behind the eye of a perspective camera the pixels are nan.
         """
-        local = (points - self.eye) @ self.axes.T
+        local = points @ self.world_to_camera[:3, :3].T + self.world_to_camera[:3, 3]
         depth = local[:, 2]
-        safe = np.where(depth > 0.0, depth, np.nan)
-        flat = local[:, :2] / (safe[:, None] * np.array([self.tangent * self.aspect, self.tangent]))
-        return flat, depth
+        safe = np.ones_like(depth) if self.is_parallel else np.where(depth > 0.0, depth, np.nan)
+        return local[:, :2] / safe[:, None] * np.array(self.focal) + np.array(self.principal), depth
 
-    def moved(self, center: FloatArray, scale: float) -> View:
-        """The same view of the world after ``p -> scale (p - center)``."""
-        return replace(self, eye=(self.eye - center) * scale)
+    def rescaled(self, center: FloatArray, scale: float) -> Camera:
+        """The same picture of the world after ``p -> scale (p - center)``."""
+        pose = self.world_to_camera.copy()
+        pose[:3, 3] = -pose[:3, :3] @ ((self.eye - center) * scale)
+        intrinsics = self.intrinsics.copy()
+        if self.is_parallel:
+            intrinsics[[0, 1], [0, 1]] /= scale
+        aperture, focus = self.aperture * scale, self.focus * scale
+        return replace(self, world_to_camera=pose, intrinsics=intrinsics, aperture=aperture, focus=focus)
 
-
-def place(camera: Camera, low: FloatArray, high: FloatArray, aspect: float) -> View:
-    """Place ``camera`` before the box from ``low`` to ``high`` (3,), for pictures of width / height ``aspect``.
-
-    Without a target the box is centred in the picture; without a distance the eye is as near as the eight corners of
-    the box allow with a margin of 6 % of the half picture on every side.
-    """
-    right, up, forward = axes_of(camera.azimuth, camera.elevation)
-    tangent = math.tan(math.radians(camera.fov) / 2.0)
-    center = np.array(camera.target, np.float64) if camera.target is not None else (low + high) / 2.0
-    corners = np.array(np.meshgrid(*zip(low, high, strict=True), indexing="ij")).reshape(3, 8).T
-    x, y, z = ((corners - center) @ axis for axis in (right, up, forward))
-    kx, ky = tangent * aspect * (1.0 - MARGIN), tangent * (1.0 - MARGIN)
-    if camera.target is None:
-        shift_x, near_x = _fit(x, z, kx)
-        shift_y, near_y = _fit(y, z, ky)
-        fitted = max(near_x, near_y)
-        center = center + shift_x * right + shift_y * up
-    else:
-        fitted = max(float(np.max(np.abs(x) / kx - z)), float(np.max(np.abs(y) / ky - z)))
-    extent = float(np.max(high - low))
-    distance = camera.distance if camera.distance is not None else max(fitted, 1e-3 * extent) or 1.0
-    return View(center - distance * forward, right, up, forward, tangent, aspect)
+    def resized(self, width: int, height: int) -> Camera:
+        """The same view in a picture of another size: as much of it as the height shows."""
+        ratio = height / self.height
+        intrinsics = self.intrinsics.copy()
+        intrinsics[:2] *= ratio
+        intrinsics[0, 2] += (width - self.width * ratio) / 2.0
+        return replace(self, width=width, height=height, intrinsics=intrinsics)
 
 
-def axes_of(azimuth: float, elevation: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The camera's right, up and forward, each (3,), for angles in degrees; well defined straight up and down too."""
-    a, e = math.radians(azimuth), math.radians(elevation)
-    right = np.array([math.cos(a), 0.0, -math.sin(a)])
-    forward = -np.array([math.sin(a) * math.cos(e), math.sin(e), math.cos(a) * math.cos(e)])
-    return right, np.cross(right, forward), forward
+def camera_at(
+    eye: FloatArray, axes: tuple[FloatArray, FloatArray, FloatArray], focal: float, width: int, height: int, **more: Any
+) -> Camera:
+    """A camera at ``eye`` (3,) with the orthonormal right, up and forward ``axes``, ``focal`` pixels long, whose axis
+    of view meets the middle of the picture."""
+    right, up, forward = axes
+    pose = np.eye(4)
+    pose[:3, :3] = np.stack([right, -up, forward])
+    pose[:3, 3] = -pose[:3, :3] @ eye
+    intrinsics = np.array([[focal, 0.0, width / 2.0], [0.0, focal, height / 2.0], [0.0, 0.0, 1.0]])
+    return Camera(width, height, intrinsics, pose, **more)
 
 
-def _fit(x: FloatArray, z: FloatArray, k: float) -> tuple[float, float]:
-    """The shift c and the least distance d with |x - c| <= k (z + d) for all corners."""
-    a, b = float(np.max(x - k * z)), float(np.max(-x - k * z))
-    return (a - b) / 2.0, (a + b) / (2.0 * k)
+def camera_to_json(camera: Camera) -> dict[str, Any]:
+    """The JSON form, which ``camera_from_json`` reads back."""
+    return {
+        "format": FORMAT,
+        "version": VERSION,
+        "width": camera.width,
+        "height": camera.height,
+        "projection": camera.projection,
+        "K": camera.intrinsics.tolist(),
+        "world_to_camera": camera.world_to_camera.tolist(),
+        "axes": AXES,
+        "aperture": camera.aperture,
+        "focus": camera.focus,
+    }
 
 
-def parse_camera(text: str) -> Camera:
-    """The camera that ``text`` describes: ``azimuth=40,elevation=20,distance=5,fov=35,target=0:1:0``, each optional.
-
-    Raises SceneError("value") for anything else.
-    """
-    values: dict[str, float | Point] = {}
-    for item in filter(None, (part.strip() for part in text.split(","))):
-        key, equals, value = (piece.strip() for piece in item.partition("="))
-        if key not in _KEYS or not equals:
-            hint = suggest(key, _KEYS) or "write it like azimuth=40,elevation=20,distance=5,fov=35,target=0:1:0"
-            raise SceneError("value", f"the camera does not understand `{item}`", hint=hint)
-        if key in values:
-            raise SceneError("value", f"the camera's `{key}` is given twice")
-        numbers = [_number(key, piece) for piece in value.split(":")]
-        if len(numbers) != (3 if key == "target" else 1):
-            wanted = "three numbers like 0:1:0" if key == "target" else "one number"
-            raise SceneError("value", f"the camera's `{key}` must be {wanted}, not `{value}`")
-        values[key] = (numbers[0], numbers[1], numbers[2]) if key == "target" else numbers[0]
-    return checked(Camera(**values))  # type: ignore[arg-type]
-
-
-def checked(camera: Camera) -> Camera:
-    """``camera`` itself when its numbers make sense; raises SceneError("value") otherwise."""
-    plain = (camera.azimuth, camera.elevation, camera.fov, camera.distance or 0.0, *(camera.target or ()))
-    if not all(map(math.isfinite, plain)):
-        raise SceneError("value", "the camera's numbers must be finite")
-    if not 1.0 <= camera.fov <= 150.0:
-        raise SceneError("value", f"the camera's `fov` must be between 1 and 150 degrees, not {camera.fov:g}")
-    if camera.distance is not None and camera.distance <= 0.0:
-        raise SceneError("value", f"the camera's `distance` must be above 0, not {camera.distance:g}")
-    return camera
-
-
-def _number(key: str, text: str) -> float:
+def read_camera(path: Path | str) -> Camera:
+    """The camera of a JSON file; raises SceneError."""
+    target = Path(path)
     try:
-        return float(text)
-    except ValueError:
-        raise SceneError("value", f"the camera's `{key}` must be a number, not `{text}`") from None
+        if target.stat().st_size > _LARGEST_FILE:
+            raise SceneError("file", f"`{target}` is too large for a camera")
+        data = json.loads(target.read_text("utf-8"))
+    except OSError as error:
+        raise SceneError("file", f"cannot read {target}: {error.strerror or error}") from error
+    except (ValueError, RecursionError):
+        raise SceneError("value", f"`{target}` holds no camera: it is no JSON") from None
+    return camera_from_json(data)
+
+
+def camera_from_json(data: Any) -> Camera:
+    """The camera that ``camera_to_json`` wrote, or another program in that form; raises SceneError("value")."""
+    if not isinstance(data, dict) or data.get("format", FORMAT) != FORMAT:
+        raise SceneError("value", f'a camera in JSON is an object with "format": "{FORMAT}"')
+    projection = data.get("projection", "perspective")
+    if projection not in ("perspective", "orthographic"):
+        raise SceneError("value", f"a camera's projection is perspective or orthographic, not {projection!r}")
+    size = [data.get(name) for name in ("width", "height")]
+    if not all(type(side) is int and 1 <= side <= LARGEST for side in size):
+        raise SceneError("value", f"a camera's width and height are whole numbers from 1 to {LARGEST}")
+    intrinsics, pose = _matrix(data, "K", 3), _matrix(data, "world_to_camera", 4)
+    turn = pose[:3, :3]
+    if np.abs(turn @ turn.T - np.eye(3)).max() > 1e-4 or np.linalg.det(turn) < 0 or (pose[3] != [0, 0, 0, 1]).any():
+        raise SceneError("value", "a camera's world_to_camera must be rigid: a rotation and a translation")
+    fx, fy = float(intrinsics[0, 0]), float(intrinsics[1, 1])
+    if min(fx, fy) <= 0.0 or abs(fx - fy) > 1e-6 * fx or intrinsics[0, 1] or (intrinsics[2] != [0, 0, 1]).any():
+        raise SceneError("value", "a camera's K must have square pixels: [[f, 0, cx], [0, f, cy], [0, 0, 1]]")
+    aperture, focus = _length(data, "aperture", 0.0), _length(data, "focus", 1.0)
+    return Camera(size[0], size[1], intrinsics, pose, projection, aperture, focus)  # type: ignore[arg-type]
+
+
+def _matrix(data: dict[str, Any], name: str, size: int) -> FloatArray:
+    try:
+        matrix = np.array(data.get(name), np.float64)
+    except (TypeError, ValueError):
+        matrix = np.zeros(0)
+    if matrix.shape != (size, size) or not np.isfinite(matrix).all():
+        raise SceneError("value", f"a camera's {name} must be {size} x {size} finite numbers")
+    return matrix
+
+
+def _length(data: dict[str, Any], name: str, default: float) -> float:
+    value = data.get(name, default)
+    if type(value) not in (int, float) or not math.isfinite(value) or value < 0.0:
+        raise SceneError("value", f"a camera's {name} must be a number, 0 or more")
+    return float(value)

@@ -35,6 +35,11 @@ class Label:
     first: bool
 
 
+def labelled(picture: Picture, solids: Solids, ids: npt.NDArray[np.int64]) -> Picture:
+    """``picture`` (H, W, 3), whose pixels see the solids ``ids`` (H, W), with the words of semantic primitives."""
+    return write_labels(picture, labels_of(solids, ids))
+
+
 def labels_of(solids: Solids, ids: npt.NDArray[np.int64]) -> list[Label]:
     """What to write on a picture whose pixels (H, W) see the solids ``ids``: the largest seen boxes first.
 

@@ -8,9 +8,7 @@ CYLINDER x^2 + z^2 <= 1; CONE x^2 + z^2 <= ((1 - y) / 2)^2 with its apex at y = 
 
 from __future__ import annotations
 
-import colorsys
-import hashlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import Any
@@ -18,19 +16,18 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.studio import from_srgb
+from scenelang.backends.appearance import Look, Looks, look_of, looks_of
+from scenelang.backends.assets import MOST_TRIANGLES, load_asset
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.entity import Entity
 from scenelang.interpreter.flatten import FlatFrame
 from scenelang.interpreter.shapes import Kind, Shape
-from scenelang.interpreter.values import Array, MutableArray, MutableList, Pair, list_items
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 Point = tuple[float, float, float]
 
 _THINNEST = 2e-5  # half the thickness that flat things are given, where the scene's half diagonal is 1
-_MOST_TRIANGLES = 2_000_000
 
 
 class Form(IntEnum):
@@ -47,127 +44,136 @@ class Form(IntEnum):
 class Solids:
     """N posed solids in one frame of reference.
 
-    ``matrices[i]`` takes the canonical solid ``forms[i]`` there. ``colors`` is reflectance, ``emission`` radiance, both
-    linear sRGB; ``opacity`` in (0, 1]. ``words[word[i]]`` is the primitive's word, ``semantic[i]`` says that it is the
-    stand-in for a semantic primitive. ``instance[i]`` is its number in the flattened frame.
+    ``matrices[i]`` takes the canonical solid ``forms[i]`` there; it looks as row ``look[i]`` of ``looks`` says.
+    ``words[word[i]]`` is the primitive's word, ``semantic[i]`` says that it is the stand-in for a semantic primitive.
+    ``instance[i]`` is its number in the flattened frame.
     """
 
     forms: npt.NDArray[np.int8]  # (N,)
     matrices: FloatArray  # (N, 3, 4)
-    colors: FloatArray  # (N, 3)
-    emission: FloatArray  # (N, 3)
-    opacity: FloatArray  # (N,)
+    look: IntArray  # (N,)
     word: IntArray  # (N,)
     semantic: npt.NDArray[np.bool_]  # (N,)
     instance: IntArray  # (N,)
+    looks: Looks
     words: tuple[str, ...]
 
     def __len__(self) -> int:
         return len(self.forms)
 
+    @property
+    def colors(self) -> FloatArray:
+        """Reflectance (N, 3), linear sRGB; ``emission`` (N, 3) is radiance, ``opacity`` (N,) lies in (0, 1]."""
+        return np.asarray(self.looks.color[self.look], np.float64)
+
+    @property
+    def emission(self) -> FloatArray:
+        return np.asarray(self.looks.emission[self.look], np.float64)
+
+    @property
+    def opacity(self) -> FloatArray:
+        return np.asarray(self.looks.opacity[self.look], np.float64)
+
     def take(self, which: npt.NDArray[Any]) -> Solids:
         """The solids that the mask or the indices ``which`` select."""
-        return Solids(
-            self.forms[which],
-            self.matrices[which],
-            self.colors[which],
-            self.emission[which],
-            self.opacity[which],
-            self.word[which],
-            self.semantic[which],
-            self.instance[which],
-            self.words,
-        )
+        columns: dict[str, Any] = {name: getattr(self, name)[which] for name in _COLUMNS}
+        return replace(self, **columns)
+
+    def followed_by(self, other: Solids) -> Solids:
+        """These solids, then those of ``other``, which has the same tables of looks and words."""
+        columns: dict[str, Any] = {
+            name: np.concatenate([getattr(self, name), getattr(other, name)]) for name in _COLUMNS
+        }
+        return replace(self, **columns)
+
+
+_COLUMNS = ("forms", "matrices", "look", "word", "semantic", "instance")
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
-    """How a primitive's surface looks: reflectance and radiance in linear sRGB, opacity in [0, 1]."""
+class _Piece:
+    """What one distinct primitive is drawn as: K solids of one form with local poses (K, 3, 4) and looks (K,); none
+    where nothing is to be seen."""
 
-    color: Point
-    emission: Point = (0.0, 0.0, 0.0)
-    opacity: float = 1.0
+    form: Form
+    local: FloatArray
+    look: IntArray
+
+    @property
+    def is_single(self) -> bool:
+        return len(self.local) == 1
+
+
+class _LookTable:
+    """Numbers for distinct looks."""
+
+    def __init__(self) -> None:
+        self._numbers: dict[Look, int] = {}
+
+    def number(self, look: Look) -> int:
+        return self._numbers.setdefault(look, len(self._numbers))
+
+    def looks(self) -> Looks:
+        return looks_of(self._numbers)
 
 
 def solids_of(frame: FlatFrame) -> Solids:
     """The solids that the primitives of ``frame`` are drawn as, in world coordinates; raises SceneError."""
-    words = list(dict.fromkeys(entity.word for entity in frame.primitives))
+    table = _LookTable()
+    words = tuple(dict.fromkeys(entity.word for entity in frame.primitives))
     number = {word: i for i, word in enumerate(words)}
-    looks = [look_of(entity) for entity in frame.primitives]
-    meshes: dict[str, FloatArray | None] = {}
-    pieces = [_pieces(entity, meshes) for entity in frame.primitives]
-    parts = [_single(frame, pieces, looks, number, words)]
-    for i, (_, local) in enumerate(pieces):
-        if len(local) > 1 and looks[i].opacity > 0.0:
-            parts.append(_many(frame, i, local, looks[i], number, words))
-    return join(parts) if len(parts) > 1 else parts[0]
-
-
-def join(parts: Sequence[Solids]) -> Solids:
-    """The solids of all ``parts``, which share their words."""
-    names = ("forms", "matrices", "colors", "emission", "opacity", "word", "semantic", "instance")
-    columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
-    return Solids(**columns, words=parts[0].words)
+    pieces = [_piece(entity, table) for entity in frame.primitives]
+    word = np.array([number[entity.word] for entity in frame.primitives], np.int64)
+    semantic = np.array([_is_semantic(entity) for entity in frame.primitives], bool)
+    columns = [_single(frame, pieces, word, semantic)]
+    columns += [_many(frame, i, piece, int(word[i])) for i, piece in enumerate(pieces) if len(piece.local) > 1]
+    joined: dict[str, Any] = {name: np.concatenate([part[name] for part in columns]) for name in _COLUMNS}
+    return Solids(**joined, looks=table.looks(), words=words)
 
 
 def _single(
-    frame: FlatFrame,
-    pieces: Sequence[tuple[Form, FloatArray]],
-    looks: Sequence[Look],
-    number: Mapping[str, int],
-    words: Sequence[str],
-) -> Solids:
-    """The instances of all primitives that are one solid each."""
+    frame: FlatFrame, pieces: Sequence[_Piece], word: IntArray, semantic: npt.NDArray[np.bool_]
+) -> dict[str, npt.NDArray[Any]]:
+    """The columns of the instances of all primitives that are one solid each."""
     count = len(pieces)
-    single = np.array([len(local) == 1 for _, local in pieces], bool)
+    single = np.array([piece.is_single for piece in pieces], bool)
     local = np.zeros((count, 3, 4))
-    for i, (_, poses) in enumerate(pieces):
-        if single[i]:
-            local[i] = poses[0]
-    drawn = single & np.array([look.opacity > 0.0 for look in looks], bool)
+    look = np.zeros(count, np.int64)
+    for i in np.flatnonzero(single).tolist():
+        local[i], look[i] = pieces[i].local[0], pieces[i].look[0]
     index = np.asarray(frame.index)
-    instance = np.flatnonzero(drawn[index]) if count else np.zeros(0, np.int64)
+    instance = np.flatnonzero(single[index]) if count else np.zeros(0, np.int64)
     which = index[instance]
-    semantic = np.array([_is_semantic(entity) for entity in frame.primitives], bool)
-    return Solids(
-        np.array([form for form, _ in pieces], np.int8)[which],
-        composed(frame.matrices[instance], local[which]),
-        np.array([look.color for look in looks]).reshape(count, 3)[which],
-        np.array([look.emission for look in looks]).reshape(count, 3)[which],
-        np.array([look.opacity for look in looks])[which],
-        np.array([number[entity.word] for entity in frame.primitives], np.int64)[which],
-        semantic[which],
-        instance,
-        tuple(words),
-    )
+    return {
+        "forms": np.array([piece.form for piece in pieces], np.int8)[which],
+        "matrices": composed(frame.matrices[instance], local[which]),
+        "look": look[which],
+        "word": word[which],
+        "semantic": semantic[which],
+        "instance": instance,
+    }
 
 
-def _many(
-    frame: FlatFrame, primitive: int, local: FloatArray, look: Look, number: Mapping[str, int], words: Sequence[str]
-) -> Solids:
-    """The instances of one primitive that is many triangles."""
+def _many(frame: FlatFrame, primitive: int, piece: _Piece, word: int) -> dict[str, npt.NDArray[Any]]:
+    """The columns of the instances of one primitive that is many triangles."""
     instance = np.flatnonzero(np.asarray(frame.index) == primitive)
-    if len(instance) * len(local) > _MOST_TRIANGLES:
+    count, total = len(piece.local), len(instance) * len(piece.local)
+    if total > MOST_TRIANGLES:
         raise SceneError(
             "unsupported",
-            f'the meshes of "{frame.primitives[primitive].word}" have {len(instance) * len(local):,} triangles in all, '
-            f"more than the {_MOST_TRIANGLES:,} that a picture may have",
+            f'the meshes of "{frame.primitives[primitive].word}" have {total:,} triangles in all, '
+            f"more than the {MOST_TRIANGLES:,} that a picture may have",
             hint="use a simpler mesh, or fewer of them",
         )
     matrices = np.asarray(frame.matrices[instance])
-    total = len(instance) * len(local)
-    world = composed(np.repeat(matrices, len(local), axis=0), np.tile(local, (len(instance), 1, 1)))
-    return Solids(
-        np.full(total, Form.TRIANGLE, np.int8),
-        world,
-        np.tile(np.array(look.color), (total, 1)),
-        np.tile(np.array(look.emission), (total, 1)),
-        np.full(total, look.opacity),
-        np.full(total, number[frame.primitives[primitive].word], np.int64),
-        np.zeros(total, bool),
-        np.repeat(instance, len(local)),
-        tuple(words),
-    )
+    return {
+        "forms": np.full(total, Form.TRIANGLE, np.int8),
+        "matrices": composed(np.repeat(matrices, count, axis=0), np.tile(piece.local, (len(instance), 1, 1))),
+        "look": np.tile(piece.look, len(instance)),
+        "word": np.full(total, word, np.int64),
+        "semantic": np.zeros(total, bool),
+        "instance": np.repeat(instance, count),
+    }
 
 
 def composed(outer: npt.NDArray[np.float64], inner: npt.NDArray[np.float64]) -> FloatArray:
@@ -216,120 +222,85 @@ def _axis_pose(p0: FloatArray, p1: FloatArray, radius: float) -> FloatArray | No
     return np.stack([radius * across, axis / 2.0, radius * np.cross(across, unit), (p0 + p1) / 2.0], axis=1)
 
 
-def _pieces(entity: Entity, meshes: dict[str, FloatArray | None]) -> tuple[Form, FloatArray]:
-    """The form and the local poses (K, 3, 4) of a primitive; K = 0 where nothing is drawn."""
-    shape = entity.shape
-    nothing = Form.BLOCK, np.zeros((0, 3, 4))
-    if shape is None:
+def _piece(entity: Entity, table: _LookTable) -> _Piece:
+    """What a primitive is drawn as; raises SceneError where its attributes or its file make no sense."""
+    shape, look = entity.shape, look_of(entity)
+    nothing = _Piece(Form.BLOCK, np.zeros((0, 3, 4)), np.zeros(0, np.int64))
+    if shape is None or look.opacity == 0.0:
         return nothing
-    if shape.kind is not Kind.ASSET:
-        found = local_pose(shape)
-        return (found[0], found[1][None]) if found is not None else nothing
-    triangles = _asset_triangles(shape.file, meshes)
-    if triangles is not None:
-        return Form.TRIANGLE, triangles
-    x0, y0, z0, x1, y1, z1 = shape.box or (0.0, 0.0, 0.0, *shape.size)
-    low, high = np.array([x0, y0, z0]), np.array([x1, y1, z1])
-    return Form.BLOCK, _stretch((high - low) / 2.0, (high + low) / 2.0)[None]
+    if shape.kind is Kind.ASSET:
+        return _asset_piece(entity, look, table) if shape.file is not None else nothing
+    found = local_pose(shape)
+    if found is None:
+        return nothing
+    return _Piece(found[0], found[1][None], np.array([table.number(look)]))
 
 
-def _asset_triangles(file: str | None, meshes: dict[str, FloatArray | None]) -> FloatArray | None:
-    """The triangles of a mesh file as poses (K, 3, 4), K >= 2; None where it cannot be drawn, so that its box is."""
-    if file is None:
-        return None
-    if file not in meshes:
-        loaded = load_mesh(file)
-        meshes[file] = None if loaded is None else triangle_poses(loaded[0][loaded[1]])
-    found = meshes[file]
-    return found if found is not None and len(found) > 1 else None
+def _asset_piece(entity: Entity, look: Look, table: _LookTable) -> _Piece:
+    """The triangles of a mesh file, in their own colours unless the primitive has a ``:color``."""
+    assert entity.shape is not None
+    assert entity.shape.file is not None
+    mesh = load_asset(entity.shape.file)
+    local, kept = triangle_poses(mesh.corners)
+    if len(local) == 1:  # one triangle is two, so that a piece of many solids is what it is
+        local, kept = np.repeat(local, 2, axis=0), np.repeat(kept, 2)
+    if mesh.face_colors is None or entity.embedding.attributes.get("color") is not None:
+        return _Piece(Form.TRIANGLE, local, np.full(len(local), table.number(look)))
+    colors, inverse = np.unique(mesh.face_colors[kept], axis=0, return_inverse=True)
+    numbers = [table.number(replace(look, color=tuple(color))) for color in colors.tolist()]
+    return _Piece(Form.TRIANGLE, local, np.array(numbers, np.int64)[inverse.reshape(-1)])
 
 
-def load_mesh(file: str) -> tuple[FloatArray, IntArray] | None:
-    """Vertices (V, 3) and triangles (F, 3) of a mesh file through trimesh; None where it is no readable mesh."""
-    from scenelang.backends.base import need
-
-    trimesh = need("trimesh", "trimesh")
-    try:
-        mesh = trimesh.load(file, force="mesh")
-        vertices, faces = np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)
-    except Exception:  # a reader of foreign files may raise anything
-        return None
-    if not len(faces) or not np.isfinite(vertices).all():
-        return None
-    return vertices, faces
-
-
-def triangle_poses(corners: FloatArray) -> FloatArray:
-    """Poses (K, 3, 4) of the canonical triangle for ``corners`` (F, 3, 3), without the triangles of no area."""
+def triangle_poses(corners: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Poses (K, 3, 4) of the canonical triangle for ``corners`` (F, 3, 3) without the triangles of no area, and the
+    numbers (K,) of those kept."""
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     normal = np.cross(b - a, c - a)
     length = np.linalg.norm(normal, axis=1)
     edge = np.maximum(np.linalg.norm(b - a, axis=1), np.linalg.norm(c - a, axis=1))
-    kept = length > 1e-12 * edge * edge
+    kept = np.flatnonzero(length > 1e-12 * edge * edge)
     thin = normal[kept] / length[kept, None] * (1e-3 * edge[kept, None])
     a, b, c = a[kept], b[kept], c[kept]
-    return np.stack([(b - a) / 2.0, (c - a) / 2.0, thin, (b + c) / 2.0], axis=2)
+    return np.stack([(b - a) / 2.0, (c - a) / 2.0, thin, (b + c) / 2.0], axis=2), kept
 
 
 def _is_semantic(entity: Entity) -> bool:
     return entity.shape is not None and entity.shape.kind is Kind.BOX
 
 
-def look_of(entity: Entity) -> Look:
-    """The look that a primitive's attributes ask for; raises SceneError("attribute") where they make none.
-
-    Semantic primitives and blocks without ``:color`` have a stable tint of their word or block type.
-    """
-    attributes, shape = entity.embedding.attributes, entity.shape
-    color = shape.color if shape is not None else (1.0, 1.0, 1.0)
-    if attributes.get("color") is None and shape is not None:
-        if shape.kind is Kind.BOX:
-            color = tint(entity.word, 0.34, 0.93)
-        elif shape.kind is Kind.CUBOID:
-            color = tint(str(attributes.get("block-type", "")), 0.45, 0.80)
-    opacity = _numbers_in(entity.word, "opacity", attributes.get("opacity"), (1,), (1.0,))[0]
-    glow = _numbers_in(entity.word, "emission", attributes.get("emission"), (1, 3), (0.0, 0.0, 0.0))
-    if len(glow) == 1:
-        glow = tuple(glow[0] * channel for channel in color)
-    red, green, blue = (max(0.0, channel) for channel in glow)
-    return Look(color, (red, green, blue), min(1.0, max(0.0, opacity)))
+# --- films -----------------------------------------------------------------------------------------------------
 
 
-def tint(text: str, saturation: float, value: float) -> Point:
-    """A colour of ``text``'s own, the same on every machine: linear sRGB of the given HSV saturation and value."""
-    hue = int.from_bytes(hashlib.blake2s(text.encode("utf-8", "surrogatepass"), digest_size=4).digest(), "big") / 2**32
-    red, green, blue = from_srgb(np.array(colorsys.hsv_to_rgb(hue, saturation, value))).tolist()
-    return (red, green, blue)
+def parted(frames: Sequence[Solids]) -> tuple[Solids, list[Solids]]:
+    """The solids that are equal in all ``frames``, and the others of each; all share their tables."""
+    table = _LookTable()
+    words = {word: i for i, word in enumerate(dict.fromkeys(word for solids in frames for word in solids.words))}
+    numbers = [np.array([table.number(look) for look in solids.looks.rows], np.int64) for solids in frames]
+    looks = table.looks()
+    common = [
+        replace(
+            solids,
+            look=number[solids.look],
+            word=np.array([words[word] for word in solids.words], np.int64)[solids.word],
+            looks=looks,
+            words=tuple(words),
+        )
+        for solids, number in zip(frames, numbers, strict=True)
+    ]
+    keys = [_row_keys(solids) for solids in common]
+    shared = keys[0]
+    for other in keys[1:]:
+        shared = np.intersect1d(shared, other)
+    fixed = common[0].take(np.isin(keys[0], shared))
+    return fixed, [solids.take(~np.isin(key, shared)) for solids, key in zip(common, keys, strict=True)]
 
 
-def _numbers_in(
-    word: str, name: str, value: Any, lengths: Iterable[int], default: tuple[float, ...]
-) -> tuple[float, ...]:
-    """The attribute ``value`` as one of ``lengths`` many finite floats."""
-    if value is None:
-        return default
-    numbers = _listed(value)
-    try:
-        floats = tuple(float(number) for number in numbers)
-    except (TypeError, ValueError, OverflowError):
-        floats = ()
-    if len(floats) not in tuple(lengths) or not np.isfinite(floats).all() or any(isinstance(n, str) for n in numbers):
-        wanted = " or ".join("a number" if length == 1 else f"{length} numbers" for length in lengths)
-        raise SceneError("attribute", f'the attribute `:{name}` of "{word}" must be {wanted}')
-    return floats
-
-
-def _listed(value: Any) -> Sequence[Any]:
-    if isinstance(value, tuple):
-        return value
-    if type(value) is Pair:
-        return list_items(value)
-    if isinstance(value, MutableList):
-        return value.items
-    if isinstance(value, (Array, MutableArray)):
-        items: list[Any] = value.data.ravel().tolist()
-        return items
-    return (value,)
+def _row_keys(solids: Solids) -> npt.NDArray[Any]:
+    """One value per solid (N,), equal exactly where solids are drawn alike."""
+    columns = [solids.matrices.reshape(len(solids), 12) + 0.0]  # no negative zeros
+    columns += [column.astype(np.float64)[:, None] for column in (solids.forms, solids.look, solids.word)]
+    rows = np.ascontiguousarray(np.concatenate(columns, axis=1))
+    return rows.view(np.dtype((np.void, rows.shape[1] * 8))).reshape(-1)
 
 
 # --- normal form -----------------------------------------------------------------------------------------------

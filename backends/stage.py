@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.camera import Camera, View, checked, place
-from scenelang.backends.solids import Solids, normalized, solids_of
+from scenelang.backends.camera import Camera
+from scenelang.backends.shots import Shot, box_of
+from scenelang.backends.solids import Solids, normalized, parted, solids_of
 from scenelang.backends.studio import Studio, studio_for
-from scenelang.grammar.diagnostics import LimitError, SceneError
-from scenelang.interpreter.bounds import entity_box
-from scenelang.interpreter.entity import Scene, primitive_count
+from scenelang.grammar.diagnostics import LimitError
+from scenelang.interpreter.entity import Entity, Scene, primitive_count
 from scenelang.interpreter.flatten import flatten_entity
 
 FloatArray = npt.NDArray[np.float64]
@@ -24,47 +25,79 @@ _BELOW = 1e-4  # the ground lies this far under the lowest point, so that flat f
 class Stage:
     """Everything a renderer needs, in the frame where the scene's box is centred and has the half diagonal 1.
 
-    ``ground`` is the ground's height, None where the camera looks from below it and would see nothing else.
-    ``center`` (3,) and ``scale`` give that frame: ``p_stage = scale (p_world - center)``.
+    The first ``fixed`` solids are the same in all stages of one film. ``ground`` is the ground's height, None where
+    there is none, or the camera looks from below it and would see nothing else. ``center`` (3,) and ``scale`` give that
+    frame: ``p_stage = scale (p_world - center)``.
     """
 
     solids: Solids
-    view: View
+    fixed: int
+    camera: Camera
     studio: Studio
     ground: float | None
-    width: int
-    height: int
     center: FloatArray
     scale: float
 
+    @property
+    def width(self) -> int:
+        return self.camera.width
 
-_FARTHEST = 1e152  # squares of coordinates beyond it are no numbers any more
-
-
-def box_of(scene: Scene) -> tuple[FloatArray, FloatArray]:
-    """The exact box of all frames, low and high (3,) each; raises SceneError("empty-scene") when there is none."""
-    boxes = [box for root in scene.frames if (box := entity_box(root)) is not None]
-    if not boxes:
-        raise SceneError("empty-scene", f'the scene "{scene.word}" has no primitives, so there is nothing to draw')
-    every = np.array(boxes)
-    low, high = every[:, :3].min(axis=0), every[:, 3:].max(axis=0)
-    with np.errstate(over="ignore"):
-        sizes = high - low
-    if not np.isfinite(sizes).all() or max(np.abs(low).max(), np.abs(high).max()) > _FARTHEST:
-        raise SceneError("unsupported", "the scene is larger than any number can tell, so it cannot be drawn")
-    return low, high
+    @property
+    def height(self) -> int:
+        return self.camera.height
 
 
-def stage_of(scene: Scene, camera: Camera, frame: int, width: int, height: int, limit: int) -> Stage:
-    """Prepare frame number ``frame`` for a picture of ``width`` x ``height`` pixels.
+@dataclass(frozen=True, slots=True, eq=False)
+class Staging:
+    """The frames of a scene that one picture or film shows, prepared for any camera.
 
-    The camera, the ground and the unit size are those of all frames together, so that a film does not jump. Raises
-    SceneError, and LimitError when the frame expands to more than ``limit`` primitives.
+    ``fixed`` are the solids that are equal in all of them, ``moving`` the others, and ``roots`` the entities, by frame
+    number.
     """
-    if not 0 <= frame < len(scene.frames):
-        have = f"{len(scene.frames)} frames, 0 to {len(scene.frames) - 1}" if len(scene.frames) > 1 else "one frame, 0"
-        raise SceneError("value", f"the scene has {have}; there is no frame {frame}")
+
+    roots: dict[int, Entity]
+    fixed: Solids | None
+    moving: dict[int, Solids]
+    lowest: float
+    center: FloatArray
+    scale: float
+    environment: str
+    ground: str | None
+
+    def stage(self, shot: Shot) -> Stage:
+        """The stage of one shot. Everything but the moving solids is the same in all shots of one camera."""
+        camera = shot.camera.rescaled(self.center, self.scale)
+        studio = studio_for(camera, self.environment, self.ground)
+        solids = self.moving[shot.frame]
+        if self.fixed is not None:
+            solids = self.fixed.followed_by(solids)
+        ground = (self.lowest - self.center[1]) * self.scale - _BELOW
+        lies = studio.ground is not None and camera.eye[1] > ground + 1e-3
+        fixed = len(self.fixed) if self.fixed is not None else 0
+        return Stage(solids, fixed, camera, studio, ground if lies else None, self.center, self.scale)
+
+
+def staging_of(
+    scene: Scene, frames: Sequence[int], limit: int, environment: str = "studio", ground: str | None = None
+) -> Staging:
+    """Prepare the ``frames`` of ``scene``.
+
+    The unit size and the ground are those of all frames of the scene together, so that a film does not jump. Raises
+    SceneError, and LimitError when a frame expands to more than ``limit`` primitives.
+    """
     low, high = box_of(scene)
+    half = 0.5 * float(np.linalg.norm(high - low))
+    center, scale = (low + high) / 2.0, 1.0 / half if half > 1e-300 else 1.0
+    shown = list(dict.fromkeys(frames))
+    solids = [_solids(scene, frame, limit, center, scale) for frame in shown]
+    fixed, moving = parted(solids) if len(shown) > 1 else (None, solids)
+    roots = {frame: scene.frames[frame] for frame in shown}
+    return Staging(
+        roots, fixed, dict(zip(shown, moving, strict=True)), float(low[1]), center, scale, environment, ground
+    )
+
+
+def _solids(scene: Scene, frame: int, limit: int, center: FloatArray, scale: float) -> Solids:
     root = scene.frames[frame]
     count = primitive_count(root)
     if count > limit:
@@ -73,10 +106,4 @@ def stage_of(scene: Scene, camera: Camera, frame: int, width: int, height: int, 
             f"the scene expands to {count:,} primitives, more than the {limit:,} that one picture may have",
             hint="raise the limit, or draw a part of the scene",
         )
-    half = 0.5 * float(np.linalg.norm(high - low))
-    center, scale = (low + high) / 2.0, 1.0 / half if half > 1e-300 else 1.0
-    view = place(checked(camera), low, high, width / height).moved(center, scale)
-    solids = normalized(solids_of(flatten_entity(root)), center, scale)
-    ground = (low[1] - center[1]) * scale - _BELOW
-    visible = view.eye[1] > ground + 1e-3
-    return Stage(solids, view, studio_for(view), ground if visible else None, width, height, center, scale)
+    return normalized(solids_of(flatten_entity(root)), center, scale)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from scenelang.grammar.source import Span
 from scenelang.interpreter.shapes import Box, Shape
 from scenelang.interpreter.values import Embedding, Matrix
 
@@ -19,9 +20,13 @@ class Entity:
     ``function``, ``rest`` and ``serial`` say how it was made (the entity function, gamma, the number of the call in
     the run, whether it changed things outside), so that one instance can be made again under another embedding.
     ``tainted``: reaches a mutable thing or a function. ``box`` caches the exact bounding box (see ``bounds``).
+    ``places`` are the calls that made a primitive: equal calls share it, so there may be several (of which the first
+    sixteen are kept).
     """
 
-    __slots__ = ("box", "children", "effects", "embedding", "function", "rest", "serial", "shape", "tainted", "word")
+    __slots__ = (
+        "box", "children", "effects", "embedding", "function", "places", "rest", "serial", "shape", "tainted", "word",
+    )  # fmt: skip
 
     def __init__(
         self,
@@ -30,6 +35,7 @@ class Entity:
         children: tuple[Any, ...],
         shape: Shape | None = None,
         tainted: bool = False,
+        places: tuple[Span, ...] = (),
     ) -> None:
         self.word = word
         self.embedding = embedding
@@ -41,6 +47,7 @@ class Entity:
         self.serial = 0
         self.effects = False
         self.box: Box | tuple[()] | None = None
+        self.places = places
 
     @property
     def is_primitive(self) -> bool:

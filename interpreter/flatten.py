@@ -6,7 +6,7 @@ begin at whole cells: the positions of Minecraft's primitives are truncated towa
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -47,6 +47,12 @@ class FlatFrame:
     def __len__(self) -> int:
         return len(self.index)
 
+    def only(self, which: npt.NDArray[np.bool_]) -> FlatFrame:
+        """The frame with the instances that the mask ``which`` (N,) selects."""
+        used, index = _distinct(self.index[which])
+        primitives = tuple(self.primitives[i] for i in used)
+        return FlatFrame(primitives, index, self.matrices[which], self.path_index[which], self.paths, self.ranks[which])
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FlatScene:
@@ -86,7 +92,7 @@ class _Graph:
     rank_offset: IntArray  # (E,) unhandled instances of the earlier siblings
 
 
-def _graph(root: Entity) -> _Graph:
+def _graph(root: Entity, cut: Set[int]) -> _Graph:
     nodes = list(descendants(root))
     number = {id(entity): i for i, entity in enumerate(nodes)}
     start = np.zeros(len(nodes) + 1, np.int64)
@@ -107,7 +113,7 @@ def _graph(root: Entity) -> _Graph:
             leaf_sum += leaves[j]
             rank_sum += unhandled[j]
             edge += 1
-        leaves[i] = leaf_sum + entity.is_primitive
+        leaves[i] = 1 if id(entity) in cut else leaf_sum + entity.is_primitive
         unhandled[i] = rank_sum + (entity.embedding.handle is None)
     return _Graph(
         nodes, start, child, pose, np.array(leaves, np.int64), np.array(unhandled, np.int64), leaf_offset, rank_offset
@@ -201,12 +207,14 @@ def _below(graph: _Graph, level: _Level, paths: _Paths, has_handle: npt.NDArray[
     )
 
 
-def flatten_entity(root: Entity, whole_cells: bool = True) -> FlatFrame:
+def flatten_entity(root: Entity, cut: Set[int] = frozenset(), whole_cells: bool = True) -> FlatFrame:
     """Flatten one entity; its own pose is the identity. The caller has checked the number of primitives.
 
-    ``whole_cells=False`` leaves blocks where their poses put them, for an entity that is only a part of a scene."""
-    graph = _graph(root)
-    is_leaf = np.array([entity.is_primitive for entity in graph.nodes])
+    Entities whose ``id`` is in ``cut`` are not opened: they stand among the primitives. ``whole_cells=False`` leaves
+    blocks where their poses put them, for an entity that is only a part of a scene.
+    """
+    graph = _graph(root, cut)
+    is_leaf = np.array([entity.is_primitive or id(entity) in cut for entity in graph.nodes])
     has_handle = np.array([entity.embedding.handle is not None for entity in graph.nodes])
     paths = _Paths(graph.nodes)
     zero = np.zeros(1, np.int64)

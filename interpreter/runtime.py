@@ -48,6 +48,7 @@ from scenelang.interpreter.values import (
 )
 
 _NEVER = 1 << 62
+_MOST_PLACES = 16
 
 
 class WordCell(Mutable):
@@ -77,6 +78,12 @@ class Entry:
 
     text: str | None = None
     attributes: Mapping[str, Any] = field(default_factory=dict)
+
+
+def _note_place(entity: Entity, span: Span) -> None:
+    """One more call that made a shared primitive."""
+    if len(entity.places) < _MOST_PLACES and all(place is not span for place in entity.places):
+        entity.places = (*entity.places, span)
 
 
 class Runtime:
@@ -405,6 +412,8 @@ class Runtime:
         entity = self._primitives.get((word, key))
         if entity is None:
             entity = self._primitives[word, key] = self._new_primitive(word, z, False, span)
+        elif span is not None and (not entity.places or span is not entity.places[-1]):
+            _note_place(entity, span)
         return entity
 
     def _new_primitive(self, word: str, z: Embedding, tainted: bool, span: Span | None) -> Entity:
@@ -416,7 +425,7 @@ class Runtime:
         shape = shape_of(word, attributes, box)
         if shape.is_flat:
             self.warn("no-extent", f'the primitive "{word}" has no extent in some direction', span)
-        return Entity(word, z, (), shape, tainted)
+        return Entity(word, z, (), shape, tainted, () if span is None else (span,))
 
     def _count_entity(self) -> None:
         self.entities += 1

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cache
+from functools import lru_cache
 from pathlib import Path
 
 from scenelang.grammar.diagnostics import SceneError
@@ -31,17 +31,12 @@ class AssetBoxes:
         return _box(str(target), target.stat().st_mtime_ns), str(target)
 
 
-@cache
+@lru_cache(maxsize=256)
 def _box(path: str, version: int) -> Box:
     """The box of a mesh file; ``version`` tells its states apart."""
-    from scenelang.backends.base import need
+    from scenelang.backends.assets import load_asset
 
-    trimesh = need("trimesh", "trimesh")
-    try:
-        bounds = trimesh.load(path, force="mesh").bounds
-    except Exception as error:  # trimesh raises whatever its loaders meet
-        raise SceneError("file", f"the asset {Path(path).name} cannot be read: {str(error)[:120]}") from None
-    if bounds is None:
-        raise SceneError("file", f"the asset {Path(path).name} holds no mesh")
-    low, high = bounds.tolist()
-    return (low[0], low[1], low[2], high[0], high[1], high[2])
+    vertices = load_asset(path).vertices
+    x0, y0, z0 = vertices.min(axis=0).tolist()
+    x1, y1, z1 = vertices.max(axis=0).tolist()
+    return (x0, y0, z0, x1, y1, z1)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from scenelang.backends.base import LOOKS, Accepts, Backend, Option, Options, Progress, Work
+from scenelang.backends.base import LOOKS, Accepts, Backend, Option, Options, Progress, Work, check_settings
 from scenelang.backends.exports.items import Item, Plan, planned
 from scenelang.backends.exports.output import written_together
 from scenelang.backends.exports.timeline import Moving, matched
@@ -66,7 +66,7 @@ def mesh_backend(
 
 
 def _export(backend: Backend, write: Writer, scene: Scene, path: Path, options: Options) -> None:
-    backend.check_settings(options)
+    check_settings(options, [backend])
     depth, parts = backend.setting(options, "depth"), backend.setting(options, "parts")
     frame = options.frame if options.frame is not None or backend.accepts.animated else 0
     plan = planned(scene, frame, 1 if parts and depth is None else depth)

@@ -11,14 +11,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from scenelang.backends.appearance import Look
 from scenelang.backends.exports.merging import merged
 from scenelang.backends.exports.surfaces import SEGMENTS, Solid, Surface
-from scenelang.backends.solids import Look
 from scenelang.interpreter.entity import Entity
 
 _ARRAY_BUFFER, _ELEMENT_BUFFER = 34962, 34963
 _COMPONENTS = {"float32": 5126, "uint32": 5125, "uint16": 5123}
-_ROUGHNESS = 0.8  # of a primitive that gives none
 _LARGEST = 2**32 - 1
 
 
@@ -160,12 +159,11 @@ class Document:
 
 def material(look: Look) -> dict[str, Any]:
     """The glTF material of a look; its factors are linear, as colours are."""
-    roughness = getattr(look, "roughness", None)
     made: dict[str, Any] = {
         "pbrMetallicRoughness": {
             "baseColorFactor": [*look.color, look.opacity],
-            "metallicFactor": getattr(look, "metallic", 0.0),
-            "roughnessFactor": _ROUGHNESS if roughness is None else roughness,
+            "metallicFactor": look.metallic,
+            "roughnessFactor": look.gloss,
         },
         "doubleSided": True,
     }
@@ -178,9 +176,8 @@ def material(look: Look) -> dict[str, Any]:
         made["emissiveFactor"] = [channel / strength for channel in look.emission]
         if strength > 1.0:
             extensions["KHR_materials_emissive_strength"] = {"emissiveStrength": strength}
-    ior = getattr(look, "ior", None)
-    if ior is not None:
-        extensions["KHR_materials_ior"] = {"ior": ior}
+    if look.ior is not None:
+        extensions["KHR_materials_ior"] = {"ior": look.ior}
     return made | ({"extensions": extensions} if extensions else {})
 
 

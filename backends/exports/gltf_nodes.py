@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from scenelang.backends.appearance import look_of
 from scenelang.backends.exports.facts import facts_of, merged_facts
 from scenelang.backends.exports.gltf_document import Document
 from scenelang.backends.exports.gltf_tracks import Tracks
@@ -21,7 +22,6 @@ from scenelang.backends.exports.items import Item, distinct
 from scenelang.backends.exports.surfaces import Solid, solid_of
 from scenelang.backends.exports.timeline import Moving, variants
 from scenelang.backends.exports.turns import node_fields, track_of, turns_of
-from scenelang.backends.solids import look_of
 from scenelang.interpreter import pose
 from scenelang.interpreter.values import IDENTITY, Matrix
 
@@ -70,8 +70,7 @@ class Nodes:
         """The solid of a primitive, None of all else."""
         key = id(item.entity)
         if key not in self._solids:
-            shape = item.entity.shape
-            self._solids[key] = None if shape is None or item.merged else solid_of(shape)
+            self._solids[key] = None if item.merged else solid_of(item.entity)
         return self._solids[key]
 
     def extras(self, item: Item) -> Node:

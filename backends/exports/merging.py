@@ -1,4 +1,4 @@
-"""One mesh of everything below an entity: what ``--depth`` makes of a part, and ``--instance-limit`` of a repetition."""
+"""One mesh of everything below an entity: what ``--depth`` makes of parts, and ``--instance-limit`` of repetitions."""
 
 from __future__ import annotations
 
@@ -6,10 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from scenelang.backends.appearance import Look, look_of
 from scenelang.backends.exports.surfaces import SEGMENTS, Surface, is_round, surface_of, vertex_count
-from scenelang.backends.solids import Look, look_of
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.entity import Entity, primitive_count
 from scenelang.interpreter.flatten import FlatFrame, flatten_entity
@@ -33,8 +32,7 @@ def merged(entity: Entity, segments: int = SEGMENTS) -> tuple[Patch, ...]:
     found: dict[Look, list[Surface]] = {}
     for number, primitive in enumerate(frame.primitives):
         look = look_of(primitive)
-        shape = primitive.shape
-        surface = None if shape is None or look.opacity == 0.0 else surface_of(shape, segments)
+        surface = None if look.opacity == 0.0 else surface_of(primitive, segments)
         if surface is None:
             continue
         copies = surface.under(np.asarray(frame.matrices[frame.index == number]))
@@ -70,10 +68,9 @@ def segments_for(entities: Sequence[Entity], what: str, hint: str | None = None)
     shapes = [(frame, np.bincount(frame.index)) for frame in _frames(entities, what, hint)]
     for segments in _COARSER:
         total = sum(
-            int(count) * vertex_count(primitive.shape, segments)
+            int(count) * vertex_count(primitive, segments)
             for frame, counts in shapes
             for primitive, count in zip(frame.primitives, counts.tolist(), strict=True)
-            if primitive.shape is not None
         )
         if total <= MOST_VERTICES:
             return segments
@@ -89,8 +86,3 @@ def _frames(entities: Sequence[Entity], what: str, hint: str | None) -> list[Fla
     if 3 * total > MOST_VERTICES:  # before anything is expanded
         raise LimitError("primitives", f"{what} would hold {total:,} primitives, more than fit", hint=hint)
     return [flatten_entity(entity, whole_cells=False) for entity in entities]
-
-
-def primitive_total(frame: FlatFrame) -> npt.NDArray[np.int64]:
-    """Instances of each distinct primitive of ``frame``."""
-    return np.bincount(frame.index, minlength=len(frame.primitives))

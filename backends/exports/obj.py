@@ -12,9 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
+from scenelang.backends.appearance import Look
 from scenelang.backends.exports.export import Job, mesh_backend
 from scenelang.backends.exports.world import Placed, placed
-from scenelang.backends.solids import Look
 from scenelang.backends.studio import to_srgb
 
 _SHINE = 1000.0  # of Ns, which is 0 where a surface is rough
@@ -64,15 +64,14 @@ def _material(name: str, look: Look) -> str:
     def spelled(linear: tuple[float, ...]) -> str:
         return " ".join(f"{x:.6f}" for x in to_srgb(np.clip(np.array(linear), 0.0, 1.0)).tolist())
 
-    roughness = getattr(look, "roughness", None)
     lines = [f"newmtl {name}", f"Kd {spelled(look.color)}", f"d {look.opacity:g}"]
-    if roughness is not None:
-        lines.append(f"Ns {_SHINE * (1.0 - roughness) ** 2:g}\nPr {roughness:g}")
-    if getattr(look, "metallic", 0.0):
+    if not look.is_matte:
+        lines += [f"Ns {_SHINE * (1.0 - look.gloss) ** 2:g}", f"Pr {look.gloss:g}"]
+    if look.metallic:
         lines.append(f"Pm {look.metallic:g}")
     if any(look.emission):
         lines.append(f"Ke {' '.join(f'{x:g}' for x in look.emission)}")
-    if getattr(look, "ior", None) is not None:
+    if look.ior is not None:
         lines.append(f"Ni {look.ior:g}")
     return "\n".join(lines) + "\n\n"
 

@@ -48,6 +48,4 @@ def write(job: Job, path: Path) -> None:
         file.writelines(sides.tobytes() for sides in faces)
 
 
-PLY = mesh_backend(
-    "ply", "PLY: one coloured mesh", (".ply",), write, attributes=("color", "opacity")
-)
+PLY = mesh_backend("ply", "PLY: one coloured mesh", (".ply",), write, attributes=("color", "opacity"))

@@ -8,8 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from scenelang.backends.assets import load_asset
 from scenelang.backends.meshes import UnitMesh, posed, unit_mesh
-from scenelang.backends.solids import Form, load_mesh, local_pose
+from scenelang.backends.solids import Form, local_pose
+from scenelang.interpreter.entity import Entity
 from scenelang.interpreter.shapes import Kind, Shape
 from scenelang.interpreter.values import IDENTITY, Matrix
 
@@ -43,24 +45,21 @@ def surface_key(shape: Shape) -> Hashable:
     return (kind, shape.size, shape.radius, shape.p0, shape.p1, shape.file, shape.box)
 
 
-def surface_of(shape: Shape, segments: int = SEGMENTS) -> Surface | None:
-    """The triangles of ``shape``, round ones with ``segments`` sides and vertices on the true surface; None where
-    there is nothing to see (deleted blocks, a cylinder without a length). Raises SceneError for unreadable assets."""
-    if shape.kind is Kind.ASSET:
-        return _asset_surface(shape)
-    found = local_pose(shape)
-    if found is None:
-        return None
-    form, pose = found
-    mesh = unit_mesh(form, segments)
-    return Surface(mesh.vertices, mesh.normals, mesh.faces).under(pose[None])
+def surface_of(entity: Entity, segments: int = SEGMENTS) -> Surface | None:
+    """The triangles of a primitive, round ones with ``segments`` sides and vertices on the true surface; None where
+    there is nothing to see (deleted blocks, a cylinder without a length). A mesh file's own colours show unless the
+    primitive has a ``:color``. Raises SceneError for unreadable files."""
+    solid = solid_of(entity)
+    return None if solid is None else solid.own_surface(segments)
 
 
-def vertex_count(shape: Shape, segments: int) -> int:
-    """About how many vertices ``surface_of`` makes; loads no asset twice."""
+def vertex_count(entity: Entity, segments: int) -> int:
+    """About how many vertices ``surface_of`` makes."""
+    shape = entity.shape
+    if shape is None:
+        return 0
     if shape.kind is Kind.ASSET:
-        surface = surface_of(shape)
-        return 0 if surface is None else len(surface.vertices)
+        return 0 if shape.file is None else 3 * len(load_asset(shape.file).faces)
     found = local_pose(shape)
     if found is None:
         return 0
@@ -71,18 +70,6 @@ def vertex_count(shape: Shape, segments: int) -> int:
 def is_round(shape: Shape) -> bool:
     """True when the number of sides matters to the shape's surface."""
     return shape.kind in (Kind.SPHERE, Kind.CYLINDER, Kind.CONE)
-
-
-def _asset_surface(shape: Shape) -> Surface:
-    loaded = load_mesh(shape.file) if shape.file is not None else None
-    if loaded is not None:
-        return _faceted(*loaded, None)
-    x0, y0, z0, x1, y1, z1 = shape.box or (0.0, 0.0, 0.0, *shape.size)
-    middle = np.array([x0 + x1, y0 + y1, z0 + z1]) / 2.0
-    half = np.array([x1 - x0, y1 - y0, z1 - z0]) / 2.0
-    mesh = unit_mesh(Form.BLOCK)
-    pose = np.concatenate([np.diag(half), middle[:, None]], axis=1)
-    return Surface(mesh.vertices, mesh.normals, mesh.faces).under(pose[None])
 
 
 def _faceted(vertices: FloatArray, faces: IntArray, face_colors: FloatArray | None) -> Surface:
@@ -113,27 +100,41 @@ class Solid:
     """A primitive as a mesh that many share, and the pose (12 floats) that takes it to the primitive's frame.
 
     ``form`` is the canonical solid (see ``solids``), whose surface is ``unit_surface``; None where ``shape`` has a
-    surface of its own: an asset, or something flat, whose normals no pose of a solid gives.
+    surface of its own: a mesh file, or something flat, whose normals no pose of a solid gives. ``tinted``: the
+    primitive's colour stands for those of its file.
     """
 
     form: Form | None
     shape: Shape
     pose: Matrix
+    tinted: bool = False
 
     @property
     def key(self) -> Hashable:
         """What the shared mesh depends on."""
-        return self.form if self.form is not None else surface_key(self.shape)
+        return self.form if self.form is not None else (surface_key(self.shape), self.tinted)
 
     def surface(self, segments: int = SEGMENTS) -> Surface | None:
-        """The triangles of the shared mesh."""
-        return surface_of(self.shape, segments) if self.form is None else unit_surface(self.form, segments)
+        """The triangles of the shared mesh, without the pose."""
+        return self.own_surface(segments) if self.form is None else unit_surface(self.form, segments)
+
+    def own_surface(self, segments: int = SEGMENTS) -> Surface | None:
+        """The triangles in the primitive's frame."""
+        if self.shape.kind is Kind.ASSET:
+            mesh = load_asset(self.shape.file or "")
+            return _faceted(mesh.vertices, mesh.faces, None if self.tinted else mesh.face_colors)
+        found = local_pose(self.shape)
+        return None if found is None else unit_surface(found[0], segments).under(found[1][None])
 
 
-def solid_of(shape: Shape) -> Solid | None:
-    """The solid that ``shape`` is; None where there is nothing to see."""
+def solid_of(entity: Entity) -> Solid | None:
+    """The solid that a primitive is; None where there is nothing to see."""
+    shape = entity.shape
+    if shape is None:
+        return None
     if shape.kind is Kind.ASSET:
-        return Solid(None, shape, IDENTITY)
+        tinted = entity.embedding.attributes.get("color") is not None
+        return None if shape.file is None else Solid(None, shape, IDENTITY, tinted)
     found = local_pose(shape)
     if found is None:
         return None

@@ -6,9 +6,9 @@ from __future__ import annotations
 from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass, field
 
+from scenelang.backends.appearance import look_of
 from scenelang.backends.exports.items import Item
-from scenelang.backends.exports.surfaces import surface_key
-from scenelang.backends.solids import look_of
+from scenelang.backends.exports.surfaces import solid_of
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.values import IDENTITY, Matrix
 
@@ -107,6 +107,5 @@ def variants(moving: Moving) -> list[tuple[Item, tuple[bool, ...]]]:
 
 def leaf_key(item: Item) -> Hashable:
     """What the mesh of a leaf depends on."""
-    if item.merged or item.entity.shape is None:
-        return ("merged", id(item.entity))
-    return (surface_key(item.entity.shape), look_of(item.entity))
+    solid = None if item.merged else solid_of(item.entity)
+    return ("merged", id(item.entity)) if solid is None else (solid.key, look_of(item.entity))

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from scenelang.backends.appearance import look_of
 from scenelang.backends.base import need
 from scenelang.backends.exports.export import FPS, Job, mesh_backend
 from scenelang.backends.exports.items import Item, Plan, distinct
@@ -21,7 +22,6 @@ from scenelang.backends.exports.surfaces import solid_of
 from scenelang.backends.exports.timeline import Moving, matched, variants
 from scenelang.backends.exports.usd_materials import Materials
 from scenelang.backends.exports.usd_prims import INSTALL, Names, Prims
-from scenelang.backends.solids import look_of
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.values import IDENTITY, Matrix
 
@@ -167,8 +167,7 @@ class _Tree:
 
     def _solid(self, item: Item, prim: Any, name: str, poses: Sequence[Matrix] | None) -> Any:
         """The geometry of a primitive, under its solid's own pose or under one for each frame; None where unseen."""
-        shape = item.entity.shape
-        solid = None if shape is None else solid_of(shape)
+        solid = solid_of(item.entity)
         if solid is None:
             return None
         look = look_of(item.entity)
@@ -235,13 +234,12 @@ def _where_there(shown: Sequence[bool], moving: Moving) -> tuple[bool, ...]:
 
 def _solid_poses(moving: Moving, item: Item, shown: Sequence[bool]) -> tuple[Matrix, ...]:
     """The poses of a leaf's solid in every frame: in frames without it, that of the frame before."""
-    shape = item.entity.shape
-    solid = None if shape is None else solid_of(shape)
+    solid = None if item.merged else solid_of(item.entity)
     found = IDENTITY if solid is None else solid.pose
     poses = []
     for other, seen in zip(moving.items, shown, strict=True):
-        if seen and other is not None and other.entity.shape is not None:
-            solid = solid_of(other.entity.shape)
+        if seen and other is not None:
+            solid = solid_of(other.entity)
             found = found if solid is None else solid.pose
         poses.append(found)
     return tuple(poses)

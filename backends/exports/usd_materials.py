@@ -5,10 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from scenelang.backends.appearance import Look
 from scenelang.backends.exports.usd_prims import Prims
-from scenelang.backends.solids import Look
-
-ROUGHNESS = 0.8  # of a primitive that gives none
 
 
 @dataclass(slots=True)
@@ -37,14 +35,13 @@ class Materials:
         color = prims.attribute(surface, "inputs:diffuseColor", "Color3f", gf.Vec3f(*look.color))
         if painted:
             color.connectionPathList.explicitItems = [self._reader(material)]
-        roughness = getattr(look, "roughness", None)
-        prims.attribute(surface, "inputs:roughness", "Float", ROUGHNESS if roughness is None else roughness)
-        prims.attribute(surface, "inputs:metallic", "Float", getattr(look, "metallic", 0.0))
+        prims.attribute(surface, "inputs:roughness", "Float", look.gloss)
+        prims.attribute(surface, "inputs:metallic", "Float", look.metallic)
         if look.opacity < 1.0:
             prims.attribute(surface, "inputs:opacity", "Float", look.opacity)
         if any(look.emission):
             prims.attribute(surface, "inputs:emissiveColor", "Color3f", gf.Vec3f(*look.emission))
-        if getattr(look, "ior", None) is not None:
+        if look.ior is not None:
             prims.attribute(surface, "inputs:ior", "Float", look.ior)
         prims.attribute(surface, "outputs:surface", "Token")
         output = prims.attribute(material, "outputs:surface", "Token")

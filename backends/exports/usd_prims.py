@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from scenelang.backends.appearance import Look
 from scenelang.backends.base import need
 from scenelang.backends.exports.facts import facts_of, merged_facts
 from scenelang.backends.exports.items import Item
 from scenelang.backends.exports.surfaces import Surface
-from scenelang.backends.solids import Form, Look
+from scenelang.backends.solids import Form
 from scenelang.interpreter.bounds import entity_box
 from scenelang.interpreter.values import IDENTITY, Matrix
 

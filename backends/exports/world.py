@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from scenelang.backends.appearance import Look, look_of
 from scenelang.backends.exports.export import unsupported_frames
 from scenelang.backends.exports.items import Item, Plan, distinct
 from scenelang.backends.exports.merging import MOST_VERTICES, merged, segments_for
 from scenelang.backends.exports.surfaces import Surface, surface_of
-from scenelang.backends.solids import Look, look_of
 from scenelang.backends.studio import to_srgb
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter import pose
@@ -90,15 +90,12 @@ def placed(plan: Plan, limit: int, ending: str) -> Iterator[Placed]:
 def _patches(item: Item, segments: int) -> Sequence[tuple[Look, Surface]]:
     if item.merged:
         return [(patch.look, patch.surface) for patch in merged(item.entity, segments)]
-    shape = item.entity.shape
     look = look_of(item.entity)
-    surface = None if shape is None or look.opacity == 0.0 else surface_of(shape, segments)
+    surface = None if look.opacity == 0.0 else surface_of(item.entity, segments)
     if surface is None:
         return []
     if surface.colors is not None:
-        surface = Surface(
-            surface.vertices, surface.normals, surface.faces, surface.colors * np.array(look.color)
-        )
+        surface = Surface(surface.vertices, surface.normals, surface.faces, surface.colors * np.array(look.color))
     return [(look, surface)]
 
 

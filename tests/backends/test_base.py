@@ -12,9 +12,11 @@ import numpy as np
 import pytest
 
 from scenelang.backends import base
+from scenelang.backends.draft.backend import DRAFT
 from scenelang.backends.files import written_whole
 from scenelang.backends.glb import GLB
-from scenelang.backends.picture import DRAFT, FINAL, save_picture
+from scenelang.backends.mitsuba.backend import MITSUBA
+from scenelang.backends.picture import save_picture
 from scenelang.grammar.diagnostics import SceneError
 
 
@@ -28,7 +30,9 @@ def test_base_imports_nothing_heavy() -> None:
     assert not loaded & {"numpy", "mitsuba", "trimesh", "PIL", "importlib.metadata", "drjit"}
 
 
-@pytest.mark.parametrize("module", ["picture", "glb", "mitsuba", "labels", "draft", "camera"])
+@pytest.mark.parametrize(
+    "module", ["picture", "glb", "mitsuba.backend", "labels", "draft.backend", "viewpoint", "film"]
+)
 def test_backends_import_no_package_until_they_run(module: str) -> None:
     loaded = modules_after(f"import scenelang.backends.{module}")
     assert not loaded & {"mitsuba", "mitsuba_oidn", "drjit", "trimesh", "PIL", "scipy"}
@@ -39,11 +43,11 @@ def points(*backends: base.Backend) -> list[SimpleNamespace]:
 
 
 def test_backends_are_found_by_name_and_by_file(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(base, "_entry_points", lambda: points(FINAL, DRAFT, GLB))
+    monkeypatch.setattr(base, "_entry_points", lambda: points(MITSUBA, DRAFT, GLB))
     assert base.names() == ["draft", "glb", "mitsuba"]
     assert base.find("glb") is GLB
     assert base.for_file("a.PNG") is DRAFT
-    assert base.for_file("a.glb", base.Work.MESH) is GLB
+    assert base.for_file("a.glb", base.Work.EXPORT) is GLB
     assert all(backend.is_installed for backend in base.every())
     with pytest.raises(SceneError, match="no backend `drft`") as caught:
         base.find("drft")

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from scenelang.backends.camera import Camera, axes_of, parse_camera, place
+from scenelang.backends.camera import Camera, camera_from_json, camera_to_json
+from scenelang.backends.viewpoint import PRESETS, Viewpoint, axes_of, parse_viewpoint, place
 from scenelang.grammar.diagnostics import SceneError
 
 BOXES = [
@@ -20,6 +25,12 @@ def corners(low: list[float], high: list[float]) -> np.ndarray:
     return np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])], float)
 
 
+def flat_of(view: Camera, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Picture positions from -1 to 1, and depths."""
+    pixels, depth = view.project(points)
+    return pixels / [view.width / 2, view.height / 2] - 1.0, depth
+
+
 @pytest.mark.parametrize(("low", "high"), BOXES)
 @pytest.mark.parametrize("aspect", [0.5, 1.0, 16 / 9])
 @pytest.mark.parametrize("azimuth", [0.0, 30.0, -135.0])
@@ -27,25 +38,25 @@ def corners(low: list[float], high: list[float]) -> np.ndarray:
 def test_the_whole_box_is_in_view_and_touches_the_margin(
     low: list[float], high: list[float], aspect: float, azimuth: float, elevation: float
 ) -> None:
-    view = place(Camera(azimuth, elevation), np.array(low, float), np.array(high, float), aspect)
-    flat, depth = view.project(corners(low, high))
+    view = place(Viewpoint(azimuth, elevation), np.array(low, float), np.array(high, float), round(900 * aspect), 900)
+    flat, depth = flat_of(view, corners(low, high))
     assert (depth > 0).all()
     assert np.abs(flat).max() == pytest.approx(0.94, abs=1e-3)
 
 
 def test_a_target_is_in_the_middle_and_everything_still_in_view() -> None:
-    view = place(Camera(target=(1.0, 1.0, 1.0)), np.full(3, -1.0), np.full(3, 1.0), 1.0)
-    assert view.project(np.ones((1, 3)))[0] == pytest.approx(np.zeros((1, 2)), abs=1e-9)
-    assert np.abs(view.project(corners([-1] * 3, [1] * 3))[0]).max() == pytest.approx(0.94, abs=1e-3)
+    view = place(Viewpoint(target=(1.0, 1.0, 1.0)), np.full(3, -1.0), np.full(3, 1.0), 100, 100)
+    assert flat_of(view, np.ones((1, 3)))[0] == pytest.approx(np.zeros((1, 2)), abs=1e-9)
+    assert np.abs(flat_of(view, corners([-1] * 3, [1] * 3))[0]).max() == pytest.approx(0.94, abs=1e-3)
 
 
 def test_distance_is_kept() -> None:
-    view = place(Camera(distance=7.0, target=(1.0, 2.0, 3.0)), np.full(3, -1.0), np.full(3, 1.0), 1.0)
+    view = place(Viewpoint(distance=7.0, target=(1.0, 2.0, 3.0)), np.full(3, -1.0), np.full(3, 1.0), 100, 100)
     assert np.linalg.norm(view.eye - [1, 2, 3]) == pytest.approx(7.0)
 
 
 def test_a_point_can_be_framed() -> None:
-    view = place(Camera(), np.ones(3), np.ones(3), 1.0)
+    view = place(Viewpoint(), np.ones(3), np.ones(3), 100, 100)
     assert np.isfinite(view.eye).all()
 
 
@@ -61,10 +72,50 @@ def test_directions() -> None:
 
 
 def test_text() -> None:
-    assert parse_camera("azimuth=40, elevation=-20,distance=5,fov=35,target=0:1:-2.5") == Camera(
+    assert parse_viewpoint("azimuth=40, elevation=-20,distance=5,fov=35,target=0:1:-2.5") == Viewpoint(
         40, -20, 5, 35, (0, 1, -2.5)
     )
-    assert parse_camera("") == Camera()
+    assert parse_viewpoint("") == Viewpoint()
+
+
+def test_presets() -> None:
+    assert parse_viewpoint("top,azimuth=10").elevation == 90.0
+    assert parse_viewpoint("isometric").orthographic
+    assert parse_viewpoint("follow,orbit=90") == replace(PRESETS["follow"], orbit=90.0)
+    assert parse_viewpoint("orthographic,aperture=.1,focus=3") == Viewpoint(orthographic=True, aperture=0.1, focus=3.0)
+
+
+@pytest.mark.parametrize("view", [Viewpoint(), PRESETS["isometric"], PRESETS["top"], Viewpoint(aperture=0.2)])
+def test_the_json_form_keeps_the_camera(view: Viewpoint, tmp_path: Path) -> None:
+    camera = place(view, np.full(3, -1.0), np.array([1.0, 2.0, 3.0]), 90, 60)
+    path = tmp_path / "camera.json"
+    path.write_text(json.dumps(camera_to_json(camera)))
+    again = parse_viewpoint(str(path))
+    assert isinstance(again, Camera)
+    points = np.random.default_rng(1).uniform(-1, 1, (20, 3))
+    assert again.project(points)[0] == pytest.approx(camera.project(points)[0])
+    assert (again.aperture, again.focus, again.projection) == (camera.aperture, camera.focus, camera.projection)
+    bigger = again.resized(180, 120)
+    assert bigger.project(points)[0] == pytest.approx(2 * camera.project(points)[0])
+    moved = camera.rescaled(np.array([0.3, 0.2, 0.1]), 2.5)
+    assert moved.project((points - [0.3, 0.2, 0.1]) * 2.5)[0] == pytest.approx(camera.project(points)[0])
+
+
+GOOD = camera_to_json(place(Viewpoint(), np.zeros(3), np.ones(3), 8, 8))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        *({"width": 0}, {"width": 1.5}, {"height": "8"}, {"K": [[1, 2], [3, 4]]}, {"K": None}, {"format": "x"}),
+        *({"world_to_camera": (2 * np.eye(4)).tolist()}, {"projection": "fisheye"}, {"aperture": -1}, {"focus": "x"}),
+        *({"K": [[8, 0, 4], [0, 9, 4], [0, 0, 1]]}, {"world_to_camera": [[float("nan")] * 4] * 4}),
+    ],
+)
+def test_bad_json_is_diagnosed(change: dict[str, object]) -> None:
+    with pytest.raises(SceneError) as caught:
+        camera_from_json(GOOD | change)
+    assert caught.value.name == "value"
 
 
 @pytest.mark.parametrize(
@@ -76,5 +127,5 @@ def test_text() -> None:
 )
 def test_bad_text_is_diagnosed(text: str) -> None:
     with pytest.raises(SceneError) as caught:
-        parse_camera(text)
+        parse_viewpoint(text)
     assert caught.value.name == "value"

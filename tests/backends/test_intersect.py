@@ -7,12 +7,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scenelang.backends.camera import Camera
-from scenelang.backends.cast import NOTHING, caster_for, depths_of, ids_of, view_rays
-from scenelang.backends.intersect import first_hit, interval, normals
 from scenelang.backends.meshes import posed, unit_mesh
+from scenelang.backends.rays.cast import NOTHING, camera_rays, caster_for, depths_of, ids_of
+from scenelang.backends.rays.intersect import first_hit, interval, normals
+from scenelang.backends.shots import still
 from scenelang.backends.solids import Form, inverses_of, triangle_poses
-from scenelang.backends.stage import stage_of
+from scenelang.backends.stage import Stage, staging_of
+from scenelang.backends.viewpoint import Viewpoint
+
+
+def staged(scene: Any, view: Viewpoint, width: int, height: int) -> Stage:
+    return staging_of(scene, [0], 1000).stage(still(scene, view, 0, width, height))
 
 
 def inside(form: Form, p: np.ndarray) -> np.ndarray:
@@ -64,8 +69,8 @@ def test_normals_stand_on_the_surface_and_point_out(form: Form) -> None:
 
 
 def test_every_ray_of_a_picture_sees_what_testing_all_solids_finds(make: Any) -> None:
-    stage = stage_of(make.odd(), Camera(), 0, 64, 48, 1000)
-    rays = view_rays(stage.view, 64, 48)
+    stage = staged(make.odd(), Viewpoint(), 64, 48)
+    rays = camera_rays(stage.camera)
     keys = caster_for(stage.solids, rays).cast()
     row, column = np.divmod(np.arange(64 * 48), 64)
     o, d = rays.at(column + 0.5, row + 0.5)
@@ -85,29 +90,29 @@ def test_every_ray_of_a_picture_sees_what_testing_all_solids_finds(make: Any) ->
 
 
 def test_batches_agree_with_single_solids(make: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    stage = stage_of(make.random(300), Camera(), 0, 160, 160, 1000)
-    caster = caster_for(stage.solids, view_rays(stage.view, 160, 160))
+    stage = staged(make.random(300), Viewpoint(), 160, 160)
+    caster = caster_for(stage.solids, camera_rays(stage.camera))
     together = caster.cast()
-    monkeypatch.setattr("scenelang.backends.cast._SMALL", 0)
+    monkeypatch.setattr("scenelang.backends.rays.cast._SMALL", 0)
     assert (caster.cast() == together).all()
 
 
 def test_a_camera_inside_sees_all_around(make: Any) -> None:
-    camera = Camera(target=(0.0, 0.0, 0.0), distance=0.01, fov=120)
+    camera = Viewpoint(target=(0.0, 0.0, 0.0), distance=0.01, fov=120)
     for word in ("cube", "sphere"):
-        stage = stage_of(make.scene(make.primitive(word)), camera, 0, 32, 32, 10)
-        assert (caster_for(stage.solids, view_rays(stage.view, 32, 32)).cast() != NOTHING).all()
+        stage = staged(make.scene(make.primitive(word)), camera, 32, 32)
+        assert (caster_for(stage.solids, camera_rays(stage.camera)).cast() != NOTHING).all()
 
 
 def test_triangles_cast_like_their_mesh(make: Any) -> None:
-    stage = stage_of(make.scene(make.primitive("cone")), Camera(), 0, 100, 100, 10)
+    stage = staged(make.scene(make.primitive("cone")), Viewpoint(), 100, 100)
     vertices, _, faces = posed(unit_mesh(Form.CONE, 200), stage.solids.matrices)
-    poses = triangle_poses(vertices[faces])
+    poses, _ = triangle_poses(vertices[faces])
     rows = np.zeros(len(poses), int)
     mesh = stage.solids.take(rows)
     mesh.forms[:] = Form.TRIANGLE
     mesh.matrices[:] = poses
-    rays = view_rays(stage.view, 100, 100)
+    rays = camera_rays(stage.camera)
     solid, triangles = caster_for(stage.solids, rays).cast(), caster_for(mesh, rays).cast()
     assert ((solid == NOTHING) != (triangles == NOTHING)).mean() < 0.003
     both = (solid != NOTHING) & (triangles != NOTHING)

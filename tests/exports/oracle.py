@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from hypothesis import strategies as st
 
+from scenelang.backends.appearance import look_of
 from scenelang.backends.exports.surfaces import SEGMENTS, surface_of
-from scenelang.backends.solids import look_of
 from scenelang.grammar.source import Source
 from scenelang.interpreter import pose
 from scenelang.interpreter.entity import Entity, Scene
@@ -40,7 +40,7 @@ def expected(scene: Scene, frame: int = 0, segments: int = SEGMENTS) -> Iterator
     for i in range(len(flat)):
         entity = flat.primitives[flat.index[i]]
         look = look_of(entity)
-        surface = surface_of(entity.shape, segments)
+        surface = surface_of(entity, segments)
         if surface is None or look.opacity == 0.0:
             continue
         matrix = flat.matrices[i]

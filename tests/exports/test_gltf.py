@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from exports.gltf_reader import Gltf
 from hypothesis import given, settings
-from exports.oracle import EXAMPLES, Expected, example, expected, same_points, scenes
 
+from exports.gltf_reader import Gltf
+from exports.oracle import EXAMPLES, Expected, example, expected, same_points, scenes
 from scenelang.backends.base import Options
 from scenelang.backends.exports.gltf import GLTF
 from scenelang.grammar.diagnostics import SceneError

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from exports.gltf_reader import _matrix
 from hypothesis import given
 from hypothesis import strategies as st
 
+from exports.gltf_reader import _matrix
 from scenelang.backends.exports.turns import Turns, node_fields, track_of, turns_of
 
 

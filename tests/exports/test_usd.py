@@ -160,7 +160,7 @@ def test_materials_are_bound(make: Any, tmp_path: Path) -> None:
 
     cube = make.primitive("cube", color=(0.25, 0.5, 1), opacity=0.5, emission=2)
     stage = written(make.scene(cube, (cube, IDENTITY)), tmp_path / "a.usda")
-    (prim,) = [p for p in stage.GetPrototypes()[0].GetChildren()]
+    (prim,) = stage.GetPrototypes()[0].GetChildren()
     material = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()[0]
     shader = material.ComputeSurfaceSource()[0]
     assert shader.GetIdAttr().Get() == "UsdPreviewSurface"
@@ -207,7 +207,7 @@ def test_depth_merges_each_entity_of_that_level(tmp_path: Path) -> None:
 def test_flat_things_are_meshes(make: Any, tmp_path: Path) -> None:
     floor = make.primitive("cube", scale=(2, 0, 2))
     (one,) = seen(written(make.scene(floor), tmp_path / "a.usdc"))
-    surface = surface_of(floor.shape)
+    surface = surface_of(floor)
     assert surface is not None
     assert one[1] == pytest.approx(surface.vertices)
 

@@ -12,9 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.cast import caster_for, depths_of, parallel_rays
+from scenelang.backends.rays.cast import caster_for, depths_of, parallel_rays
 from scenelang.backends.solids import Solids
-from scenelang.backends.studio import KEY_RADIUS
 
 FloatArray = npt.NDArray[np.float64]
 Float32Array = npt.NDArray[np.float32]
@@ -26,7 +25,6 @@ _SHADOW_TAPS = 16
 _NEAR_TAPS = 16
 _NEAR_REACH = 0.16  # where the scene's half diagonal is 1
 _CHUNK = 1 << 16
-_SPREAD = math.tan(KEY_RADIUS)  # growth of the penumbra's radius with the blocker's distance
 _LIGHT_DISTANCE = 3.0
 _HALF = 1.02  # half the width of a shadow map; the scene lies in the unit ball
 _SKY_SIZE = 128
@@ -45,6 +43,10 @@ class ShadowMap:
     @property
     def size(self) -> int:
         return int(self.depth.shape[0])
+
+    def before(self, other: ShadowMap) -> ShadowMap:
+        """The map of what both maps of one light hold."""
+        return replace(self, depth=np.minimum(self.depth, other.depth))
 
     @property
     def texel(self) -> float:
@@ -98,27 +100,29 @@ def shadow_map(solids: Solids, direction: FloatArray, size: int) -> ShadowMap:
 
 
 def key_light(
-    shadow: ShadowMap, points: FloatArray, normals: FloatArray, column: IntArray, row: IntArray
+    shadow: ShadowMap, radius: float, points: FloatArray, normals: FloatArray, column: IntArray, row: IntArray
 ) -> Float32Array:
     """The share (N,) of the key light that reaches ``points`` (N, 3); penumbras widen with the blocker's distance.
 
-    ``column`` and ``row`` (N,) are the points' samples: neighbours are given different taps.
+    The light is seen under twice ``radius`` degrees. ``column`` and ``row`` (N,) are the points' samples: neighbours
+    are given different taps.
     """
+    spread = math.tan(math.radians(radius))  # growth of the penumbra's radius with the blocker's distance
     out = np.ones(len(points), np.float32)
     for start in range(0, len(points), _CHUNK):
         part = slice(start, start + _CHUNK)
-        out[part] = _key_light(shadow, points[part], normals[part], column[part], row[part])
+        out[part] = _key_light(shadow, spread, points[part], normals[part], column[part], row[part])
     return out
 
 
 def _key_light(
-    shadow: ShadowMap, points: FloatArray, normals: FloatArray, column: IntArray, row: IntArray
+    shadow: ShadowMap, spread: float, points: FloatArray, normals: FloatArray, column: IntArray, row: IntArray
 ) -> Float32Array:
     lit = np.ones(len(points), np.float32)
     at, receivers = _receivers(shadow, points, normals, column, row, 0.6)
     if not len(at):
         return lit
-    per_distance = np.float32(_SPREAD / shadow.texel)
+    per_distance = np.float32(spread / shadow.texel)
     widest = 0.11 * shadow.size
     reach = np.clip((receivers.depth - np.float32(_LIGHT_DISTANCE - 1.0)) * per_distance, 2.0, widest)
     receivers = replace(receivers, radius=reach)
@@ -200,16 +204,30 @@ def _lit_share(shadow: ShadowMap, receivers: _Receivers) -> Float32Array:
 # --- surrounding light -----------------------------------------------------------------------------------------
 
 
-def sky_light(solids: Solids, points: FloatArray, normals: FloatArray, column: IntArray, row: IntArray) -> Float32Array:
-    """The share (N,) of the sky's light on ``points`` that large things let through, seen from places of the sky."""
-    count = _SKY_PLACES if len(solids) < _MANY_SOLIDS else _FEW_SKY_PLACES
-    total = np.full(len(points), 0.1, np.float32)
-    open_ = np.full(len(points), 0.1, np.float32)
+def sky_maps(solids: Solids, count: int) -> list[ShadowMap]:
+    """The shadow maps of ``solids`` for light from ``count`` places of the sky."""
+    maps = []
     for k in range(count):
         height = 1.0 - (k + 0.5) / count * 0.97
         turn, flat = k * math.pi * (3.0 - math.sqrt(5.0)), math.sqrt(1.0 - height * height)
         direction = np.array([flat * math.cos(turn), height, flat * math.sin(turn)])
-        shadow = shadow_map(solids, direction, _SKY_SIZE)
+        maps.append(shadow_map(solids, direction, _SKY_SIZE))
+    return maps
+
+
+def sky_places(solids: Solids) -> int:
+    """From how many places of the sky so many solids are looked at."""
+    return _SKY_PLACES if len(solids) < _MANY_SOLIDS else _FEW_SKY_PLACES
+
+
+def sky_light(
+    maps: list[ShadowMap], points: FloatArray, normals: FloatArray, column: IntArray, row: IntArray
+) -> Float32Array:
+    """The share (N,) of the sky's light on ``points`` that large things let through, seen from places of the sky."""
+    total = np.full(len(points), 0.1, np.float32)
+    open_ = np.full(len(points), 0.1, np.float32)
+    for shadow in maps:
+        direction = -shadow.axes[2]
         for start in range(0, len(points), _CHUNK):
             part = slice(start, start + _CHUNK)
             weight = np.maximum(normals[part] @ direction, 0.0).astype(np.float32)

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.camera import View
-from scenelang.backends.intersect import first_hit, normals
+from scenelang.backends.camera import Camera
+from scenelang.backends.rays.intersect import first_hit, normals
 from scenelang.backends.solids import Form, Solids, inverses_of
 
 FloatArray = npt.NDArray[np.float64]
@@ -45,15 +45,18 @@ class Rays:
 
     Sample (column, row) has its centre at x = column + 1/2, y = row + 1/2; its ray starts at ``origin[0] + x origin[1]
     + y origin[2]`` and runs along ``direction[0] + x direction[1] + y direction[2]``; both (3, 3). Along ``axes[2]``
-    (rows right, up, forward) every direction has length 1, so that ray parameters are depths.
+    (rows right, up, forward) every direction has length 1, so that ray parameters are depths from ``eye``. ``focal``
+    and ``principal`` are the camera's, in samples.
     """
 
     width: int
     height: int
+    eye: FloatArray
+    axes: FloatArray
+    focal: tuple[float, float]
+    principal: tuple[float, float]
     origin: FloatArray
     direction: FloatArray
-    axes: FloatArray
-    half: tuple[float, float]  # half width and height of the picture at depth 1, or at any depth when parallel
     parallel: bool
 
     def at(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -64,22 +67,37 @@ class Rays:
         return np.broadcast_to(o[0], (len(x), 3)), d[0] + x[:, None] * d[1] + y[:, None] * d[2]
 
 
-def view_rays(view: View, width: int, height: int) -> Rays:
-    """Rays of a perspective view."""
-    sx, sy = view.tangent * view.aspect, view.tangent
-    corner = view.forward - sx * view.right + sy * view.up
-    direction = np.stack([corner, 2.0 * sx / width * view.right, -2.0 * sy / height * view.up])
-    origin = np.stack([view.eye, np.zeros(3), np.zeros(3)])
-    return Rays(width, height, origin, direction, view.axes, (sx, sy), False)
+def camera_rays(camera: Camera, samples: int = 1) -> Rays:
+    """The rays of ``camera``, ``samples`` per pixel in each direction."""
+    (fx, fy), (cx, cy) = camera.focal, camera.principal
+    focal, principal = (fx * samples, fy * samples), (cx * samples, cy * samples)
+    size = camera.width * samples, camera.height * samples
+    return _rays(camera.eye, camera.axes, focal, principal, size, camera.is_parallel)
 
 
 def parallel_rays(center: FloatArray, axes: FloatArray, half: float, size: int) -> Rays:
     """Parallel rays along ``axes[2]`` through the square of half width ``half`` about ``center``; size x size."""
+    focal, middle = size / (2.0 * half), size / 2.0
+    return _rays(center, axes, (focal, focal), (middle, middle), (size, size), True)
+
+
+def _rays(
+    eye: FloatArray,
+    axes: FloatArray,
+    focal: tuple[float, float],
+    principal: tuple[float, float],
+    size: tuple[int, int],
+    parallel: bool,
+) -> Rays:
     right, up, forward = axes
-    corner = center - half * right + half * up
-    origin = np.stack([corner, 2.0 * half / size * right, -2.0 * half / size * up])
-    direction = np.stack([forward, np.zeros(3), np.zeros(3)])
-    return Rays(size, size, origin, direction, axes, (half, half), True)
+    across, down = right / focal[0], -up / focal[1]
+    plane = np.stack([-principal[0] * across - principal[1] * down, across, down])  # at depth 1 of a perspective view
+    still = np.zeros((3, 3))
+    still[0] = forward if parallel else eye
+    moving = plane.copy()
+    moving[0] += eye if parallel else forward
+    origin, direction = (moving, still) if parallel else (still, moving)
+    return Rays(*size, eye, axes, focal, principal, origin, direction, parallel)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -225,7 +243,7 @@ def caster_for(solids: Solids, rays: Rays) -> Caster:
         inverse = inverses_of(solids.matrices[:, :, :3])
         rectangles = _rectangles(solids, rays)
         forward = rays.axes[2]
-        depth = (solids.matrices[:, :, 3] - rays.origin[0]) @ forward
+        depth = (solids.matrices[:, :, 3] - rays.eye) @ forward
         nearest = depth - np.abs(forward @ solids.matrices[:, :, :3]).sum(axis=1)
     return Caster(rays, solids.forms, inverse, solids.matrices[:, :, 3], rectangles, nearest)
 
@@ -253,10 +271,7 @@ def _rectangles(solids: Solids, rays: Rays) -> IntArray:
     low = np.full((len(solids), 2), np.inf)
     high = np.full((len(solids), 2), -np.inf)
     linear = rays.axes @ solids.matrices[:, :, :3]
-    center = (solids.matrices[:, :, 3] - rays.origin[0]) @ rays.axes.T
-    if rays.parallel:
-        shift = (rays.width / 2.0) * rays.origin[1] + (rays.height / 2.0) * rays.origin[2]
-        center = center - shift @ rays.axes.T
+    center = (solids.matrices[:, :, 3] - rays.eye) @ rays.axes.T
     for form in Form:
         rows = np.flatnonzero(solids.forms == form)
         for start in range(0, len(rows), _BATCH):
@@ -265,10 +280,10 @@ def _rectangles(solids: Solids, rays: Rays) -> IntArray:
                 low[part], high[part] = _parallel_bounds(form, linear[part], center[part])
             else:
                 low[part], high[part] = _perspective_bounds(form, linear[part], center[part])
-    half = np.array(rays.half)
     size = np.array([rays.width, rays.height], np.float64)
-    first, last = (low / half + 1.0) * (size / 2.0), (high / half + 1.0) * (size / 2.0)
-    first[:, 1], last[:, 1] = rays.height - last[:, 1], rays.height - first[:, 1].copy()
+    first, last = low * rays.focal + rays.principal, high * rays.focal + rays.principal
+    up = np.array(rays.principal)[1] * 2.0
+    first[:, 1], last[:, 1] = up - last[:, 1], up - first[:, 1].copy()
     empty = ~(low <= high).all(axis=1)
     first[empty], last[empty] = 0.0, 0.0
     # a sample counts when its centre, at column + 1/2, may be covered

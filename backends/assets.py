@@ -1,0 +1,156 @@
+"""Mesh files as triangles with colours, for the primitive "asset"."""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections import Counter
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from scenelang.backends.base import need
+from scenelang.backends.studio import from_srgb
+from scenelang.grammar.diagnostics import SceneError
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+
+LARGEST_FILE = 128_000_000  # bytes
+MOST_TRIANGLES = 2_000_000
+ENDINGS = (".glb", ".gltf", ".obj", ".ply", ".stl", ".off")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AssetMesh:
+    """``vertices`` (V, 3) in the asset's frame, +y up; ``faces`` (F, 3); ``face_colors`` (F, 3), linear sRGB, None
+    where the file says nothing of colours."""
+
+    vertices: FloatArray
+    faces: IntArray
+    face_colors: FloatArray | None
+
+    @property
+    def corners(self) -> FloatArray:
+        """The triangles (F, 3, 3)."""
+        return np.asarray(self.vertices[self.faces], np.float64)
+
+
+def load_asset(file: str | Path) -> AssetMesh:
+    """The mesh of a file (glTF, OBJ, PLY, STL, OFF), of all its parts together.
+
+    Raises SceneError("file") where it cannot be read, holds no mesh, or is too large.
+    """
+    path = Path(file)
+    if path.suffix.lower() not in ENDINGS:
+        raise SceneError("file", f"the asset {path.name} is no mesh file", hint=f"it can be one of {' '.join(ENDINGS)}")
+    try:
+        state = path.stat()
+    except OSError as error:
+        raise SceneError("file", f"the asset {path.name} cannot be read: {error.strerror or error}") from None
+    if state.st_size > LARGEST_FILE:
+        raise SceneError(
+            "file", f"the asset {path.name} has {state.st_size:,} bytes, more than the {LARGEST_FILE:,} that it may"
+        )
+    return _loaded(str(path), state.st_mtime_ns, state.st_size)
+
+
+@lru_cache(maxsize=32)
+def _loaded(path: str, changed: int, size: int) -> AssetMesh:
+    """The mesh of a file in the state that ``changed`` and ``size`` tell apart from others."""
+    trimesh = need("trimesh", "trimesh")
+    name = Path(path).name
+    try:
+        scene = trimesh.load_scene(path)
+        meshes = [mesh for mesh in scene.dump() if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces)]
+    except Exception as error:  # a reader of foreign files may raise anything
+        said = str(error).splitlines()[0][:120] if str(error) else type(error).__name__
+        raise SceneError("file", f"the asset {name} cannot be read: {said}") from None
+    if not meshes:
+        raise SceneError("file", f"the asset {name} holds no mesh")
+    count = sum(len(mesh.faces) for mesh in meshes)
+    if count > MOST_TRIANGLES:
+        raise SceneError("file", f"the asset {name} has {count:,} triangles, more than the {MOST_TRIANGLES:,} it may")
+    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
+    vertices = np.concatenate([np.asarray(mesh.vertices, np.float64) for mesh in meshes])
+    if not np.isfinite(vertices).all():
+        raise SceneError("file", f"the asset {name} has vertices that are no numbers")
+    faces = np.concatenate([np.asarray(m.faces, np.int64) + start for m, start in zip(meshes, starts, strict=True)])
+    factors = _gltf_factors(Path(path))
+    colors = [_colors(mesh, factors) for mesh in meshes]
+    if all(color is None for color in colors):
+        return AssetMesh(vertices, faces, None)
+    filled = [np.ones((len(m.faces), 3)) if c is None else c for m, c in zip(meshes, colors, strict=True)]
+    return AssetMesh(vertices, faces, np.concatenate(filled))
+
+
+def _gltf_factors(path: Path) -> dict[str, FloatArray] | None:
+    """The base colours (3,), linear, of a glTF file's materials by name: trimesh rounds them to bytes, which shows in
+    dark colours. None for files of other kinds."""
+    ending = path.suffix.lower()
+    if ending not in (".glb", ".gltf"):
+        return None
+    data = path.read_bytes()
+    if ending == ".glb":
+        data = data[20 : 20 + struct.unpack_from("<I", data, 12)[0]]
+    materials = json.loads(data).get("materials", [])
+    given = [(m.get("name"), m.get("pbrMetallicRoughness", {}).get("baseColorFactor", [1.0] * 4)) for m in materials]
+    named = Counter(name for name, _ in given)
+    return {name: np.array(factor[:3], np.float64) for name, factor in given if name and named[name] == 1}
+
+
+def _colors(mesh: Any, factors: dict[str, FloatArray] | None) -> FloatArray | None:
+    """The linear colours (F, 3) of a mesh's faces: of its vertices or faces, or of its material and texture.
+
+    ``factors`` are the materials' colours of a glTF file, whose vertex colours are linear too; None for other files.
+    """
+    visual = mesh.visual
+    if visual.kind in ("vertex", "face"):
+        if visual.kind == "vertex":
+            encoded = np.asarray(visual.vertex_colors, np.float64)[:, :3][mesh.faces].mean(axis=1)
+        else:
+            encoded = np.asarray(visual.face_colors, np.float64)[:, :3]
+        share = encoded / 255.0
+        return np.asarray(share if factors is not None else from_srgb(share), np.float64)
+    material = getattr(visual, "material", None)
+    if material is None:
+        return None
+    factor, texture = _factor_and_texture(material)
+    factor = (factors or {}).get(getattr(material, "name", None) or "", factor)
+    uv = getattr(visual, "uv", None)
+    if factor is None and texture is None:
+        return None
+    colors = np.tile(np.ones(3) if factor is None else factor, (len(mesh.faces), 1))
+    if texture is not None and uv is not None and len(uv) == len(mesh.vertices):
+        colors *= _sampled(texture, np.asarray(uv, np.float64)[mesh.faces].mean(axis=1))
+    return colors
+
+
+def _factor_and_texture(material: Any) -> tuple[FloatArray | None, Any]:
+    """The linear factor (3,) and the texture of a material of glTF's kind or of OBJ's."""
+    if hasattr(material, "baseColorFactor"):
+        factor = material.baseColorFactor
+        share = None if factor is None else _unit(np.asarray(factor)[:3])
+        return share, material.baseColorTexture
+    diffuse, texture = getattr(material, "diffuse", None), getattr(material, "image", None)
+    if diffuse is None or texture is not None:  # what comes with a texture is the reader's own default
+        return None, texture
+    return np.asarray(from_srgb(_unit(np.asarray(diffuse)[:3])), np.float64), None
+
+
+def _unit(values: npt.NDArray[Any]) -> FloatArray:
+    """Colours as shares: trimesh keeps some of them as bytes."""
+    return values.astype(np.float64) / 255.0 if values.dtype.kind in "ui" else np.clip(values.astype(np.float64), 0, 1)
+
+
+def _sampled(texture: Any, uv: FloatArray) -> FloatArray:
+    """The linear colours (F, 3) of ``texture`` at ``uv`` (F, 2), repeated beyond [0, 1]."""
+    pixels = np.asarray(texture.convert("RGB"), np.float64) / 255.0
+    height, width = pixels.shape[:2]
+    column = np.floor(np.mod(uv[:, 0], 1.0) * width).astype(np.int64) % width
+    row = np.floor(np.mod(1.0 - uv[:, 1], 1.0) * height).astype(np.int64) % height
+    return np.asarray(from_srgb(pixels[row, column]), np.float64)

@@ -1,0 +1,1 @@
+"""Draft pictures: the ray caster with light, in numpy alone."""

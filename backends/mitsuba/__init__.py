@@ -1,0 +1,1 @@
+"""Final pictures: path tracing with Mitsuba 3."""

@@ -1,0 +1,1 @@
+"""The analytic ray caster: what rays see of posed solids."""
