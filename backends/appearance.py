@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import colorsys
 import hashlib
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -146,6 +147,8 @@ def _numbers_in(
     """The attribute ``value`` as one of ``lengths`` many finite floats."""
     if value is None:
         return default
+    if type(value) in (int, float) and 1 in lengths and math.isfinite(value):
+        return (float(value),)
     numbers = _listed(value)
     try:
         floats = tuple(float(number) for number in numbers)

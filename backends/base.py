@@ -128,7 +128,6 @@ class Backend:
         return option.checked(options.settings[name]) if options.settings.get(name) is not None else option.default
 
 
-
 def need(package: str, install: str) -> Any:
     """The imported module ``package``; raises SceneError("backend") that names the command which installs it."""
     from importlib import import_module

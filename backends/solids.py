@@ -8,6 +8,7 @@ CYLINDER x^2 + z^2 <= 1; CONE x^2 + z^2 <= ((1 - y) / 2)^2 with its apex at y = 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
@@ -26,6 +27,7 @@ from scenelang.interpreter.shapes import Kind, Shape
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 Point = tuple[float, float, float]
+Rows = tuple[float, float, float, float, float, float, float, float, float, float, float, float]
 
 _THINNEST = 2e-5  # half the thickness that flat things are given, where the scene's half diagonal is 1
 
@@ -92,16 +94,19 @@ _COLUMNS = ("forms", "matrices", "look", "word", "semantic", "instance")
 
 @dataclass(frozen=True, slots=True)
 class _Piece:
-    """What one distinct primitive is drawn as: K solids of one form with local poses (K, 3, 4) and looks (K,); none
-    where nothing is to be seen."""
+    """What a distinct primitive is drawn as: one solid."""
 
     form: Form
+    rows: Rows
+    look: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Mesh:
+    """What a distinct primitive is drawn as: K triangles with local poses (K, 3, 4) and looks (K,)."""
+
     local: FloatArray
     look: IntArray
-
-    @property
-    def is_single(self) -> bool:
-        return len(self.local) == 1
 
 
 class _LookTable:
@@ -126,38 +131,38 @@ def solids_of(frame: FlatFrame) -> Solids:
     word = np.array([number[entity.word] for entity in frame.primitives], np.int64)
     semantic = np.array([_is_semantic(entity) for entity in frame.primitives], bool)
     columns = [_single(frame, pieces, word, semantic)]
-    columns += [_many(frame, i, piece, int(word[i])) for i, piece in enumerate(pieces) if len(piece.local) > 1]
+    for i, piece in enumerate(pieces):
+        if isinstance(piece, _Mesh):
+            columns.append(_many(frame, i, piece, int(word[i])))
     joined: dict[str, Any] = {name: np.concatenate([part[name] for part in columns]) for name in _COLUMNS}
     return Solids(**joined, looks=table.looks(), words=words)
 
 
 def _single(
-    frame: FlatFrame, pieces: Sequence[_Piece], word: IntArray, semantic: npt.NDArray[np.bool_]
+    frame: FlatFrame, pieces: Sequence[_Piece | _Mesh | None], word: IntArray, semantic: npt.NDArray[np.bool_]
 ) -> dict[str, npt.NDArray[Any]]:
     """The columns of the instances of all primitives that are one solid each."""
-    count = len(pieces)
-    single = np.array([piece.is_single for piece in pieces], bool)
-    local = np.zeros((count, 3, 4))
-    look = np.zeros(count, np.int64)
-    for i in np.flatnonzero(single).tolist():
-        local[i], look[i] = pieces[i].local[0], pieces[i].look[0]
+    singles = [(i, piece) for i, piece in enumerate(pieces) if isinstance(piece, _Piece)]
+    place = np.full(len(pieces), -1, np.int64)
+    place[[i for i, _ in singles]] = np.arange(len(singles))
     index = np.asarray(frame.index)
-    instance = np.flatnonzero(single[index]) if count else np.zeros(0, np.int64)
-    which = index[instance]
+    instance = np.flatnonzero(place[index] >= 0) if len(index) else np.zeros(0, np.int64)
+    which = place[index[instance]]
+    local = np.array([piece.rows for _, piece in singles], np.float64).reshape(-1, 3, 4)
     return {
-        "forms": np.array([piece.form for piece in pieces], np.int8)[which],
+        "forms": np.array([piece.form for _, piece in singles], np.int8)[which],
         "matrices": composed(frame.matrices[instance], local[which]),
-        "look": look[which],
-        "word": word[which],
-        "semantic": semantic[which],
+        "look": np.array([piece.look for _, piece in singles], np.int64)[which],
+        "word": word[index[instance]],
+        "semantic": semantic[index[instance]],
         "instance": instance,
     }
 
 
-def _many(frame: FlatFrame, primitive: int, piece: _Piece, word: int) -> dict[str, npt.NDArray[Any]]:
+def _many(frame: FlatFrame, primitive: int, mesh: _Mesh, word: int) -> dict[str, npt.NDArray[Any]]:
     """The columns of the instances of one primitive that is many triangles."""
     instance = np.flatnonzero(np.asarray(frame.index) == primitive)
-    count, total = len(piece.local), len(instance) * len(piece.local)
+    count, total = len(mesh.local), len(instance) * len(mesh.local)
     if total > MOST_TRIANGLES:
         raise SceneError(
             "unsupported",
@@ -168,8 +173,8 @@ def _many(frame: FlatFrame, primitive: int, piece: _Piece, word: int) -> dict[st
     matrices = np.asarray(frame.matrices[instance])
     return {
         "forms": np.full(total, Form.TRIANGLE, np.int8),
-        "matrices": composed(np.repeat(matrices, count, axis=0), np.tile(piece.local, (len(instance), 1, 1))),
-        "look": np.tile(piece.look, len(instance)),
+        "matrices": composed(np.repeat(matrices, count, axis=0), np.tile(mesh.local, (len(instance), 1, 1))),
+        "look": np.tile(mesh.look, len(instance)),
         "word": np.full(total, word, np.int64),
         "semantic": np.zeros(total, bool),
         "instance": np.repeat(instance, count),
@@ -191,64 +196,76 @@ def composed(outer: npt.NDArray[np.float64], inner: npt.NDArray[np.float64]) -> 
 def local_pose(shape: Shape) -> tuple[Form, FloatArray] | None:
     """The canonical solid that ``shape`` is and its pose (3, 4) in the primitive's frame; None when there is none
     (deleted blocks, a cylinder or cone without a length, an asset)."""
-    if shape.kind in (Kind.CUBE, Kind.BOX):
-        return Form.BLOCK, _stretch(np.array(shape.size) / 2.0, np.zeros(3))
-    if shape.kind is Kind.CUBOID:
-        return Form.BLOCK, _stretch(np.array(shape.size) / 2.0, np.array(shape.size) / 2.0)
-    if shape.kind is Kind.SPHERE:
-        return Form.BALL, _stretch(np.full(3, shape.radius), np.zeros(3))
-    if shape.kind in (Kind.CYLINDER, Kind.CONE):
-        form = Form.CYLINDER if shape.kind is Kind.CYLINDER else Form.CONE
-        pose = _axis_pose(np.array(shape.p0), np.array(shape.p1), shape.radius)
-        return None if pose is None else (form, pose)
+    found = _local_rows(shape)
+    return None if found is None else (found[0], np.array(found[1], np.float64).reshape(3, 4))
+
+
+def _local_rows(shape: Shape) -> tuple[Form, Rows] | None:
+    """As ``local_pose``, the pose as twelve numbers: arrays would cost more than the arithmetic."""
+    kind = shape.kind
+    if kind in (Kind.CUBE, Kind.BOX, Kind.CUBOID):
+        x, y, z = (side / 2.0 for side in shape.size)
+        cx, cy, cz = (x, y, z) if kind is Kind.CUBOID else (0.0, 0.0, 0.0)
+        return Form.BLOCK, (x, 0.0, 0.0, cx, 0.0, y, 0.0, cy, 0.0, 0.0, z, cz)
+    if kind is Kind.SPHERE:
+        r = shape.radius
+        return Form.BALL, (r, 0.0, 0.0, 0.0, 0.0, r, 0.0, 0.0, 0.0, 0.0, r, 0.0)
+    if kind in (Kind.CYLINDER, Kind.CONE):
+        pose = _axis_rows(shape.p0, shape.p1, shape.radius)
+        return None if pose is None else (Form.CYLINDER if kind is Kind.CYLINDER else Form.CONE, pose)
     return None
 
 
-def _stretch(half: FloatArray, center: FloatArray) -> FloatArray:
-    return np.concatenate([np.diag(half), center[:, None]], axis=1)
-
-
-def _axis_pose(p0: FloatArray, p1: FloatArray, radius: float) -> FloatArray | None:
+def _axis_rows(p0: Point, p1: Point, radius: float) -> Rows | None:
     """The pose that takes the canonical axis, from y = -1 to y = 1, to p0 and p1; None where these are one point."""
-    axis = p1 - p0
-    largest = float(np.max(np.abs(axis)))
+    (x0, y0, z0), (x1, y1, z1) = p0, p1
+    u, v, w = x1 - x0, y1 - y0, z1 - z0
+    largest = max(abs(u), abs(v), abs(w))
     if largest == 0.0:
         return None
-    unit = axis / largest
-    unit = unit / np.linalg.norm(unit)
-    other = np.eye(3)[int(np.argmin(np.abs(unit)))]
-    across = np.cross(unit, other)
-    across /= np.linalg.norm(across)
-    return np.stack([radius * across, axis / 2.0, radius * np.cross(across, unit), (p0 + p1) / 2.0], axis=1)
+    i, j, k = u / largest, v / largest, w / largest
+    length = math.sqrt(i * i + j * j + k * k)
+    i, j, k = i / length, j / length, k / length
+    # across is the product of the axis with the coordinate axis that it is least along
+    if abs(i) <= abs(j) and abs(i) <= abs(k):
+        a, b, c = 0.0, k, -j
+    elif abs(j) <= abs(k):
+        a, b, c = -k, 0.0, i
+    else:
+        a, b, c = j, -i, 0.0
+    size = radius / math.sqrt(a * a + b * b + c * c)
+    a, b, c = a * size, b * size, c * size
+    e, f, g = b * k - c * j, c * i - a * k, a * j - b * i
+    return (
+        a, u / 2.0, e, (x0 + x1) / 2.0,
+        b, v / 2.0, f, (y0 + y1) / 2.0,
+        c, w / 2.0, g, (z0 + z1) / 2.0,
+    )  # fmt: skip
 
 
-def _piece(entity: Entity, table: _LookTable) -> _Piece:
-    """What a primitive is drawn as; raises SceneError where its attributes or its file make no sense."""
+def _piece(entity: Entity, table: _LookTable) -> _Piece | _Mesh | None:
+    """What a primitive is drawn as, None where nothing is to be seen; raises SceneError where its attributes or its
+    file make no sense."""
     shape, look = entity.shape, look_of(entity)
-    nothing = _Piece(Form.BLOCK, np.zeros((0, 3, 4)), np.zeros(0, np.int64))
     if shape is None or look.opacity == 0.0:
-        return nothing
+        return None
     if shape.kind is Kind.ASSET:
-        return _asset_piece(entity, look, table) if shape.file is not None else nothing
-    found = local_pose(shape)
-    if found is None:
-        return nothing
-    return _Piece(found[0], found[1][None], np.array([table.number(look)]))
+        return _asset_mesh(entity, look, table) if shape.file is not None else None
+    found = _local_rows(shape)
+    return None if found is None else _Piece(found[0], found[1], table.number(look))
 
 
-def _asset_piece(entity: Entity, look: Look, table: _LookTable) -> _Piece:
+def _asset_mesh(entity: Entity, look: Look, table: _LookTable) -> _Mesh:
     """The triangles of a mesh file, in their own colours unless the primitive has a ``:color``."""
     assert entity.shape is not None
     assert entity.shape.file is not None
     mesh = load_asset(entity.shape.file)
     local, kept = triangle_poses(mesh.corners)
-    if len(local) == 1:  # one triangle is two, so that a piece of many solids is what it is
-        local, kept = np.repeat(local, 2, axis=0), np.repeat(kept, 2)
     if mesh.face_colors is None or entity.embedding.attributes.get("color") is not None:
-        return _Piece(Form.TRIANGLE, local, np.full(len(local), table.number(look)))
+        return _Mesh(local, np.full(len(local), table.number(look)))
     colors, inverse = np.unique(mesh.face_colors[kept], axis=0, return_inverse=True)
     numbers = [table.number(replace(look, color=tuple(color))) for color in colors.tolist()]
-    return _Piece(Form.TRIANGLE, local, np.array(numbers, np.int64)[inverse.reshape(-1)])
+    return _Mesh(local, np.array(numbers, np.int64)[inverse.reshape(-1)])
 
 
 def triangle_poses(corners: FloatArray) -> tuple[FloatArray, IntArray]:

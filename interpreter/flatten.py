@@ -6,7 +6,7 @@ begin at whole cells: the positions of Minecraft's primitives are truncated towa
 
 from __future__ import annotations
 
-from collections.abc import Sequence, Set
+from collections.abc import Iterator, Sequence, Set
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -79,7 +79,7 @@ def flatten(scene: Scene, limit: int = DEFAULT_LIMIT) -> FlatScene:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Graph:
+class Graph:
     """The DAG as arrays: the edges of node ``n`` are ``start[n]:start[n + 1]``."""
 
     nodes: list[Entity]
@@ -92,7 +92,7 @@ class _Graph:
     rank_offset: IntArray  # (E,) unhandled instances of the earlier siblings
 
 
-def _graph(root: Entity, cut: Set[int]) -> _Graph:
+def graph_of(root: Entity, cut: Set[int]) -> Graph:
     nodes = list(descendants(root))
     number = {id(entity): i for i, entity in enumerate(nodes)}
     start = np.zeros(len(nodes) + 1, np.int64)
@@ -115,7 +115,7 @@ def _graph(root: Entity, cut: Set[int]) -> _Graph:
             edge += 1
         leaves[i] = 1 if id(entity) in cut else leaf_sum + entity.is_primitive
         unhandled[i] = rank_sum + (entity.embedding.handle is None)
-    return _Graph(
+    return Graph(
         nodes, start, child, pose, np.array(leaves, np.int64), np.array(unhandled, np.int64), leaf_offset, rank_offset
     )
 
@@ -139,7 +139,7 @@ def _compose_chunks(parents: Poses, parent: IntArray, children: Poses, child: In
             o[row + 3] += p[row + 3]
 
 
-class _Paths:
+class Paths:
     """Paths of words as numbers, so that a level is extended at once."""
 
     def __init__(self, nodes: Sequence[Entity]) -> None:
@@ -173,38 +173,68 @@ class _Paths:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Level:
-    """Instances at one depth: node, pose, place among the leaves, unhandled instances before, path of words."""
+class Level:
+    """Instances at one depth: node, pose, place among the leaves, unhandled instances before, path of words, the
+    parent's row among the opened instances of the level above and the place among its children."""
 
     node: IntArray
     pose: Poses
     offset: IntArray
     rank: IntArray
     path: IntArray
+    parent: IntArray
+    position: IntArray
 
-    def only(self, mask: npt.NDArray[np.bool_]) -> _Level:
+    def only(self, mask: npt.NDArray[np.bool_]) -> Level:
         if mask.all():
             return self
-        return _Level(self.node[mask], self.pose[:, mask], self.offset[mask], self.rank[mask], self.path[mask])
+        return Level(
+            self.node[mask],
+            self.pose[:, mask],
+            self.offset[mask],
+            self.rank[mask],
+            self.path[mask],
+            self.parent[mask],
+            self.position[mask],
+        )
 
 
-def _below(graph: _Graph, level: _Level, paths: _Paths, has_handle: npt.NDArray[np.bool_]) -> _Level:
+def _below(graph: Graph, level: Level, paths: Paths, has_handle: npt.NDArray[np.bool_]) -> Level:
     """The children of a level's instances, as far as primitives are below them."""
     path = paths.extend(level.path, level.node)
     rank = level.rank + ~has_handle[level.node]
-    fan = graph.start[level.node + 1] - graph.start[level.node]
+    first = graph.start[level.node]
+    fan = graph.start[level.node + 1] - first
     parent = np.repeat(np.arange(len(level.node)), fan)
-    edge = np.arange(len(parent)) - np.repeat(np.cumsum(fan) - fan - graph.start[level.node], fan)
+    edge = np.arange(len(parent)) - np.repeat(np.cumsum(fan) - fan - first, fan)
     keep = graph.leaves[graph.child[edge]] > 0
     if not keep.all():
         parent, edge = parent[keep], edge[keep]
-    return _Level(
+    return Level(
         graph.child[edge],
         compose_many(level.pose, parent, graph.pose, edge),
         level.offset[parent] + graph.leaf_offset[edge],
         rank[parent] + graph.rank_offset[edge],
         path[parent],
+        parent,
+        edge - first[parent],
     )
+
+
+def levels(graph: Graph, is_leaf: npt.NDArray[np.bool_], paths: Paths) -> Iterator[tuple[Level, Level]]:
+    """The leaves and the opened instances at each depth, from the root down."""
+    has_handle = np.array([entity.embedding.handle is not None for entity in graph.nodes])
+    zero = np.zeros(1, np.int64)
+    identity = np.array(IDENTITY).reshape(12, 1)
+    root = np.array([len(graph.nodes) - 1], np.int64)
+    level = Level(root, identity, zero, zero, zero, zero, zero)
+    while len(level.node):
+        leaf = is_leaf[level.node]
+        inner = level.only(~leaf & (graph.leaves[level.node] > 0))
+        yield level.only(leaf), inner
+        if not len(inner.node):
+            return
+        level = _below(graph, inner, paths, has_handle)
 
 
 def flatten_entity(root: Entity, cut: Set[int] = frozenset(), whole_cells: bool = True) -> FlatFrame:
@@ -213,24 +243,15 @@ def flatten_entity(root: Entity, cut: Set[int] = frozenset(), whole_cells: bool 
     Entities whose ``id`` is in ``cut`` are not opened: they stand among the primitives. ``whole_cells=False`` leaves
     blocks where their poses put them, for an entity that is only a part of a scene.
     """
-    graph = _graph(root, cut)
+    graph = graph_of(root, cut)
     is_leaf = np.array([entity.is_primitive or id(entity) in cut for entity in graph.nodes])
-    has_handle = np.array([entity.embedding.handle is not None for entity in graph.nodes])
-    paths = _Paths(graph.nodes)
-    zero = np.zeros(1, np.int64)
-    identity = np.array(IDENTITY).reshape(12, 1)
-    level = _Level(np.array([len(graph.nodes) - 1], np.int64), identity, zero, zero, zero)
-    found: list[_Level] = []
-    while len(level.node):
-        leaf = is_leaf[level.node]
-        if leaf.any():
-            found.append(level.only(leaf))
-        inner = level.only(~leaf & (graph.leaves[level.node] > 0))
-        level = _below(graph, inner, paths, has_handle) if len(inner.node) else inner
+    paths = Paths(graph.nodes)
+    found = [leaves for leaves, _ in levels(graph, is_leaf, paths) if len(leaves.node)]
     leaves = _in_order(found, int(graph.leaves[-1]))
     used, index = _distinct(leaves.node)
     used_paths, path_index = _distinct(leaves.path)
     matrices = leaves.pose.T.reshape(-1, 3, 4)
+    has_handle = np.array([entity.embedding.handle is not None for entity in graph.nodes])
     is_block = np.array([graph.nodes[i].word in BLOCK_WORDS for i in used])
     if whole_cells and is_block.any():
         matrices = np.ascontiguousarray(matrices)
@@ -254,14 +275,14 @@ def _distinct(numbers: IntArray) -> tuple[IntArray, IntArray]:
     return used, place[numbers]
 
 
-def _in_order(found: list[_Level], total: int) -> _Level:
-    """The leaves of all levels, depth first."""
+def _in_order(found: list[Level], total: int) -> Level:
+    """The leaves of all levels, depth first; of parents and positions only one level of leaves has sensible ones."""
     if len(found) == 1:  # one level of leaves is in order already
         return found[0]
-    node, offset, rank, path = (np.zeros(total, np.int64) for _ in range(4))
+    columns = {name: np.zeros(total, np.int64) for name in ("node", "offset", "rank", "path", "parent", "position")}
     pose = np.zeros((12, total))
     for level in found:
-        at = level.offset
-        node[at], rank[at], path[at] = level.node, level.rank, level.path
-        pose[:, at] = level.pose
-    return _Level(node, pose, offset, rank, path)
+        pose[:, level.offset] = level.pose
+        for name, column in columns.items():
+            column[level.offset] = getattr(level, name)
+    return Level(pose=pose, **columns)

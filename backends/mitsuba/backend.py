@@ -114,8 +114,9 @@ class _Shapes:
         return self._frames[frame]
 
     def _made(self, frame: int, stage: Stage) -> dict[str, Any]:
-        if self._instances and len(stage.solids) > FEW:
-            parts = parts_of(self._staging, frame)
+        # each of few solids is an instance of its exact shape
+        parts = parts_of(self._staging, frame) if self._instances and len(stage.solids) > FEW else None
+        if parts is not None:
             shapes = dict(self._alone(parts.loose, stage, "loose"))
             for k, prototype in enumerate(parts.prototypes):
                 shapes |= self._placed(f"p{k}", self._group(prototype, stage), prototype.matrices)

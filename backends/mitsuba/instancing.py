@@ -53,11 +53,12 @@ class _Counts:
     allowed: dict[int, bool]
 
 
-def parts_of(staging: Staging, frame: int) -> Parts:
-    """Frame number ``frame`` of a staging as prototypes and loose solids. The caller has checked its size."""
+def parts_of(staging: Staging, frame: int) -> Parts | None:
+    """Frame number ``frame`` of a staging as prototypes and loose solids, None where hardly anything is shared."""
     root = staging.roots[frame]
-    counts = _counted(root)
-    cut = _best_cut(root, counts)
+    cut = _best_cut(root, _counted(root))
+    if not cut:
+        return None
     flat = flatten_entity(root, cut)
     is_cut = np.array([id(entity) in cut for entity in flat.primitives], bool)
     prototypes = []
@@ -113,12 +114,10 @@ def _solids_in(entity: Entity) -> int:
 
 
 def _best_cut(root: Entity, counts: _Counts) -> frozenset[int]:
-    """The ids of the prototypes: entities of at most so many solids that few shapes are stored in all.
-
-    Of few solids none: each is then an instance of its exact shape.
-    """
+    """The ids of the prototypes: entities of at most so many solids that few shapes are stored in all."""
     largest = counts.solids[id(root)]
-    if largest <= FEW:
+    distinct = sum(counts.solids[id(entity)] for entity in counts.order if entity.is_primitive)
+    if 2 * distinct > largest:
         return frozenset()
     sizes = sorted({1 << k for k in range(largest.bit_length())} | set(_sample(sorted(set(counts.solids.values())))))
     best: tuple[int, frozenset[int]] = (largest, frozenset())

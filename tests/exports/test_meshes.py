@@ -121,7 +121,9 @@ def test_obj_keeps_positions_and_colours(name: str, tmp_path: Path) -> None:
 
     scene = example(name)
     OBJ.run(scene, tmp_path / "a.obj", Options())
-    vertices = np.array([line.split()[1:] for line in (tmp_path / "a.obj").read_text().splitlines() if line[:2] == "v "])
+    vertices = np.array(
+        [line.split()[1:] for line in (tmp_path / "a.obj").read_text().splitlines() if line[:2] == "v "]
+    )
     wanted = points_and_colors(scene)
     assert np.allclose(vertices.astype(float), wanted[:, :3], rtol=1e-8, atol=1e-8)
     loaded = trimesh.load(tmp_path / "a.obj", process=False, group_material=False, split_objects=True)
