@@ -50,8 +50,8 @@ def test_any_scene_comes_back_the_same(scene: Scene) -> None:
 
 def test_attributes_handles_and_texts_come_back(tmp_path: Path) -> None:
     scene = evaluate(
-        '(bind "a" (lambda () (call "thing" <z7> "old" :scale [1 2 3] :names \'("x" (1 2.5 #t)) :m [[1 2] [3 4]]'
-        ' :t (table "k" [1 2]) :none none)))'
+        '(bind "a" (lambda () (call "thing" (embedding <z7> "old" :scale [1 2 3] :names \'("x" (1 2.5 #t)) :m [[1 2] [3 4]]'
+        ' :t (table "k" [1 2]) :none none))))'
     )
     back = again(scene, tmp_path / "a.json")
     (part,) = back.root.children
