@@ -15,7 +15,7 @@ from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter import pose
 from scenelang.interpreter.bounds import entity_box
 from scenelang.interpreter.entity import Entity, Scene
-from scenelang.interpreter.values import ANONYMOUS, IDENTITY, Matrix
+from scenelang.interpreter.values import ANONYMOUS, IDENTITY, Matrix, Pair
 
 DEPTH = Option("depth", "merge what is below each entity of level N into one part; the root is level 0", None, least=0)
 PARTS = Option("parts", "write one file for each part (of --depth 1 where none is given): OUT-001-word.ext", False)
@@ -140,7 +140,9 @@ def _still_parts(moving: Moving) -> list[Moving]:
 
 def _alone(word: str, item: Item | None, world: Matrix) -> Item:
     """A root with nothing but ``item`` in it."""
-    return Item(Entity(word, ANONYMOUS, ()), () if item is None else ((item, world),))
+    if item is None:
+        return Item(Entity(word, ANONYMOUS, ()))
+    return Item(Entity(word, ANONYMOUS, (Pair(item.entity, world),)), ((item, world),))
 
 
 def unsupported_frames(roots: Sequence[Item], ending: str) -> None:

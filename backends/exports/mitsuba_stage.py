@@ -19,7 +19,7 @@ from scenelang.backends.studio import studio_for
 from scenelang.backends.viewpoint import Viewpoint
 from scenelang.interpreter.entity import Entity, Scene
 from scenelang.interpreter.flatten import flatten_entity
-from scenelang.interpreter.values import ANONYMOUS, Pair
+from scenelang.interpreter.values import ANONYMOUS
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -31,7 +31,7 @@ _BELOW = 1e-4  # the ground lies this far under the lowest point, where the half
 
 def stage_elements(plan: Plan) -> list[str]:
     """The lines of integrator, sensor, lights and ground for a plan of one frame."""
-    scene = Scene(plan.word, [_whole(plan)], False)
+    scene = Scene(plan.word, [plan.roots[0].entity], False)
     mi = use("scalar", 0, False)
     low, high = box_of(scene)
     half = 0.5 * float(np.linalg.norm(high - low))
@@ -49,14 +49,6 @@ def stage_elements(plan: Plan) -> list[str]:
         if key != "type":
             lines += elements(None, _in_world(value, outward, scale))
     return lines
-
-
-def _whole(plan: Plan) -> Entity:
-    """What the plan shows: the root's entity, or that of a part, whose item alone knows its children."""
-    root = plan.roots[0]
-    if root.is_leaf or root.entity.children:
-        return root.entity
-    return Entity(plan.word, ANONYMOUS, tuple(Pair(item.entity, place) for item, place in plan.roots[0].parts))
 
 
 def _in_world(value: Mapping[str, Any], outward: FloatArray, scale: float) -> dict[str, Any]:

@@ -35,22 +35,37 @@ def written_together(folder: Path) -> Iterator[Path]:
         shutil.rmtree(temporary, ignore_errors=True)
 
 
-def _move_all(made: Path, folder: Path, replaced: Path) -> None:
-    """Move every file, what it replaces out of the way first; undo all of it when one cannot be moved."""
-    replaced.mkdir()
+def _move_all(made: Path, folder: Path, kept: Path) -> None:
+    """Move every file; what they replace is kept until all are moved, and comes back when one cannot be."""
+    files = sorted(made.iterdir())
+    for file in files:
+        target = folder / file.name
+        if target.is_dir():
+            raise IsADirectoryError(21, "it is a folder", str(target))
+    if len(files) == 1:
+        os.replace(files[0], folder / files[0].name)
+        return
+    kept.mkdir()
     moved: list[Path] = []
     try:
-        for file in sorted(made.iterdir()):
+        for file in files:
             target = folder / file.name
-            if target.is_dir():
-                raise IsADirectoryError(21, "it is a folder", str(target))
             if target.exists():
-                os.replace(target, replaced / file.name)
-            moved.append(target)
+                _keep(target, kept / file.name)
             os.replace(file, target)
+            moved.append(target)
     except BaseException:
         for target in moved:
-            target.unlink(missing_ok=True)
-            if (replaced / target.name).exists():
-                os.replace(replaced / target.name, target)
+            if (kept / target.name).exists():
+                os.replace(kept / target.name, target)
+            else:
+                target.unlink(missing_ok=True)
         raise
+
+
+def _keep(target: Path, copy: Path) -> None:
+    """Another name for a file; a copy where the disk knows no such thing."""
+    try:
+        os.link(target, copy)
+    except OSError:
+        shutil.copy2(target, copy)

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from scenelang.backends.base import Accepts, Backend, Options, Work, frame_of
+from scenelang.backends.base import Accepts, Backend, Options, Work, check_settings, frame_of
 from scenelang.backends.files import written_whole
 from scenelang.interpreter.entity import Entity, Scene, descendants
 from scenelang.interpreter.plain import NotPlain, plain_value
@@ -73,6 +73,7 @@ def _relative(file: str, folder: Path) -> str:
 
 
 def _run(scene: Scene, path: Path, options: Options) -> None:
+    check_settings(options, [JSON])
     if options.frame is not None:
         scene = Scene(scene.word, [scene.frames[frame_of(scene, options.frame)]], False)
     write_scene(scene, path)
