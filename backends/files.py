@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import os
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from scenelang.grammar.diagnostics import SceneError
 
@@ -33,6 +35,12 @@ def written_whole(path: Path | str) -> Iterator[Path]:
         raise SceneError("file", f"`{target}` cannot be written: {error.strerror or error}") from error
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def write_json(path: Path, data: Any) -> None:
+    """Write ``data`` as JSON, whole or not at all; raises SceneError("file")."""
+    with written_whole(path) as temporary:
+        temporary.write_text(json.dumps(data), "utf-8")
 
 
 def _give_usual_mode(path: Path) -> None:

@@ -85,9 +85,8 @@ def staging_of(
     The unit size and the ground are those of all frames of the scene together, so that a film does not jump. Raises
     SceneError, and LimitError when a frame expands to more than ``limit`` primitives.
     """
-    low, high = box_of(scene)
-    half = 0.5 * float(np.linalg.norm(high - low))
-    center, scale = (low + high) / 2.0, 1.0 / half if half > 1e-300 else 1.0
+    low, _ = box_of(scene)
+    center, scale = unit_size(scene)
     shown = list(dict.fromkeys(frames))
     solids = [_solids(scene, frame, limit, center, scale) for frame in shown]
     fixed, moving = parted(solids) if len(shown) > 1 else (None, solids)
@@ -97,8 +96,21 @@ def staging_of(
     )
 
 
+def unit_size(scene: Scene) -> tuple[FloatArray, float]:
+    """The centre (3,) and the scale that bring the box of all frames to the half diagonal 1; raises SceneError."""
+    low, high = box_of(scene)
+    half = 0.5 * float(np.linalg.norm(high - low))
+    return (low + high) / 2.0, 1.0 / half if half > 1e-300 else 1.0
+
+
 def _solids(scene: Scene, frame: int, limit: int, center: FloatArray, scale: float) -> Solids:
     root = scene.frames[frame]
+    check_size(root, limit)
+    return normalized(solids_of(flatten_entity(root)), center, scale)
+
+
+def check_size(root: Entity, limit: int) -> None:
+    """Raises LimitError where ``root`` expands to more than ``limit`` primitives."""
     count = primitive_count(root)
     if count > limit:
         raise LimitError(
@@ -106,4 +118,3 @@ def _solids(scene: Scene, frame: int, limit: int, center: FloatArray, scale: flo
             f"the scene expands to {count:,} primitives, more than the {limit:,} that one picture may have",
             hint="raise the limit, or draw a part of the scene",
         )
-    return normalized(solids_of(flatten_entity(root)), center, scale)

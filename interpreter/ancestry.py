@@ -41,7 +41,7 @@ class Ancestry:
         return int(self.depth.max())
 
     def entity(self, instance: int) -> Entity:
-        return self.nodes[self.node[instance]]
+        return self.nodes[int(self.node[instance])]
 
     def at_depth(self, depth: int) -> IntArray:
         """For every instance (M,) its ancestor at ``depth``; itself where it stands higher than that."""

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from scenelang.interpreter.ancestry import Ancestry
 from scenelang.interpreter.entity import Entity, Scene, descendants
 from scenelang.interpreter.flatten import FlatScene
 
@@ -68,6 +69,25 @@ class Numbering:
         return tuple(path)
 
 
+def first_handles(scene: Scene, frame: int) -> dict[int, str]:
+    """The handle of the first instance of every distinct entity of one frame, by ``id``: its own or its number's.
+
+    Exact for static scenes; numbers of a later frame of a 4D scene count as if it stood alone.
+    """
+    root = scene.frames[frame]
+    alone = scene if len(scene.frames) == 1 else Scene(scene.word, [root], False)
+    numbering = number_scene(alone)
+    found: dict[int, str] = {}
+    stack: list[tuple[Entity, int]] = [(root, 0)]
+    while stack:
+        entity, before = stack.pop()
+        if id(entity) in found:
+            continue
+        found[id(entity)] = numbering.handle(entity, before)
+        stack += [(part.car, count) for part, count in reversed(list(numbering.children(entity, before)))]
+    return found
+
+
 def handles_in(scene: Scene) -> set[str]:
     """Every handle that an embedding in the scene carries."""
     return {e.embedding.handle for e in descendants(*scene.frames) if e.embedding.handle is not None}
@@ -102,6 +122,24 @@ def frame_numbers(scene: Scene) -> dict[Path, int]:
             if entity.embedding.handle is None and path not in numbers:
                 numbers[path] = numbering.number(len(numbers) + 1)
     return numbers
+
+
+def instance_handles(scene: Scene, frame: int, ancestry: Ancestry) -> list[str]:
+    """The handle of every instance of one frame, in the order of ``ancestry``."""
+    if len(scene.frames) > 1:
+        numbers = frame_numbers(scene)
+        own = [ancestry.entity(i).embedding.handle for i in range(len(ancestry))]
+        return [handle or f"z{numbers[ancestry.path(i)]}" for i, handle in enumerate(own)]
+    numbering = number_scene(scene)
+    offsets: dict[int, list[int]] = {}
+    before = [0] * len(ancestry)
+    parents, positions = ancestry.parent.tolist(), ancestry.position.tolist()
+    for i in range(1, len(ancestry)):  # parents come first
+        parent = ancestry.entity(parents[i])
+        if id(parent) not in offsets:
+            offsets[id(parent)] = [count for _, count in numbering.children(parent, 0)]
+        before[i] = before[parents[i]] + offsets[id(parent)][positions[i]]
+    return [numbering.handle(ancestry.entity(i), before[i]) for i in range(len(ancestry))]
 
 
 def primitive_handles(scene: Scene, flat: FlatScene) -> list[Sequence[str]]:

@@ -10,7 +10,7 @@ import os
 import sys
 from collections.abc import Sequence
 
-from scenelang.cli import compare, embeddings, pictures, programs, transpile
+from scenelang.cli import compare, embeddings, graph, maps, pictures, programs, transpile
 from scenelang.cli.options import UsageError
 from scenelang.cli.output import report
 from scenelang.grammar.diagnostics import SceneError
@@ -32,8 +32,9 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
     subparsers = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for add in (*programs.COMMANDS, *compare.COMMANDS, *transpile.COMMANDS, *pictures.COMMANDS, *embeddings.COMMANDS):
-        add(subparsers)
+    for module in (programs, compare, transpile, pictures, maps, graph, embeddings):
+        for add in module.COMMANDS:
+            add(subparsers)
     return parser
 
 

@@ -31,8 +31,6 @@ def picture_size(text: str) -> tuple[int, int]:
 
 
 def add_render(subparsers: Any) -> None:
-    from scenelang.cli.backend_options import add_later
-
     parser = subparsers.add_parser("render", help="draw a picture or a film of the scene")
     add_file(parser)
     parser.add_argument("-o", "--output", metavar="OUT", required=True, help=".png .jpg .webp .exr .gif .apng .mp4")
@@ -45,18 +43,19 @@ def add_render(subparsers: Any) -> None:
     films.add_argument("--frames", type=whole, metavar="N", help="pictures of a film (default: the scene's, or 48)")
     films.add_argument("--fps", type=float, metavar="X", help="pictures per second (default 24)")
     films.add_argument("--orbit", type=float, metavar="DEGREES", help="how far the camera goes round the scene")
-    add_later(parser, _add_picture_options)
+    add_picture_options_later(parser)
     add_common(parser)
     parser.set_defaults(run=render)
 
 
-def add_view(parser: argparse.ArgumentParser) -> None:
-    """What tells where a picture is taken from, and in what light."""
+def add_view(parser: argparse.ArgumentParser, several: bool = False) -> None:
+    """What tells where pictures are taken from, by one camera or ``several``, and in what light."""
     group = parser.add_argument_group("view")
     group.add_argument("--size", type=picture_size, metavar="WxH", help="pixels (default 512x512)")
     group.add_argument(
         "--camera",
         metavar="VIEW",
+        action="append" if several else "store",
         help="turntable, top, isometric, follow; azimuth=40,elevation=20,distance=5,fov=35,target=0:1:0,aperture=.1,"
         "focus=4; or a camera's JSON file; what is left out frames the scene",
     )
@@ -65,11 +64,17 @@ def add_view(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--ground", metavar="NAME", help="seamless, none, white, dark, meadow, earth, checker")
 
 
-def _add_picture_options(parser: argparse.ArgumentParser) -> None:
-    from scenelang.backends.base import Work
-    from scenelang.cli.backend_options import add_backend_options
+def add_picture_options_later(parser: argparse.ArgumentParser) -> None:
+    """The options of the backends that draw."""
+    from scenelang.cli.backend_options import add_later
 
-    add_backend_options(parser, Work.PICTURE)
+    def add(to: argparse.ArgumentParser) -> None:
+        from scenelang.backends.base import Work
+        from scenelang.cli.backend_options import add_backend_options
+
+        add_backend_options(to, Work.PICTURE)
+
+    add_later(parser, add)
 
 
 def render(arguments: argparse.Namespace) -> int:

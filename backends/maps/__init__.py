@@ -1,0 +1,1 @@
+"""Maps: what every pixel of a picture shows, exactly."""
