@@ -22,7 +22,7 @@ PARTS = Option("parts", "write one file for each part (of --depth 1 where none i
 FPS = Option("fps", "frames per second of a 4D scene", 24.0, least=0.01, most=1000.0)
 INSTANCES = Option(
     "instance-limit",
-    "nodes in a file at most; beyond, repeated parts are merged into shared meshes with vertex colours",
+    "nodes beyond which repeated parts are merged into shared meshes with vertex colours",
     100_000,
     least=1,
     most=1_000_000,

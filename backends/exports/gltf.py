@@ -10,7 +10,7 @@ from scenelang.backends.exports.export import FPS, INSTANCES, Job, mesh_backend
 from scenelang.backends.exports.gltf_document import Document
 from scenelang.backends.exports.gltf_nodes import Nodes
 from scenelang.backends.exports.gltf_tracks import Tracks
-from scenelang.backends.exports.items import Item, Plan, cut_below, distinct, sizes
+from scenelang.backends.exports.items import Item, Plan, cut_below, distinct
 from scenelang.backends.exports.merging import segments_for
 from scenelang.backends.exports.timeline import Moving, matched
 from scenelang.grammar.diagnostics import LimitError
@@ -37,7 +37,6 @@ def write(job: Job, path: Path) -> None:
 def document_of(job: Job) -> Document:
     """The glTF document of a plan. Raises LimitError when it would be too large."""
     plan = cut_below(job.plan, job.instances)
-    _check_nodes(plan, job.instances)
     whole = [item.entity for item in distinct(*plan.roots) if item.merged]
     document = Document(segments_for(whole, "the merged meshes", _HINT))
     nodes = Nodes(document)
@@ -49,13 +48,6 @@ def document_of(job: Job) -> Document:
     if document.is_too_large:
         raise LimitError("size", "the meshes have more than the 4 GB that a glTF file can hold", hint=_HINT)
     return document
-
-
-def _check_nodes(plan: Plan, limit: int) -> None:
-    counts = sizes(plan.roots)
-    nodes = max(counts[id(root)] for root in plan.roots)
-    if nodes > limit:  # a limit of one node, with a root that is a leaf, is the only way here
-        raise LimitError("primitives", f"the scene needs {nodes:,} nodes, more than --instance-limit {limit:,}")
 
 
 def _add_frames(nodes: Nodes, plan: Plan, fps: float) -> None:

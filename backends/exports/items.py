@@ -8,15 +8,16 @@ nodes stays small (``cut_below``). Items are shared as entities are.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 
 from scenelang.backends.exports.blocks import settled
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.bounds import entity_box
 from scenelang.interpreter.entity import Entity, Scene, descendants
 from scenelang.interpreter.values import Matrix
 
+MOST_NODES = 1_000_000  # of a strict tree
 _LARGEST = 1e30  # what single precision can hold, products included
 
 
@@ -150,34 +151,59 @@ def sizes(roots: Sequence[Item]) -> dict[int, int]:
 
 
 def cut_below(plan: Plan, limit: int) -> Plan:
-    """``plan`` with the smallest subtrees merged that bring every frame to at most ``limit`` nodes.
+    """``plan`` with the smallest repeated subtrees merged that bring every frame to at most ``limit`` nodes.
 
-    All subtrees of at most T instances are merged, with the least power of two T that is enough, so that what is
-    merged is small and repeated most, and the hierarchy above it stays.
+    All subtrees of at most T instances that stand in several places are merged, with the least power of two T that is
+    enough, so that what is merged is small and the hierarchy above it stays. What stands in one place only is not
+    merged: that would make the file larger. Raises LimitError where ``MOST_NODES`` are not enough then.
     """
     counts = sizes(plan.roots)
     most = max(counts[id(root)] for root in plan.roots)
-    threshold = 1
-    while _nodes(plan.roots, counts, threshold) > limit and threshold < most:
+    if most <= limit:
+        return plan
+    repeated = _repeated(plan.roots)
+    threshold = 2
+    while _nodes(plan.roots, counts, repeated, threshold) > limit and threshold < most:
         threshold *= 2
-    return plan if threshold == 1 else _merged_below(plan, counts, threshold)
+    nodes = _nodes(plan.roots, counts, repeated, threshold)
+    if nodes > max(limit, MOST_NODES):
+        raise LimitError(
+            "primitives",
+            f"the scene needs {nodes:,} nodes, more than the {MOST_NODES:,} that a file may have",
+            hint="merge parts with --depth N, or choose .usd",
+        )
+    return _merged_below(plan, counts, repeated, threshold)
 
 
-def _nodes(roots: Sequence[Item], counts: Mapping[int, int], threshold: int) -> int:
-    """The nodes of the largest frame when subtrees of at most ``threshold`` instances are one node each."""
+def _repeated(roots: Sequence[Item]) -> set[int]:
+    """The ids of the items that stand in several places of one frame."""
+    found: set[int] = set()
+    for root in {id(root): root for root in roots}.values():
+        order = list(distinct(root))
+        places = dict.fromkeys((id(item) for item in order), 0)
+        places[id(root)] = 1
+        for item in reversed(order):
+            for child, _ in item.parts:
+                places[id(child)] += places[id(item)]
+        found.update(key for key, count in places.items() if count > 1)
+    return found
+
+
+def _nodes(roots: Sequence[Item], counts: Mapping[int, int], repeated: Set[int], threshold: int) -> int:
+    """The nodes of the largest frame when repeated subtrees of at most ``threshold`` instances are one node each."""
     nodes: dict[int, int] = {}
     for item in distinct(*roots):
-        below = 0 if counts[id(item)] <= threshold else sum(nodes[id(child)] for child, _ in item.parts)
-        nodes[id(item)] = 1 + below
+        is_one = counts[id(item)] <= threshold and id(item) in repeated
+        nodes[id(item)] = 1 if is_one else 1 + sum(nodes[id(child)] for child, _ in item.parts)
     return max(nodes[id(root)] for root in roots)
 
 
-def _merged_below(plan: Plan, counts: Mapping[int, int], threshold: int) -> Plan:
+def _merged_below(plan: Plan, counts: Mapping[int, int], repeated: Set[int], threshold: int) -> Plan:
     made: dict[int, Item] = {}
     for item in distinct(*plan.roots):
         if item.is_leaf or not item.parts:
             made[id(item)] = item
-        elif counts[id(item)] <= threshold:
+        elif counts[id(item)] <= threshold and id(item) in repeated:
             made[id(item)] = Item(item.entity, merged=True)
         else:
             made[id(item)] = Item(item.entity, tuple((made[id(child)], pose) for child, pose in item.parts))
