@@ -6,7 +6,7 @@ BIN    := $(VENV)/bin
 SCENE  := examples/chessboard.scene
 ROOMS  := grammar interpreter stdlib backends scenelang
 
-.PHONY: demo test test-blender lint install bench gallery docs test-gpu test-slow clean
+.PHONY: demo test test-blender lint install bench gallery docs viewer chromium test-gpu test-slow clean
 
 # What the package needs, then the tools of development; redone when the project's files change.
 $(VENV)/.run: pyproject.toml constraints.txt
@@ -18,7 +18,8 @@ $(VENV)/.dev: $(VENV)/.run
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt ".[dev]"
 	touch $@
 
-SOURCES := $(shell find $(ROOMS) -name '*.py' -o -name '*.lark' -o -name '*.scene' -o -name 'py.typed')
+SOURCES := $(shell find $(ROOMS) -name node_modules -prune -o \( -name '*.py' -o -name '*.lark' -o -name '*.scene' \
+  -o -name 'py.typed' -o -path '*/viewer/static/*' \) -print)
 
 # The package itself, installed as users get it (no editable install), so that packaging is tested too.
 $(VENV)/.package: $(VENV)/.run $(SOURCES)
@@ -39,7 +40,12 @@ lint: $(VENV)/.dev $(VENV)/.package
 	$(BIN)/ruff format --check .
 	cd $(VENV) && bin/mypy --config-file ../pyproject.toml -p scenelang
 
-test: lint $(VENV)/.validator
+# The viewer's page is tested in a browser; without one those tests say so and are skipped.
+chromium:
+	@if ! command -v chromium >/dev/null && command -v apt-get >/dev/null && [ "$$(id -u)" = 0 ]; then \
+	  (apt-get update -qq && apt-get install -y -qq chromium) >/dev/null 2>&1 || true; fi
+
+test: lint chromium $(VENV)/.validator
 	$(BIN)/pytest -n 2 -m "not gpu and not slow"
 
 # The Khronos glTF validator, where node and npm are; its tests say when it is not there.
@@ -73,6 +79,10 @@ gallery: install
 
 docs: install
 	$(BIN)/python -P -m scenelang.stdlib.reference docs/language.md
+
+# The viewer's page from its source; what it makes is committed, so that only changes of it need npm.
+viewer:
+	cd backends/viewer/source && npm install --no-package-lock --no-audit --no-fund --silent && node build.mjs
 
 clean:
 	rm -rf $(VENV) build out *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis

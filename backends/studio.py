@@ -21,7 +21,7 @@ Color = tuple[float, float, float]
 
 BRIGHTEST = 0.92  # no surface reflects all light
 GROUND_EDGE = 5e4  # how far the ground reaches, where the scene's half diagonal is 1
-_SHOULDER = 0.7
+SHOULDER = 0.7
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +122,8 @@ def _ground(ground: Ground, environment: Environment, direction: FloatArray) -> 
 
 def ground_colors(ground: FloatArray, x: AnyFloats, z: AnyFloats) -> FloatArray:
     """The reflectance (N, 3) of the ``ground`` (2, 3) at places (N,)."""
+    if (ground[0] == ground[1]).all():
+        return np.broadcast_to(ground[0], (len(x), 3))
     second = (np.floor(x / CHECKER) + np.floor(z / CHECKER)) % 2.0 != 0.0
     colors = ground[second.astype(np.int64)]
     colors[np.maximum(np.abs(x), np.abs(z)) > CHECKER_EDGE] = ground.mean(axis=0)
@@ -135,9 +137,9 @@ def film(radiance: AnyFloats, environment: Environment) -> AnyFloats:
 
 def tone(linear: AnyFloats) -> AnyFloats:
     """Linear radiance to [0, 1): the identity up to 0.7, then a soft shoulder instead of clipping."""
-    room = 1.0 - _SHOULDER
-    over = np.maximum(linear - _SHOULDER, 0.0)
-    return np.where(linear <= _SHOULDER, np.maximum(linear, 0.0), 1.0 - room * np.exp(-over / room))
+    room = 1.0 - SHOULDER
+    over = np.maximum(linear - SHOULDER, 0.0)
+    return np.where(linear <= SHOULDER, np.maximum(linear, 0.0), 1.0 - room * np.exp(-over / room))
 
 
 def encode(linear: AnyFloats) -> npt.NDArray[np.uint8]:

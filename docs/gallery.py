@@ -1,4 +1,7 @@
-"""Draws the pictures of the gallery, docs/gallery/*.png, from the examples: ``python docs/gallery.py [NAME ...]``."""
+"""Makes the gallery, docs/gallery.md and docs/gallery/*, from the examples: ``python docs/gallery.py [NAME ...]``.
+
+Every example is drawn in both qualities, and turned once round; a 4D one plays its frames.
+"""
 
 from __future__ import annotations
 
@@ -13,54 +16,93 @@ DOCS = Path(__file__).parent
 EXAMPLES = DOCS.parent / "examples"
 GALLERY = DOCS / "gallery"
 SIZE = (320, 240)
+FILM = "240x180"
+FILM_FRAMES = 24
 LARGEST = 60_000  # bytes of one picture
 OVERSAMPLING = 2
 
-# The options of `scenelang render` by picture: example, camera, further options.
-PICTURES: dict[str, tuple[str, str, tuple[str, ...]]] = {
-    "paper-chessboard": ("paper/chessboard", "azimuth=205,elevation=32", ()),
-    "chessboard": ("chessboard", "azimuth=28,elevation=26", ("--quality", "final")),
-    "moai": ("moai", "azimuth=20,elevation=9", ("--quality", "final")),
-    "spiral-staircase": ("spiral-staircase", "azimuth=30,elevation=18", ("--quality", "final")),
-    "jenga": ("jenga", "azimuth=32,elevation=20", ("--quality", "final")),
-    "fractal-tree": ("fractal-tree", "azimuth=30,elevation=16", ("--quality", "final")),
-    "menger-sponge": ("menger-sponge", "azimuth=32,elevation=26", ("--quality", "final")),
-    "nesting-dolls": ("nesting-dolls", "azimuth=10,elevation=12", ("--quality", "final")),
-    "orrery": ("orrery", "azimuth=20,elevation=22", ("--quality", "final", "--frame", "2")),
-    "strict": ("strict", "azimuth=30,elevation=14", ("--quality", "final")),
-    "macros": ("macros", "azimuth=28,elevation=24", ("--quality", "final")),
-    "words": ("words", "azimuth=25,elevation=24", ()),
-    "combinators": ("combinators", "azimuth=20,elevation=28", ("--quality", "final")),
+# What is shown: example, camera, the frame of a 4D example that stands for it.
+SHOWN: dict[str, tuple[str, str, int | None]] = {
+    "paper-chessboard": ("paper/chessboard", "azimuth=205,elevation=32", None),
+    "chessboard": ("chessboard", "azimuth=28,elevation=26", None),
+    "moai": ("moai", "azimuth=20,elevation=9", None),
+    "spiral-staircase": ("spiral-staircase", "azimuth=30,elevation=18", None),
+    "jenga": ("jenga", "azimuth=32,elevation=20", None),
+    "fractal-tree": ("fractal-tree", "azimuth=30,elevation=16", None),
+    "menger-sponge": ("menger-sponge", "azimuth=32,elevation=26", None),
+    "nesting-dolls": ("nesting-dolls", "azimuth=10,elevation=12", None),
+    "orrery": ("orrery", "azimuth=20,elevation=22", 2),
+    "strict": ("strict", "azimuth=30,elevation=14", None),
+    "macros": ("macros", "azimuth=28,elevation=24", None),
+    "words": ("words", "azimuth=25,elevation=24", None),
+    "combinators": ("combinators", "azimuth=20,elevation=28", None),
+    "materials": ("materials", "azimuth=14,elevation=32", None),
 }
+QUALITIES = {"final": "", "draft": "-draft"}
+
+
+def scenelang(command: str, example: str, output: Path, *options: str) -> None:
+    """One run of the command line."""
+    start = [sys.executable, "-P", "-m", "scenelang.cli.main", command, str(EXAMPLES / f"{example}.scene")]
+    subprocess.run([*start, "-o", str(output), "-q", *options], check=True)
 
 
 def draw(name: str) -> int:
-    """Draw one picture at twice its size, shrink it and save it with as many colours as fit; gives its bytes."""
-    example, camera, options = PICTURES[name]
-    width, height = (OVERSAMPLING * side for side in SIZE)
-    target = GALLERY / f"{name}.png"
-    with tempfile.TemporaryDirectory() as folder:
-        large = Path(folder) / "large.png"
-        command = [sys.executable, "-P", "-m", "scenelang.cli.main", "render", str(EXAMPLES / f"{example}.scene")]
-        command += ["-o", str(large), "--size", f"{width}x{height}", "--camera", camera, "-q", *options]
-        subprocess.run(command, check=True)
-        small = Image.open(large).convert("RGB").resize(SIZE, Image.Resampling.LANCZOS)
+    """Draw all pictures of one example; gives their bytes."""
+    example, camera, frame = SHOWN[name]
+    chosen = ["--camera", camera, *(["--frame", str(frame)] if frame is not None else [])]
+    total = 0
+    for quality, ending in QUALITIES.items():
+        with tempfile.TemporaryDirectory() as folder:
+            large = Path(folder) / "large.png"
+            width, height = (OVERSAMPLING * side for side in SIZE)
+            scenelang("render", example, large, "--size", f"{width}x{height}", "--quality", quality, *chosen)
+            small = Image.open(large).convert("RGB").resize(SIZE, Image.Resampling.LANCZOS)
+        total += save_small(small, GALLERY / f"{name}{ending}.png")
+    film = GALLERY / f"{name}.webp"
+    frames = ["--frames", str(FILM_FRAMES)]
+    scenelang("render", example, film, "--size", FILM, "--camera", camera, "--fps", "12", *frames)
+    return total + film.stat().st_size
+
+
+def save_small(picture: Image.Image, target: Path) -> int:
+    """Save a picture with as many colours as fit; gives its bytes."""
     for colors in (256, 192, 128, 96, 64):
-        small.quantize(colors, Image.Quantize.MEDIANCUT, dither=Image.Dither.FLOYDSTEINBERG).save(target, optimize=True)
+        picture.quantize(colors, Image.Quantize.MEDIANCUT, dither=Image.Dither.FLOYDSTEINBERG).save(
+            target, optimize=True
+        )
         if target.stat().st_size <= LARGEST:
             break
     return target.stat().st_size
 
 
+def page() -> str:
+    """The text of docs/gallery.md."""
+    lines = [
+        "# Gallery",
+        "",
+        "Every example, path traced (`--quality final`), as a draft, and as a film: `make gallery` draws them anew.",
+        "",
+        "| | final | draft | film |",
+        "|---|---|---|---|",
+    ]
+    for name, (example, _, _) in SHOWN.items():
+        cells = [f"[{example}](../examples/{example}.scene)"]
+        cells += [f"![{name}](gallery/{name}{ending})" for ending in (".png", "-draft.png", ".webp")]
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join([*lines, ""])
+
+
 def main(names: list[str]) -> int:
-    """Draw the pictures named, or all of them."""
-    unknown = [name for name in names if name not in PICTURES]
+    """Draw the examples named, or all of them, and write the page."""
+    unknown = [name for name in names if name not in SHOWN]
     if unknown:
-        print(f"no such picture: {', '.join(unknown)}; there are {', '.join(PICTURES)}", file=sys.stderr)
+        print(f"no such example: {', '.join(unknown)}; there are {', '.join(SHOWN)}", file=sys.stderr)
         return 2
     GALLERY.mkdir(exist_ok=True)
-    for name in names or PICTURES:
-        print(f"{name}: {draw(name):,} bytes")
+    for name in names or SHOWN:
+        print(f"{name}: {draw(name):,} bytes", flush=True)
+    (DOCS / "gallery.md").write_text(page())
     return 0
 
 

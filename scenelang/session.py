@@ -29,6 +29,7 @@ from scenelang.interpreter.procedures import Closure
 from scenelang.interpreter.program import STD, Program, load_program
 from scenelang.interpreter.runtime import Entry, Runtime
 from scenelang.interpreter.words import find_root, word_warnings
+from scenelang.notebook import install
 from scenelang.stdlib.library import build_library
 
 if TYPE_CHECKING:
@@ -127,6 +128,7 @@ class Session:
     def __init__(self, options: Options | None = None) -> None:
         self.options = options or Options()
         self.library = build_library()
+        install()  # scenes come from here, and are to show themselves in notebooks
 
     # --- sources ---------------------------------------------------------------------------------------------------
 

@@ -14,7 +14,16 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.draft.light import GROUND, SKY, Shadow, Surface, albedo_of, hidden_share, radiance_of
-from scenelang.backends.draft.shade import ShadowMap, occlusion, shadow_map, sky_light, sky_maps, sky_places, smoothed
+from scenelang.backends.draft.shade import (
+    ShadowMap,
+    occlusion,
+    samples_at,
+    shadow_map,
+    sky_light,
+    sky_maps,
+    sky_places,
+    smoothed,
+)
 from scenelang.backends.rays.cast import NOTHING, Caster, Keys, Rays, camera_rays, caster_for, depths_of, ids_of
 from scenelang.backends.solids import Solids
 from scenelang.backends.stage import Stage
@@ -216,7 +225,7 @@ def _ambient(stage: Stage, first: Surface, depth: Float32Array, kept: Kept) -> F
     places = sky_places(stage.solids)
     maps = _parted_maps(stage, kept, "sky", places, lambda solids: sky_maps(solids, places))
     far = np.ones(first.ids.size, np.float32)
-    far[at] = sky_light(maps, first.points[at], first.normals[at], column[at], row[at])
+    far[at] = sky_light(maps, samples_at(first.points[at], first.normals[at], column[at], row[at]))
     return smoothed(near * far.reshape(shape), depth)
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.draft.shade import ShadowMap, key_light
+from scenelang.backends.draft.shade import ShadowMap, key_light, samples_at
 from scenelang.backends.solids import Form, Solids
 from scenelang.backends.stage import Stage
 from scenelang.backends.studio import BRIGHTEST, ground_colors
@@ -90,8 +90,9 @@ def _lit(
     facing = np.maximum(seen.normals @ stage.studio.key_direction, 0.0).astype(np.float32)
     reached = (facing > 0.0).astype(np.float32)
     at = np.flatnonzero((seen.ids != SKY) & (facing > 0.0))
+    samples = samples_at(seen.points[at], seen.normals[at], column[at], row[at])
     for shadow, hidden in shadows:
-        part = key_light(shadow, environment.radius, seen.points[at], seen.normals[at], column[at], row[at])
+        part = key_light(shadow, environment.radius, samples)
         reached[at] *= 1.0 - np.float32(hidden) * (1.0 - part)
     facing *= reached
     solid = seen.ids >= 0

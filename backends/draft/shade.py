@@ -99,65 +99,84 @@ def shadow_map(solids: Solids, direction: FloatArray, size: int) -> ShadowMap:
     return ShadowMap(depths_of(caster.cast()), axes, center)
 
 
-def key_light(
-    shadow: ShadowMap, radius: float, points: FloatArray, normals: FloatArray, column: IntArray, row: IntArray
-) -> Float32Array:
-    """The share (N,) of the key light that reaches ``points`` (N, 3); penumbras widen with the blocker's distance.
+@dataclass(frozen=True, slots=True, eq=False)
+class Samples:
+    """Surface points to be lit: ``points`` and ``normals`` as coordinates (3, N), and the ``turn`` of their taps."""
 
-    The light is seen under twice ``radius`` degrees. ``column`` and ``row`` (N,) are the points' samples: neighbours
-    are given different taps.
-    """
+    points: Float32Array
+    normals: Float32Array
+    turn: Turn
+
+    def part(self, which: slice) -> Samples:
+        cosine, sine = self.turn
+        return Samples(self.points[:, which], self.normals[:, which], (cosine[which], sine[which]))
+
+
+def samples_at(points: FloatArray, normals: FloatArray, column: IntArray, row: IntArray) -> Samples:
+    """Samples at ``points`` (N, 3); ``column`` and ``row`` (N,) are their places: neighbours get different taps."""
+    angle = (2.0 * math.pi) * _noise(column, row)
+    columns = [np.ascontiguousarray(values.T, np.float32) for values in (points, normals)]
+    return Samples(columns[0], columns[1], (np.cos(angle), np.sin(angle)))
+
+
+def key_light(shadow: ShadowMap, radius: float, samples: Samples) -> Float32Array:
+    """The share (N,) of the key light, seen under twice ``radius`` degrees, that reaches ``samples``; penumbras widen
+    with the blocker's distance."""
     spread = math.tan(math.radians(radius))  # growth of the penumbra's radius with the blocker's distance
-    out = np.ones(len(points), np.float32)
-    for start in range(0, len(points), _CHUNK):
+    out = np.ones(samples.points.shape[1], np.float32)
+    for start in range(0, len(out), _CHUNK):
         part = slice(start, start + _CHUNK)
-        out[part] = _key_light(shadow, spread, points[part], normals[part], column[part], row[part])
+        out[part] = _key_light(shadow, spread, samples.part(part))
     return out
 
 
-def _key_light(
-    shadow: ShadowMap, spread: float, points: FloatArray, normals: FloatArray, column: IntArray, row: IntArray
-) -> Float32Array:
-    lit = np.ones(len(points), np.float32)
-    at, receivers = _receivers(shadow, points, normals, column, row, 0.6)
+def _key_light(shadow: ShadowMap, spread: float, samples: Samples) -> Float32Array:
+    lit = np.ones(samples.points.shape[1], np.float32)
+    at, receivers = _receivers(shadow, samples, 0.6)
     if not len(at):
         return lit
     per_distance = np.float32(spread / shadow.texel)
-    widest = 0.11 * shadow.size
-    reach = np.clip((receivers.depth - np.float32(_LIGHT_DISTANCE - 1.0)) * per_distance, 2.0, widest)
+    widest = np.float32(0.11 * shadow.size)
+    reach = np.clip((receivers.depth - np.float32(_LIGHT_DISTANCE - 1.0)) * per_distance, np.float32(2.0), widest)
     receivers = replace(receivers, radius=reach)
     distance = _blocker_distance(shadow, receivers)
     some = np.flatnonzero(distance > 0.0)
-    radius = np.clip(distance[some] * per_distance, 0.9, widest)
+    radius = np.clip(distance[some] * per_distance, np.float32(0.9), widest)
     lit[at[some]] = _lit_share(shadow, receivers.take(some, radius))
     return lit
 
 
-def _receivers(
-    shadow: ShadowMap, points: FloatArray, normals: FloatArray, column: IntArray, row: IntArray, lift: float
-) -> tuple[IntArray, _Receivers]:
-    """The points that face the light near the map, and where they are in it, ``lift`` texels off their surfaces."""
-    size, texel = shadow.size, shadow.texel
-    tilt = normals @ shadow.axes.T
-    facing = np.clip(-tilt[:, 2], 0.0, 1.0)
-    offset = texel * lift * (1.0 + 2.0 * np.sqrt(1.0 - facing * facing))
-    local = (points - shadow.center) @ shadow.axes.T + tilt * offset[:, None]
-    u = (local[:, 0] / _HALF + 1.0) * (0.5 * size) - 0.5
-    v = (1.0 - local[:, 1] / _HALF) * (0.5 * size) - 0.5
+def _receivers(shadow: ShadowMap, samples: Samples, lift: float) -> tuple[IntArray, _Receivers]:
+    """The samples that face the light near the map, and where they are in it, ``lift`` texels off their surfaces."""
+    size, texel = shadow.size, np.float32(shadow.texel)
+    axes = shadow.axes.astype(np.float32)
+    tilt = _turned(axes, samples.normals)
+    facing = np.clip(-tilt[2], np.float32(0.0), np.float32(1.0))
+    local = _turned(axes, samples.points) - (axes @ shadow.center.astype(np.float32))[:, None]
+    local += tilt * (texel * np.float32(lift) * (np.float32(1.0) + np.float32(2.0) * np.sqrt(1.0 - facing * facing)))
+    half = np.float32(0.5 * size)
+    u = (local[0] * np.float32(1.0 / _HALF) + np.float32(1.0)) * half - np.float32(0.5)
+    v = (np.float32(1.0) - local[1] * np.float32(1.0 / _HALF)) * half - np.float32(0.5)
     reach = 0.15 * size
     at = np.flatnonzero((u > -reach) & (u < size + reach) & (v > -reach) & (v < size + reach) & (facing > 0.0))
-    steep = np.minimum(tilt[at, 2], -0.2)
-    angle = 2.0 * math.pi * _noise(column[at], row[at])
+    steep = np.minimum(tilt[2, at], np.float32(-0.2))
+    cosine, sine = samples.turn
     receivers = _Receivers(
-        u[at].astype(np.float32),
-        v[at].astype(np.float32),
-        local[at, 2].astype(np.float32),
-        (-tilt[at, 0] / steep * texel).astype(np.float32),
-        (tilt[at, 1] / steep * texel).astype(np.float32),
-        (np.cos(angle).astype(np.float32), np.sin(angle).astype(np.float32)),
+        u[at],
+        v[at],
+        local[2, at],
+        -tilt[0, at] / steep * texel,
+        tilt[1, at] / steep * texel,
+        (cosine[at], sine[at]),
         np.zeros(len(at), np.float32),
     )
     return at, receivers
+
+
+def _turned(axes: Float32Array, values: Float32Array) -> Float32Array:
+    """``axes`` (K, 3) @ ``values`` (3, N), by hand: the threads of a matrix product cost more than they gain here."""
+    rows = [a[0] * values[0] + a[1] * values[1] + a[2] * values[2] for a in axes]
+    return np.asarray(np.stack(rows), np.float32)
 
 
 def _disk(count: int, power: float = 0.5) -> list[tuple[float, float]]:
@@ -220,19 +239,18 @@ def sky_places(solids: Solids) -> int:
     return _SKY_PLACES if len(solids) < _MANY_SOLIDS else _FEW_SKY_PLACES
 
 
-def sky_light(
-    maps: list[ShadowMap], points: FloatArray, normals: FloatArray, column: IntArray, row: IntArray
-) -> Float32Array:
-    """The share (N,) of the sky's light on ``points`` that large things let through, seen from places of the sky."""
-    total = np.full(len(points), 0.1, np.float32)
-    open_ = np.full(len(points), 0.1, np.float32)
-    for shadow in maps:
-        direction = -shadow.axes[2]
-        for start in range(0, len(points), _CHUNK):
-            part = slice(start, start + _CHUNK)
-            weight = np.maximum(normals[part] @ direction, 0.0).astype(np.float32)
+def sky_light(maps: list[ShadowMap], samples: Samples) -> Float32Array:
+    """The share (N,) of the sky's light on ``samples`` that large things let through, seen from places of the sky."""
+    count = samples.points.shape[1]
+    total = np.full(count, 0.1, np.float32)
+    open_ = np.full(count, 0.1, np.float32)
+    for start in range(0, count, _CHUNK):
+        part = slice(start, start + _CHUNK)
+        chunk = samples.part(part)
+        for shadow in maps:
+            weight = np.maximum(-_turned(shadow.axes[2:].astype(np.float32), chunk.normals)[0], np.float32(0.0))
             lit = np.ones(len(weight), np.float32)
-            at, receivers = _receivers(shadow, points[part], normals[part], column[part], row[part], 0.8)
+            at, receivers = _receivers(shadow, chunk, 0.8)
             receivers = replace(receivers, radius=np.full(len(at), 4.0, np.float32))
             for dx, dy in ((0.3, 0.0), (-0.9, 0.3)):
                 lit[at] -= np.float32(0.5) * (receivers.above(shadow, dx, dy) > shadow.texel)

@@ -18,6 +18,7 @@ FloatArray = npt.NDArray[np.floating]
 Interval = tuple[FloatArray, FloatArray]
 
 _TINY = 1e-200
+_SEAM = 1e-9  # by which triangles overlap, so that no ray passes between neighbours
 
 
 def interval(form: int, o: Triple, d: Triple) -> Interval:
@@ -97,7 +98,7 @@ def _cone(o: Triple, d: Triple) -> Interval:
 def _triangle(o: Triple, d: Triple) -> Interval:
     t = -o[2] / np.where(np.abs(d[2]) < _TINY, _TINY, d[2])
     x, y = o[0] + t * d[0], o[1] + t * d[1]
-    inside = (x >= -1.0) & (y >= -1.0) & (x + y <= 0.0)
+    inside = (x >= -1.0 - _SEAM) & (y >= -1.0 - _SEAM) & (x + y <= _SEAM)
     return np.where(inside, t, np.inf), np.where(inside, t, -np.inf)
 
 

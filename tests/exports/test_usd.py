@@ -98,7 +98,7 @@ def test_every_ending(ending: str, tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == [f"a{ending}"]
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(scenes())
 def test_any_pose(scene: Scene) -> None:
     with tempfile.TemporaryDirectory() as folder:
@@ -107,7 +107,7 @@ def test_any_pose(scene: Scene) -> None:
         assert complaints(stage) == []
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(scenes(frames=4))
 def test_any_animation_is_right_at_every_frame(scene: Scene) -> None:
     with tempfile.TemporaryDirectory() as folder:

@@ -1,0 +1,85 @@
+"""The page: its files as the server gives them, and one self-contained file that needs no server."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import hashlib
+import html
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+STATIC = {"viewer.js": "text/javascript; charset=utf-8", "viewer.css": "text/css; charset=utf-8"}
+_HEAD, _BODY = "<!--head-->", "<!--body-->"
+_ICON = '<link rel="icon" href="data:,">'  # or browsers ask the server for one
+
+
+@dataclass(frozen=True, slots=True)
+class SavedScene:
+    """A scene to be saved. ``state`` is what the server would answer; ``packet`` is None without one."""
+
+    name: str
+    state: Mapping[str, Any]
+    packet: bytes | None
+
+
+@cache
+def static(name: str) -> bytes:
+    """One of the built files; ``name`` is a key of ``STATIC`` or ``page.html``."""
+    return files(__package__).joinpath("static", name).read_bytes()
+
+
+def served_page() -> bytes:
+    """The page for a server, which has ``STATIC`` beside it."""
+    head = f'{_ICON}<link rel="stylesheet" href="viewer.css">'
+    page = _template().replace(_HEAD, head).replace(_BODY, '<script src="viewer.js"></script>')
+    return page.encode()
+
+
+def self_contained(scenes: Sequence[SavedScene]) -> str:
+    """One HTML text with the viewer and ``scenes`` in it; it loads nothing, and its policy lets it load nothing."""
+    script = _text("viewer.js").replace("</script", "<\\/script").replace("<!--", "<\\!--")
+    style = _text("viewer.css")
+    policy = f"default-src 'none'; img-src data:; script-src '{_digest(script)}'; style-src '{_digest(style)}'"
+    head = f'<meta http-equiv="Content-Security-Policy" content="{html.escape(policy)}">{_ICON}<style>{style}</style>'
+    data = f'<script type="application/json" id="scenes">{_embedded(scenes)}</script>'
+    return _template().replace(_HEAD, head).replace(_BODY, f"{data}<script>{script}</script>")
+
+
+def frame(page: str, height: int) -> str:
+    """``page`` as the text of an iframe of its own, apart from what is around it; ``height`` in CSS pixels."""
+    return (
+        f'<iframe srcdoc="{html.escape(page)}" sandbox="allow-scripts" title="scene" '
+        f'style="width:100%;height:{height}px;border:0"></iframe>'
+    )
+
+
+def _template() -> str:
+    return _text("page.html")
+
+
+def _text(name: str) -> str:
+    return static(name).decode()
+
+
+def _digest(text: str) -> str:
+    return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
+
+
+def _embedded(scenes: Sequence[SavedScene]) -> str:
+    """The scenes as JSON that no markup can end: every ``<`` is escaped."""
+    data = [
+        {
+            "name": scene.name,
+            "state": dict(scene.state),
+            "picture": None
+            if scene.packet is None
+            else base64.b64encode(gzip.compress(scene.packet, 6, mtime=0)).decode(),
+        }
+        for scene in scenes
+    ]
+    return json.dumps(data).replace("<", "\\u003c")

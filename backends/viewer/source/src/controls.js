@@ -1,0 +1,48 @@
+// What people press and click: the picture, the buttons above it, the keys.
+import { control } from "./camera.js";
+import { byId } from "./dom.js";
+
+// Connects the elements of the document to `page`.
+export function listen(page) {
+  control(byId("canvas"), page.viewpoint, () => page.moved());
+  let pressed = null;
+  byId("canvas").addEventListener("pointerdown", (event) => { pressed = [event.offsetX, event.offsetY]; });
+  byId("canvas").addEventListener("pointerup", (event) => {
+    if (pressed && event.button === 0 && Math.hypot(event.offsetX - pressed[0], event.offsetY - pressed[1]) < 4) page.pick(event.offsetX, event.offsetY);
+    pressed = null;
+  });
+  const on = (id, action) => byId(id).addEventListener("click", action);
+  on("frame-all", () => page.frameAll());
+  on("toggle-labels", (event) => { page.labels.isOn = press(event.target); page.draw(); });
+  on("toggle-ground", (event) => { page.stage.hasGround = press(event.target); page.draw(); });
+  on("toggle-left", (event) => document.body.classList.toggle("no-left", !press(event.target)));
+  on("toggle-right", (event) => document.body.classList.toggle("no-right", !press(event.target)));
+  on("copy-camera", () => page.copyCamera((box) => page.viewpoint.text(box), "camera for render --camera"));
+  on("copy-json", () => page.copyCamera((box, width, height) => JSON.stringify(page.viewpoint.json(box, width, height)), "camera as JSON"));
+  byId("view").addEventListener("change", (event) => page.setView(event.target.value));
+  byId("files").addEventListener("change", (event) => page.choose(Number(event.target.value)));
+  document.addEventListener("keydown", (event) => onKey(page, event));
+}
+
+function onKey(page, event) {
+  const isTyping = event.target.matches("input:not([type=range]):not([type=checkbox]), select, textarea");
+  if (event.key === "Escape") {
+    page.select(null);
+    if (isTyping) event.target.blur();
+    return;
+  }
+  if (isTyping || event.ctrlKey || event.metaKey || event.altKey) return;
+  const keys = { f: () => page.frameSelection(), l: () => byId("toggle-labels").click(), g: () => byId("toggle-ground").click(), "/": () => byId("search").focus() };
+  if (event.key === " " && !event.target.matches("button, input[type=checkbox]")) keys[" "] = () => page.timeline.toggle();
+  const action = keys[event.key.toLowerCase()];
+  if (!action) return;
+  event.preventDefault();
+  action();
+}
+
+// Turns a toggle button over; whether it is on now.
+function press(button) {
+  const isOn = button.getAttribute("aria-pressed") !== "true";
+  button.setAttribute("aria-pressed", String(isOn));
+  return isOn;
+}

@@ -1,0 +1,28 @@
+// What is known of the selected entity: path, handle, attributes, and the source line that made it.
+import { counted, el, fill } from "./dom.js";
+
+export function inspect(element, graph, frame, path) {
+  const nodes = path === null ? null : graph.nodesOn(frame, path);
+  if (nodes === null) {
+    fill(element, el("p", { className: "quiet" }, "Click an object or a row of the tree."));
+    return;
+  }
+  const node = nodes[nodes.length - 1];
+  const handle = graph.handle(frame, path);
+  const embedding = graph.embedding(node);
+  const facts = [];
+  const add = (name, value, className) => facts.push(el("dt", {}, name), el("dd", className ? { className } : {}, value));
+  add("path", graph.spelled(frame, path), "path");
+  if (handle !== null) add("handle", `<${handle}>`, "code");
+  if (embedding?.text) add("text", embedding.text);
+  for (const [name, value] of embedding?.attributes ?? []) add(`:${name}`, value, "code");
+  if (!graph.isPrimitive(node)) add("primitives", counted(graph.leaves[node]));
+  const { calls, definition } = graph.places(node);
+  calls.forEach((place, i) => add(i ? "or at" : "made at", placed(place)));
+  definition.forEach((place) => add("bound at", placed(place)));
+  fill(element, el("h3", {}, graph.word(node)), el("dl", {}, ...facts));
+}
+
+function placed(place) {
+  return el("span", { className: "place" }, el("span", {}, `${place.file}:${place.line}:${place.column}`), el("code", {}, place.text));
+}

@@ -1,0 +1,295 @@
+// The light and the film of backends/studio.py and draft.py as shaders, so that the page agrees with draft pictures.
+
+// An instance: its pose, its primitive's row of looks, its number in the frame.
+const INSTANCE = /* glsl */ `
+  attribute vec2 instance; // primitive, number
+  varying vec3 vPoint;
+  varying vec3 vNormal;
+  varying vec3 vTint;
+  flat varying vec2 vInstance;
+  flat varying float vMirrored;
+  #ifdef HAS_COLORS
+    attribute vec3 tint;
+  #endif
+  vec4 placed() {
+    mat3 m = mat3(instanceMatrix);
+    // cofactors turn normals right under shear and scale; a mirror turns them inwards, the fragment out again
+    vNormal = mat3(cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1])) * normal;
+    vInstance = instance;
+    vMirrored = dot(m[0], cross(m[1], m[2])) < 0.0 ? 1.0 : 0.0;
+    #ifdef HAS_COLORS
+      vTint = tint;
+    #else
+      vTint = vec3(1.0);
+    #endif
+    vec4 point = instanceMatrix * vec4(position, 1.0);
+    vPoint = point.xyz;
+    return point;
+  }
+`;
+
+export const SOLID_VERTEX = /* glsl */ `
+  ${INSTANCE}
+  void main() { gl_Position = projectionMatrix * viewMatrix * placed(); }
+`;
+
+export const GROUND_VERTEX = /* glsl */ `
+  varying vec3 vPoint;
+  void main() {
+    vPoint = (modelMatrix * vec4(position, 1.0)).xyz;
+    gl_Position = projectionMatrix * viewMatrix * vec4(vPoint, 1.0);
+  }
+`;
+
+const LOOK = /* glsl */ `
+  uniform sampler2D looks; // three texels a primitive: colour and opacity; emission and ior; roughness, metallic
+  uniform float looksWidth;
+  vec4 look(int part) {
+    int at = int(vInstance.x + 0.5) * 3 + part;
+    int width = int(looksWidth);
+    return texelFetch(looks, ivec2(at % width, at / width), 0);
+  }
+`;
+
+const NOISE = /* glsl */ `
+  uniform float seed; // another one for each sample of a still picture
+  float noise(vec2 pixel) { return fract(52.9829189 * fract(dot(pixel, vec2(0.06711056, 0.00583715))) + seed * 0.61803399); }
+`;
+
+// Percentage-closer soft shadows: the penumbra widens with the blocker's distance, as a light of `keyRadius` casts it.
+const SHADOW = /* glsl */ `
+  uniform sampler2D shadowMap;
+  uniform mat3 lightAxes; // columns: right, up, towards the light
+  uniform float keySpread; // tan(keyRadius)
+  uniform float shadowTexel; // in stage units
+  ${NOISE}
+  vec2 tap(int i, float count, float turn) {
+    float angle = float(i) * 2.399963229728653 + turn;
+    return vec2(cos(angle), sin(angle)) * sqrt((float(i) + 0.5) / count);
+  }
+  float mapped(sampler2D map, vec2 at) {
+    vec2 uv = at / (2.0 * SHADOW_HALF) + 0.5;
+    if (uv.x <= 0.0 || uv.y <= 0.0 || uv.x >= 1.0 || uv.y >= 1.0) return 1e9;
+    float depth = texture2D(map, uv).r;
+    return depth >= 1.0 ? 1e9 : SHADOW_NEAR + depth * (SHADOW_FAR - SHADOW_NEAR);
+  }
+  float keyShare(vec3 point, vec3 normal) {
+    vec3 tilt = normal * lightAxes;
+    if (tilt.z <= 0.0) return 0.0;
+    vec3 local = (point + normal * shadowTexel * (0.8 + 1.6 * sqrt(1.0 - tilt.z * tilt.z))) * lightAxes;
+    float depth = SHADOW_DISTANCE - local.z;
+    vec2 slope = tilt.xy / max(tilt.z, 0.2);
+    float turn = 6.2831853 * noise(gl_FragCoord.xy);
+    float widest = 0.22 * SHADOW_HALF;
+    float reach = clamp((depth - SHADOW_DISTANCE + 1.0) * keySpread, 2.0 * shadowTexel, widest);
+    float blockers = 0.0;
+    float distance = 0.0;
+    for (int i = 0; i < 16; i++) {
+      vec2 d = tap(i, 16.0, turn) * reach;
+      float above = depth + dot(d, slope) - mapped(shadowMap, local.xy + d);
+      if (above > 0.5 * shadowTexel) { blockers += 1.0; distance += above; }
+    }
+    if (blockers == 0.0) return 1.0;
+    float radius = clamp(distance / blockers * keySpread, 0.9 * shadowTexel, widest);
+    float lit = 0.0;
+    for (int i = 0; i < 24; i++) {
+      vec2 d = tap(i, 24.0, turn + 2.0) * radius;
+      lit += depth + dot(d, slope) - mapped(shadowMap, local.xy + d) > 0.5 * shadowTexel ? 0.0 : 1.0;
+    }
+    return lit / 24.0;
+  }
+`;
+
+// The surrounding light, one direction a sample: how much of a uniform surrounding this direction stands for at a
+// surface, so that all samples together weigh one, and the share of it that nothing hides.
+const SKY = /* glsl */ `
+  uniform sampler2D skyMap;
+  uniform mat3 skyAxes;
+  uniform vec3 skyDirections[SKY_SAMPLES];
+  uniform float skyTexel;
+  uniform bool hasSky;
+  vec2 skyShare(vec3 point, vec3 normal) {
+    if (!hasSky) return vec2(1.0, 1.0);
+    float total = 0.0;
+    for (int i = 0; i < SKY_SAMPLES; i++) total += max(dot(normal, skyDirections[i]), 0.0);
+    vec3 tilt = normal * skyAxes;
+    if (tilt.z <= 0.0) return vec2(0.0, 1.0);
+    vec3 local = (point + normal * skyTexel * (0.6 + 1.2 * sqrt(1.0 - tilt.z * tilt.z))) * skyAxes;
+    vec2 slope = tilt.xy / max(tilt.z, 0.2);
+    float turn = 6.2831853 * noise(gl_FragCoord.xy);
+    float seen = 0.0;
+    for (int i = 0; i < 4; i++) {
+      vec2 d = tap(i, 4.0, turn) * 3.0 * skyTexel;
+      seen += SHADOW_DISTANCE - local.z + dot(d, slope) - mapped(skyMap, local.xy + d) > skyTexel ? 0.0 : 0.25;
+    }
+    return vec2(tilt.z / total * float(SKY_SAMPLES), seen);
+  }
+`;
+
+const TONE = /* glsl */ `
+  uniform float shoulder;
+  vec3 tone(vec3 c) {
+    vec3 over = max(c - shoulder, 0.0);
+    return mix(max(c, 0.0), 1.0 - (1.0 - shoulder) * exp(-over / (1.0 - shoulder)), step(shoulder, c));
+  }
+`;
+
+const LIGHT = /* glsl */ `
+  uniform vec3 backdrop, ambient, key;
+  uniform float brightest, groundHeight;
+  ${TONE}
+  uniform bool isToned; // else samples are added up first
+  vec3 exposed(vec3 c) { return isToned ? tone(c) : c; }
+  // The surrounding light: from below comes the ground's, but near it lies the solid's own shadow.
+  vec3 around(vec3 point, vec3 normal) {
+    float height = clamp(point.y - groundHeight, 0.0, 10.0);
+    float turnedAway = 0.5 - 0.5 * dot(normal, lightAxes[2]);
+    float shaded = 0.7 * turnedAway * exp(-height / 0.35);
+    return ambient + (0.5 - 0.5 * normal.y) * (backdrop * (1.0 - shaded) - ambient);
+  }
+  // What hides the surrounding light is itself lit, and taken to have the colour albedo.
+  vec3 surrounding(vec3 light, vec3 albedo, vec2 sky) {
+    vec3 bounced = albedo * (0.5 * ambient + 0.28 * key) * 0.65;
+    return sky.x * mix(bounced, light, sky.y);
+  }
+`;
+
+// Highlights of the key light (GGX, Schlick) and reflections of a room: surrounding light above, the ground below.
+const GLOSS = /* glsl */ `
+  vec3 schlick(vec3 reflectance, float cosine, float rough) {
+    return reflectance + (max(vec3(1.0 - rough), reflectance) - reflectance) * pow(1.0 - cosine, 5.0);
+  }
+  vec3 room(vec3 v, vec3 n, float toward, float rough) {
+    float up = -v.y + 2.0 * toward * n.y;
+    return mix(backdrop, ambient, clamp(0.5 + 0.5 * up / rough, 0.0, 1.0));
+  }
+  vec3 highlight(vec3 n, vec3 v, vec3 l, vec3 reflectance, float toward, float rough) {
+    vec3 h = normalize(l + v);
+    float alpha2 = rough * rough * rough * rough;
+    float facing = clamp(dot(n, l), 0.0, 1.0);
+    float straight = clamp(dot(n, h), 0.0, 1.0);
+    float d = straight * straight * (alpha2 - 1.0) + 1.0;
+    float spread = alpha2 / (3.14159265 * d * d);
+    float masked = 0.5 / max(facing * sqrt(toward * toward * (1.0 - alpha2) + alpha2) + toward * sqrt(facing * facing * (1.0 - alpha2) + alpha2), 1e-4);
+    return schlick(reflectance, clamp(dot(h, l), 0.0, 1.0), rough) * spread * masked * facing * 3.14159265 * key;
+  }
+`;
+
+export const SOLID_FRAGMENT = /* glsl */ `
+  varying vec3 vPoint;
+  varying vec3 vNormal;
+  varying vec3 vTint;
+  flat varying vec2 vInstance;
+  flat varying float vMirrored;
+  uniform vec2 selected; // instances from .x up to .y are marked
+  uniform vec3 accent;
+  ${LOOK}
+  ${SHADOW}
+  ${SKY}
+  ${LIGHT}
+  ${GLOSS}
+  void main() {
+    vec3 v = isOrthographic ? vec3(viewMatrix[0][2], viewMatrix[1][2], viewMatrix[2][2]) : normalize(cameraPosition - vPoint);
+    vec3 n = normalize(vNormal);
+    n = gl_FrontFacing ? n : -n;
+    #ifdef CLOSED
+      // light passes a closed solid's surface twice, which the nearer side stands for
+      if (gl_FrontFacing == (vMirrored > 0.5)) discard;
+    #endif
+    vec4 surface = look(0), glow = look(1), finish = look(2);
+    vec3 albedo = surface.rgb * vTint * brightest;
+    vec3 l = lightAxes[2];
+    float facing = max(dot(n, l), 0.0);
+    float lit = facing > 0.0 ? keyShare(vPoint, n) : 0.0;
+    vec2 sky = skyShare(vPoint, n);
+    vec3 color = albedo * (surrounding(around(vPoint, n), albedo, sky) + key * facing * lit);
+    if (finish.x >= 0.0) {
+      float rough = max(finish.x, 0.06);
+      float base = (glow.w - 1.0) / (glow.w + 1.0);
+      base *= base;
+      vec3 reflectance = mix(vec3(base), albedo, finish.y);
+      float toward = clamp(dot(n, v), 1e-3, 1.0);
+      color *= (1.0 - finish.y) * (1.0 - base);
+      color += schlick(reflectance, toward, rough) * room(v, n, toward, rough) * sky.x * sky.y;
+      color += highlight(n, v, l, reflectance, toward, rough) * lit;
+    }
+    color = exposed(color + glow.rgb);
+    if (vInstance.y >= selected.x && vInstance.y < selected.y) {
+      float edge = pow(1.0 - abs(dot(n, v)), 2.0);
+      color = mix(color, accent, 0.35 + 0.5 * edge);
+    }
+    #ifdef CLOSED
+      float opacity = 1.0 - (1.0 - surface.a) * (1.0 - surface.a);
+    #else
+      float opacity = surface.a;
+    #endif
+    gl_FragColor = vec4(color, opacity);
+  }
+`;
+
+export const GROUND_FRAGMENT = /* glsl */ `
+  varying vec3 vPoint;
+  uniform vec3 ground; // reflectance
+  ${SHADOW}
+  ${SKY}
+  ${LIGHT}
+  void main() {
+    vec3 n = vec3(0.0, 1.0, 0.0);
+    gl_FragColor = vec4(exposed(ground * (surrounding(ambient, vec3(0.4), skyShare(vPoint, n)) + key * lightAxes[2].y * keyShare(vPoint, n))), 1.0);
+  }
+`;
+
+// Depth from the key light; what is see-through lets a share of its texels pass.
+export const DEPTH_FRAGMENT = /* glsl */ `
+  varying vec3 vPoint;
+  varying vec3 vNormal;
+  varying vec3 vTint;
+  flat varying vec2 vInstance;
+  flat varying float vMirrored;
+  ${LOOK}
+  ${NOISE}
+  void main() {
+    float opacity = look(0).a;
+    if (opacity < 1.0 && noise(gl_FragCoord.xy) >= opacity) discard;
+    gl_FragColor = vec4(1.0);
+  }
+`;
+
+// The instance's number, plus one, in base 256.
+export const PICK_FRAGMENT = /* glsl */ `
+  varying vec3 vPoint;
+  varying vec3 vNormal;
+  varying vec3 vTint;
+  flat varying vec2 vInstance;
+  flat varying float vMirrored;
+  void main() {
+    float id = vInstance.y + 1.0;
+    gl_FragColor = vec4(mod(id, 256.0), mod(floor(id / 256.0), 256.0), mod(floor(id / 65536.0), 256.0), 255.0) / 255.0;
+  }
+`;
+
+export const FILM_VERTEX = /* glsl */ `
+  varying vec2 vUv;
+  void main() { vUv = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }
+`;
+
+// Linear radiance after the tone curve to sRGB.
+export const FILM_FRAGMENT = /* glsl */ `
+  varying vec2 vUv;
+  uniform sampler2D picture;
+  uniform bool isRaw; // the tone curve is still to come
+  ${TONE}
+  void main() {
+    vec3 c = texture2D(picture, vUv).rgb;
+    c = clamp(isRaw ? tone(c) : c, 0.0, 1.0);
+    gl_FragColor = vec4(mix(1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, 12.92 * c, step(c, vec3(0.0031308))), 1.0);
+  }
+`;
+
+// A sample of a still picture, weighed by `share` against those before it.
+export const ADD_FRAGMENT = /* glsl */ `
+  varying vec2 vUv;
+  uniform sampler2D picture;
+  uniform float share;
+  void main() { gl_FragColor = vec4(texture2D(picture, vUv).rgb, share); }
+`;

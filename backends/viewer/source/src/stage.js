@@ -1,0 +1,302 @@
+// The picture: the studio's light, the ground, the key light's shadow map, the film, and picking by numbers.
+import { Box3, Box3Helper, CircleGeometry, Color, DepthTexture, DoubleSide, FloatType, HalfFloatType, Matrix3, Matrix4, Mesh, NearestFilter, NoBlending, OrthographicCamera, PlaneGeometry, Scene, ShaderMaterial, Vector2, Vector3, WebGLRenderer, WebGLRenderTarget } from "three";
+import * as shaders from "./shaders.js";
+
+const HALF = 1.02; // half the width of the shadow map: the scene lies in the unit ball
+const DISTANCE = 3;
+const BELOW = 1e-4; // the ground lies this far under the lowest point, so that flat floors hide it
+const ACCENT = new Vector3(0.03, 0.24, 0.85);
+const SKY_SIZE = 512;
+const SAMPLES = 32; // of a still picture: sky directions, places in the pixel, turns of the shadows' taps
+const FIRST_SHOWN = 8;
+const SLOW = 120; // milliseconds; where a sample takes longer, a still picture stays as it is
+const DEFINES = { SHADOW_HALF: HALF.toFixed(4), SHADOW_DISTANCE: "3.0", SHADOW_NEAR: "1.5", SHADOW_FAR: "4.5", SKY_SAMPLES: String(SAMPLES) };
+
+export class Stage {
+  constructor(canvas) {
+    this.renderer = new WebGLRenderer({ canvas, antialias: false, preserveDrawingBuffer: true });
+    this.renderer.autoClear = false;
+    this.canvas = canvas;
+    this.scene = new Scene();
+    this.instances = null;
+    this.hasGround = true;
+    this.shadowFor = null;
+    const size = Math.min(2048, this.renderer.capabilities.maxTextureSize);
+    this.shadow = depthTarget(size);
+    this.light = new OrthographicCamera(-HALF, HALF, HALF, -HALF, 1.5, 4.5);
+    this.sky = depthTarget(SKY_SIZE);
+    this.skyLight = this.light.clone();
+    this.plain = new WebGLRenderTarget(1, 1, { type: HalfFloatType }); // a sample of a still picture
+    this.sum = new WebGLRenderTarget(1, 1, { type: HalfFloatType, depthBuffer: false });
+    this.samples = SAMPLES;
+    this.film = new WebGLRenderTarget(1, 1, { type: HalfFloatType, samples: 4 });
+    this.pickTarget = new WebGLRenderTarget(1, 1);
+    this.uniforms = sharedUniforms(this.shadow, this.sky);
+    this.ground = this.makeGround();
+    this.outline = new Box3Helper(new Box3(), new Color(ACCENT.x, ACCENT.y, ACCENT.z));
+    this.outline.visible = false;
+    this.scene.add(this.ground, this.outline);
+    this.depthMaterial = this.material(shaders.SOLID_VERTEX, shaders.DEPTH_FRAGMENT, { side: DoubleSide });
+    this.pickMaterial = this.material(shaders.SOLID_VERTEX, shaders.PICK_FRAGMENT, { side: DoubleSide, blending: NoBlending });
+    this.screen = fullScreen(shaders.FILM_FRAGMENT, { picture: { value: null }, isRaw: { value: false }, shoulder: this.uniforms.shoulder }, {});
+    this.adder = fullScreen(shaders.ADD_FRAGMENT, { picture: { value: this.plain.texture }, share: { value: 1 } }, { transparent: true });
+  }
+
+  material(vertexShader, fragmentShader, options) {
+    return new ShaderMaterial({ vertexShader, fragmentShader, uniforms: this.uniforms, defines: { ...DEFINES, ...options.defines }, ...without(options, "defines") });
+  }
+
+  // The material of solids; mirrored instances are wound the other way round, so both sides are drawn.
+  solidMaterial(isClear, { colors, closed }) {
+    return this.material(shaders.SOLID_VERTEX, shaders.SOLID_FRAGMENT, {
+      side: DoubleSide, transparent: isClear, depthWrite: !isClear, defines: { ...(colors && { HAS_COLORS: "1" }), ...(isClear && closed && { CLOSED: "1" }) },
+    });
+  }
+
+  makeGround() {
+    const mesh = new Mesh(new CircleGeometry(150, 96).rotateX(-Math.PI / 2), this.material(shaders.GROUND_VERTEX, shaders.GROUND_FRAGMENT, {}));
+    mesh.frustumCulled = false;
+    mesh.renderOrder = -1;
+    return mesh;
+  }
+
+  // Takes over the instances of a packet; `groundHeight` in the stage's frame.
+  take(instances, packet) {
+    if (this.instances) {
+      this.scene.remove(this.instances.group);
+      this.instances.dispose();
+    }
+    this.instances = instances;
+    this.scene.add(instances.group);
+    const { studio, box } = packet;
+    const value = (name, next) => { this.uniforms[name].value = next; };
+    for (const name of ["backdrop", "ambient", "key"]) value(name, new Vector3(...studio[name]));
+    value("brightest", studio.brightest);
+    value("shoulder", studio.shoulder);
+    value("keySpread", Math.tan(studio.keyRadius));
+    this.studio = studio;
+    this.renderer.setClearColor(new Color().setRGB(...studio.backdrop), 1);
+    const height = box ? (box.low[1] - box.center[1]) * box.scale - BELOW : -1;
+    value("groundHeight", height);
+    this.ground.position.y = height;
+    if (instances.ready) {
+      value("looks", instances.looks);
+      value("looksWidth", instances.looks.image.width);
+    }
+    this.shadowFor = null;
+  }
+
+  // Shows the backdrop alone.
+  clear() {
+    if (!this.instances) return;
+    this.scene.remove(this.instances.group);
+    this.instances.dispose();
+    this.instances = null;
+    this.renderer.setRenderTarget(null);
+    this.renderer.clear();
+  }
+
+  // What is drawn has changed, so the shadow map is old.
+  changed() {
+    this.shadowFor = null;
+  }
+
+  resize(width, height, ratio) {
+    this.renderer.setPixelRatio(ratio);
+    this.renderer.setSize(width, height, false);
+    this.film.setSize(Math.round(width * ratio), Math.round(height * ratio));
+    this.plain.setSize(this.film.width, this.film.height);
+    this.sum.setSize(this.film.width, this.film.height);
+  }
+
+  select(range, box) {
+    this.uniforms.selected.value.set(range ? range[0] : 0, range ? range[1] : 0);
+    this.outline.visible = Boolean(box);
+    if (box) this.outline.box.set(new Vector3(...box.low), new Vector3(...box.high));
+  }
+
+  // The key light stands left of the camera and above, and turns with it.
+  turnLight(azimuth) {
+    const turn = (azimuth * Math.PI) / 180 + this.studio.keyTurn;
+    const flat = Math.cos(this.studio.keyHeight);
+    const towards = new Vector3(Math.sin(turn) * flat, Math.sin(this.studio.keyHeight), Math.cos(turn) * flat);
+    const right = new Vector3().crossVectors(new Vector3(0, 1, 0), towards).normalize();
+    const up = new Vector3().crossVectors(towards, right);
+    const axes = new Matrix4().makeBasis(right, up, towards);
+    this.uniforms.lightAxes.value.setFromMatrix4(axes);
+    const { ambient, key, backdrop, ground } = this.uniforms;
+    for (const c of ["x", "y", "z"]) ground.value[c] = backdrop.value[c] / (ambient.value[c] + key.value[c] * towards.y);
+    this.light.position.copy(towards).multiplyScalar(DISTANCE);
+    this.light.quaternion.setFromRotationMatrix(axes);
+    this.light.updateMatrixWorld(true);
+  }
+
+  // Draws at once; `refine` makes it better while nothing moves.
+  draw(viewpoint, isMoving) {
+    if (!this.instances) return;
+    this.uniforms.hasSky.value = false;
+    this.uniforms.isToned.value = true;
+    this.uniforms.seed.value = 0;
+    const isKept = isMoving && this.isSlow && this.shadowFor !== null; // the light follows when the camera rests
+    if (this.shadowFor !== viewpoint.azimuth && !isKept) {
+      this.turnLight(viewpoint.azimuth);
+      this.drawShadow();
+      this.shadowFor = viewpoint.azimuth;
+    }
+    this.ground.visible = this.hasGround && viewpoint.camera.position.y > this.ground.position.y;
+    this.expose(viewpoint.camera, this.film);
+    this.show(this.film.texture, viewpoint.camera, false);
+    this.samples = 0;
+  }
+
+  // Resolves to whether the graphics processor has done all that it was told within `milliseconds`.
+  async finished(milliseconds) {
+    const gl = this.renderer.getContext();
+    const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    gl.flush();
+    const end = performance.now() + milliseconds;
+    for (;;) {
+      await new Promise((resolve) => setTimeout(resolve, 4));
+      const status = gl.clientWaitSync(fence, 0, 0);
+      const isDone = status === gl.ALREADY_SIGNALED || status === gl.CONDITION_SATISFIED;
+      if (!isDone && performance.now() < end) continue;
+      gl.deleteSync(fence);
+      return isDone;
+    }
+  }
+
+  // Adds a sample to a still picture: soft light from all around, smooth shadows and edges. Resolves to whether there
+  // is more to add; it is given up where the machine is too slow for it.
+  async refine(viewpoint) {
+    if (!this.instances || this.samples >= SAMPLES) return false;
+    if (this.samples === 0 && !(await this.finished(10 * SLOW))) {
+      this.isSlow = true;
+      return false;
+    }
+    this.addSample(viewpoint);
+    this.isSlow = !(await this.finished(SLOW));
+    return !this.isSlow && this.samples < SAMPLES;
+  }
+
+  addSample(viewpoint) {
+    const { camera } = viewpoint;
+    const { width, height } = this.film;
+    const number = this.samples;
+    this.uniforms.seed.value = number;
+    this.uniforms.isToned.value = false;
+    if (this.instances.buckets.some((bucket) => bucket.isClear)) this.drawShadow();
+    this.drawSky(number);
+    camera.setViewOffset(width, height, ((number * 0.7548777) % 1) - 0.5, ((number * 0.5698403) % 1) - 0.5, width, height);
+    this.expose(camera, this.plain);
+    camera.clearViewOffset();
+    this.adder.material.uniforms.share.value = 1 / (number + 1);
+    this.renderer.setRenderTarget(this.sum);
+    this.renderer.render(this.adder, camera);
+    this.samples += 1;
+    if (this.samples >= FIRST_SHOWN) this.show(this.sum.texture, camera, true);
+  }
+
+  // Takes the scene onto a film.
+  expose(camera, target) {
+    this.renderer.setRenderTarget(target);
+    this.renderer.clear();
+    this.renderer.render(this.scene, camera);
+  }
+
+  show(texture, camera, isRaw) {
+    this.screen.material.uniforms.isRaw.value = isRaw;
+    this.screen.material.uniforms.picture.value = texture;
+    this.renderer.setRenderTarget(null);
+    this.renderer.render(this.screen, camera);
+  }
+
+  drawShadow() {
+    this.drawDepth(this.shadow, this.light);
+  }
+
+  drawSky(number) {
+    const towards = this.uniforms.skyDirections.value[number];
+    const right = new Vector3().crossVectors(Math.abs(towards.y) < 0.9 ? new Vector3(0, 1, 0) : new Vector3(1, 0, 0), towards).normalize();
+    const axes = new Matrix4().makeBasis(right, new Vector3().crossVectors(towards, right), towards);
+    this.uniforms.skyAxes.value.setFromMatrix4(axes);
+    this.uniforms.hasSky.value = true;
+    this.skyLight.position.copy(towards).multiplyScalar(DISTANCE);
+    this.skyLight.quaternion.setFromRotationMatrix(axes);
+    this.skyLight.updateMatrixWorld(true);
+    this.drawDepth(this.sky, this.skyLight);
+  }
+
+  drawDepth(target, light) {
+    this.renderer.setRenderTarget(target);
+    this.renderer.clear();
+    this.drawWith(this.depthMaterial, light);
+    this.renderer.setRenderTarget(null);
+  }
+
+  drawWith(material, camera) {
+    const group = this.instances.group;
+    this.scene.overrideMaterial = material;
+    const others = [this.ground, this.outline].map((object) => [object, object.visible]);
+    for (const [object] of others) object.visible = false;
+    if (group.children.length) this.renderer.render(this.scene, camera);
+    for (const [object, visible] of others) object.visible = visible;
+    this.scene.overrideMaterial = null;
+  }
+
+  // The number of the instance at a point of the canvas (CSS pixels), or null.
+  pick(viewpoint, x, y) {
+    const { renderer } = this;
+    const { camera } = viewpoint;
+    camera.setViewOffset(this.canvas.clientWidth, this.canvas.clientHeight, x, y, 1, 1);
+    renderer.setRenderTarget(this.pickTarget);
+    renderer.setClearColor(0, 0);
+    renderer.clear();
+    this.drawWith(this.pickMaterial, camera);
+    const pixel = new Uint8Array(4);
+    renderer.readRenderTargetPixels(this.pickTarget, 0, 0, 1, 1, pixel);
+    renderer.setRenderTarget(null);
+    renderer.setClearColor(new Color().setRGB(...this.studio.backdrop), 1);
+    camera.clearViewOffset();
+    camera.updateProjectionMatrix();
+    const id = pixel[0] + 256 * pixel[1] + 65536 * pixel[2];
+    return id ? id - 1 : null;
+  }
+}
+
+function without(object, name) {
+  const { [name]: _, ...rest } = object;
+  return rest;
+}
+
+function depthTarget(size) {
+  const depthTexture = new DepthTexture(size, size, FloatType);
+  depthTexture.minFilter = depthTexture.magFilter = NearestFilter;
+  return new WebGLRenderTarget(size, size, { depthTexture });
+}
+
+function fullScreen(fragmentShader, uniforms, options) {
+  const material = new ShaderMaterial({ vertexShader: shaders.FILM_VERTEX, fragmentShader, uniforms, depthTest: false, depthWrite: false, ...options });
+  const mesh = new Mesh(new PlaneGeometry(2, 2), material);
+  mesh.frustumCulled = false;
+  return mesh;
+}
+
+// Directions spread evenly over the sphere, neighbours in number far apart.
+function skyDirections() {
+  return Array.from({ length: SAMPLES }, (_, i) => {
+    const y = 1 - (2 * ((i * 11) % SAMPLES) + 1) / SAMPLES;
+    const turn = ((i * 11) % SAMPLES) * 2.399963229728653;
+    const flat = Math.sqrt(1 - y * y);
+    return new Vector3(flat * Math.cos(turn), y, flat * Math.sin(turn));
+  });
+}
+
+function sharedUniforms(shadow, sky) {
+  const vector = () => ({ value: new Vector3() });
+  return {
+    shadowMap: { value: shadow.depthTexture }, shadowTexel: { value: (2 * HALF) / shadow.width }, seed: { value: 0 }, hasSky: { value: false }, isToned: { value: true },
+    skyMap: { value: sky.depthTexture }, skyTexel: { value: (2 * HALF) / sky.width }, skyAxes: { value: new Matrix3() }, skyDirections: { value: skyDirections() }, lightAxes: { value: new Matrix3() }, keySpread: { value: 0 },
+    backdrop: vector(), ambient: vector(), key: vector(), ground: vector(), brightest: { value: 1 }, shoulder: { value: 1 },
+    groundHeight: { value: -1 }, looks: { value: null }, looksWidth: { value: 1 }, selected: { value: new Vector2() }, accent: { value: ACCENT },
+  };
+}

@@ -1,0 +1,113 @@
+"""The command `view`: programs in a browser page, live, or as one file that works offline."""
+
+from __future__ import annotations
+
+import argparse
+import copy
+import os
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from scenelang.cli.options import UsageError, add_common, session_of
+from scenelang.cli.output import report
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.session import Session
+
+if TYPE_CHECKING:
+    from scenelang.viewer.workspace import Workspace
+
+
+def _port(text: str) -> int:
+    if not text.isdecimal() or not 0 <= int(text) <= 65535:
+        raise argparse.ArgumentTypeError(f"`{text}` is no port; it is a number from 0 to 65535")
+    return int(text)
+
+
+def add_view(subparsers: Any) -> None:
+    parser = subparsers.add_parser("view", help="show programs in a browser, live")
+    parser.add_argument("files", metavar="FILE", nargs="+", help="programs; their files are watched")
+    parser.add_argument("--html", metavar="OUT.html", help="write one page that works offline, and serve nothing")
+    parser.add_argument("--port", type=_port, default=0, metavar="N", help="the port (default: a free one)")
+    parser.add_argument("--no-browser", action="store_true", help="only print the address")
+    add_common(parser)
+    parser.set_defaults(run=view)
+
+
+def view(arguments: argparse.Namespace) -> int:
+    if "-" in arguments.files:
+        raise UsageError("file", "`view` watches files, so it cannot show standard input")
+    workspace = _workspace(arguments)
+    return save(arguments, workspace) if arguments.html else serve(arguments, workspace)
+
+
+def _workspace(arguments: argparse.Namespace) -> Workspace:
+    from scenelang.backends.viewer.packet import LIMIT
+    from scenelang.viewer.workspace import Workspace
+
+    def open_session(file: str, values: Mapping[str, str]) -> Session:
+        chosen = copy.copy(arguments)
+        chosen.file = file
+        chosen.define = [*arguments.define, *(f"{name}={text}" for name, text in values.items())]
+        return session_of(chosen)
+
+    arguments.file = arguments.files[0]
+    session_of(arguments)  # mistakes of the command line come first
+    limit = arguments.max_primitives
+    return Workspace(arguments.files, open_session, LIMIT if limit is None else int(limit))
+
+
+def serve(arguments: argparse.Namespace, workspace: Workspace) -> int:
+    """Serve until Ctrl-C."""
+    from scenelang.viewer.server import ViewServer
+
+    with ViewServer(workspace, arguments.port) as server:
+        print(server.address, flush=True)
+        if not arguments.quiet:
+            print("Ctrl-C ends it.", file=sys.stderr)
+        if not arguments.no_browser and _has_screen():
+            import webbrowser
+
+            webbrowser.open(server.address)
+        try:
+            server.serve_forever(0.2)
+        except KeyboardInterrupt:
+            pass
+    return 0
+
+
+def _has_screen() -> bool:
+    """False where a browser would open in this terminal."""
+    if sys.platform in ("darwin", "win32"):
+        return True
+    return any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"))
+
+
+def save(arguments: argparse.Namespace, workspace: Workspace) -> int:
+    """Write the page with all files' scenes; nothing is written when one of them has a mistake."""
+    from scenelang.backends.files import written_whole
+    from scenelang.backends.viewer.page import SavedScene, self_contained
+    from scenelang.viewer.workspace import state_data
+
+    output = Path(arguments.html)
+    if output.suffix.lower() not in (".html", ".htm"):
+        raise UsageError("file", f"a page is an .html file, not {output.name}")
+    scenes = []
+    for number, name in enumerate(workspace.files):
+        state = workspace.state(number)
+        report(arguments, state.diagnostics)
+        if state.packet is None or not state.ok:
+            return 1
+        scenes.append(SavedScene(name, state_data(name, state, is_live=False), state.packet))
+    text = self_contained(scenes)
+    if not output.parent.is_dir():
+        raise SceneError("file", f"cannot write {output}: there is no folder {output.parent}")
+    with written_whole(output) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    if not arguments.quiet:
+        print(f"wrote {output}")
+    return 0
+
+
+COMMANDS = (add_view,)

@@ -1,0 +1,262 @@
+"""The HTTP server of the live viewer: this machine only, a token in every address, nothing from or for other sites.
+
+Paths below ``/TOKEN/``: the page, its script and style; ``files``; ``state?file=N``; ``picture?file=N`` (the packet);
+``events`` (server-sent); POST ``set`` and ``save`` with JSON. Any other path and a wrong token are 404, a foreign Host
+or Origin is 403.
+"""
+
+from __future__ import annotations
+
+import hmac
+import json
+import queue
+import secrets
+import threading
+from collections.abc import Callable
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import Any
+from urllib.parse import parse_qs, urlsplit
+
+from scenelang.backends.viewer import page
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.viewer.workspace import Workspace, state_data
+
+HOST = "127.0.0.1"
+LARGEST_BODY = 64 * 1024
+_POLL = 0.3  # seconds between two looks at the files
+_HEARTBEAT = 10.0
+_TIMEOUT = 30.0
+_MOST_LISTENERS = 32
+_POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src data:; connect-src 'self'; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+
+
+class ViewServer(ThreadingHTTPServer):
+    """Serves one workspace. ``address`` is what a browser opens. Raises SceneError("file") when the port is taken."""
+
+    daemon_threads = True
+    allow_reuse_address = True
+
+    def __init__(self, workspace: Workspace, port: int = 0) -> None:
+        self.workspace = workspace
+        self.token = secrets.token_urlsafe(24)
+        self._events: list[queue.SimpleQueue[int | None]] = []
+        self._events_lock = threading.Lock()
+        self._stopped = threading.Event()
+        try:
+            super().__init__((HOST, port), _Handler)
+        except (OSError, OverflowError) as error:
+            reason = getattr(error, "strerror", None) or error
+            raise SceneError("file", f"cannot serve on port {port}: {reason}", "choose another --port") from None
+        workspace.listen(self._announce)
+        threading.Thread(target=self._watch, daemon=True).start()
+
+    @property
+    def address(self) -> str:
+        return f"http://{HOST}:{self.server_port}/{self.token}/"
+
+    @property
+    def hosts(self) -> tuple[str, str]:
+        """The values of Host that are ours: a page of another site that resolves to this machine has another."""
+        return f"{HOST}:{self.server_port}", f"localhost:{self.server_port}"
+
+    def subscribe(self) -> queue.SimpleQueue[int | None] | None:
+        """A queue of the numbers of files whose state is new, None when too many listen."""
+        with self._events_lock:
+            if len(self._events) >= _MOST_LISTENERS:
+                return None
+            self._events.append(queue.SimpleQueue())
+            return self._events[-1]
+
+    def unsubscribe(self, events: queue.SimpleQueue[int | None]) -> None:
+        with self._events_lock:
+            self._events.remove(events)
+
+    def server_close(self) -> None:
+        self._stopped.set()
+        with self._events_lock:
+            for events in self._events:
+                events.put(None)
+        super().server_close()
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """A browser that went away is no news."""
+
+    def _announce(self, file: int) -> None:
+        with self._events_lock:
+            for events in self._events:
+                events.put(file)
+
+    def _watch(self) -> None:
+        while not self._stopped.wait(_POLL):
+            self.workspace.refresh()
+
+
+class _Refused(Exception):
+    """A request that gets an error: its status and one line."""
+
+    def __init__(self, status: HTTPStatus, message: str) -> None:
+        self.status, self.message = status, message
+
+
+class _Handler(BaseHTTPRequestHandler):
+    server: ViewServer
+    protocol_version = "HTTP/1.1"
+    server_version, sys_version = "scenelang", ""
+    timeout = _TIMEOUT
+
+    def do_GET(self) -> None:
+        self._guarded(self._get)
+
+    def do_POST(self) -> None:
+        self._guarded(self._post)
+
+    def log_message(self, format: str, *arguments: Any) -> None:
+        """Quiet: the address with the token stands in no log."""
+
+    # --- what is let in --------------------------------------------------------------------------------------------
+
+    def _guarded(self, action: Callable[[str, dict[str, str]], None]) -> None:
+        try:
+            action(*self._checked())
+        except _Refused as refused:
+            self.close_connection = True  # an unread body must not be taken for the next request
+            self._send_json({"message": refused.message}, refused.status)
+        except SceneError as error:
+            self._send_json({"message": error.message}, HTTPStatus.CONFLICT)
+        except (BrokenPipeError, ConnectionError, TimeoutError):
+            self.close_connection = True
+
+    def _checked(self) -> tuple[str, dict[str, str]]:
+        """The path below the token and the query of a request that is ours; raises _Refused for any other."""
+        origin = self.headers.get("Origin")
+        if self.headers.get("Host") not in self.server.hosts:
+            raise _Refused(HTTPStatus.FORBIDDEN, "this server answers to 127.0.0.1 only")
+        if origin is not None and origin not in [f"http://{host}" for host in self.server.hosts]:
+            raise _Refused(HTTPStatus.FORBIDDEN, "requests from other sites are refused")
+        is_link = self.command == "GET" and self.headers.get("Sec-Fetch-Dest") == "document"  # a link to the page
+        if self.headers.get("Sec-Fetch-Site") in ("cross-site", "same-site") and not is_link:
+            raise _Refused(HTTPStatus.FORBIDDEN, "requests from other sites are refused")
+        parts = urlsplit(self.path)
+        _, _, rest = parts.path.partition("/")
+        token, slash, name = rest.partition("/")
+        if not slash or not hmac.compare_digest(token.encode(), self.server.token.encode()):
+            raise _Refused(HTTPStatus.NOT_FOUND, "there is nothing here")
+        query = parse_qs(parts.query, max_num_fields=8)
+        return name, {key: values[0] for key, values in query.items()}
+
+    def _file(self, text: Any) -> int:
+        """The number of a file; raises _Refused for one that is none."""
+        number = int(text) if isinstance(text, (str, int)) and str(text).isdecimal() and len(str(text)) < 6 else -1
+        if not 0 <= number < len(self.server.workspace.files):
+            raise _Refused(HTTPStatus.NOT_FOUND, "there is no such file")
+        return number
+
+    # --- GET -------------------------------------------------------------------------------------------------------
+
+    def _get(self, name: str, query: dict[str, str]) -> None:
+        if name == "":
+            self._send(page.served_page(), "text/html; charset=utf-8")
+        elif name in page.STATIC:
+            self._send(page.static(name), page.STATIC[name])
+        elif name == "files":
+            self._send_json({"files": list(self.server.workspace.files)})
+        elif name == "state":
+            self._send_state(self._file(query.get("file")))
+        elif name == "picture":
+            self._send_picture(self._file(query.get("file")), query.get("version"))
+        elif name == "events":
+            self._send_events()
+        else:
+            raise _Refused(HTTPStatus.NOT_FOUND, "there is nothing here")
+
+    def _send_state(self, file: int) -> None:
+        workspace = self.server.workspace
+        self._send_json(state_data(workspace.files[file], workspace.state(file)))
+
+    def _send_picture(self, file: int, version: str | None) -> None:
+        state = self.server.workspace.state(file)
+        if state.packet is None:
+            raise _Refused(HTTPStatus.NOT_FOUND, "there is no picture yet")
+        self._send(state.packet, "application/octet-stream")
+
+    def _send_events(self) -> None:
+        events = self.server.subscribe()
+        if events is None:
+            raise _Refused(HTTPStatus.SERVICE_UNAVAILABLE, "too many pages are open")
+        self.close_connection = True
+        try:
+            self._headers(HTTPStatus.OK, "text/event-stream", None)
+            self.wfile.write(b"retry: 1000\n\n")
+            while True:
+                try:
+                    file = events.get(timeout=_HEARTBEAT)
+                except queue.Empty:
+                    self.wfile.write(b": still here\n\n")
+                    continue
+                if file is None:
+                    return
+                self.wfile.write(f"event: change\ndata: {json.dumps({'file': file})}\n\n".encode())
+        finally:
+            self.server.unsubscribe(events)
+
+    # --- POST ------------------------------------------------------------------------------------------------------
+
+    def _post(self, name: str, query: dict[str, str]) -> None:
+        if name not in ("set", "save"):
+            raise _Refused(HTTPStatus.NOT_FOUND, "there is nothing here")
+        data = self._body()
+        file, param = self._file(data.get("file")), data.get("name")
+        if not isinstance(param, str):
+            raise _Refused(HTTPStatus.BAD_REQUEST, "the name of a param is missing")
+        self.server.workspace.state(file)
+        if name == "set":
+            self.server.workspace.try_value(file, param, data.get("value"))
+        else:
+            self.server.workspace.save(file, param)
+        self._send_state(file)
+
+    def _body(self) -> dict[str, Any]:
+        """The JSON object that was sent; raises _Refused."""
+        if self.headers.get_content_type() != "application/json":
+            raise _Refused(HTTPStatus.UNSUPPORTED_MEDIA_TYPE, "send JSON")
+        length = self.headers.get("Content-Length", "")
+        if not length.isdecimal() or self.headers.get("Transfer-Encoding") is not None:
+            raise _Refused(HTTPStatus.LENGTH_REQUIRED, "say how long the body is")
+        if len(length) > 9 or int(length) > LARGEST_BODY:
+            raise _Refused(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, "the body is too large")
+        try:
+            data = json.loads(self.rfile.read(int(length)))
+        except (ValueError, RecursionError):
+            raise _Refused(HTTPStatus.BAD_REQUEST, "this is no JSON") from None
+        if not isinstance(data, dict):
+            raise _Refused(HTTPStatus.BAD_REQUEST, "send a JSON object")
+        return data
+
+    # --- answers ---------------------------------------------------------------------------------------------------
+
+    def _send_json(self, data: dict[str, Any], status: HTTPStatus = HTTPStatus.OK) -> None:
+        self._send(json.dumps(data).encode(), "application/json", status)
+
+    def _send(self, body: bytes, kind: str, status: HTTPStatus = HTTPStatus.OK) -> None:
+        self._headers(status, kind, len(body))
+        if self.command != "HEAD":
+            self.wfile.write(body)
+
+    def _headers(self, status: HTTPStatus, kind: str, length: int | None) -> None:
+        self.send_response(status)
+        self.send_header("Content-Type", kind)
+        if length is not None:
+            self.send_header("Content-Length", str(length))
+        if self.close_connection:
+            self.send_header("Connection", "close")
+        self.send_header("Cache-Control", "no-store")
+        self.send_header("Content-Security-Policy", _POLICY)
+        self.send_header("X-Content-Type-Options", "nosniff")
+        self.send_header("Referrer-Policy", "no-referrer")
+        self.send_header("Cross-Origin-Resource-Policy", "same-origin")
+        self.send_header("Cross-Origin-Opener-Policy", "same-origin")
+        self.end_headers()
