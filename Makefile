@@ -6,7 +6,7 @@ BIN    := $(VENV)/bin
 SCENE  := examples/chessboard.scene
 ROOMS  := grammar interpreter stdlib backends scenelang
 
-.PHONY: demo test lint install bench gallery docs viewer chromium test-gpu test-slow clean
+.PHONY: demo test test-blender lint install bench gallery docs viewer chromium test-gpu test-slow clean
 
 # What the package needs, then the tools of development; redone when the project's files change.
 $(VENV)/.run: pyproject.toml constraints.txt
@@ -45,8 +45,25 @@ chromium:
 	@if ! command -v chromium >/dev/null && command -v apt-get >/dev/null && [ "$$(id -u)" = 0 ]; then \
 	  (apt-get update -qq && apt-get install -y -qq chromium) >/dev/null 2>&1 || true; fi
 
-test: lint chromium
+test: lint chromium $(VENV)/.validator
 	$(BIN)/pytest -n 2 -m "not gpu and not slow"
+
+# The Khronos glTF validator, where node and npm are; its tests say when it is not there.
+GLTF_VALIDATOR := gltf-validator@2.0.0-dev.3.10
+$(VENV)/.validator: $(VENV)/.run
+	-command -v npm >/dev/null && npm install --silent --no-audit --no-fund --prefix $(VENV)/gltf-validator $(GLTF_VALIDATOR)
+	touch $@
+
+# GLB and USD files imported into Blender's module, which has wheels for few versions of Python and its own environment.
+BLENDER := $(VENV)/blender
+$(BLENDER)/.ready: $(VENV)/.run
+	$(PYTHON) -m venv $(BLENDER)
+	@$(BLENDER)/bin/python -m pip install --quiet --disable-pip-version-check "bpy>=4.2" || \
+	  { rm -rf $(BLENDER); echo "test-blender: there is no bpy for this Python; PYTHON=python3.11 has one"; exit 1; }
+	touch $@
+
+test-blender: $(VENV)/.dev $(VENV)/.package $(BLENDER)/.ready
+	$(BIN)/pytest tests/exports/test_blender.py
 
 test-gpu: $(VENV)/.dev $(VENV)/.package
 	$(BIN)/pytest -m gpu

@@ -65,7 +65,7 @@ def _loaded(path: str, changed: int, size: int) -> AssetMesh:
     trimesh = need("trimesh", "trimesh")
     name = Path(path).name
     try:
-        scene = trimesh.load_scene(path)
+        scene = trimesh.load_scene(path, process=False)
         meshes = [mesh for mesh in scene.dump() if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces)]
     except Exception as error:  # a reader of foreign files may raise anything
         said = str(error).splitlines()[0][:120] if str(error) else type(error).__name__

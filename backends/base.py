@@ -102,14 +102,14 @@ class Backend:
 
     ``doc`` is one line, ``endings`` are the files it writes (``.png``), ``packages`` the modules it imports when it
     runs, ``install`` what ``pip install`` needs for these. ``run(scene, path, options)`` writes one file, whole or
-    not at all; it raises SceneError.
+    not at all, or several, and then gives their paths; it raises SceneError.
     """
 
     name: str
     doc: str
     work: Work
     endings: tuple[str, ...]
-    run: Callable[[Scene, Path, Any], None]
+    run: Callable[[Scene, Path, Any], Sequence[Path] | None]
     options: tuple[Option, ...] = ()
     accepts: Accepts = Accepts()
     packages: tuple[str, ...] = ()

@@ -1,9 +1,10 @@
-"""Writing files whole or not at all."""
+"""Writing files whole or not at all, one alone or several together."""
 
 from __future__ import annotations
 
 import json
 import os
+import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -48,3 +49,65 @@ def _give_usual_mode(path: Path) -> None:
     mask = os.umask(0)
     os.umask(mask)
     path.chmod(0o666 & ~mask)
+
+
+# --- several files ------------------------------------------------------------------------------------------------
+
+
+@contextmanager
+def written_together(folder: Path) -> Iterator[Path]:
+    """A temporary folder inside ``folder``; the files made in it are moved to ``folder`` when the block ends well.
+
+    On any error, Ctrl-C included, nothing in ``folder`` changes: files that were replaced come back. Raises
+    SceneError("file") when the folder or a file cannot be written.
+    """
+    try:
+        temporary = Path(tempfile.mkdtemp(prefix=".scenelang-", dir=folder))
+    except OSError as error:
+        raise SceneError("file", f"`{folder}` cannot be written: {error.strerror or error}") from error
+    try:
+        made = temporary / "made"
+        made.mkdir()
+        yield made
+        _move_all(made, folder, temporary / "replaced")
+    except OSError as error:
+        name = Path(error.filename).name if error.filename else folder
+        raise SceneError("file", f"`{name}` cannot be written: {error.strerror or error}") from error
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)
+
+
+def _move_all(made: Path, folder: Path, kept: Path) -> None:
+    """Move every file; what they replace is kept until all are moved, and comes back when one cannot be."""
+    files = sorted(made.iterdir())
+    for file in files:
+        target = folder / file.name
+        if target.is_dir():
+            raise IsADirectoryError(21, "it is a folder", str(target))
+    if len(files) == 1:
+        os.replace(files[0], folder / files[0].name)
+        return
+    kept.mkdir()
+    moved: list[Path] = []
+    try:
+        for file in files:
+            target = folder / file.name
+            if target.exists():
+                _keep(target, kept / file.name)
+            os.replace(file, target)
+            moved.append(target)
+    except BaseException:
+        for target in moved:
+            if (kept / target.name).exists():
+                os.replace(kept / target.name, target)
+            else:
+                target.unlink(missing_ok=True)
+        raise
+
+
+def _keep(target: Path, copy: Path) -> None:
+    """Another name for a file; a copy where the disk knows no such thing."""
+    try:
+        os.link(target, copy)
+    except OSError:
+        shutil.copy2(target, copy)

@@ -237,10 +237,11 @@ def levels(graph: Graph, is_leaf: npt.NDArray[np.bool_], paths: Paths) -> Iterat
         level = _below(graph, inner, paths, has_handle)
 
 
-def flatten_entity(root: Entity, cut: Set[int] = frozenset()) -> FlatFrame:
+def flatten_entity(root: Entity, cut: Set[int] = frozenset(), whole_cells: bool = True) -> FlatFrame:
     """Flatten one entity; its own pose is the identity. The caller has checked the number of primitives.
 
-    Entities whose ``id`` is in ``cut`` are not opened: they stand among the primitives.
+    Entities whose ``id`` is in ``cut`` are not opened: they stand among the primitives. ``whole_cells=False`` leaves
+    blocks where their poses put them, for an entity that is only a part of a scene.
     """
     graph = graph_of(root, cut)
     is_leaf = np.array([entity.is_primitive or id(entity) in cut for entity in graph.nodes])
@@ -252,7 +253,7 @@ def flatten_entity(root: Entity, cut: Set[int] = frozenset()) -> FlatFrame:
     matrices = leaves.pose.T.reshape(-1, 3, 4)
     has_handle = np.array([entity.embedding.handle is not None for entity in graph.nodes])
     is_block = np.array([graph.nodes[i].word in BLOCK_WORDS for i in used])
-    if is_block.any():
+    if whole_cells and is_block.any():
         matrices = np.ascontiguousarray(matrices)
         rows = is_block[index]
         matrices[rows, :, 3] = np.trunc(matrices[rows, :, 3]) + 0.0  # no negative zeros

@@ -15,7 +15,7 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from scenelang.assets import AssetBoxes
+from scenelang.backends.asset_files import AssetFiles
 from scenelang.grammar.core import check_strict
 from scenelang.grammar.datum import Atom, Datum, ListDatum, Symbol
 from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError
@@ -172,6 +172,8 @@ class Session:
 
     def check(self, source: Source) -> Checked:
         """Read, expand and analyse; never raises for a mistake in a program."""
+        if is_scene_file(source):
+            return Checked(None, self._read_scene(source).diagnostics)
         try:
             return run_with_room(lambda: self._check(source, self._translation(source)), _EXPANSION_DEPTH)
         except RecursionError:
@@ -241,7 +243,9 @@ class Session:
     # --- evaluating --------------------------------------------------------------------------------------------
 
     def evaluate(self, source: Source) -> Evaluated:
-        """Check and run a program; never raises for a mistake in it."""
+        """Check and run a program, or read the scene in a JSON file; never raises for a mistake in it."""
+        if is_scene_file(source):
+            return self._read_scene(source)
         checked = self.check(source)
         if not checked.ok or checked.program is None:
             return Evaluated(checked.program, None, checked.diagnostics)
@@ -271,6 +275,16 @@ class Session:
         diagnostics = [*checked.diagnostics, *runtime.warnings.values(), *([problem] if problem else [])]
         return Evaluated(program, scene, tuple(diagnostics), tuple(runtime.log), runtime.meter.total)
 
+    def _read_scene(self, source: Source) -> Evaluated:
+        """The scene that ``export`` wrote as JSON."""
+        from scenelang.backends.exports.scene_file import read_scene
+
+        try:
+            scene = read_scene(source.name, self._project(source), self.options.allow_outside)
+        except SceneError as error:
+            return Evaluated(None, None, (error.diagnostic,))
+        return Evaluated(None, scene, ())
+
     def _run(self, program: Program, runtime: Runtime) -> Scene:
         thresholds = gc.get_threshold()
         gc.set_threshold(200_000, 50, 100)
@@ -287,7 +301,7 @@ class Session:
 
     def _runtime(self, main: Source, snapshots: frozenset[int] = frozenset()) -> Runtime:
         options = self.options
-        assets = AssetBoxes(self._folder(main), self._project(main), options.allow_outside)
+        assets = AssetFiles(self._folder(main), self._project(main), options.allow_outside)
         return Runtime(
             self.library, options.limits, options.seed, options.z_entries, snapshots=snapshots, asset=assets.measure
         )
@@ -308,6 +322,11 @@ class Session:
         grafted = graft(again, self._run_once(program, again, word), entries)
         runtime.warnings.update(again.warnings)
         return grafted
+
+
+def is_scene_file(source: Source) -> bool:
+    """Whether a source is a scene as JSON rather than a program."""
+    return source.name.endswith(".json")
 
 
 def is_python(source: Source) -> bool:

@@ -15,11 +15,9 @@ import numpy.typing as npt
 
 from scenelang.backends.files import written_whole
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.arrays import array_literal, from_numpy
-from scenelang.interpreter.equality import table_key
 from scenelang.interpreter.plain import NotPlain, plain_value
 from scenelang.interpreter.runtime import Entry
-from scenelang.interpreter.values import Embedding, Table, make_list
+from scenelang.interpreter.unplain import value_of
 
 _KEY = "scenelang"
 Vectors = Mapping[str, npt.NDArray[Any]]
@@ -65,7 +63,7 @@ def _entry(fields: Mapping[str, Any]) -> Entry:
     text = fields.get("text")
     if text is not None and not isinstance(text, str):
         raise ValueError("a text must be a string")
-    return Entry(text, {str(name): _from_json(value) for name, value in (fields.get("attributes") or {}).items()})
+    return Entry(text, {str(name): value_of(value) for name, value in (fields.get("attributes") or {}).items()})
 
 
 def _to_json(value: Any) -> Any:
@@ -73,23 +71,3 @@ def _to_json(value: Any) -> Any:
         return plain_value(value, tagged=True)
     except NotPlain:
         raise SceneError("value", "an attribute cannot be stored in a file") from None
-
-
-def _from_json(value: Any) -> Any:
-    """The value that tagged JSON stands for (see ``interpreter.plain``)."""
-    if isinstance(value, list):
-        return make_list([_from_json(item) for item in value])
-    if isinstance(value, dict):
-        if "array" in value:
-            data = value["array"]
-            if all(isinstance(x, (int, float)) for x in data):
-                return array_literal(data)
-            return from_numpy(np.array(data))
-        if "table" in value:
-            pairs = [(_from_json(key), _from_json(item)) for key, item in value["table"]]
-            return Table({table_key(key): (key, item) for key, item in pairs}, -1)
-        if "embedding" in value:
-            handle, text, attributes = value["embedding"]
-            return Embedding(handle, text, {name: _from_json(item) for name, item in attributes.items()})
-        raise ValueError("an attribute is malformed")
-    return value

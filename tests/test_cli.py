@@ -350,8 +350,8 @@ def test_render_export_backends(shell: Shell) -> None:
     assert shell("export", "table.scene", "-o", "t.glb") == "wrote t.glb\n"
     assert (shell.folder / "t.glb").read_bytes()[:4] == b"glTF"
     names = {b["name"] for b in shell.json("backends")}
-    assert {"draft", "glb", "mitsuba"} <= names
-    assert "glb" in shell("backends")
+    assert {"draft", "gltf", "mitsuba", "usd"} <= names
+    assert "gltf" in shell("backends")
 
 
 # --- options -------------------------------------------------------------------------------------------------------

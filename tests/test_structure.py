@@ -16,7 +16,7 @@ from scenelang.stdlib.library import build_library
 
 ROOT = Path(__file__).parent.parent
 ROOMS = ["grammar", "interpreter", "stdlib", "backends", "scenelang"]  # each may import those before it
-HEAVY = {"torch", "mitsuba", "trimesh", "diffusers", "transformers", "open_clip", "anthropic"}
+HEAVY = {"torch", "pxr", "mitsuba", "trimesh", "diffusers", "transformers", "open_clip", "anthropic"}
 
 
 def imports(path: Path) -> Iterator[tuple[str, bool]]:

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
-import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -19,7 +17,7 @@ import numpy.typing as npt
 
 from scenelang.backends.base import Progress, part_of
 from scenelang.backends.camera import Camera, camera_to_json
-from scenelang.backends.files import write_json, written_whole
+from scenelang.backends.files import write_json, written_together, written_whole
 from scenelang.backends.maps import coco, motion
 from scenelang.backends.maps.shot_files import FORMAT, VERSION, ShotMaps
 from scenelang.backends.maps.truth import Truth, truth_of
@@ -208,9 +206,10 @@ def _write_shot(
         maps.add_tracks(tracks, list(view.shots).index(item.frame), view.numbers.of(maps.truth.ancestry))
     handles = instance_handles(view.scene, item.frame, maps.truth.ancestry)
     shot = {"format": FORMAT, "version": VERSION, "name": item.name, "camera": item.view, "frame": item.frame}
-    with _FolderWhole(item.folder) as target:
+    _make_anew(item.folder)
+    with written_together(item.folder) as target:
         maps.write(target, handles, view.options.annotations)
-        write_json(target / "shot.json", shot | {"digest": _digest(item, view.options)})
+    write_json(item.folder / "shot.json", shot | {"digest": _digest(item, view.options)})
     if progress is not None:
         progress(1.0)
 
@@ -218,27 +217,13 @@ def _write_shot(
 # --- files -----------------------------------------------------------------------------------------------------
 
 
-class _FolderWhole:
-    """A temporary folder whose files move into ``folder`` when the block ends well, ``shot.json`` last."""
-
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
-
-    def __enter__(self) -> Path:
-        try:
-            self._folder.mkdir(parents=True, exist_ok=True)
-            (self._folder / "shot.json").unlink(missing_ok=True)
-            self._temporary = tempfile.TemporaryDirectory(prefix=".scenelang-", dir=self._folder)
-        except OSError as error:
-            raise SceneError("file", f"`{self._folder}` cannot be written: {error.strerror or error}") from error
-        return Path(self._temporary.name)
-
-    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        with self._temporary:
-            if kind is None:
-                made = sorted(Path(self._temporary.name).iterdir(), key=lambda path: path.name == "shot.json")
-                for path in made:
-                    os.replace(path, self._folder / path.name)
+def _make_anew(folder: Path) -> None:
+    """A folder that does not count as complete."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "shot.json").unlink(missing_ok=True)
+    except OSError as error:
+        raise SceneError("file", f"`{folder}` cannot be written: {error.strerror or error}") from error
 
 
 def write_coco(folder: Path, items: Sequence[Item]) -> None:

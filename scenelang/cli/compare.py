@@ -81,12 +81,13 @@ def diff(arguments: argparse.Namespace) -> int:
 
 def _sheets(arguments: argparse.Namespace, path: str) -> Sequence[Sheet] | None:
     """The frames of a program or a JSON file; None when the program is wrong, which is then said."""
+    from scenelang.backends.exports.scene_json import holds_scene
     from scenelang.goldens import read_sheets
     from scenelang.interpreter.difference import sheet_of
     from scenelang.interpreter.flatten import flatten
 
     limit = limits_of(arguments).primitives
-    if path.lower().endswith(".json"):
+    if path.lower().endswith(".json") and not holds_scene(path):
         return read_sheets(path, limit)
     arguments.file = path  # what the shared options look at: embeddings lie beside it
     session = session_of(arguments)

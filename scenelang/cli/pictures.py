@@ -210,8 +210,8 @@ def export(arguments: argparse.Namespace) -> int:
     result = evaluated(arguments)
     if result.scene is None:
         return 1
-    backend.run(result.scene, output, options)
-    done(arguments, output)
+    written = backend.run(result.scene, output, options) or [output]
+    done(arguments, *written)
     return 0
 
 
@@ -274,9 +274,11 @@ def check_folder(output: Path) -> None:
         raise SceneError("file", f"cannot write {output}: it is a folder")
 
 
-def done(arguments: argparse.Namespace, output: Path) -> None:
+def done(arguments: argparse.Namespace, *written: Path) -> None:
+    """Say what was written."""
     if not arguments.quiet:
-        print(f"wrote {output}")
+        for output in written:
+            print(f"wrote {output}")
 
 
 COMMANDS = (add_render, add_export, add_backends)

@@ -115,6 +115,8 @@ def expand(arguments: argparse.Namespace) -> int:
     session = session_of(arguments)
     checked = session.check(session.source(arguments.file))
     report_needed = [d for d in checked.diagnostics if d.is_error]
+    if not report_needed and checked.program is None:
+        raise SceneError("unsupported", f"{arguments.file} is a scene, not a program, so there is nothing to expand")
     if report_needed or checked.program is None:
         report(arguments, checked.diagnostics)
         return 1

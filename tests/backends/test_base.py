@@ -13,8 +13,8 @@ import pytest
 
 from scenelang.backends import base
 from scenelang.backends.draft.backend import DRAFT
+from scenelang.backends.exports.gltf import GLTF
 from scenelang.backends.files import written_whole
-from scenelang.backends.glb import GLB
 from scenelang.backends.mitsuba.backend import MITSUBA
 from scenelang.backends.picture import save_picture
 from scenelang.grammar.diagnostics import SceneError
@@ -31,11 +31,22 @@ def test_base_imports_nothing_heavy() -> None:
 
 
 @pytest.mark.parametrize(
-    "module", ["picture", "glb", "mitsuba.backend", "labels", "draft.backend", "viewpoint", "film"]
+    "module",
+    [
+        "picture",
+        "exports.gltf",
+        "exports.usd",
+        "exports.mitsuba_xml",
+        "mitsuba.backend",
+        "labels",
+        "draft.backend",
+        "viewpoint",
+        "film",
+    ],
 )
 def test_backends_import_no_package_until_they_run(module: str) -> None:
     loaded = modules_after(f"import scenelang.backends.{module}")
-    assert not loaded & {"mitsuba", "mitsuba_oidn", "drjit", "trimesh", "PIL", "scipy"}
+    assert not loaded & {"mitsuba", "mitsuba_oidn", "drjit", "trimesh", "PIL", "scipy", "pxr"}
 
 
 def points(*backends: base.Backend) -> list[SimpleNamespace]:
@@ -43,11 +54,11 @@ def points(*backends: base.Backend) -> list[SimpleNamespace]:
 
 
 def test_backends_are_found_by_name_and_by_file(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(base, "_entry_points", lambda: points(MITSUBA, DRAFT, GLB))
-    assert base.names() == ["draft", "glb", "mitsuba"]
-    assert base.find("glb") is GLB
+    monkeypatch.setattr(base, "_entry_points", lambda: points(MITSUBA, DRAFT, GLTF))
+    assert base.names() == ["draft", "gltf", "mitsuba"]
+    assert base.find("gltf") is GLTF
     assert base.for_file("a.PNG") is DRAFT
-    assert base.for_file("a.glb", base.Work.EXPORT) is GLB
+    assert base.for_file("a.glb", base.Work.EXPORT) is GLTF
     assert all(backend.is_installed for backend in base.every())
     with pytest.raises(SceneError, match="no backend `drft`") as caught:
         base.find("drft")

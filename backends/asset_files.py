@@ -9,8 +9,8 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.shapes import Box
 
 
-class AssetBoxes:
-    """Measures the assets of one program. ``folder`` is the main file's, ``project`` the one that may not be left."""
+class AssetFiles:
+    """Finds and measures the assets of a scene. ``folder`` is its file's own, ``project`` the one not to be left."""
 
     def __init__(self, folder: Path, project: Path, allow_outside: bool) -> None:
         self._folder = folder
@@ -25,9 +25,9 @@ class AssetBoxes:
             raise SceneError("file", f"`{file[:80]}` is no path") from None
         if not self._allow_outside and not target.is_relative_to(self._project):
             hint = "assets must lie in the project folder; --allow-outside lifts this"
-            raise SceneError("import-outside", f"`{file}` leads out of {self._project}", hint)
+            raise SceneError("import-outside", f"`{file[:80]}` leads out of {self._project}", hint)
         if not target.is_file():
-            raise SceneError("file", f"there is no asset {file}")
+            raise SceneError("file", f"there is no asset {file[:200]}")
         return _box(str(target), target.stat().st_mtime_ns), str(target)
 
 

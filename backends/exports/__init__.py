@@ -1,0 +1,1 @@
+"""Exports: scenes as files for other programs (docs/exports.md)."""

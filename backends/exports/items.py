@@ -1,0 +1,210 @@
+"""What an export writes: the entity DAG, with some entities marked to become one mesh.
+
+An ``Item`` stands for a distinct entity in one role. ``--depth N`` marks the entities at level N (the root is level 0),
+so that what is below each is one part; ``--instance-limit`` marks repeated small subtrees, so that a strict tree of
+nodes stays small (``cut_below``). Items are shared as entities are.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
+from dataclasses import dataclass
+
+from scenelang.backends.exports.blocks import settled
+from scenelang.grammar.diagnostics import LimitError, SceneError
+from scenelang.interpreter.bounds import entity_box
+from scenelang.interpreter.entity import Entity, Scene, descendants
+from scenelang.interpreter.values import Matrix
+
+MOST_NODES = 1_000_000  # of a strict tree
+_LARGEST = 1e30  # what single precision can hold, products included
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Item:
+    """``parts`` are pairs of item and pose. ``merged``: all that is below the entity is one mesh, and no part."""
+
+    entity: Entity
+    parts: tuple[tuple[Item, Matrix], ...] = ()
+    merged: bool = False
+
+    @property
+    def word(self) -> str:
+        return self.entity.word
+
+    @property
+    def is_leaf(self) -> bool:
+        """True when the item is a mesh of its own."""
+        return self.merged or self.entity.is_primitive
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plan:
+    """The items of every frame that is exported; ``animated`` when these are the frames of a 4D scene."""
+
+    word: str
+    roots: tuple[Item, ...]
+    animated: bool
+
+
+def planned(scene: Scene, frame: int | None = None, depth: int | None = None) -> Plan:
+    """The items of ``scene``: of all its frames, or of ``frame`` alone (from 0), merged at level ``depth``.
+
+    Raises SceneError: "value" where there is no such frame, "empty-scene" where nothing has geometry, "pose" where
+    numbers are too large for files.
+    """
+    scene = settled(chosen(scene, frame))
+    heights = _heights(scene.frames)
+    cut = {id(root): math.inf if depth is None else depth for root in scene.frames}
+    items = _Items(heights)
+    roots = tuple(items.of(root, cut[id(root)]) for root in scene.frames)
+    return Plan(scene.word, roots, len(roots) > 1)
+
+
+def chosen(scene: Scene, frame: int | None) -> Scene:
+    """``scene``, or the still of its ``frame``, when it can be exported; raises SceneError as ``planned`` does."""
+    if frame is not None and not 0 <= frame < len(scene.frames):
+        raise SceneError("value", f"the scene has no frame {frame}; they count from 0")
+    roots = scene.frames if frame is None else (scene.frames[frame],)
+    boxes = [box for box in map(entity_box, roots) if box is not None]
+    if not boxes:
+        raise SceneError("empty-scene", f'the scene "{scene.word}" has no primitives, so there is nothing to export')
+    if not all(abs(number) < _LARGEST for box in boxes for number in box):
+        raise SceneError("pose", "poses multiply to numbers too large for a file")
+    return Scene(scene.word, roots, scene.animated and frame is None)
+
+
+class _Items:
+    """Makes items, one for each distinct entity and number of levels left above the cut."""
+
+    def __init__(self, heights: Mapping[int, int]) -> None:
+        self._heights = heights
+        self._made: dict[tuple[int, float], Item] = {}
+
+    def of(self, root: Entity, levels: float) -> Item:
+        """The item of ``root`` whose descendants ``levels`` below it are merged; no recursion."""
+        stack = [(root, levels)]
+        while stack:
+            entity, left = stack[-1]
+            key = self._key(entity, left)
+            if key in self._made:
+                stack.pop()
+                continue
+            waiting = [] if left <= 0 else self._missing(entity, left - 1)
+            if waiting:
+                stack.extend(waiting)
+                continue
+            stack.pop()
+            self._made[key] = self._item(entity, left)
+        return self._made[self._key(root, levels)]
+
+    def _key(self, entity: Entity, left: float) -> tuple[int, float]:
+        return id(entity), (left if left < self._heights[id(entity)] else math.inf)
+
+    def _missing(self, entity: Entity, left: float) -> list[tuple[Entity, float]]:
+        found = {self._key(part.car, left): part.car for part in entity.children}
+        return [(child, left) for key, child in found.items() if key not in self._made]
+
+    def _item(self, entity: Entity, left: float) -> Item:
+        if left <= 0 and entity.children:
+            return Item(entity, merged=True)
+        parts = tuple((self._made[self._key(part.car, left - 1)], part.cdr) for part in entity.children)
+        return Item(entity, parts)
+
+
+def _heights(roots: Iterable[Entity]) -> dict[int, int]:
+    """Levels below each distinct entity, 0 for a leaf."""
+    heights: dict[int, int] = {}
+    for entity in descendants(*roots):
+        heights[id(entity)] = 1 + max((heights[id(part.car)] for part in entity.children), default=-1)
+    return heights
+
+
+# --- items as a DAG --------------------------------------------------------------------------------------------
+
+
+def distinct(*roots: Item) -> Iterator[Item]:
+    """Every distinct item below and including ``roots``, children before parents."""
+    seen: set[int] = set()
+    for root in roots:
+        stack = [(root, iter(root.parts))] if id(root) not in seen else []
+        seen.add(id(root))
+        while stack:
+            item, parts = stack[-1]
+            for child, _ in parts:
+                if id(child) not in seen:
+                    seen.add(id(child))
+                    stack.append((child, iter(child.parts)))
+                    break
+            else:
+                stack.pop()
+                yield item
+
+
+def sizes(roots: Sequence[Item]) -> dict[int, int]:
+    """Instances of items below and including each distinct one."""
+    counts: dict[int, int] = {}
+    for item in distinct(*roots):
+        counts[id(item)] = 1 + sum(counts[id(child)] for child, _ in item.parts)
+    return counts
+
+
+def cut_below(plan: Plan, limit: int) -> Plan:
+    """``plan`` with the smallest repeated subtrees merged that bring every frame to at most ``limit`` nodes.
+
+    All subtrees of at most T instances that stand in several places are merged, with the least power of two T that is
+    enough, so that what is merged is small and the hierarchy above it stays. What stands in one place only is not
+    merged: that would make the file larger. Raises LimitError where ``MOST_NODES`` are not enough then.
+    """
+    counts = sizes(plan.roots)
+    most = max(counts[id(root)] for root in plan.roots)
+    if most <= limit:
+        return plan
+    repeated = _repeated(plan.roots)
+    threshold = 2
+    while _nodes(plan.roots, counts, repeated, threshold) > limit and threshold < most:
+        threshold *= 2
+    nodes = _nodes(plan.roots, counts, repeated, threshold)
+    if nodes > max(limit, MOST_NODES):
+        raise LimitError(
+            "primitives",
+            f"the scene needs {nodes:,} nodes, more than the {MOST_NODES:,} that a file may have",
+            hint="merge parts with --depth N, or choose .usd",
+        )
+    return _merged_below(plan, counts, repeated, threshold)
+
+
+def _repeated(roots: Sequence[Item]) -> set[int]:
+    """The ids of the items that stand in several places of one frame."""
+    found: set[int] = set()
+    for root in {id(root): root for root in roots}.values():
+        order = list(distinct(root))
+        places = dict.fromkeys((id(item) for item in order), 0)
+        places[id(root)] = 1
+        for item in reversed(order):
+            for child, _ in item.parts:
+                places[id(child)] += places[id(item)]
+        found.update(key for key, count in places.items() if count > 1)
+    return found
+
+
+def _nodes(roots: Sequence[Item], counts: Mapping[int, int], repeated: Set[int], threshold: int) -> int:
+    """The nodes of the largest frame when repeated subtrees of at most ``threshold`` instances are one node each."""
+    nodes: dict[int, int] = {}
+    for item in distinct(*roots):
+        is_one = counts[id(item)] <= threshold and id(item) in repeated
+        nodes[id(item)] = 1 if is_one else 1 + sum(nodes[id(child)] for child, _ in item.parts)
+    return max(nodes[id(root)] for root in roots)
+
+
+def _merged_below(plan: Plan, counts: Mapping[int, int], repeated: Set[int], threshold: int) -> Plan:
+    made: dict[int, Item] = {}
+    for item in distinct(*plan.roots):
+        if item.is_leaf or not item.parts:
+            made[id(item)] = item
+        elif counts[id(item)] <= threshold and id(item) in repeated:
+            made[id(item)] = Item(item.entity, merged=True)
+        else:
+            made[id(item)] = Item(item.entity, tuple((made[id(child)], pose) for child, pose in item.parts))
+    return Plan(plan.word, tuple(made[id(root)] for root in plan.roots), plan.animated)

@@ -1,0 +1,41 @@
+"""Run by a Python that has Blender's module `bpy`: the bounds and the mesh count of imported files, as JSON.
+
+python blender_bounds.py FRAME FILE...: FRAME counts from 0. Bounds are in scene axes: Blender's z is up.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+
+import bpy
+
+
+def bounds(file: str, frame: int) -> dict[str, object]:
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.context.scene.render.fps = 24
+    if file.endswith(".glb"):
+        bpy.ops.import_scene.gltf(filepath=file)
+    else:
+        bpy.ops.wm.usd_import(filepath=file, support_scene_instancing=True)
+    start = bpy.context.scene.frame_start if file.endswith(".usdc") else 0
+    bpy.context.scene.frame_set(start + frame if not file.endswith(".glb") else frame)
+    graph = bpy.context.evaluated_depsgraph_get()
+    points, meshes = [], 0
+    for instance in graph.object_instances:
+        if instance.object.type != "MESH" or not instance.show_self:
+            continue
+        meshes += 1
+        matrix = instance.matrix_world
+        points += [matrix @ vertex.co for vertex in instance.object.data.vertices]
+    low = [min(point[axis] for point in points) for axis in range(3)]
+    high = [max(point[axis] for point in points) for axis in range(3)]
+    names = sorted({object_.name for object_ in bpy.data.objects})
+    # Blender turned y up into z up: its (x, y, z) is the scene's (x, -z, y)
+    box = [low[0], low[2], -high[1], high[0], high[2], -low[1]]
+    return {"box": box, "meshes": meshes, "names": names[:2000]}
+
+
+if __name__ == "__main__":
+    number, *files = sys.argv[1:]
+    print("RESULT " + json.dumps([bounds(file, int(number)) for file in files]))
