@@ -11,7 +11,7 @@ from __future__ import annotations
 import colorsys
 import hashlib
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,8 +21,7 @@ import numpy.typing as npt
 from scenelang.backends.studio import from_srgb
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.entity import Entity
-from scenelang.interpreter.shapes import Kind
-from scenelang.interpreter.values import Array, MutableArray, MutableList, Pair, list_items
+from scenelang.interpreter.shapes import Kind, items_of
 
 FloatArray = npt.NDArray[np.float64]
 Point = tuple[float, float, float]
@@ -149,7 +148,8 @@ def _numbers_in(
         return default
     if type(value) in (int, float) and 1 in lengths and math.isfinite(value):
         return (float(value),)
-    numbers = _listed(value)
+    listed = items_of(value)
+    numbers = (value,) if listed is None else listed
     try:
         floats = tuple(float(number) for number in numbers)
     except (TypeError, ValueError, OverflowError):
@@ -158,16 +158,3 @@ def _numbers_in(
         wanted = " or ".join("a number" if length == 1 else f"{length} numbers" for length in lengths)
         raise SceneError("attribute", f'the attribute `:{name}` of "{word}" must be {wanted}')
     return floats
-
-
-def _listed(value: Any) -> Sequence[Any]:
-    if isinstance(value, tuple):
-        return value
-    if type(value) is Pair:
-        return list_items(value)
-    if isinstance(value, MutableList):
-        return value.items
-    if isinstance(value, (Array, MutableArray)):
-        items: list[Any] = value.data.ravel().tolist()
-        return items
-    return (value,)

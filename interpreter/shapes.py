@@ -78,7 +78,8 @@ class Shape:
         return self.kind is Kind.SPHERE and self.radius == 0.0
 
 
-def _numbers(value: Any) -> Sequence[Any] | None:
+def items_of(value: Any) -> Sequence[Any] | None:
+    """The items of whatever may stand for an array of numbers; None for anything else."""
     if isinstance(value, tuple):
         return value
     if type(value) is Pair:
@@ -100,7 +101,7 @@ def _point(word: str, name: str, value: Any, wanted: str = "three finite numbers
         x, y, z = value
         if math.isfinite(x + y + z):
             return (x, y, z)
-    numbers = _numbers(value)
+    numbers = items_of(value)
     if numbers is None or len(numbers) != 3 or not all(type(x) in (int, float) for x in numbers):
         raise _problem(word, name, wanted)
     try:
@@ -126,7 +127,7 @@ def _radius(word: str, value: Any) -> float:
 
 
 def _color(word: str, value: Any) -> Point:
-    numbers = _numbers(value)
+    numbers = items_of(value)
     if numbers is not None and len(numbers) > 3:
         value = Vector(numbers[:3])
     r, g, b = _point(word, "color", value, 'three numbers (red, green, blue), as `(color "ivory")` gives')
