@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import signal
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum
@@ -15,6 +20,18 @@ from scenelang.interpreter.plain import primitive_attributes
 from scenelang.interpreter.runtime import Runtime
 from scenelang.interpreter.words import find_root
 from scenelang.session import Options, Session, run_with_room
+
+
+@contextmanager
+def interruptible(words: list[str], cwd: Path) -> Iterator[subprocess.Popen[bytes]]:
+    """A process that Ctrl-C reaches, also where the tests run in the background; ended with the block."""
+    heed = lambda: signal.signal(signal.SIGINT, signal.default_int_handler)
+    pipe = subprocess.PIPE
+    with subprocess.Popen(words, cwd=cwd, stdout=pipe, stderr=pipe, preexec_fn=heed) as running:
+        try:
+            yield running
+        finally:
+            running.kill()
 
 
 def session(**options: Any) -> Session:

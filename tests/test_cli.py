@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from support import interruptible
 
 from scenelang import Limits, Options, Session, Source
 from scenelang.cli.main import main
@@ -575,7 +576,7 @@ def test_a_full_disk() -> None:
 def test_interruption(program: str, tmp_path: Path) -> None:
     (tmp_path / "endless.scene").write_text(program)
     words = [sys.executable, "-m", "scenelang.cli.main", "run", "endless.scene", "--max-steps", "1G"]
-    with subprocess.Popen(words, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as running:
+    with interruptible(words, tmp_path) as running:
         time.sleep(1.5)
         running.send_signal(signal.SIGINT)
         started = time.monotonic()

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 import signal
-import subprocess
 import sys
 import time
 from pathlib import Path
 
 import pytest
+from support import interruptible
 
 SCENE = '(bind "a" (lambda () (frames (for/list ((i (iota 30))) (transform (call "sphere") (translate [i 0 0]))))))'
 WORK = {
@@ -35,7 +35,7 @@ WORK = {
 def test_an_interruption_leaves_nothing_half_written(name: str, tmp_path: Path) -> None:
     (tmp_path / "a.scene").write_text(SCENE)
     words = [sys.executable, "-P", "-m", "scenelang.cli.main", *WORK[name]]
-    with subprocess.Popen(words, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as running:
+    with interruptible(words, tmp_path) as running:
         time.sleep(5.0)
         assert running.poll() is None, "the work was too short to be interrupted"
         running.send_signal(signal.SIGINT)
