@@ -21,7 +21,7 @@ from scenelang.interpreter.entity import Entity
 from scenelang.interpreter.shapes import Kind
 
 FORMAT, VERSION = "scenelang-maps", 1
-_DEEPEST = 12  # levels of the hierarchy that have maps of their own
+_DEEPEST = 64  # levels of the hierarchy that have maps of their own
 _LEAST_AREA = 24  # pixels of an instance whose box is drawn
 
 
