@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 from collections.abc import Iterator
@@ -26,8 +27,8 @@ from scenelang.session import Options, Session, run_with_room
 def interruptible(words: list[str], cwd: Path) -> Iterator[subprocess.Popen[bytes]]:
     """A process that Ctrl-C reaches, also where the tests run in the background; ended with the block."""
     heed = lambda: signal.signal(signal.SIGINT, signal.default_int_handler)
-    pipe = subprocess.PIPE
-    with subprocess.Popen(words, cwd=cwd, stdout=pipe, stderr=pipe, preexec_fn=heed) as running:
+    pipe, environment = subprocess.PIPE, {**os.environ, "PYTHONUNBUFFERED": "1"}
+    with subprocess.Popen(words, cwd=cwd, stdout=pipe, stderr=pipe, env=environment, preexec_fn=heed) as running:
         try:
             yield running
         finally:

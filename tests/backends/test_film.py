@@ -174,7 +174,7 @@ def test_several_backends_draw_side_by_side(tmp_path: Path) -> None:
         (["-o", "a"], 2, "without an ending"),
         (["-o", "a.exr", "--backend", "draft,mitsuba"], 2, "one backend"),
         (["-o", "a.png", "--backend", "drft"], 2, "did you mean `draft`"),
-        (["-o", "a.png", "--backend", "glb"], 2, "draws no pictures"),
+        (["-o", "a.png", "--backend", "gltf"], 2, "draws no pictures"),
         (["-o", "a.png", "--samples", "4"], 2, "no option `--samples`"),
         (["-o", "a.png", "--quality", "final", "--samples", "0"], 2, "1 or more"),
         (["-o", "a.png", "--quality", "final", "--variant", "metal"], 2, "one of auto, scalar"),

@@ -18,8 +18,9 @@ from exports.oracle import EXAMPLES, example, expected, same_points, scenes
 from exports.test_meshes import ply_rows
 from exports.test_usd import complaints
 from exports.test_usd import seen as usd_seen
+from scenelang.backends import files
 from scenelang.backends.base import Backend, Options
-from scenelang.backends.exports import export, output
+from scenelang.backends.exports import export
 from scenelang.backends.exports.gltf import GLTF
 from scenelang.backends.exports.mitsuba_xml import MITSUBA_XML
 from scenelang.backends.exports.obj import OBJ
@@ -237,7 +238,7 @@ def test_a_write_that_fails_half_way_changes_nothing(
             raise OSError(28, "No space left on device", str(target))
         real(source, target)
 
-    monkeypatch.setattr(output.os, "replace", second_fails)
+    monkeypatch.setattr(files.os, "replace", second_fails)
     with pytest.raises(SceneError, match=r"a\.obj.*No space left"):
         run(OBJ, scene, tmp_path / "a.obj")
     assert sorted(os.listdir(tmp_path)) == ["a.mtl", "a.obj"]

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
+import signal
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support import interruptible
 
 from scenelang.api import load
 from scenelang.backends.camera import camera_from_json
@@ -340,18 +340,13 @@ def test_nothing_sticks_out(program: Show, serve: Show, show: Show, size: tuple[
         assert box["x"] + box["width"] <= size[0]
 
 
-def test_the_command_serves_until_it_is_stopped(program: Show, show: Show) -> None:
-    command = [sys.executable, "-m", "scenelang", "view", str(program(PAIR)), "--no-browser"]
-    environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
-    with subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
-    ) as process:
-        try:
-            assert process.stdout is not None
-            address = process.stdout.readline().strip()
-            assert address.startswith("http://127.0.0.1:")
-            assert red(show(address).ready().picture()).sum() > 2000
-        finally:
-            process.send_signal(2)
-            process.wait(20)
+def test_the_command_serves_until_it_is_stopped(program: Show, show: Show, tmp_path: Path) -> None:
+    command = [sys.executable, "-P", "-m", "scenelang", "view", str(program(PAIR)), "--no-browser"]
+    with interruptible(command, tmp_path) as process:
+        assert process.stdout is not None
+        address = process.stdout.readline().decode().strip()
+        assert address.startswith("http://127.0.0.1:")
+        assert red(show(address).ready().picture()).sum() > 2000
+        process.send_signal(signal.SIGINT)
+        process.wait(20)
     assert process.returncode == 0
