@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from scenelang.backends.studio import from_srgb
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.entity import Entity
+from scenelang.interpreter.entity import Entity, Scene, descendants
 from scenelang.interpreter.shapes import Kind, items_of
 
 FloatArray = npt.NDArray[np.float64]
@@ -117,6 +117,14 @@ def look_of(entity: Entity) -> Look:
 
 
 _READ = ("emission", "opacity", "metallic", "roughness", "ior")
+
+
+def check_seen(scene: Scene) -> None:
+    """Raises SceneError("empty-scene") where all that has geometry has ``:opacity 0``."""
+    solid = (e for e in descendants(*scene.frames) if e.shape is not None and e.shape.has_geometry)
+    if not any(look_of(entity).opacity > 0.0 for entity in solid):
+        message = f'nothing of the scene "{scene.word}" can be seen: all of it has `:opacity 0`'
+        raise SceneError("empty-scene", message)
 
 
 def _share(word: str, name: str, value: Any) -> float | None:

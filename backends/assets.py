@@ -69,7 +69,8 @@ def _loaded(path: str, changed: int, size: int) -> AssetMesh:
         meshes = [mesh for mesh in scene.dump() if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces)]
     except Exception as error:  # a reader of foreign files may raise anything
         said = str(error).splitlines()[0][:120] if str(error) else type(error).__name__
-        raise SceneError("file", f"the asset {name} cannot be read: {said}") from None
+        ending = Path(path).suffix
+        raise SceneError("file", f"the asset {name} cannot be read as a {ending} file: {said}") from None
     if not meshes:
         raise SceneError("file", f"the asset {name} holds no mesh")
     count = sum(len(mesh.faces) for mesh in meshes)

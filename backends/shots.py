@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from scenelang.backends.appearance import check_seen
 from scenelang.backends.base import frame_of
 from scenelang.backends.camera import Camera
 from scenelang.backends.viewpoint import Viewpoint, checked, place
@@ -32,7 +33,8 @@ class Shot:
 
 
 def box_of(scene: Scene) -> tuple[FloatArray, FloatArray]:
-    """The exact box of all frames, low and high (3,) each; raises SceneError("empty-scene") when there is none."""
+    """The exact box of all frames, low and high (3,) each; raises SceneError("empty-scene") when there is none,
+    or nothing of it can be seen."""
     boxes = [box for root in scene.frames if (box := entity_box(root)) is not None]
     if not boxes:
         raise SceneError("empty-scene", f'the scene "{scene.word}" has no primitives, so there is nothing to draw')
@@ -42,6 +44,7 @@ def box_of(scene: Scene) -> tuple[FloatArray, FloatArray]:
         sizes = high - low
     if not np.isfinite(sizes).all() or max(np.abs(low).max(), np.abs(high).max()) > _FARTHEST:
         raise SceneError("unsupported", "the scene is larger than any number can tell, so it cannot be drawn")
+    check_seen(scene)
     return low, high
 
 

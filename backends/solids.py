@@ -334,7 +334,7 @@ def normalized(solids: Solids, center: FloatArray, scale: float) -> Solids:
         matrices[:, :, 3] -= center
         matrices *= scale
         sound = np.asarray(np.isfinite(matrices).all(axis=(1, 2)), bool)
-        doubtful = np.flatnonzero(sound & (_thickness(matrices) < 2.0 * _THINNEST))
+        doubtful = np.flatnonzero(sound & (thinness(matrices) < 2.0 * _THINNEST))
     if len(doubtful):
         linear, alive = _thickened(matrices[doubtful, :, :3])
         matrices[doubtful, :, :3] = linear
@@ -342,7 +342,7 @@ def normalized(solids: Solids, center: FloatArray, scale: float) -> Solids:
     return replace(solids, matrices=matrices).take(sound) if not sound.all() else replace(solids, matrices=matrices)
 
 
-def _thickness(matrices: FloatArray) -> FloatArray:
+def thinness(matrices: FloatArray) -> FloatArray:
     """A lower bound, at most sqrt(3) too low, for the least singular value of each linear part (N,); nan where 0."""
     cofactors = cofactors_of(matrices[:, :, :3])
     determinant = np.einsum("ni,ni->n", matrices[:, :, 0], cofactors[:, :, 0])

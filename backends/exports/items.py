@@ -11,6 +11,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 
+from scenelang.backends.appearance import check_seen
 from scenelang.backends.exports.blocks import settled
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.bounds import entity_box
@@ -72,6 +73,7 @@ def chosen(scene: Scene, frame: int | None) -> Scene:
         raise SceneError("empty-scene", f'the scene "{scene.word}" has no primitives, so there is nothing to export')
     if not all(abs(number) < _LARGEST for box in boxes for number in box):
         raise SceneError("pose", "poses multiply to numbers too large for a file")
+    check_seen(scene)
     return Scene(scene.word, roots, scene.animated and frame is None)
 
 

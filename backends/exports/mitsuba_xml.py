@@ -25,6 +25,7 @@ from scenelang.backends.exports.world import leaves
 from scenelang.backends.exports.xml_elements import elements
 from scenelang.backends.meshes import unit_mesh
 from scenelang.backends.mitsuba.materials import surface as bsdf_of
+from scenelang.backends.mitsuba.shapes import FLATTEST
 from scenelang.backends.solids import Form
 from scenelang.backends.studio import BRIGHTEST
 from scenelang.interpreter import pose
@@ -93,7 +94,7 @@ class _Shapes:
         if solid is None or look.opacity == 0.0:
             return None
         whole = pose.compose(place, solid.pose)
-        if any(look.emission) or _is_flat(whole):
+        if any(look.emission) or _is_flat(whole) or (solid.form == Form.BALL and _is_disk(whole)):
             surface = solid.surface()
             self._loosen([] if surface is None else [Patch(look, surface)], whole)
             return None
@@ -199,6 +200,12 @@ def _is_flat(place: Matrix) -> bool:
     linear = np.array(place).reshape(3, 4)[:, :3]
     largest = float(np.abs(linear).max())
     return largest == 0.0 or abs(float(np.linalg.det(linear / largest))) < 1e-9
+
+
+def _is_disk(place: Matrix) -> bool:
+    """True when a ball is so flat that Mitsuba's sphere would dissolve in single precision."""
+    sizes = np.linalg.svd(np.array(place).reshape(3, 4)[:, :3], compute_uv=False)
+    return bool(sizes[2] < FLATTEST * sizes[0])
 
 
 MITSUBA_XML = mesh_backend(

@@ -50,21 +50,28 @@ class Leaf:
 
 def leaves(plan: Plan, limit: int) -> Iterator[Leaf]:
     """The leaves of the only frame in depth-first order. Raises LimitError for more than ``limit``."""
-    room = limit
+    count = _leaf_count(plan.roots[0])
+    if count > limit:
+        raise LimitError(
+            "primitives",
+            f"the scene expands to {count:,} primitives, more than the limit of {limit:,}",
+            hint="raise it with --max-primitives, or choose .glb or .usd, which share what is repeated",
+        )
     stack = [Leaf(plan.roots[0], IDENTITY, (plan.roots[0].word,))]
     while stack:
         leaf = stack.pop()
         if leaf.item.is_leaf:
-            room -= 1
-            if room < 0:
-                raise LimitError(
-                    "primitives",
-                    f"the scene expands to more than the limit of {limit:,} primitives",
-                    hint="raise it with --max-primitives, or choose .glb or .usd, which share what is repeated",
-                )
             yield leaf
         for child, place in reversed(leaf.item.parts):
             stack.append(Leaf(child, pose.compose(leaf.pose, place), (*leaf.path, child.word)))
+
+
+def _leaf_count(root: Item) -> int:
+    """How many leaves there are, worked out without expanding them."""
+    counts: dict[int, int] = {}
+    for item in distinct(root):  # children first
+        counts[id(item)] = item.is_leaf + sum(counts[id(child)] for child, _ in item.parts)
+    return counts[id(root)]
 
 
 def placed(plan: Plan, limit: int, ending: str) -> Iterator[Placed]:

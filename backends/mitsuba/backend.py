@@ -20,7 +20,7 @@ from scenelang.backends.labels import labelled
 from scenelang.backends.mitsuba import variants
 from scenelang.backends.mitsuba.instancing import FEW, Prototype, parts_of
 from scenelang.backends.mitsuba.scene import surroundings
-from scenelang.backends.mitsuba.shapes import merged_meshes, segments_for, sizes_of, unit_group
+from scenelang.backends.mitsuba.shapes import is_too_flat, merged_meshes, segments_for, sizes_of, unit_group
 from scenelang.backends.picture import STILL_ENDINGS, Image, Painter, PictureBackend, PictureOptions, write_still
 from scenelang.backends.shots import Shot
 from scenelang.backends.solids import Form, Solids
@@ -162,7 +162,7 @@ class _Shapes:
 
     def _exact(self, solids: Solids) -> npt.NDArray[np.bool_]:
         """Which solids are placed as exact shapes: no lamps, no triangles, of the commonest kinds."""
-        able = ~solids.emission.any(axis=1) & (solids.forms != Form.TRIANGLE)
+        able = ~solids.emission.any(axis=1) & (solids.forms != Form.TRIANGLE) & ~is_too_flat(solids)
         kinds = np.column_stack([solids.forms.astype(np.int64), solids.look])
         _, kind, count = np.unique(kinds, axis=0, return_inverse=True, return_counts=True)
         if len(count) > _MOST_GROUPS:

@@ -25,7 +25,7 @@ from scenelang.backends.mitsuba.materials import (
     rgb,
     surface,
 )
-from scenelang.backends.solids import Form, Solids
+from scenelang.backends.solids import Form, Solids, thinness
 from scenelang.backends.studio import BRIGHTEST
 
 FloatArray = npt.NDArray[np.float64]
@@ -37,6 +37,7 @@ _DEVIATION = 0.15  # pixels that a polygon may lie inside the circle that it sta
 _MOST_FACES = 24_000_000
 _GLOW_STEPS = 16  # distinct strengths per channel that glowing colours are rounded to, per unit
 _FLAT = (Form.BLOCK, Form.TRIANGLE)
+FLATTEST = 0.02  # least over greatest half axis of a ball that is drawn as Mitsuba's sphere
 
 
 def unit_group(mi: Any, form: Form, look: Look) -> Any:
@@ -130,6 +131,12 @@ def segments_for(solids: Solids, pixels: FloatArray) -> IntArray:
         if faces.sum() <= _MOST_FACES:
             break
     return np.asarray(np.where(np.isin(solids.forms, _FLAT), 0, sides), np.int64)
+
+
+def is_too_flat(solids: Solids) -> npt.NDArray[np.bool_]:
+    """Which balls (N,) are so flat that Mitsuba's sphere, in single precision, would dissolve: meshes do not."""
+    balls = solids.forms == Form.BALL
+    return np.asarray(balls & (thinness(solids.matrices) < FLATTEST * sizes_of(solids.matrices)), bool)
 
 
 def sizes_of(matrices: FloatArray) -> FloatArray:

@@ -51,7 +51,7 @@ def maps(arguments: argparse.Namespace) -> int:
         names = _names(arguments.files)
     settings = MapOptions(options, views, arguments.size is not None, arguments.tracks, arguments.annotations)
     folder = Path(arguments.output)
-    _make(folder)
+    _check(folder)
     items: list[Item] = []
     failed = False
     for path, name in zip(arguments.files, names, strict=True):
@@ -123,11 +123,11 @@ def _names(files: list[str]) -> list[str]:
     return names
 
 
-def _make(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise SceneError("file", f"cannot write to {folder}: {error.strerror or error}") from error
+def _check(folder: Path) -> None:
+    """Raises SceneError where ``folder`` can never be one; it is made when there is something to write."""
+    existing = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+    if not existing.is_dir():
+        raise SceneError("file", f"cannot write to {folder}: {existing} is no folder")
 
 
 COMMANDS = (add_maps,)

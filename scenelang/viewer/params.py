@@ -44,6 +44,8 @@ class Control:
     def literal(self, value: Any) -> str:
         """``value``, as the page sends it, as a literal of the language; raises SceneError("param")."""
         text = _literal(self.kind, value)
+        if text is not None and self.kind == "number" and type(self.value) is int and value == int(value):
+            return str(int(value))
         if text is not None and self.kind == "color" and self.param.default.startswith('"'):
             return atom_text(value)
         if text is None:
@@ -64,6 +66,10 @@ def controls_of(params: tuple[Param, ...]) -> tuple[Control, ...]:
 def _control(param: Param) -> Control:
     datum = _value_datum(param.span)
     kind, value = _kind(datum) if datum is not None else ("computed", param.default)
+    if kind == "integer" and not all(
+        limit is None or float(limit).is_integer() for limit in (param.minimum, param.maximum)
+    ):
+        kind = "number"
     name = param.span.source.name
     reason = None
     if datum is None or param.span.expansion is not None:

@@ -53,6 +53,24 @@ def test_solids_are_solid_and_right_under_any_pose(make: Any) -> None:
     assert overlap > 0.995
 
 
+@pytest.mark.parametrize("flat", [0.0, 1e-4, 1e-3, 0.01, 0.1])
+def test_flat_balls_are_disks(flat: float) -> None:
+    """Mitsuba's own sphere dissolves when it is squeezed."""
+    ball = f'(transform (call "sphere" :color [.05 .05 .05]) (scale [1 {flat} 1]))'
+    scene = evaluate(
+        f'(bind "a" (lambda () (union {ball} (transform (call "cube" :scale .2 :color [.1 .1 .1]) (translate [0 -1 0])))))'
+    )
+    backdrop = np.array(ENVIRONMENTS["studio"].backdrop)
+    masks = []
+    for quality in ("draft", "final"):
+        found = image(
+            scene, quality, size=(200, 150), camera=Viewpoint(0, 50), ground="none", settings={"denoise": "off"}
+        )
+        masks.append(np.abs(found.radiance - backdrop).max(axis=2) > 0.1)
+    assert masks[0].sum() > 3000
+    assert (masks[0] & masks[1]).sum() / (masks[0] | masks[1]).sum() > 0.985
+
+
 def test_a_cylinder_is_seen_from_above_with_its_cap_and_a_mirrored_ball_is_not_black(make: Any) -> None:
     from tests.backends.conftest import MIRROR  # type: ignore[import-not-found]
 
@@ -127,6 +145,13 @@ def test_materials_are_read_from_attributes(make: Any) -> None:
     assert look.emission == (0.25, 0.25, 0.25)
     assert look_of(make.primitive("sphere")).is_matte
     assert not look.is_matte
+
+
+@pytest.mark.parametrize("quality", ["draft", "final"])
+def test_a_scene_that_cannot_be_seen_is_told(quality: str) -> None:
+    with pytest.raises(SceneError, match=":opacity 0") as caught:
+        image(evaluate('(bind "a" (lambda () (call "sphere" :opacity 0)))'), quality)
+    assert caught.value.name == "empty-scene"
 
 
 @pytest.mark.parametrize("environment", list(ENVIRONMENTS))

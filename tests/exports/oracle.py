@@ -8,13 +8,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from hypothesis import assume
 from hypothesis import strategies as st
 
 from scenelang.backends.appearance import look_of
 from scenelang.backends.exports.surfaces import SEGMENTS, surface_of
 from scenelang.grammar.source import Source
 from scenelang.interpreter import pose
-from scenelang.interpreter.entity import Entity, Scene
+from scenelang.interpreter.entity import Entity, Scene, descendants
 from scenelang.interpreter.flatten import flatten
 from scenelang.interpreter.shapes import shape_of
 from scenelang.interpreter.values import ANONYMOUS, Embedding, Matrix, Pair, Vector
@@ -123,10 +124,12 @@ def entities(draw: Any) -> Entity:
 
 @st.composite
 def scenes(draw: Any, frames: int = 1) -> Scene:
-    """A scene of one or several frames, whose later frames share some of the first's entities."""
+    """A scene of one or several frames, whose later frames share some of the first's entities; not all of opacity 0."""
     pool = [draw(entities()) for _ in range(frames)]
     roots = []
     for _ in range(frames):
         parts = draw(st.lists(st.tuples(st.sampled_from(pool), poses()), min_size=1, max_size=3))
         roots.append(Entity("root", ANONYMOUS, tuple(Pair(*part) for part in parts)))
+    clear = (e.embedding.attributes.get("opacity") == 0.0 for e in descendants(*roots) if e.is_primitive)
+    assume(not all(clear))
     return Scene("root", roots, frames > 1)

@@ -121,3 +121,19 @@ def test_a_param_that_a_macro_made_cannot_be_saved(program: Program) -> None:
     assert known["it"].reason
     with pytest.raises(SceneError):
         write_back(known, "it", 4)
+
+
+@pytest.mark.parametrize(
+    ("limits", "kind"), [(":min 0 :max 9", "integer"), (":min .2 :max 3", "number"), (":max 2.5", "number")]
+)
+def test_a_whole_default_with_limits_between_whole_numbers_is_a_number(
+    program: Program, limits: str, kind: str
+) -> None:
+    path = program(f"(param it 1 {limits})")
+    control = controls(path)["it"]
+    assert control.kind == kind
+    write_back(controls(path), "it", 2)
+    assert path.read_text().startswith("(param it 2 ")  # a whole number stays one
+    if kind == "number":
+        write_back(controls(path), "it", 1.5)
+        assert path.read_text().startswith("(param it 1.5 ")

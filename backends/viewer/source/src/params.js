@@ -86,12 +86,14 @@ function shapeOf(param) {
 function numberControl(param, id, change, disabled) {
   const step = param.kind === "integer" ? 1 : "any";
   const field = el("input", { type: "number", id, step, min: param.min, max: param.max, disabled });
-  const send = (value) => {
-    if (!Number.isFinite(value)) return;
+  const allowed = (value) => {
     const bounded = Math.min(param.max ?? Infinity, Math.max(param.min ?? -Infinity, value));
-    change(param.kind === "integer" ? Math.round(bounded) : bounded);
+    return param.kind === "integer" ? Math.round(bounded) : bounded;
   };
+  const send = (value) => Number.isFinite(value) && change(allowed(value));
   field.addEventListener("input", () => field.value !== "" && send(Number(field.value)));
+  // what is shown at the end is what was taken
+  field.addEventListener("change", () => { if (field.value !== "") field.value = String(allowed(Number(field.value))); });
   if (param.min === null || param.max === null) return { element: field, write: (value) => { field.value = String(value); } };
   const fine = param.kind === "integer" ? 1 : 10 ** Math.floor(Math.log10((param.max - param.min) / 100));
   const slider = el("input", { type: "range", min: param.min, max: param.max, step: fine, disabled, "aria-label": `${param.name}, slider` });
