@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_left
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -124,10 +124,10 @@ def frame_numbers(scene: Scene) -> dict[Path, int]:
     return numbers
 
 
-def instance_handles(scene: Scene, frame: int, ancestry: Ancestry) -> list[str]:
-    """The handle of every instance of one frame, in the order of ``ancestry``."""
-    if len(scene.frames) > 1:
-        numbers = frame_numbers(scene)
+def instance_handles(scene: Scene, ancestry: Ancestry, numbers: Mapping[Path, int] | None = None) -> list[str]:
+    """The handle of every instance of one frame, in the order of ``ancestry``; ``numbers`` are ``frame_numbers`` of a
+    scene of several frames, None for one of one frame."""
+    if numbers is not None:
         own = [ancestry.entity(i).embedding.handle for i in range(len(ancestry))]
         return [handle or f"z{numbers[ancestry.path(i)]}" for i, handle in enumerate(own)]
     numbering = number_scene(scene)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +27,7 @@ from scenelang.backends.stage import unit_size
 from scenelang.backends.viewpoint import Viewpoint
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.entity import Scene
-from scenelang.interpreter.numbering import instance_handles
+from scenelang.interpreter.numbering import frame_numbers, instance_handles
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,19 +117,8 @@ def _digest(item: Item, options: MapOptions) -> str:
     settings = replace(options.pictures, progress=None, camera=Viewpoint())
     view = options.views[item.view]
     shown = json.dumps(camera_to_json(view)) if isinstance(view, Camera) else repr(view)
-    told = repr(
-        (
-            FORMAT,
-            VERSION,
-            options.digest,
-            settings,
-            shown,
-            item.frame,
-            options.resize,
-            options.tracks,
-            options.annotations,
-        )
-    )
+    own = (options.digest, options.resize, options.tracks, options.annotations)
+    told = repr((FORMAT, VERSION, own, settings, shown, item.frame))
     return hashlib.sha256(told.encode()).hexdigest()
 
 
@@ -143,10 +132,18 @@ class _View:
     shots: dict[int, Shot]
     center: npt.NDArray[np.float64]
     scale: float
-    numbers: motion.PathNumbers
+    paths: motion.PathNumbers
+    numbers: dict[tuple[int, ...], int] | None  # of handles by path; None for a scene of one frame
+    recent: dict[int, Truth] = field(default_factory=dict)
 
     def truth(self, frame: int) -> Truth:
-        return truth_of(self.scene, self.shots[frame], self.options.pictures.limit, self.center, self.scale)
+        """The truth of a frame; the last two are kept, since every frame is compared with the next."""
+        if frame not in self.recent:
+            for old in list(self.recent)[: len(self.recent) - 1]:
+                del self.recent[old]
+            limit = self.options.pictures.limit
+            self.recent[frame] = truth_of(self.scene, self.shots[frame], limit, self.center, self.scale)
+        return self.recent[frame]
 
 
 def _write_view(
@@ -163,7 +160,8 @@ def _write_view(
         asked = replace(asked, width=camera.width, height=camera.height)
     shots = {item.frame: still(scene, asked.camera, item.frame, asked.width, asked.height) for item in items}
     (painter,) = painters(scene, asked, [backend], list(shots.values()))
-    view = _View(scene, options, painter, shots, *unit_size(scene), motion.PathNumbers())
+    numbers = frame_numbers(scene) if len(scene.frames) > 1 else None
+    view = _View(scene, options, painter, shots, *unit_size(scene), motion.PathNumbers(), numbers)
     tracks = _tracks(view) if len(shots) > 1 else None
     for i, item in enumerate(missing):
         following = item.frame + 1 if item.frame + 1 in shots else None
@@ -178,7 +176,7 @@ def _tracks(view: _View) -> motion.Tracks:
     found = []
     for frame in view.shots:
         truth = view.truth(frame)
-        paths = view.numbers.of(truth.ancestry)
+        paths = view.paths.of(truth.ancestry)
         if places is None:
             places = motion.start_places(truth, paths, view.options.tracks, view.options.pictures.seed)
         found.append(motion.found_in(places, truth, paths))
@@ -200,11 +198,11 @@ def _write_shot(
     maps = ShotMaps(view.truth(item.frame), picture)
     if following is not None:
         there = view.truth(following)
-        paths = view.numbers.of(maps.truth.ancestry), view.numbers.of(there.ancestry)
+        paths = view.paths.of(maps.truth.ancestry), view.paths.of(there.ancestry)
         maps.add_flow(motion.flow_between(maps.truth, there, *paths))
     if tracks is not None:
-        maps.add_tracks(tracks, list(view.shots).index(item.frame), view.numbers.of(maps.truth.ancestry))
-    handles = instance_handles(view.scene, item.frame, maps.truth.ancestry)
+        maps.add_tracks(tracks, list(view.shots).index(item.frame), view.paths.of(maps.truth.ancestry))
+    handles = instance_handles(view.scene, maps.truth.ancestry, view.numbers)
     shot = {"format": FORMAT, "version": VERSION, "name": item.name, "camera": item.view, "frame": item.frame}
     _make_anew(item.folder)
     with written_together(item.folder) as target:

@@ -21,8 +21,10 @@ from scenelang.backends.solids import Form
 from scenelang.backends.stage import unit_size
 from scenelang.backends.viewpoint import PRESETS, Viewpoint
 from scenelang.cli.main import main
+from scenelang.interpreter.ancestry import ancestry_of
 from scenelang.interpreter.entity import Scene, count_words
-from scenelang.interpreter.numbering import instance_handles
+from scenelang.interpreter.flatten import flatten
+from scenelang.interpreter.numbering import frame_numbers, instance_handles, primitive_handles
 
 TABLE = """
 (bind "leg" (lambda () (call "cylinder" :radius .08 :p1 [0 .7 0] :color [.4 .2 .1])))
@@ -175,7 +177,7 @@ def test_coco_counts_are_those_of_count(table: Scene) -> None:
     scene = evaluate(text)
     found = truth(scene, Viewpoint(0, 10))
     boxes = boxes_in(found)
-    annotations = annotations_of(found, boxes, instance_handles(scene, 0, found.ancestry), 1000)
+    annotations = annotations_of(found, boxes, instance_handles(scene, found.ancestry), 1000)
     document = dataset([{"file_name": "a.png", "width": 160, "height": 120}], [annotations])
     coco = pycocotools.COCO()
     coco.dataset = json.loads(json.dumps(document))
@@ -361,3 +363,14 @@ def test_an_empty_scene_writes_nothing(tmp_path: Path, capsys: pytest.CaptureFix
     assert not (tmp_path / "out").exists()
     (tmp_path / "file").write_text("")
     assert main(["maps", str(tmp_path / "a.scene"), "-o", str(tmp_path / "file" / "x")]) == 1
+
+
+@pytest.mark.parametrize("text", [TABLE, SWING])
+def test_handles_of_primitives_are_those_of_flatten(text: str) -> None:
+    scene = evaluate(text)
+    numbers = frame_numbers(scene) if len(scene.frames) > 1 else None
+    for root, wanted in zip(scene.frames, primitive_handles(scene, flatten(scene))):
+        ancestry = ancestry_of(root)
+        handles = instance_handles(scene, ancestry, numbers)
+        assert [handles[i] for i in ancestry.primitives] == list(wanted)
+        assert handles[0] == "z1"
