@@ -667,3 +667,24 @@ def test_an_interruption_that_a_library_disguises_is_told_as_one(monkeypatch: py
     monkeypatch.setattr("scenelang.backends.base.every", interrupted)
     assert main(["backends"]) == 130
     assert capsys.readouterr().err == "interrupted\n"
+
+
+def test_a_finished_scene_is_read_like_a_program_where_that_makes_sense(tmp_path: Path, capsys: Any) -> None:
+    (tmp_path / "a.scene").write_text('(bind "pair" (lambda () (union (call "cube") (call "sphere" :radius .5))))')
+    scene = str(tmp_path / "a.json")
+    assert main(["export", str(tmp_path / "a.scene"), "-o", scene, "-q"]) == 0
+    for command in (
+        ["check"],
+        ["run"],
+        ["tree"],
+        ["count"],
+        ["bounds"],
+        ["flatten"],
+        ["diff", str(tmp_path / "a.scene")],
+    ):
+        assert main([*command, scene]) == 0, command
+    capsys.readouterr()
+    assert main(["expand", scene]) == 1
+    assert main(["embeddings", scene, "set", "z2", "--text", "x"]) == 1
+    assert capsys.readouterr().err.count("E706") == 2
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.json", "a.scene"]

@@ -18,7 +18,7 @@ from scenelang.interpreter.plain import plain_attributes
 from scenelang.interpreter.runtime import Entry
 from scenelang.interpreter.show import show
 from scenelang.interpreter.syntax_values import quoted_value
-from scenelang.session import Session
+from scenelang.session import Session, is_scene_file
 
 MAX_ROWS = 500
 
@@ -88,7 +88,10 @@ def set_embedding(arguments: argparse.Namespace) -> int:
 
     name = _handle(arguments.handle)
     if arguments.file != "-":
-        Session().source(arguments.file)  # a program that cannot be read has no embeddings
+        source = Session().source(arguments.file)  # a program that cannot be read has no embeddings
+        if is_scene_file(source):
+            hint = "set them for the program that made it"
+            raise SceneError("unsupported", f"{arguments.file} is a finished scene, which takes no embeddings", hint)
     path = z_path(arguments) or beside(arguments.file)
     if arguments.file == "-" and arguments.z is None:
         raise SceneError("file", "say where Z is: --z FILE")
