@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.draft.light import GROUND, SKY, Shadow, Surface, albedo_of, hidden_share, radiance_of
+from scenelang.backends.draft.light import GROUND, SKY, Reach, Shadow, Surface, albedo_of, hidden_share, radiance_of
 from scenelang.backends.draft.shade import (
     ShadowMap,
     occlusion,
@@ -247,13 +247,13 @@ def _band(
     row, column = np.divmod(np.arange(len(seen.ids)), stage.width * _SAMPLES)
     row = row + top
     light = _fetched(ambient, depth, seen.depth, row, column)
-    radiance = radiance_of(stage, seen, albedo, shadows, light, row, column)
+    radiance = radiance_of(stage, seen, albedo, Reach(shadows, light, row, column))
     color = film(radiance, environment).astype(np.float32)
     hidden = hidden_share(stage.solids).astype(np.float32) if layers else np.zeros(0, np.float32)
     for at, part in reversed(layers):
         own, share = albedo_of(stage, part), hidden[part.ids][:, None]
         light = np.full(len(at), 0.9, np.float32)
-        shade = radiance_of(stage, part, own, shadows, light, row[at], column[at])
+        shade = radiance_of(stage, part, own, Reach(shadows, light, row[at], column[at]))
         for under, over in (
             (color, film(shade, environment).astype(np.float32)),
             (radiance, shade),

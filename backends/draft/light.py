@@ -36,6 +36,17 @@ class Surface:
         return Surface(self.ids[rows], self.depth[rows], self.points[rows], self.normals[rows], self.view[rows])
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Reach:
+    """What light reaches N samples: what ``shadows`` leave of the key light, the share ``ambient`` (N,) of the
+    surrounding light. ``row`` and ``column`` (N,) are the samples' places."""
+
+    shadows: list[Shadow]
+    ambient: Float32Array
+    row: IntArray
+    column: IntArray
+
+
 def hidden_share(solids: Solids) -> FloatArray:
     """How much of what is behind each solid (N,) it hides: light passes the surface of a closed one twice."""
     return np.where(solids.forms == Form.TRIANGLE, solids.opacity, 1.0 - (1.0 - solids.opacity) ** 2)
@@ -55,54 +66,38 @@ def albedo_of(stage: Stage, seen: Surface) -> Float32Array:
     return out
 
 
-def radiance_of(
-    stage: Stage,
-    seen: Surface,
-    albedo: Float32Array,
-    shadows: list[Shadow],
-    ambient: Float32Array,
-    row: IntArray,
-    column: IntArray,
-) -> Float32Array:
-    """The radiance (N, 3) that samples see, of whose surrounding light the share ``ambient`` (N,) reaches them."""
+def radiance_of(stage: Stage, seen: Surface, albedo: Float32Array, reach: Reach) -> Float32Array:
+    """The radiance (N, 3) that samples see."""
     environment = stage.studio.environment
     solid = np.flatnonzero(seen.ids >= 0)
     if environment.unlit:
         color = albedo.copy()
     else:
-        color = _lit(stage, seen, albedo, shadows, ambient, row, column)
+        color = _lit(stage, seen, albedo, reach)
     color[solid] += stage.solids.emission[seen.ids[solid]].astype(np.float32)
     color[seen.ids == SKY] = environment.backdrop
     return color
 
 
-def _lit(
-    stage: Stage,
-    seen: Surface,
-    albedo: Float32Array,
-    shadows: list[Shadow],
-    ambient: Float32Array,
-    row: IntArray,
-    column: IntArray,
-) -> Float32Array:
+def _lit(stage: Stage, seen: Surface, albedo: Float32Array, reach: Reach) -> Float32Array:
     environment = stage.studio.environment
     key, sky = np.array(environment.key, np.float32), np.array(environment.ambient, np.float32)
     facing = np.maximum(seen.normals @ stage.studio.key_direction, 0.0).astype(np.float32)
     reached = (facing > 0.0).astype(np.float32)
     at = np.flatnonzero((seen.ids != SKY) & (facing > 0.0))
-    samples = samples_at(seen.points[at], seen.normals[at], column[at], row[at])
-    for shadow, hidden in shadows:
+    samples = samples_at(seen.points[at], seen.normals[at], reach.column[at], reach.row[at])
+    for shadow, hidden in reach.shadows:
         part = key_light(shadow, environment.radius, samples)
         reached[at] *= 1.0 - np.float32(hidden) * (1.0 - part)
     facing *= reached
     solid = seen.ids >= 0
     around = _surroundings(stage, seen, solid)
     # what hides the surrounding light is itself lit, the less the deeper it lies, and taken to have the same colour
-    share = ambient[:, None]
+    share = reach.ambient[:, None]
     lit = (np.float32(0.5) * sky + np.float32(0.28) * key) * (np.float32(0.3) + np.float32(0.7) * share)
     bounced = np.where(solid[:, None], albedo, np.float32(0.4)) * lit
     color = np.asarray(albedo * (around * share + bounced * (1.0 - share) + key * facing[:, None]), np.float32)
-    _add_gloss(stage, seen, color, albedo, reached, ambient)
+    _add_gloss(stage, seen, color, albedo, reached, reach.ambient)
     return color
 
 
