@@ -8,7 +8,6 @@ const BELOW = 1e-4; // the ground lies this far under the lowest point, so that 
 const ACCENT = new Vector3(0.03, 0.24, 0.85);
 const SKY_SIZE = 512;
 const SAMPLES = 32; // of a still picture: sky directions, places in the pixel, turns of the shadows' taps
-const FIRST_SHOWN = 8;
 const SLOW = 120; // milliseconds; where a sample takes longer, a still picture stays as it is
 const DEFINES = { SHADOW_HALF: HALF.toFixed(4), SHADOW_DISTANCE: "3.0", SHADOW_NEAR: "1.5", SHADOW_FAR: "4.5", SKY_SAMPLES: String(SAMPLES) };
 
@@ -193,7 +192,8 @@ export class Stage {
     this.renderer.setRenderTarget(this.sum);
     this.renderer.render(this.adder, camera);
     this.samples += 1;
-    if (this.samples >= FIRST_SHOWN) this.show(this.sum.texture, camera, true);
+    // fewer samples would look at one side of the sky only
+    if (this.samples === SAMPLES) this.show(this.sum.texture, camera, true);
   }
 
   // Takes the scene onto a film.
