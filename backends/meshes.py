@@ -140,3 +140,11 @@ def posed(mesh: UnitMesh, matrices: FloatArray) -> tuple[FloatArray, FloatArray,
         np.where(mirrored[:, None, None], mesh.faces[:, ::-1], mesh.faces) + (np.arange(count) * size)[:, None, None]
     )
     return vertices.reshape(-1, 3), normals.reshape(-1, 3), faces.reshape(-1, 3)
+
+
+def triangle_normals(corners: FloatArray) -> FloatArray:
+    """The unit normals (F, 3) of triangles (F, 3, 3), counter-clockwise from outside; zero where there is no area."""
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    unit: FloatArray = normals / np.where(length > 0.0, length, 1.0)
+    return unit

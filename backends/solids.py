@@ -129,7 +129,7 @@ def solids_of(frame: FlatFrame) -> Solids:
     number = {word: i for i, word in enumerate(words)}
     pieces = [_piece(entity, table) for entity in frame.primitives]
     word = np.array([number[entity.word] for entity in frame.primitives], np.int64)
-    semantic = np.array([_is_semantic(entity) for entity in frame.primitives], bool)
+    semantic = np.array([is_semantic(entity) for entity in frame.primitives], bool)
     columns = [_single(frame, pieces, word, semantic)]
     for i, piece in enumerate(pieces):
         if isinstance(piece, _Mesh):
@@ -281,7 +281,8 @@ def triangle_poses(corners: FloatArray) -> tuple[FloatArray, IntArray]:
     return np.stack([(b - a) / 2.0, (c - a) / 2.0, thin, (b + c) / 2.0], axis=2), kept
 
 
-def _is_semantic(entity: Entity) -> bool:
+def is_semantic(entity: Entity) -> bool:
+    """Whether a primitive is the stand-in for a word without geometry."""
     return entity.shape is not None and entity.shape.kind is Kind.BOX
 
 

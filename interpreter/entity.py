@@ -103,14 +103,21 @@ def descendants(*roots: Entity) -> Iterator[Entity]:
                 yield entity
 
 
-def count_words(root: Entity) -> dict[str, int]:
-    """Instances of every word in the expanded scene, worked out on the DAG; in depth-first order of appearance."""
-    order = list(descendants(root))
-    instances = {id(entity): 0 for entity in order}
-    instances[id(root)] = 1
+def instance_counts(order: Sequence[Entity]) -> dict[int, int]:
+    """How often each distinct entity stands in the expanded scene, by ``id``; ``order`` is ``descendants`` of one root:
+    children before parents, the root last."""
+    instances = dict.fromkeys(map(id, order), 0)
+    instances[id(order[-1])] = 1
     for entity in reversed(order):
         for part in entity.children:
             instances[id(part.car)] += instances[id(entity)]
+    return instances
+
+
+def count_words(root: Entity) -> dict[str, int]:
+    """Instances of every word in the expanded scene, worked out on the DAG; in depth-first order of appearance."""
+    order = list(descendants(root))
+    instances = instance_counts(order)
     totals = dict.fromkeys(_words_in_order(root), 0)
     for entity in order:
         totals[entity.word] += instances[id(entity)]

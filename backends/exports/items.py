@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 
 from scenelang.backends.appearance import check_seen
+from scenelang.backends.base import frame_of
 from scenelang.backends.exports.blocks import settled
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.bounds import entity_box
@@ -65,9 +66,7 @@ def planned(scene: Scene, frame: int | None = None, depth: int | None = None) ->
 
 def chosen(scene: Scene, frame: int | None) -> Scene:
     """``scene``, or the still of its ``frame``, when it can be exported; raises SceneError as ``planned`` does."""
-    if frame is not None and not 0 <= frame < len(scene.frames):
-        raise SceneError("value", f"the scene has no frame {frame}; they count from 0")
-    roots = scene.frames if frame is None else (scene.frames[frame],)
+    roots = scene.frames if frame is None else (scene.frames[frame_of(scene, frame)],)
     boxes = [box for box in map(entity_box, roots) if box is not None]
     if not boxes:
         raise SceneError("empty-scene", f'the scene "{scene.word}" has no primitives, so there is nothing to export')

@@ -8,14 +8,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from scenelang.backends.base import Options
 from scenelang.backends.exports.items import Plan
 from scenelang.backends.exports.xml_elements import elements
+from scenelang.backends.mitsuba.backend import MITSUBA
 from scenelang.backends.mitsuba.scene import surroundings
 from scenelang.backends.mitsuba.variants import use
 from scenelang.backends.shots import box_of, still
 from scenelang.backends.solids import solids_of
-from scenelang.backends.stage import Stage
-from scenelang.backends.studio import studio_for
+from scenelang.backends.stage import Staging, unit_size
 from scenelang.backends.viewpoint import Viewpoint
 from scenelang.interpreter.entity import Entity, Scene
 from scenelang.interpreter.flatten import flatten_entity
@@ -24,28 +25,20 @@ from scenelang.interpreter.values import ANONYMOUS
 FloatArray = npt.NDArray[np.float64]
 
 _WIDTH, _HEIGHT = 800, 600
-_BOUNCES = 8
-_SAMPLES = 64
-_BELOW = 1e-4  # the ground lies this far under the lowest point, where the half diagonal is 1
 
 
 def stage_elements(plan: Plan) -> list[str]:
     """The lines of integrator, sensor, lights and ground for a plan of one frame."""
     scene = Scene(plan.word, [plan.roots[0].entity], False)
     mi = use("scalar", 0, False)
-    low, high = box_of(scene)
-    half = 0.5 * float(np.linalg.norm(high - low))
-    center, scale = (low + high) / 2.0, 1.0 / half if half > 1e-300 else 1.0
-    shot = still(scene, Viewpoint(), None, _WIDTH, _HEIGHT)
-    camera = shot.camera.rescaled(center, scale)
-    studio = studio_for(camera, "studio", None)
-    ground = (float(low[1]) - float(center[1])) * scale - _BELOW if studio.ground is not None else None
+    center, scale = unit_size(scene)
     nothing = solids_of(flatten_entity(Entity(plan.word, ANONYMOUS, ())))
-    stage = Stage(nothing, 0, camera, studio, ground, center, scale)
+    staging = Staging({0: scene.root}, None, {0: nothing}, float(box_of(scene)[0][1]), center, scale, "studio", None)
+    stage = staging.stage(still(scene, Viewpoint(), None, _WIDTH, _HEIGHT))
     outward = np.diag([1.0 / scale] * 3 + [1.0])
     outward[:3, 3] = center
     lines: list[str] = []
-    for key, value in surroundings(mi, stage, _BOUNCES).items():
+    for key, value in surroundings(mi, stage, MITSUBA.setting(Options(), "bounces")).items():
         if key != "type":
             lines += elements(None, _in_world(value, outward, scale))
     return lines
@@ -66,7 +59,7 @@ def _in_world(value: Mapping[str, Any], outward: FloatArray, scale: float) -> di
         elif key in ("near_clip", "far_clip", "aperture_radius", "focus_distance"):
             out[key] = item / scale
         elif key == "sampler":
-            out[key] = dict(item) | {"sample_count": _SAMPLES}
+            out[key] = dict(item) | {"sample_count": MITSUBA.setting(Options(), "samples")}
         else:
             out[key] = item
     return out

@@ -13,27 +13,26 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from scenelang.backends.appearance import Look, look_of
 from scenelang.backends.base import need
 from scenelang.backends.exports.export import INSTANCES, Job, mesh_backend, unsupported_frames
 from scenelang.backends.exports.items import Item, Plan, cut_below, distinct
 from scenelang.backends.exports.merging import WHITE, Patch, joined, merged, segments_for
+from scenelang.backends.exports.ply import write_ply
 from scenelang.backends.exports.surfaces import Surface, solid_of
 from scenelang.backends.exports.world import leaves
 from scenelang.backends.exports.xml_elements import elements
 from scenelang.backends.meshes import unit_mesh
 from scenelang.backends.mitsuba.materials import surface as bsdf_of
-from scenelang.backends.mitsuba.shapes import FLATTEST
+from scenelang.backends.mitsuba.shapes import CONE_SEGMENTS, dissolves, unit_parts
 from scenelang.backends.solids import Form
 from scenelang.backends.studio import BRIGHTEST
 from scenelang.interpreter import pose
 from scenelang.interpreter.values import Matrix
 
-_CONE_SEGMENTS = 256
 _VERTEX = np.dtype([("position", "<f4", 3), ("normal", "<f4", 3), ("color", "<f4", 3)])
-_FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
+_PROPERTIES = tuple(("float", name) for name in ("x", "y", "z", "nx", "ny", "nz", "r", "g", "b"))
 _COLORS = {"type": "mesh_attribute", "name": "vertex_color"}
 
 
@@ -94,7 +93,7 @@ class _Shapes:
         if solid is None or look.opacity == 0.0:
             return None
         whole = pose.compose(place, solid.pose)
-        if any(look.emission) or _is_flat(whole) or (solid.form == Form.BALL and _is_disk(whole)):
+        if any(look.emission) or _is_flat(whole) or (solid.form == Form.BALL and _dissolves(whole)):
             surface = solid.surface()
             self._loosen([] if surface is None else [Patch(look, surface)], whole)
             return None
@@ -137,15 +136,10 @@ class _Shapes:
 
     def _unit(self, form: Form, look: Look) -> list[dict[str, Any]]:
         """The canonical solid, exact but for cones."""
-        bsdf = bsdf_of(look)
-        if form == Form.BALL:
-            return [{"type": "sphere", "bsdf": bsdf}]
-        if form == Form.BLOCK:
-            return [{"type": "cube", "bsdf": bsdf}]
-        if form == Form.CYLINDER:
-            side = {"type": "cylinder", "p0": (0, -1, 0), "p1": (0, 1, 0), "radius": 1.0, "bsdf": bsdf}
-            return [side, *({"type": "disk", "to_world": _cap(y), "bsdf": bsdf} for y in (1.0, -1.0))]
-        mesh = unit_mesh(form, _CONE_SEGMENTS)
+        parts = [part | {"bsdf": bsdf_of(look)} for part in unit_parts(form)]
+        if parts:
+            return parts
+        mesh = unit_mesh(form, CONE_SEGMENTS)
         return [self._mesh(Patch(look, Surface(mesh.vertices, mesh.normals, mesh.faces)))]
 
     def _mesh(self, patch: Patch) -> dict[str, Any]:
@@ -164,19 +158,10 @@ def _write_ply(file: Path, patch: Patch) -> None:
     """A mesh whose vertices have the colours that reflect, linear."""
     surface = patch.surface
     colors = np.ones_like(surface.vertices) if surface.colors is None else surface.colors
-    rows, sides = np.empty(len(surface.vertices), _VERTEX), np.empty(len(surface.faces), _FACE)
+    rows = np.empty(len(surface.vertices), _VERTEX)
     rows["position"], rows["normal"] = surface.vertices, surface.normals
     rows["color"] = colors * np.array(patch.look.color) * BRIGHTEST
-    sides["count"], sides["corners"] = 3, surface.faces
-    names = "".join(f"property float {name}\n" for name in ("x", "y", "z", "nx", "ny", "nz", "r", "g", "b"))
-    head = (
-        f"ply\nformat binary_little_endian 1.0\nelement vertex {len(rows)}\n{names}"
-        f"element face {len(sides)}\nproperty list uchar int vertex_indices\nend_header\n"
-    )
-    with file.open("wb") as out:
-        out.write(head.encode("ascii"))
-        out.write(rows.tobytes())
-        out.write(sides.tobytes())
+    write_ply(file, _PROPERTIES, [rows], [surface.faces])
 
 
 def _painted(bsdf: Mapping[str, Any]) -> dict[str, Any]:
@@ -190,11 +175,6 @@ def _painted(bsdf: Mapping[str, Any]) -> dict[str, Any]:
     return out
 
 
-def _cap(y: float) -> npt.NDArray[np.float64]:
-    """The pose of the unit disk as the end of a cylinder, facing outward."""
-    return np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, y, y], [0.0, -y, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
-
-
 def _is_flat(place: Matrix) -> bool:
     """True when the pose cannot be inverted in single precision."""
     linear = np.array(place).reshape(3, 4)[:, :3]
@@ -202,10 +182,8 @@ def _is_flat(place: Matrix) -> bool:
     return largest == 0.0 or abs(float(np.linalg.det(linear / largest))) < 1e-9
 
 
-def _is_disk(place: Matrix) -> bool:
-    """True when a ball is so flat that Mitsuba's sphere would dissolve in single precision."""
-    sizes = np.linalg.svd(np.array(place).reshape(3, 4)[:, :3], compute_uv=False)
-    return bool(sizes[2] < FLATTEST * sizes[0])
+def _dissolves(place: Matrix) -> bool:
+    return bool(dissolves(np.array(place).reshape(1, 3, 4))[0])
 
 
 MITSUBA_XML = mesh_backend(

@@ -2,33 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from scenelang.backends.exports.export import Job, mesh_backend
 from scenelang.backends.exports.world import placed
 
 _VERTEX = np.dtype([("position", "<f4", 3), ("normal", "<f4", 3), ("color", "u1", 4)])
+_PROPERTIES = (
+    *(("float", name) for name in ("x", "y", "z", "nx", "ny", "nz")),
+    *(("uchar", name) for name in ("red", "green", "blue", "alpha")),
+)
 _FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
-_HEADER = """ply
-format binary_little_endian 1.0
-comment scenelang: y up, colours are sRGB
-element vertex {vertices}
-property float x
-property float y
-property float z
-property float nx
-property float ny
-property float nz
-property uchar red
-property uchar green
-property uchar blue
-property uchar alpha
-element face {faces}
-property list uchar int vertex_indices
-end_header
-"""
 
 
 def write(job: Job, path: Path) -> None:
@@ -37,15 +26,31 @@ def write(job: Job, path: Path) -> None:
     for one in placed(job.plan, job.limit, ".ply"):
         rows = np.empty(len(one.surface.vertices), _VERTEX)
         rows["position"], rows["normal"], rows["color"] = one.surface.vertices, one.surface.normals, one.srgb()
-        sides = np.empty(len(one.surface.faces), _FACE)
-        sides["count"], sides["corners"] = 3, one.surface.faces + start
         vertices.append(rows)
-        faces.append(sides)
+        faces.append(one.surface.faces + start)
         start += len(rows)
+    write_ply(path, _PROPERTIES, vertices, faces, "scenelang: y up, colours are sRGB")
+
+
+def write_ply(
+    path: Path,
+    properties: Sequence[tuple[str, str]],
+    vertices: Sequence[npt.NDArray[Any]],
+    faces: Sequence[npt.NDArray[np.int64]],
+    comment: str | None = None,
+) -> None:
+    """Write a binary file: ``vertices`` are rows of structured arrays, whose numbers have the types and names of
+    ``properties``; ``faces`` (F, 3) count them all."""
+    lines = ["ply", "format binary_little_endian 1.0", *([f"comment {comment}"] if comment else ())]
+    lines += [f"element vertex {sum(map(len, vertices))}", *(f"property {kind} {name}" for kind, name in properties)]
+    lines += [f"element face {sum(map(len, faces))}", "property list uchar int vertex_indices", "end_header", ""]
     with path.open("wb") as file:
-        file.write(_HEADER.format(vertices=start, faces=sum(map(len, faces))).encode("ascii"))
+        file.write("\n".join(lines).encode("ascii"))
         file.writelines(rows.tobytes() for rows in vertices)
-        file.writelines(sides.tobytes() for sides in faces)
+        for corners in faces:
+            sides = np.empty(len(corners), _FACE)
+            sides["count"], sides["corners"] = 3, corners
+            file.write(sides.tobytes())
 
 
 PLY = mesh_backend("ply", "PLY: one coloured mesh", (".ply",), write, attributes=("color", "opacity"))

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from scenelang.backends.exports.export import Job, mesh_backend
 from scenelang.backends.exports.surfaces import Surface
 from scenelang.backends.exports.world import placed
+from scenelang.backends.meshes import triangle_normals
 
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
@@ -27,9 +28,7 @@ def write(job: Job, path: Path) -> None:
 def _triangles(surface: Surface) -> npt.NDArray[np.void]:
     rows = np.zeros(len(surface.faces), _TRIANGLE)
     corners = surface.vertices[surface.faces]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    length = np.linalg.norm(normals, axis=1, keepdims=True)
-    rows["corners"], rows["normal"] = corners, normals / np.where(length > 0.0, length, 1.0)
+    rows["corners"], rows["normal"] = corners, triangle_normals(corners)
     return rows
 
 

@@ -104,8 +104,3 @@ def _patches(item: Item, segments: int) -> Sequence[tuple[Look, Surface]]:
     if surface.colors is not None:
         surface = Surface(surface.vertices, surface.normals, surface.faces, surface.colors * np.array(look.color))
     return [(look, surface)]
-
-
-def merged_items(plan: Plan) -> list[Item]:
-    """The distinct items that are merged."""
-    return [item for item in distinct(*plan.roots) if item.merged]

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 from dataclasses import dataclass
 
-from scenelang.interpreter.entity import Entity, Scene, descendants
+from scenelang.interpreter.entity import Entity, Scene, descendants, instance_counts
 from scenelang.interpreter.numbering import first_handles
 
 MOST_NODES = 400
@@ -64,7 +64,7 @@ def call_graph(scene: Scene, frame: int = 0, depth: int | None = None) -> CallGr
     root = scene.frames[frame]
     order = list(descendants(root))
     kind = _kinds(order)
-    instances = _instances(root, order)
+    instances = instance_counts(order)
     members: dict[int, list[Entity]] = defaultdict(list)
     for entity in order:
         members[kind[id(entity)]].append(entity)
@@ -84,15 +84,6 @@ def _kinds(order: list[Entity]) -> dict[int, int]:
         parts = tuple(sorted({kind[id(part.car)] for part in entity.children}))
         kind[id(entity)] = numbers.setdefault((entity.word, parts), len(numbers))
     return kind
-
-
-def _instances(root: Entity, order: list[Entity]) -> dict[int, int]:
-    found = dict.fromkeys(map(id, order), 0)
-    found[id(root)] = 1
-    for entity in reversed(order):
-        for part in entity.children:
-            found[id(part.car)] += found[id(entity)]
-    return found
 
 
 def _shown(

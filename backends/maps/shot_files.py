@@ -14,11 +14,13 @@ from scenelang.backends.exr import write_exr
 from scenelang.backends.files import write_json
 from scenelang.backends.maps import coco, motion, pictures
 from scenelang.backends.maps.boxes import Boxes, boxes_in
-from scenelang.backends.maps.truth import Truth, correspondence_of
+from scenelang.backends.maps.truth import Correspondence, Truth, correspondence_of
 from scenelang.backends.picture import save_picture
+from scenelang.backends.solids import is_semantic
 from scenelang.backends.studio import encode
 from scenelang.interpreter.entity import Entity
-from scenelang.interpreter.shapes import Kind
+
+IntArray = npt.NDArray[np.int64]
 
 FORMAT, VERSION = "scenelang-maps", 1
 _DEEPEST = 64  # levels of the hierarchy that have maps of their own
@@ -32,8 +34,10 @@ class ShotMaps:
         self.truth = truth
         self._picture = picture
         self._boxes = boxes_in(truth)
-        self._arrays, self._layers = _arrays_of(truth)
-        self._drawn = dict(_pictures_of(truth, self._boxes, picture))
+        levels = [truth.at_depth(depth) for depth in range(min(truth.ancestry.deepest, _DEEPEST) + 1)]
+        matched = correspondence_of(truth)
+        self._arrays, self._layers = _arrays_of(truth, levels, matched)
+        self._drawn = dict(_pictures_of(truth, levels, matched, self._boxes, picture))
 
     def add_flow(self, flow: motion.Flow) -> None:
         """The dense correspondence to the next frame."""
@@ -62,26 +66,17 @@ class ShotMaps:
         write_json(folder / "annotations.json", found)
 
 
-def is_geometric(entity: Entity) -> bool:
-    """Whether an entity is one of the primitives with a geometry of their own: no thing with a name, but a shape."""
-    return entity.shape is not None and entity.shape.kind is not Kind.BOX
-
-
-def _levels(truth: Truth) -> range:
-    return range(min(truth.ancestry.deepest, _DEEPEST) + 1)
-
-
-def _pictures_of(truth: Truth, boxes: Boxes, picture: pictures.Picture) -> Iterator[tuple[str, pictures.Picture]]:
-    """The maps as pictures, by name."""
+def _pictures_of(
+    truth: Truth, levels: Sequence[IntArray], matched: Correspondence, boxes: Boxes, picture: pictures.Picture
+) -> Iterator[tuple[str, pictures.Picture]]:
+    """The maps as pictures, by name. ``levels`` are the instances (H, W) at each depth of the hierarchy."""
     ancestry = truth.ancestry
-    for depth in [*_levels(truth), None]:
-        instance = truth.instance if depth is None else truth.at_depth(depth)
+    named = {"": truth.instance} | {f"-depth-{depth}": level for depth, level in enumerate(levels)}
+    for ending, instance in named.items():
         used = np.unique(instance[instance >= 0]).tolist()
-        ending = "" if depth is None else f"-depth-{depth}"
         words = {number: pictures.word_color(ancestry.entity(number).word) for number in used}
         yield f"semantic{ending}", pictures.colored(instance, words)
         yield f"instances{ending}", pictures.colored(instance, {n: pictures.instance_color(n) for n in used})
-    matched = correspondence_of(truth)
     place = np.rint(255 * matched.place).astype(np.uint8)
     grey = np.where(truth.seen, 96, 0).astype(np.uint8)[:, :, None]
     yield "correspondence", np.where((matched.unit >= 0)[:, :, None], place, grey)
@@ -91,21 +86,27 @@ def _pictures_of(truth: Truth, boxes: Boxes, picture: pictures.Picture) -> Itera
     yield "boxes", pictures.with_boxes(picture, _drawn_boxes(truth, boxes))
 
 
+def _is_thing(entity: Entity) -> bool:
+    """Whether an entity has a name of its own, rather than being one of the primitives that things are made of."""
+    return not entity.is_primitive or is_semantic(entity)
+
+
 def _drawn_boxes(truth: Truth, boxes: Boxes) -> list[pictures.DrawnBox]:
     """The boxes that are drawn: of things and their parts rather than of the primitives that these are made of."""
     ancestry = truth.ancestry
     large = np.flatnonzero((boxes.area > _LEAST_AREA) & (ancestry.depth > 0)).tolist()
-    things = [i for i in large if not is_geometric(ancestry.entity(i))] or large
+    things = [i for i in large if _is_thing(ancestry.entity(i))] or large
     words = [ancestry.entity(i).word for i in things]
     return [(boxes.visible[i].tolist(), word, pictures.word_color(word)) for i, word in zip(things, words, strict=True)]
 
 
-def _arrays_of(truth: Truth) -> tuple[dict[str, npt.NDArray[Any]], dict[str, npt.NDArray[np.float32]]]:
+def _arrays_of(
+    truth: Truth, levels: Sequence[IntArray], matched: Correspondence
+) -> tuple[dict[str, npt.NDArray[Any]], dict[str, npt.NDArray[np.float32]]]:
     """The maps as arrays for an NPZ file, and as layers for an EXR file."""
     words = _words(truth)
     number = np.array([words[entity.word] for entity in truth.ancestry.nodes], np.int32)
-    matched = correspondence_of(truth)
-    instances = np.stack([truth.at_depth(depth) for depth in _levels(truth)]).astype(np.int32)
+    instances = np.stack(levels).astype(np.int32)
 
     def word_of(instance: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
         own = number[truth.ancestry.node[np.maximum(instance, 0)]]

@@ -16,7 +16,7 @@ from scenelang.backends.appearance import look_of
 from scenelang.backends.assets import load_asset
 from scenelang.backends.solids import Solids, composed, normalized, solids_of
 from scenelang.backends.stage import Staging
-from scenelang.interpreter.entity import Entity, descendants
+from scenelang.interpreter.entity import Entity, descendants, instance_counts
 from scenelang.interpreter.flatten import flatten_entity
 from scenelang.interpreter.shapes import BLOCK_WORDS, Kind
 
@@ -98,12 +98,7 @@ def _counted(root: Entity) -> _Counts:
         # lamps cannot be instanced, and where blocks begin is rounded in the world
         own = not (entity.is_primitive and (entity.word in BLOCK_WORDS or any(look_of(entity).emission)))
         allowed[id(entity)] = own and all(allowed[child] for child in below)
-    instances = dict.fromkeys(solids, 0)
-    instances[id(root)] = 1
-    for entity in reversed(order):
-        for part in entity.children:
-            instances[id(part.car)] += instances[id(entity)]
-    return _Counts(order, solids, instances, allowed)
+    return _Counts(order, solids, instance_counts(order), allowed)
 
 
 def _solids_in(entity: Entity) -> int:

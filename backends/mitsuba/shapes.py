@@ -32,30 +32,41 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
 SEGMENTS = (8, 12, 16, 24, 32, 48, 64, 96, 128, 192)
-_CONE_SEGMENTS = 256
+CONE_SEGMENTS = 256
 _DEVIATION = 0.15  # pixels that a polygon may lie inside the circle that it stands for
 _MOST_FACES = 24_000_000
 _GLOW_STEPS = 16  # distinct strengths per channel that glowing colours are rounded to, per unit
 _FLAT = (Form.BLOCK, Form.TRIANGLE)
-FLATTEST = 0.02  # least over greatest half axis of a ball that is drawn as Mitsuba's sphere
+_FLATTEST = 0.02  # least over greatest half axis of a ball that is drawn as Mitsuba's sphere
+
+
+def unit_parts(form: Form) -> list[dict[str, Any]]:
+    """The exact shapes of a canonical solid without their material, poses as (4, 4); none of a cone, which Mitsuba does
+    not have: it is a mesh of ``CONE_SEGMENTS`` sides."""
+    if form == Form.BALL:
+        return [{"type": "sphere"}]
+    if form == Form.BLOCK:
+        return [{"type": "cube"}]
+    if form == Form.CYLINDER:
+        side = {"type": "cylinder", "p0": (0, -1, 0), "p1": (0, 1, 0), "radius": 1.0}
+        return [side, *({"type": "disk", "to_world": _cap(y)} for y in (1.0, -1.0))]
+    return []
+
+
+def _cap(y: float) -> FloatArray:
+    """The pose of the unit disk as the end of a cylinder, facing outward."""
+    return np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, y, y], [0.0, -y, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
 
 
 def unit_group(mi: Any, form: Form, look: Look) -> Any:
-    """A shape group of the canonical solid, exact but for cones, whose sides are 256 planes."""
+    """A shape group of the canonical solid, exact but for cones."""
     bsdf = mi.load_dict(surface(look))
-    if form == Form.BALL:
-        parts: dict[str, Any] = {"ball": {"type": "sphere", "bsdf": bsdf}}
-    elif form == Form.BLOCK:
-        parts = {"block": {"type": "cube", "bsdf": bsdf}}
-    elif form == Form.CYLINDER:
-        turned = mi.ScalarTransform4f()
-        parts = {
-            "side": {"type": "cylinder", "p0": [0, -1, 0], "p1": [0, 1, 0], "radius": 1.0, "bsdf": bsdf},
-            "top": {"type": "disk", "to_world": turned.translate([0, 1, 0]).rotate([1, 0, 0], -90), "bsdf": bsdf},
-            "bottom": {"type": "disk", "to_world": turned.translate([0, -1, 0]).rotate([1, 0, 0], 90), "bsdf": bsdf},
-        }
-    else:
-        mesh = unit_mesh(form, _CONE_SEGMENTS)
+    parts = {}
+    for k, part in enumerate(unit_parts(form)):
+        pose = {"to_world": mi.ScalarTransform4f(part["to_world"])} if "to_world" in part else {}
+        parts[f"part{k}"] = part | pose | {"bsdf": bsdf}
+    if not parts:
+        mesh = unit_mesh(form, CONE_SEGMENTS)
         parts = {"mesh": _plain_mesh(mi, bsdf, mesh.vertices, mesh.normals, mesh.faces)}
     return mi.load_dict({"type": "shapegroup", **parts})
 
@@ -134,9 +145,13 @@ def segments_for(solids: Solids, pixels: FloatArray) -> IntArray:
 
 
 def is_too_flat(solids: Solids) -> npt.NDArray[np.bool_]:
-    """Which balls (N,) are so flat that Mitsuba's sphere, in single precision, would dissolve: meshes do not."""
-    balls = solids.forms == Form.BALL
-    return np.asarray(balls & (thinness(solids.matrices) < FLATTEST * sizes_of(solids.matrices)), bool)
+    """Which solids (N,) are balls that Mitsuba's sphere cannot be."""
+    return np.asarray((solids.forms == Form.BALL) & dissolves(solids.matrices), bool)
+
+
+def dissolves(matrices: FloatArray) -> npt.NDArray[np.bool_]:
+    """Under which poses (N, 3, 4) Mitsuba's sphere, in single precision, is so flat that it dissolves."""
+    return np.asarray(thinness(matrices) < _FLATTEST * sizes_of(matrices), bool)
 
 
 def sizes_of(matrices: FloatArray) -> FloatArray:

@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from scenelang.backends.appearance import GLASS, look_of
 from scenelang.backends.assets import load_asset
-from scenelang.backends.meshes import unit_mesh
-from scenelang.backends.solids import Form, composed, local_pose
+from scenelang.backends.meshes import triangle_normals, unit_mesh
+from scenelang.backends.solids import Form, composed, is_semantic, local_pose
 from scenelang.interpreter.entity import Entity, Scene
 from scenelang.interpreter.flatten import FlatFrame, flatten
 from scenelang.interpreter.shapes import Kind
@@ -130,10 +130,9 @@ def _looks(primitives: Sequence[Entity]) -> npt.NDArray[np.float32]:
     table = np.zeros((len(primitives), 12), np.float32)
     for row, entity in zip(table, primitives, strict=True):
         look = look_of(entity)
-        semantic = entity.shape is not None and entity.shape.kind is Kind.BOX
         row[:3], row[3], row[4:7] = look.color, look.opacity, look.emission
         row[7], row[8], row[9] = look.ior or GLASS, MATTE if look.is_matte else look.gloss, look.metallic
-        row[10] = semantic
+        row[10] = is_semantic(entity)
     return table.reshape(-1)
 
 
@@ -194,12 +193,9 @@ def _asset(file: str, own_colors: bool) -> Geometry:
     """The mesh of a file, flat-shaded; raises SceneError("file") when it cannot be read."""
     mesh = load_asset(file)
     corners, colors = mesh.corners, mesh.face_colors if own_colors else None
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    length = np.linalg.norm(normals, axis=1, keepdims=True)
-    normals = normals / np.where(length > 0.0, length, 1.0)
     return Geometry(
         corners.astype(np.float32).reshape(-1),
-        np.repeat(normals, 3, axis=0).astype(np.float32).reshape(-1),
+        np.repeat(triangle_normals(corners), 3, axis=0).astype(np.float32).reshape(-1),
         np.arange(3 * len(corners), dtype=np.uint32),
         None if colors is None else np.repeat(colors, 3, axis=0).astype(np.float32).reshape(-1),
         is_closed=False,

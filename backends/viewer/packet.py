@@ -20,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.shots import box_of
+from scenelang.backends.stage import unit_size
 from scenelang.backends.studio import BRIGHTEST, ENVIRONMENTS, SHOULDER
 from scenelang.backends.viewer.graph import graph_of
 from scenelang.backends.viewer.instances import Instances, instances_of
@@ -114,9 +115,7 @@ def studio_facts() -> dict[str, Any]:
 
 
 def _instances(scene: Scene, header: dict[str, Any], node_of: dict[int, int]) -> Instances:
-    low, high = box_of(scene)
-    half = 0.5 * float(np.linalg.norm(high - low))
-    center, scale = (low + high) / 2.0, 1.0 / half if half > 1e-300 else 1.0
+    (low, high), (center, scale) = box_of(scene), unit_size(scene)
     header["box"] = {"low": low.tolist(), "high": high.tolist(), "center": center.tolist(), "scale": scale}
     return instances_of(scene, center, scale, node_of)
 

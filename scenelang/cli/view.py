@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.cli.options import UsageError, add_common, session_of
 from scenelang.cli.output import report
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.cli.pictures import check_folder, done
 from scenelang.session import Session
 
 if TYPE_CHECKING:
@@ -93,6 +93,7 @@ def save(arguments: argparse.Namespace, workspace: Workspace) -> int:
     output = Path(arguments.html)
     if output.suffix.lower() not in (".html", ".htm"):
         raise UsageError("file", f"a page is an .html file, not {output.name}")
+    check_folder(output)
     scenes = []
     for number, name in enumerate(workspace.files):
         state = workspace.state(number)
@@ -101,12 +102,9 @@ def save(arguments: argparse.Namespace, workspace: Workspace) -> int:
             return 1
         scenes.append(SavedScene(name, state_data(name, state, is_live=False), state.packet))
     text = self_contained(scenes)
-    if not output.parent.is_dir():
-        raise SceneError("file", f"cannot write {output}: there is no folder {output.parent}")
     with written_whole(output) as temporary:
         temporary.write_text(text, encoding="utf-8")
-    if not arguments.quiet:
-        print(f"wrote {output}")
+    done(arguments, output)
     return 0
 
 
