@@ -14,6 +14,7 @@ from lark import Token, Transformer, v_args
 from lark.exceptions import UnexpectedCharacters, UnexpectedToken
 from lark.lexer import BasicLexer, LexerState
 
+from scenelang.grammar.chunks import split
 from scenelang.grammar.datum import PREFIXES, ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Symbol
 from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError
 from scenelang.grammar.parsing import build_parser
@@ -357,7 +358,7 @@ def _without_block_comments(text: str) -> str:
         search = match.end()
         if match[0] == "#|":
             end = _block_end(text, match.start())
-            pieces += [text[position : match.start()], re.sub(r"[^\n]", " ", text[match.start() : end])]
+            pieces += [text[position : match.start()], _blank(text[match.start() : end])]
             position = search = end
     return "".join([*pieces, text[position:]])
 
@@ -392,9 +393,43 @@ def read_comments(source: Source) -> tuple[Span, ...]:
 
 def read(source: Source) -> ReadResult:
     """Read every datum of ``source``. Never raises: what is wrong is in ``diagnostics``."""
+    return _read(source, source.text)
+
+
+def read_pieces(source: Source) -> ReadResult:
+    """Like ``read``, but where brackets do not match, the pieces around those at fault are read all the same."""
+    result = read(source)
+    if result.forms or result.completeness is Completeness.COMPLETE:
+        return result
+    text = source.text
+    wrong = [chunk for chunk in split(text) if not chunk.matched]
+    if not wrong:
+        return result
+    ends = [0, *(chunk.end for chunk in wrong)]
+    starts = [*(chunk.start for chunk in wrong), len(text)]
+    around = "".join(
+        text[end:start] + _blank(chunk.text) for end, start, chunk in zip(ends, starts, wrong)
+    ) + text[ends[-1] :]  # fmt: skip
+    rest = _read(source, around)
+    problems = list(rest.diagnostics)
+    for chunk in wrong[:_MOST_WRONG]:
+        problems += _read(source, _blank(text[: chunk.start]) + chunk.text).diagnostics
+    return ReadResult(source, rest.forms, tuple(problems), result.completeness)
+
+
+_MOST_WRONG = 20  # pieces whose brackets do not match are reported up to this number
+
+
+def _blank(text: str) -> str:
+    """White space of the same lines and columns."""
+    return re.sub(r"[^\n]", " ", text)
+
+
+def _read(source: Source, text: str) -> ReadResult:
+    """Read ``text``, which is that of ``source`` or has blanks in place of some of it."""
     problems: list[Diagnostic] = []
     try:
-        forms = _parser().parse(_without_block_comments(source.text), source, problems)
+        forms = _parser().parse(_without_block_comments(text), source, problems)
     except _ReadProblem as problem:
         return ReadResult(source, (), (*problems, problem.diagnostic(source)), problem.state)
     except UnexpectedCharacters as unexpected:  # every other character begins a token
@@ -403,7 +438,7 @@ def read(source: Source) -> ReadResult:
         return ReadResult(source, (), (*problems, diagnostic), Completeness.INCOMPLETE)
     except UnexpectedToken as unexpected:  # such as a prefix with only a comment after it
         if unexpected.token.type == "$END":
-            last = len(source.text.rstrip())
+            last = len(text.rstrip())
             diagnostic = Diagnostic("unclosed", "the text ends where a datum is wanted", Span(source, last - 1, last))
             return ReadResult(source, (), (*problems, diagnostic), Completeness.INCOMPLETE)
         start = unexpected.token.start_pos or 0

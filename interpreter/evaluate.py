@@ -13,8 +13,9 @@ from scenelang.interpreter.entity import Entity, Frames, Scene
 from scenelang.interpreter.library import Library
 from scenelang.interpreter.limits import Limits
 from scenelang.interpreter.parts import call_embeddings, parts_of, with_attributes
+from scenelang.interpreter.prelude import Prelude, prelude_of
 from scenelang.interpreter.procedures import UNDEFINED, Cell, Closure, EscapeSignal
-from scenelang.interpreter.program import Prelude, Program, prelude_of
+from scenelang.interpreter.program import Program
 from scenelang.interpreter.runtime import Runtime, root_arguments
 from scenelang.interpreter.scope import Variable
 from scenelang.interpreter.types import type_name

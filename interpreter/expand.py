@@ -152,10 +152,18 @@ class Expander:
         if isinstance(existing, PaperForm):
             message = f"this hides the paper's `{name}`; forms that begin with it are plain calls here"
             self.diagnostics.append(Diagnostic("shadowed-macro", message, atom.span))
-        variable = Variable(name, atom.span, is_global, recursive)
+        hidden = isinstance(atom.value, Alias) and not atom.value.soft
+        if is_global and not hidden:
+            variable = self.global_variable(name, atom.span)
+        else:
+            variable = Variable(name, atom.span, is_global, recursive)
         variable.from_macro = isinstance(atom.value, Alias)
         scope.bind(atom.value, variable)
         return variable
+
+    def global_variable(self, name: str, span: Span) -> Variable:
+        """The variable for a name of the top level."""
+        return Variable(name, span, is_global=True, recursive=True)
 
     def not_a_name(self, datum: Datum) -> SceneError:
         if isinstance(datum, ArrayDatum):
