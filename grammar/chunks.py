@@ -23,13 +23,12 @@ _FIRST_COLUMN = re.compile(r"^[(\[]", re.M)
 
 @dataclass(frozen=True)
 class Chunk:
-    """``text`` stands at ``start`` of the whole text; ``matched``: its brackets, strings and comments are closed.
-
-    Blanks before a chunk on its first line belong to it, so that columns inside it are those of the whole text.
-    """
+    """``text`` stands at ``start`` of the whole text, ``column`` characters (from 0) into its line; ``matched``: its
+    brackets, strings and comments are closed."""
 
     start: int
     text: str
+    column: int = 0
     matched: bool = True
 
     @property
@@ -62,10 +61,9 @@ def _pieces(scan: _Scan) -> Iterator[Chunk]:
         closed = _piece_end(text, begin)
         end = scan.next_resumption(begin) if closed is None else closed.end
         line = text.rfind("\n", 0, begin) + 1
-        start = line if line >= position and not text[line:begin].strip() else begin
-        chunk = Chunk(start, text[start:end].rstrip(), closed is not None and closed.matched)
+        chunk = Chunk(begin, text[begin:end].rstrip(), begin - line, closed is not None and closed.matched)
         if text[begin] in ")]" and held:  # one of these ended too early, perhaps
-            held = [Chunk(held[0].start, text[held[0].start : end], False)]
+            held = [Chunk(held[0].start, text[held[0].start : end], held[0].column, matched=False)]
         elif line == begin:
             yield from held
             held = [chunk]

@@ -14,7 +14,7 @@ from lark import Token, Transformer, v_args
 from lark.exceptions import UnexpectedCharacters, UnexpectedToken
 from lark.lexer import BasicLexer, LexerState
 
-from scenelang.grammar.chunks import split
+from scenelang.grammar.chunks import Chunk, split
 from scenelang.grammar.datum import PREFIXES, ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Symbol
 from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError
 from scenelang.grammar.parsing import build_parser
@@ -397,27 +397,35 @@ def read(source: Source) -> ReadResult:
 
 
 def read_pieces(source: Source) -> ReadResult:
-    """Like ``read``, but where brackets do not match, the pieces around those at fault are read all the same."""
+    """Like ``read``, but what stands around a piece that does not read, such as one whose brackets do not match, is
+    read all the same."""
     result = read(source)
-    if result.forms or result.completeness is Completeness.COMPLETE:
+    if result.forms or result.completeness is Completeness.COMPLETE or len(source.text) > _LONGEST_RETRIED:
         return result
-    text = source.text
-    wrong = [chunk for chunk in split(text) if not chunk.matched]
-    if not wrong:
-        return result
-    ends = [0, *(chunk.end for chunk in wrong)]
-    starts = [*(chunk.start for chunk in wrong), len(text)]
-    around = "".join(
-        text[end:start] + _blank(chunk.text) for end, start, chunk in zip(ends, starts, wrong)
-    ) + text[ends[-1] :]  # fmt: skip
-    rest = _read(source, around)
-    problems = list(rest.diagnostics)
+    chunks = split(source.text)
+    wrong = [chunk for chunk in chunks if not chunk.matched]
+    rest = result
+    while len(wrong) <= _MOST_WRONG:
+        rest = _read(source, _without(source.text, wrong))
+        if rest.forms or rest.completeness is Completeness.COMPLETE:
+            break
+        place = rest.diagnostics[-1].span
+        wrong += [chunk for chunk in chunks if place is not None and chunk.start <= place.start < chunk.end]
+    problems = list(rest.diagnostics if rest.forms else ())
     for chunk in wrong[:_MOST_WRONG]:
-        problems += _read(source, _blank(text[: chunk.start]) + chunk.text).diagnostics
+        problems += _read(source, _blank(source.text[: chunk.start]) + chunk.text).diagnostics
     return ReadResult(source, rest.forms, tuple(problems), result.completeness)
 
 
-_MOST_WRONG = 20  # pieces whose brackets do not match are reported up to this number
+_MOST_WRONG = 20  # pieces that do not read are reported up to this number
+_LONGEST_RETRIED = 1_000_000
+
+
+def _without(text: str, chunks: Sequence[Chunk]) -> str:
+    """``text`` with blanks in place of some pieces."""
+    for chunk in chunks:
+        text = text[: chunk.start] + _blank(chunk.text) + text[chunk.end :]
+    return text
 
 
 def _blank(text: str) -> str:

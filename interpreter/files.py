@@ -21,6 +21,7 @@ from scenelang.interpreter.expand import (
     MAX_EXPANSIONS,
     Expander,
     Pending,
+    RunMacro,
     core,
     is_identifier,
     syntax_error,
@@ -42,7 +43,7 @@ class ProgramState:
     prelude: Prelude
     load: Callable[[str, Source, Span], Source]
     overrides: Mapping[str, Any]
-    run_macro: Callable[[list[Any], Datum, list[Any]], Any]
+    run_macro: RunMacro
     files: dict[str, SourceFile] = field(default_factory=dict)
     loading: list[str] = field(default_factory=list)
     params: list[Param] = field(default_factory=list)
@@ -104,7 +105,7 @@ _UNREADABLE = ("unclosed", "extra-close", "nesting", "bad-dot", "syntax")
 class FileExpander(Expander):
     """An expander that knows the program around its file, for hints."""
 
-    def __init__(self, file: SourceFile, run_macro: Any) -> None:
+    def __init__(self, file: SourceFile, run_macro: RunMacro) -> None:
         super().__init__(run_macro)
         self._file = file
         self._globals: dict[str, Variable] = {}
@@ -132,6 +133,9 @@ class FileExpander(Expander):
     def unbound(self, atom: Atom, scope: Scope) -> SceneError:
         self._file.names.record.open_ended = True  # the hint depends on every name
         return super().unbound(atom, scope)
+
+    def note_chance(self) -> None:
+        self._file.names.record.open_ended = True
 
     def annotated_type(self, text: str, span: Span) -> Any:
         if text not in _PLAIN_TYPES:
@@ -406,7 +410,7 @@ class SourceFile:
             self.scope.bindings[Symbol(name)] = self.scope.bindings[Symbol(STD + name)] = builtin
 
 
-def _no_macros(procedure: list[Any], function: Datum, arguments: list[Any]) -> Any:
+def _no_macros(function: Datum, arguments: list[Any]) -> tuple[Any, bool]:
     raise SceneError("macro", "the prelude defines no procedural macros")
 
 

@@ -10,6 +10,7 @@ from scenelang.grammar import ast
 from scenelang.grammar.datum import Datum
 from scenelang.grammar.diagnostics import Diagnostic, suggest
 from scenelang.grammar.source import Source, Span
+from scenelang.interpreter.expand import RunMacro
 from scenelang.interpreter.files import Import, ProgramState, SourceFile, TopForm, top_forms
 from scenelang.interpreter.library import Library
 from scenelang.interpreter.params import Param
@@ -42,7 +43,7 @@ def load_program(
     main: Source,
     library: Library,
     load: Callable[[str, Source, Span], Source],
-    run_macro: Callable[[list[Any], Datum, list[Any]], Any],
+    run_macro: RunMacro,
     overrides: Mapping[str, Any] | None = None,
     datums: Sequence[Datum] | None = None,
 ) -> Program:
