@@ -141,3 +141,12 @@ def _piece_end(text: str, position: int) -> _End | None:
 def _is_gap(text: str, position: int) -> bool:
     """Whether what follows cannot join: white space, a comment, most brackets, the end."""
     return position >= len(text) or text[position] in " \t\r\n\f\v;()]"
+
+
+def piece_at(text: str, position: int) -> tuple[int, int]:
+    """Where the first piece after ``position`` begins and ends, inside a form too; empty when none follows."""
+    begin = _skip_blank(text, position)
+    if begin is None:
+        return len(text), len(text)
+    closed = _piece_end(text, begin)
+    return begin, len(text) if closed is None else closed.end

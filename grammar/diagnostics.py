@@ -20,6 +20,24 @@ class Note:
 
 
 @dataclass(frozen=True, slots=True)
+class Edit:
+    """``text`` in place of what stands at ``span``."""
+
+    span: Span
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Fix:
+    """A way to mend what a diagnostic tells. ``safe``: what a right program does stays the same, so that the fix may be
+    applied without asking."""
+
+    title: str
+    edits: tuple[Edit, ...]
+    safe: bool = False
+
+
+@dataclass(frozen=True, slots=True)
 class Diagnostic:
     """One error or warning. ``chain`` holds the running calls, innermost first: (word or name, place of the call)."""
 
@@ -29,6 +47,7 @@ class Diagnostic:
     hint: str | None = None
     notes: tuple[Note, ...] = ()
     chain: tuple[tuple[str, Span | None], ...] = ()
+    fixes: tuple[Fix, ...] = ()
 
     @property
     def code(self) -> str:
@@ -53,6 +72,7 @@ class SceneError(Exception):
     notes: tuple[Note, ...] = ()
     chain: list[tuple[str, Span | None]] = field(default_factory=list)
     value: Any = None
+    fixes: tuple[Fix, ...] = ()
 
     def called(self, name: str, span: Span | None) -> None:
         """Add a running call to the chain, outward; of a very long chain the middle is dropped."""
@@ -63,7 +83,7 @@ class SceneError(Exception):
 
     @property
     def diagnostic(self) -> Diagnostic:
-        return Diagnostic(self.name, self.message, self.span, self.hint, self.notes, tuple(self.chain))
+        return Diagnostic(self.name, self.message, self.span, self.hint, self.notes, tuple(self.chain), self.fixes)
 
     def __str__(self) -> str:
         return f"{CODES[self.name].code}: {self.message}"
@@ -73,14 +93,24 @@ class LimitError(SceneError):
     """A limit was reached. No ``guard`` catches it."""
 
 
-def suggest(name: str, candidates: Iterable[str]) -> str | None:
-    """The hint "did you mean ...?" with the nearest candidates, or None when none is near."""
+def near_names(name: str, candidates: Iterable[str]) -> list[str]:
+    """The one or two candidates that ``name`` may be a misspelling of."""
     lowered = {candidate.lower(): candidate for candidate in candidates if candidate != name}
     cutoff = 0.72 if len(name) > 3 else 0.8  # of a short name, two letters out of three say nothing
-    near = get_close_matches(name.lower(), lowered, n=2, cutoff=cutoff)
-    if not near:
-        return None
-    return "did you mean " + " or ".join(f"`{lowered[match]}`" for match in near) + "?"
+    return [lowered[match] for match in get_close_matches(name.lower(), lowered, n=2, cutoff=cutoff)]
+
+
+def suggest(name: str, candidates: Iterable[str]) -> str | None:
+    """The hint "did you mean ...?" with the nearest candidates, or None when none is near."""
+    near = near_names(name, candidates)
+    return f"did you mean {' or '.join(f'`{other}`' for other in near)}?" if near else None
+
+
+def renamings(span: Span | None, name: str, near: Iterable[str]) -> tuple[Fix, ...]:
+    """Fixes that put a near name where ``name`` stands."""
+    if span is None or span.expansion is not None or span.text != name:
+        return ()
+    return tuple(Fix(f"Change to `{other}`", (Edit(span, other),)) for other in near)
 
 
 # --- rendering -------------------------------------------------------------------------------------------------
@@ -177,6 +207,14 @@ def to_json(diagnostic: Diagnostic) -> dict[str, Any]:
         "notes": [
             {"message": note.message, "place": _json_place(note.span)}
             for note in (*diagnostic.notes, *_expansion_notes(diagnostic.span))
+        ],
+        "fixes": [
+            {
+                "title": fix.title,
+                "safe": fix.safe,
+                "edits": [{"place": _json_place(edit.span), "text": edit.text} for edit in fix.edits],
+            }
+            for fix in diagnostic.fixes
         ],
         "chain": [{"word": name, "place": _json_place(span)} for name, span in diagnostic.chain],
     }

@@ -13,9 +13,10 @@ from typing import Any, TypeGuard
 from scenelang.grammar import ast
 from scenelang.grammar.core import Head, Opaque
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Symbol
-from scenelang.grammar.diagnostics import Diagnostic, LimitError, Note, SceneError, suggest
+from scenelang.grammar.diagnostics import Diagnostic, LimitError, Note, SceneError, near_names, renamings, suggest
 from scenelang.grammar.source import Span
 from scenelang.interpreter.forms import ABSENT, FORMS
+from scenelang.interpreter.library import Builtin
 from scenelang.interpreter.scope import (
     Alias,
     Annotated,
@@ -105,15 +106,19 @@ class Expander:
         if name in self.bound_words():
             return SceneError("unbound", f"`{name}` is no function", f'a word is called: `(call "{name}")`', atom.span)
         module = self.importable_from(name)
+        candidates = {*scope.names(), *self.known_names(), *FORMS}
         if module is not None:
             hint: str | None = f'`(import "{module}")` brings it'
         else:
-            hint = suggest(name, {*scope.names(), *self.known_names(), *FORMS})
+            hint = suggest(name, candidates)
         if "::" in name:
             hint = "annotations belong to parameters: `(lambda (x::Type) ...)`"
         elif name.startswith("..."):
             hint = "`...` stands for something left out; write it"
-        return SceneError("unbound", f"`{name}` is not defined", hint, atom.span)
+        error = SceneError("unbound", f"`{name}` is not defined", hint, atom.span)
+        if hint is not None and hint.startswith("did you mean"):
+            error.fixes = renamings(atom.span, name, near_names(name, candidates))
+        return error
 
     def known_names(self) -> Iterable[str]:
         """Names of builtins and prelude, for suggestions; the program's loader overrides this."""
@@ -164,6 +169,7 @@ class Expander:
         else:
             variable = Variable(name, atom.span, is_global, recursive)
         variable.from_macro = isinstance(atom.value, Alias)
+        variable.shadows = isinstance(existing, (Builtin, PaperForm))
         scope.bind(atom.value, variable)
         return variable
 

@@ -29,6 +29,7 @@ from scenelang.interpreter.expand import (
 from scenelang.interpreter.forms import FORMS
 from scenelang.interpreter.ledger import Ledger, Record
 from scenelang.interpreter.library import STD, Builtin
+from scenelang.interpreter.lint.facts import FactBook
 from scenelang.interpreter.params import Param, checked_value, read_param
 from scenelang.interpreter.scope import Macro, Scope, Special, Variable, base_name
 
@@ -48,6 +49,7 @@ class ProgramState:
     loading: list[str] = field(default_factory=list)
     params: list[Param] = field(default_factory=list)
     kept: Mapping[str, SourceFile] = field(default_factory=dict)
+    book: FactBook = field(default_factory=FactBook)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -180,6 +182,13 @@ class SourceFile:
         self.imports: list[SourceFile] = []
         self.scene: ListDatum | None = None
         self.is_incomplete = False  # something that may define names could not be read
+        if self.state is not None and self.source.name.startswith(STD):
+            self._bring(self.state.prelude.library.imported.get(self.source.name[len(STD) :], {}))
+
+    def _bring(self, builtins: Mapping[str, Builtin]) -> None:
+        """Give the file builtins that programs have only by importing it."""
+        for name, builtin in builtins.items():
+            self.names[Symbol(name)] = self.names[Symbol(STD + name)] = builtin
 
     # --- scanning ----------------------------------------------------------------------------------------------
 
@@ -403,11 +412,6 @@ class SourceFile:
             for step in (form.scan, form.expansion):
                 found += step.problems if step is not None else ()
         return [d for d in found if not (self.is_incomplete and d.name == "unbound")]
-
-    def bring(self, builtins: Mapping[str, Builtin]) -> None:
-        """Give the file builtins that programs have only by importing it."""
-        for name, builtin in builtins.items():
-            self.scope.bindings[Symbol(name)] = self.scope.bindings[Symbol(STD + name)] = builtin
 
 
 def _no_macros(function: Datum, arguments: list[Any]) -> tuple[Any, bool]:

@@ -18,6 +18,7 @@ from scenelang.grammar.reader import read
 from scenelang.grammar.source import Expansion, Source, Span
 from scenelang.interpreter.expand import RunMacro
 from scenelang.interpreter.files import ProgramState, SourceFile, TopForm
+from scenelang.interpreter.lint.facts import FactBook
 from scenelang.interpreter.prelude import Prelude
 from scenelang.interpreter.program import Program, finish_program
 
@@ -59,7 +60,11 @@ class Version:
         if diagnostic.span is None and not diagnostic.notes:
             return diagnostic
         notes = tuple(Note(note.message, note.span and self.place(note.span)) for note in diagnostic.notes)
-        return replace(diagnostic, span=diagnostic.span and self.place(diagnostic.span), notes=notes)
+        fixes = tuple(
+            replace(fix, edits=tuple(replace(edit, span=self.place(edit.span)) for edit in fix.edits))
+            for fix in diagnostic.fixes
+        )
+        return replace(diagnostic, span=diagnostic.span and self.place(diagnostic.span), notes=notes, fixes=fixes)
 
 
 class Versions:
@@ -70,11 +75,12 @@ class Versions:
         self._pieces: tuple[tuple[int, Piece], ...] = ()
         self._state: ProgramState | None = None
         self._file: SourceFile | None = None
+        self._book = FactBook()
 
     def analyse(self, source: Source, load: Callable[[str, Source, Span], Source], run_macro: RunMacro) -> Version:
         """The next version. ``load`` and ``run_macro`` are those of ``load_program``."""
         kept = self._state.files if self._state is not None else {}
-        state = ProgramState(self._prelude, load, {}, run_macro, kept=kept)
+        state = ProgramState(self._prelude, load, {}, run_macro, kept=kept, book=self._book)
         file = self._file
         if file is None or file.source.name != source.name:
             file = SourceFile(source, self._prelude.scope, state, is_main=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 from scenelang.grammar import ast
@@ -13,11 +14,12 @@ from scenelang.grammar.source import Source, Span
 from scenelang.interpreter.expand import RunMacro
 from scenelang.interpreter.files import Import, ProgramState, SourceFile, TopForm, top_forms
 from scenelang.interpreter.library import Library
+from scenelang.interpreter.lint.facts import FactBook, Facts
 from scenelang.interpreter.params import Param
 from scenelang.interpreter.prelude import prelude_of
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Program:
     """A program ready to run. ``forms`` are the top-level forms of every file in running order.
 
@@ -33,6 +35,12 @@ class Program:
     all_words: Mapping[str, Span]
     params: tuple[Param, ...]
     diagnostics: tuple[Diagnostic, ...]
+    book: FactBook
+
+    @cached_property
+    def facts(self) -> list[Facts]:
+        """What lints know of each of ``forms``."""
+        return self.book.of(self.forms)
 
     @property
     def ok(self) -> bool:
@@ -79,7 +87,7 @@ def finish_program(file: SourceFile) -> Program:
     all_words = {word: span for each in reversed(files) for word, span in each.words.items()}
     return Program(
         file.source, tuple(each.source for each in files), tuple(forms), scene, dict(file.words), all_words,
-        tuple(state.params), tuple(diagnostics),
+        tuple(state.params), tuple(diagnostics), state.book,
     )  # fmt: skip
 
 

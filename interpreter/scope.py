@@ -55,7 +55,7 @@ class Annotated:
 class Variable:
     """A binding that holds a value at run time. The expander and the analysis fill in what the compiler needs."""
 
-    __slots__ = ("assigned", "captured", "from_macro", "is_global", "name", "owner", "recursive", "span")
+    __slots__ = ("assigned", "captured", "from_macro", "is_global", "name", "owner", "recursive", "shadows", "span")
 
     def __init__(self, name: str, span: Span | None, is_global: bool = False, recursive: bool = False) -> None:
         self.name = name
@@ -66,6 +66,7 @@ class Variable:
         self.captured = False  # used by a closure inside the function or loop body that binds it
         self.owner: Any = None
         self.from_macro = False
+        self.shadows = False  # hides a function of the library
 
     def __str__(self) -> str:
         return self.name

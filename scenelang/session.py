@@ -9,7 +9,7 @@ import re
 import sys
 import threading
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import FrameType
@@ -26,10 +26,13 @@ from scenelang.interpreter.evaluate import Run, macro_runner
 from scenelang.interpreter.graft import automatic_entries, graft, serials_at
 from scenelang.interpreter.library import STD
 from scenelang.interpreter.limits import Limits, recursion_room
+from scenelang.interpreter.lint.allow import not_allowed
+from scenelang.interpreter.lint.fixes import apply_fixes, with_fixes
+from scenelang.interpreter.lint.lint import lint
+from scenelang.interpreter.lint.words import find_root, word_warnings
 from scenelang.interpreter.procedures import Closure
 from scenelang.interpreter.program import Program, load_program
 from scenelang.interpreter.runtime import Entry, Runtime
-from scenelang.interpreter.words import find_root, word_warnings
 from scenelang.notebook import install
 from scenelang.stdlib.library import build_library
 
@@ -43,6 +46,7 @@ _LARGEST_FILE = 16_000_000
 _MACRO_LIMITS = Limits(steps=2_000_000, seconds=10.0, depth=20_000)
 _EXPANSION_DEPTH = 60_000
 _KEPT_FRAMES = 400
+_FIX_ROUNDS = 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,6 +184,16 @@ class Session:
         except RecursionError:
             return Checked(None, (Diagnostic("nesting", "the program is nested too deeply", Span(source, 0, 1)),))
 
+    def mended(self, source: Source) -> tuple[Source, int]:
+        """The source with every safe fix applied, and how many there were. One fix may bring forth another."""
+        total = 0
+        for _ in range(_FIX_ROUNDS):
+            text, number = apply_fixes(source, self.check(source).diagnostics)
+            if not number:
+                break
+            source, total = Source(source.name, text), total + number
+        return source, total
+
     def transpile(self, source: Source) -> Translation:
         """A language model's response, or its Python, as a program, checked; never raises for a mistake in it."""
         from scenelang.interpreter.transpile.translate import Translation, translate
@@ -222,14 +236,22 @@ class Session:
                 check_strict(read(source).forms if datums is None else datums)
             except SceneError as error:
                 diagnostics.append(error.diagnostic)
-        if program.ok:
-            diagnostics += word_warnings(program)
-            try:
-                diagnostics += self._root(program)[1]
-            except SceneError as error:
-                if error.name != "no-root":
-                    diagnostics.append(error.diagnostic)
-        return Checked(program, tuple(_sorted(diagnostics)))
+        diagnostics += self._warnings(program, translation is None)
+        return Checked(program, settled(diagnostics, program.sources))
+
+    def _warnings(self, program: Program, is_written: bool) -> list[Diagnostic]:
+        """What is suspicious about a program that has no errors, its root included. ``is_written``: somebody wrote it
+        in the language, rather than a model in Python, and cares for what is left over."""
+        if not program.ok:
+            return []
+        try:
+            root = self._root(program)[1]
+        except SceneError as error:
+            is_scene = False
+            root = [] if error.name == "no-root" else [error.diagnostic]
+        else:
+            is_scene = not root
+        return [*(lint(program, is_scene) if is_written else word_warnings(program)), *root]
 
     def _root(self, program: Program) -> tuple[str, list[Diagnostic]]:
         if self.options.root is not None:
@@ -273,7 +295,8 @@ class Session:
             used = ", ".join(f"<{name}>" for name in list(self.options.z_entries)[:8])
             note = Note(f"a file of embeddings is in use, for {used}; `embeddings FILE set HANDLE --clear` forgets one")
             problem = replace(problem, notes=(*problem.notes, note))
-        diagnostics = [*checked.diagnostics, *runtime.warnings.values(), *([problem] if problem else [])]
+        warnings = not_allowed(runtime.warnings.values(), program.sources)
+        diagnostics = [*checked.diagnostics, *warnings, *([problem] if problem else [])]
         return Evaluated(program, scene, tuple(diagnostics), tuple(runtime.log), runtime.meter.total)
 
     def _read_scene(self, source: Source) -> Evaluated:
@@ -376,6 +399,11 @@ def _too_deep(limits: Limits, error: RecursionError) -> Diagnostic:
         (),
         tuple(chain),
     )
+
+
+def settled(diagnostics: Iterable[Diagnostic], sources: Iterable[Source]) -> tuple[Diagnostic, ...]:
+    """What users get to see of what was found: each thing once, by place, without what comments allow."""
+    return tuple(with_fixes(d) for d in _sorted(not_allowed(diagnostics, sources)))
 
 
 def _sorted(diagnostics: list[Diagnostic]) -> list[Diagnostic]:

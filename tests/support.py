@@ -17,9 +17,9 @@ from scenelang.interpreter.entity import Scene
 from scenelang.interpreter.evaluate import Run
 from scenelang.interpreter.flatten import flatten
 from scenelang.interpreter.limits import Limits
+from scenelang.interpreter.lint.words import find_root
 from scenelang.interpreter.plain import primitive_attributes
 from scenelang.interpreter.runtime import Runtime
-from scenelang.interpreter.words import find_root
 from scenelang.session import Options, Session, run_with_room
 
 

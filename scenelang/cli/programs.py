@@ -5,11 +5,13 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from pathlib import Path
 from typing import Any
 
-from scenelang.cli.options import add_common, add_file, session_of, whole
+from scenelang.cli.options import UsageError, add_common, add_file, session_of, whole
 from scenelang.cli.output import print_json, report, report_run, table
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
+from scenelang.grammar.source import Source
 from scenelang.interpreter.entity import Scene, count_words, descendants, primitive_count
 from scenelang.session import Evaluated, Session
 
@@ -30,6 +32,7 @@ def add_check(subparsers: Any) -> None:
     parser.add_argument("files", metavar="FILE", nargs="+", help="programs, `-` for standard input")
     parser.add_argument("--strict", action="store_true", help="hold the program to the paper's grammar")
     parser.add_argument("--run", action="store_true", dest="evaluate", help="evaluate the programs as well")
+    parser.add_argument("--fix", action="store_true", help="mend what can be mended without changing what programs do")
     add_common(parser)
     parser.set_defaults(run=check, file="-")
 
@@ -41,13 +44,29 @@ def check(arguments: argparse.Namespace) -> int:
         arguments.file = path
         session = session or session_of(arguments, arguments.strict)
         try:
-            source = session.source(path)
+            source = _mended(arguments, session, path) if arguments.fix else session.source(path)
             result = session.evaluate(source) if arguments.evaluate else session.check(source)
             found += result.diagnostics
         except SceneError as error:
             found.append(error.diagnostic)
     report(arguments, found, sys.stdout if arguments.json else None)
     return 1 if any(d.is_error for d in found) else 0
+
+
+def _mended(arguments: argparse.Namespace, session: Session, path: str) -> Source:
+    """The program after every safe fix, written back to its file."""
+    from scenelang.backends.files import written_whole
+
+    before = session.source(path)
+    if path == "-" or not path.endswith(".scene"):
+        raise UsageError("value", "--fix mends files of the language (.scene)")
+    source, number = session.mended(before)
+    if number:
+        with written_whole(Path(path)) as temporary:
+            temporary.write_text(source.text, "utf-8", newline="")
+        if not arguments.quiet:
+            print(f"{path}: {number} {'fix' if number == 1 else 'fixes'} applied", file=sys.stderr)
+    return source
 
 
 def add_run(subparsers: Any) -> None:

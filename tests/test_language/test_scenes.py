@@ -360,8 +360,8 @@ def test_warnings() -> None:
         '(bind "lantern" (lambda () (call "cube"))) (bind "r" (lambda () (union (call "lantern") (call "lantren"))))'
     ) == ["near-word"]
     assert warned('(bind "a" (lambda () (union))) (bind "a" (lambda () (union)))') == ["bound-twice"]
-    assert warned('(define x (call "a")) (bind "a" (lambda () (call "cube")))') == ["undefined-word"]
-    assert warned('(define (f) (call "a")) (bind "a" (lambda () (call "cube")))') == []
+    assert warned('(define _x (call "a")) (bind "a" (lambda () (call "cube")))') == ["undefined-word"]
+    assert warned('(define (_f) (call "a")) (bind "a" (lambda () (call "cube")))') == []
     assert warned("(compute-shape-sizes (union))") == ["empty-box"]
     assert warned('(bind "a" (lambda () (call "sphere" :radius 0)))') == ["no-extent"]
     assert warned('(for ((x (set "a" "b"))) x)') == ["set-order"]

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from scenelang.grammar.diagnostics import suggest
+from scenelang.interpreter.lint.attributes import idle_hint
 from scenelang.interpreter.shapes import BLOCK_WORDS, GEOMETRY
 from scenelang.interpreter.transpile.analysis.domain import SEQUENCES, SHAPE
 from scenelang.interpreter.transpile.analysis.scopes import Function, Variable
@@ -26,7 +27,6 @@ from scenelang.interpreter.transpile.writing.code import (
     none,
 )
 from scenelang.interpreter.transpile.writing.user_calls import write_argument
-from scenelang.interpreter.words import idle_hint
 
 if TYPE_CHECKING:
     from scenelang.interpreter.transpile.writing.expressions import ExpressionWriter

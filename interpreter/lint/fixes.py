@@ -1,0 +1,56 @@
+"""Mending programs: the fixes that a diagnostic's place alone suggests, and applying fixes to a text."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import replace
+
+from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix
+from scenelang.grammar.source import Source, Span
+
+_FRACTION = re.compile(r"([+-]?\d+)/(\d+)\Z")
+_NAME = re.compile(r"[^\s()\[\]\";'`,]+\Z")
+
+
+def with_fixes(diagnostic: Diagnostic) -> Diagnostic:
+    """A diagnostic with the fixes that its kind and the text at its place suggest, besides those that it has."""
+    span = diagnostic.span
+    if span is None or span.expansion is not None:
+        return diagnostic
+    text, fix = span.text, None
+    if diagnostic.name == "bracket" and text.startswith("[") and text.endswith("]"):
+        fix = Fix("Write parentheses", (Edit(span, f"({text[1:-1]})"),), safe=True)
+    elif diagnostic.name == "word" and _NAME.match(text):
+        fix = Fix("Write it in quotes", (Edit(span, f'"{text}"'),), safe=True)
+    elif diagnostic.name == "bad-atom" and (match := _FRACTION.match(text)):
+        fix = Fix("Write a division", (Edit(span, f"(/ {match[1]} {match[2]})"),), safe=True)
+    return replace(diagnostic, fixes=(*diagnostic.fixes, fix)) if fix is not None else diagnostic
+
+
+def removal(form: Span) -> Edit:
+    """The edit that takes a form out of the text, with its lines where nothing else stands on them."""
+    text = form.source.text
+    line = text.rfind("\n", 0, form.start) + 1
+    after = re.compile(r"[ \t]*\r?\n?").match(text, form.end)
+    end = after.end() if after is not None else form.end
+    alone = not text[line : form.start].strip() and (text[end - 1 : end] == "\n" or end == len(text))
+    return Edit(Span(form.source, line, end) if alone else form, "")
+
+
+def apply_fixes(source: Source, diagnostics: Iterable[Diagnostic]) -> tuple[str, int]:
+    """The text of ``source`` with every safe fix applied that does not touch one before it, and their number."""
+    text, applied, free_from = source.text, 0, len(source.text) + 1
+    fixes = [fix for d in diagnostics for fix in d.fixes[:1] if fix.safe and _is_within(fix, source)]
+    for fix in sorted(fixes, key=lambda fix: -max(edit.span.end for edit in fix.edits)):
+        if max(edit.span.end for edit in fix.edits) > free_from:
+            continue
+        for edit in sorted(fix.edits, key=lambda edit: -edit.span.start):
+            text = text[: edit.span.start] + edit.text + text[edit.span.end :]
+        free_from = min(edit.span.start for edit in fix.edits)
+        applied += 1
+    return text, applied
+
+
+def _is_within(fix: Fix, source: Source) -> bool:
+    return all(edit.span.source.name == source.name and edit.span.expansion is None for edit in fix.edits)

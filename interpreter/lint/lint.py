@@ -1,0 +1,53 @@
+"""All warnings about a program, less those that its comments allow."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from scenelang.grammar.diagnostics import Diagnostic
+from scenelang.interpreter.lint.facts import Facts
+from scenelang.interpreter.lint.names import can_go, is_written, remove
+from scenelang.interpreter.lint.words import unreachable_words, word_warnings
+from scenelang.interpreter.program import Program
+
+
+def lint(program: Program, has_one_root: bool) -> list[Diagnostic]:
+    """Warnings about a program without errors. ``has_one_root``: it is surely a scene, not a file of definitions for
+    others to import."""
+    own = [each for each in program.facts if not _is_library(each.form)]
+    found = word_warnings(program)
+    for each in own:
+        found += each.local
+    found += unreachable_words(program)
+    if has_one_root:
+        found += _unused_globals(program, own)
+    return found
+
+
+def _is_library(form: Any) -> bool:
+    return str(form.span.source.name).startswith("std/")
+
+
+def _unused_globals(program: Program, own: Sequence[Facts]) -> Iterator[Diagnostic]:
+    """Top-level definitions of the main file that no other form reads, nor mentions in a macro."""
+    params = {param.span for param in program.params}
+    users: dict[Any, set[int]] = {}
+    for each in program.facts:
+        for variable in each.used:
+            users.setdefault(variable, set()).add(id(each))
+    for each in own:
+        if each.form.span.source.name != program.main.name or each.form.span in params:
+            continue
+        for variable in each.defined:
+            used = bool(users.get(variable, set()) - {id(each)})
+            if used or len(each.defined) > 1 or not is_written(variable) or variable.name.startswith("_"):
+                continue
+            if not _is_mentioned(program, variable.name):
+                fixes = (remove(each.form),) if can_go(each.form) else ()
+                yield Diagnostic("unused", f"`{variable.name}` is never used", variable.span, fixes=fixes)
+
+
+def _is_mentioned(program: Program, name: str) -> bool:
+    """Whether the name stands in the main file more often than where it is defined: a macro may mean it."""
+    return program.main.text.count(name) > 1
