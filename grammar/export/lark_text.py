@@ -15,7 +15,6 @@ from scenelang.grammar.export.model import (
     Sequence,
     Terminal,
     Text,
-    Token,
     choice,
     is_punctuation,
     literals,
@@ -46,7 +45,7 @@ def lark_text(grammar: Grammar) -> str:
     lines += [f"{name}: /{_word_regex(word)}/" for word, name in names.items()]
     for name, token in grammar.tokens.items():
         if name not in _SYMBOLS:
-            lines.append(f"{name}: /{_token_regex(name, token, names)}/  // {token.title}")
+            lines.append(f"{name}: /{_token_regex(name, grammar, names)}/  // {token.title}")
     return "\n".join([*lines, "", r"%ignore /\s+/", r"%ignore /;[^\n]*/", f"%ignore /{_block(_NESTED)}/"]) + "\n"
 
 
@@ -104,17 +103,21 @@ def _word_regex(word: str) -> str:
     return regex(Text(word)) + _END
 
 
-def _token_regex(name: str, token: Token, names: Mapping[str, str]) -> str:
-    before = regex(token.prefix) if token.prefix else ""
-    after = regex(token.suffix) if token.suffix else ""
-    text = regex(token.pattern)
+def _token_regex(name: str, grammar: Grammar, names: Mapping[str, str]) -> str:
+    token = grammar.tokens[name]
+    used = grammar.tokens["NAME"]
+    uses = {"NAME": _excluding(used.excluded, "::") + f"(?:{regex(used.pattern)})"}
+    text = regex(token.pattern, uses)
     if isinstance(token.pattern, Either):
         text = f"(?:{text})"
     excluded = token.excluded | {word for word in names if word[0] == ":" and name == "KEYWORD"}
-    if excluded:
-        words = "|".join(regex(Text(word)) for word in sorted(excluded))
-        text = f"(?!(?:{words}){'::' if after else _END}){text}"
-    return before + text + after + (_END if token.is_word else "")
+    return _excluding(excluded, _END) + text + (_END if token.is_word else "")
+
+
+def _excluding(words: Iterable[str], end: str) -> str:
+    """A look ahead that none of ``words`` stands here before ``end``."""
+    options = "|".join(regex(Text(word)) for word in sorted(words))
+    return f"(?!(?:{options}){end})" if options else ""
 
 
 def _block(depth: int) -> str:

@@ -5,15 +5,19 @@ from __future__ import annotations
 
 from scenelang.grammar.export.model import (
     Choice,
+    Either,
     Expression,
     Grammar,
+    Joined,
     Literal,
     Many,
+    Pattern,
     Ref,
     Sequence,
     Terminal,
     Text,
     Token,
+    Use,
 )
 from scenelang.grammar.export.regex import regex
 from scenelang.grammar.export.spacing import WHITE, spaced
@@ -26,7 +30,7 @@ def llguidance_text(grammar: Grammar) -> str:
     lines += [f"{name}: {_write(expression)}" for name, expression in whole.rules.items()]
     lines.append("")
     for name, token in whole.tokens.items():
-        lines += _token(name, token)
+        lines.append(_token(name, token))
     return "\n".join(lines) + "\n"
 
 
@@ -48,15 +52,26 @@ def _group(expression: Expression, *kinds: type) -> str:
     return f"({text})" if isinstance(expression, kinds) else text
 
 
-def _token(name: str, token: Token) -> list[str]:
-    """A terminal, with the words that it excludes and its fixed ends as terminals of their own."""
-    text = f"/{regex(token.pattern)}/"
-    lines = []
+def _token(name: str, token: Token) -> str:
+    text = _terminal(token.pattern)
     if token.excluded:
         words = "|".join(regex(Text(word)) for word in sorted(token.excluded))
         text = f"{text} & ~/{words}/"
-    if token.prefix or token.suffix:
-        lines.append(f"{name}_NAME: {text}")
-        ends = [f"/{regex(end)}/" if end else "" for end in (token.prefix, token.suffix)]
-        text = f"{ends[0]} {name}_NAME {ends[1]}".strip()
-    return [*lines, f"{name}: {text}  // {token.title}"]
+    return f"{name}: {text}  // {token.title}"
+
+
+def _terminal(pattern: Pattern) -> str:
+    """A pattern: a regular expression, or several and the tokens that it uses side by side."""
+    if isinstance(pattern, Use):
+        return pattern.token
+    if isinstance(pattern, Joined) and _uses(pattern):
+        return " ".join(_terminal(part) for part in pattern.parts)
+    if isinstance(pattern, Either) and _uses(pattern):
+        return f"({' | '.join(_terminal(option) for option in pattern.options)})"
+    return f"/{regex(pattern)}/"
+
+
+def _uses(pattern: Pattern) -> bool:
+    if isinstance(pattern, Joined):
+        return any(map(_uses, pattern.parts))
+    return isinstance(pattern, Use) or (isinstance(pattern, Either) and any(map(_uses, pattern.options)))

@@ -90,12 +90,19 @@ class Many:
     most: int | None = None
 
 
-Pattern: TypeAlias = Chars | Text | Joined | Either | Many
+@dataclass(frozen=True, slots=True)
+class Use:
+    """What another token matches, by its name."""
+
+    token: str
+
+
+Pattern: TypeAlias = Chars | Text | Joined | Either | Many | Use
 
 
 @dataclass(frozen=True, slots=True)
 class Token:
-    """What a terminal matches: ``pattern``, but none of the words in ``excluded``, between ``prefix`` and ``suffix``.
+    """What a terminal matches: ``pattern``, but none of the words in ``excluded``.
 
     ``is_word``: it must not touch another word. ``title`` says for people what it is.
     """
@@ -103,8 +110,6 @@ class Token:
     pattern: Pattern
     title: str
     excluded: frozenset[str] = frozenset()
-    prefix: Pattern | None = None
-    suffix: Pattern | None = None
     is_word: bool = True
 
 

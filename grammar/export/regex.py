@@ -2,30 +2,38 @@
 
 from __future__ import annotations
 
-from scenelang.grammar.export.model import Chars, Either, Joined, Many, Pattern, Text
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from scenelang.grammar.export.model import Chars, Either, Joined, Many, Pattern, Text, Use
 
 _SPECIAL = frozenset(r".^$*+?{}[]\|()/-&~#")
 _NAMED = {"\n": r"\n", "\t": r"\t", "\r": r"\r"}
 
 
-def regex(pattern: Pattern) -> str:
-    """The pattern; `/` is escaped, since Lark writes regular expressions between two of them."""
+def regex(pattern: Pattern, uses: Mapping[str, str] = MappingProxyType({})) -> str:
+    """The pattern; `/` is escaped, since Lark writes regular expressions between two of them.
+
+    ``uses`` has the regular expressions of the tokens that the pattern uses.
+    """
     if isinstance(pattern, Chars):
         return _class(pattern)
     if isinstance(pattern, Text):
         return "".join(_character(c) for c in pattern.text)
     if isinstance(pattern, Joined):
-        return "".join(_part(part) for part in pattern.parts)
+        return "".join(_part(part, uses) for part in pattern.parts)
     if isinstance(pattern, Either):
-        return "|".join(regex(option) for option in pattern.options)
-    return _part(pattern.part, repeated=True) + _times(pattern)
+        return "|".join(regex(option, uses) for option in pattern.options)
+    if isinstance(pattern, Use):
+        return uses[pattern.token]
+    return _part(pattern.part, uses, repeated=True) + _times(pattern)
 
 
-def _part(pattern: Pattern, repeated: bool = False) -> str:
+def _part(pattern: Pattern, uses: Mapping[str, str], repeated: bool = False) -> str:
     """A pattern as a part of a longer one."""
-    text = regex(pattern)
+    text = regex(pattern, uses)
     simple = isinstance(pattern, Chars) or (isinstance(pattern, Text) and len(pattern.text) == 1)
-    if isinstance(pattern, Either) or (repeated and not simple):
+    if isinstance(pattern, (Either, Use)) or (repeated and not simple):
         return f"(?:{text})"
     return text
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from scenelang.grammar.export.model import Chars, Either, Joined, Many, Pattern, Text, Token
+from scenelang.grammar.export.model import Chars, Either, Joined, Many, Pattern, Text, Token, Use
 
 # Letters and signs beyond ASCII that are assigned, printable and no white space in every version of Unicode in use.
 _FOREIGN = (
@@ -95,6 +95,7 @@ def _type(depth: int) -> Pattern:
     return Joined((name, _optional(Joined((Text("["), inner, more, Text("]"))))))
 
 
+_PARAMETER = Either((Use("NAME"), Text("_")))
 _ANNOTATION = Joined((Text("::"), _type(2)))
 
 
@@ -110,7 +111,7 @@ def tokens(reserved: frozenset[str]) -> dict[str, Token]:
     symbol = Either((_NAME, Text("...")))
     return {
         "NAME": Token(_NAME, "a name that is not reserved", plain),
-        "ANNOTATED": Token(_NAME, "a name with its type, name::Type", plain - {"_"}, suffix=_ANNOTATION),
+        "ANNOTATED": Token(Joined((_PARAMETER, _ANNOTATION)), "a name with its type, name::Type"),
         "SYMBOL": Token(symbol, "any symbol, as data", frozenset({"none"})),
         "TEMPLATE_SYMBOL": Token(symbol, "a symbol of a quasiquoted template", _TEMPLATE_WORDS | {"none"}),
         "PATTERN_SYMBOL": Token(_NAME, "a symbol of a macro's pattern", frozenset({"none", "..."})),
@@ -119,7 +120,7 @@ def tokens(reserved: frozenset[str]) -> dict[str, Token]:
         "BOOLEAN": Token(words(("#t", "#f", "#true", "#false")), "a boolean"),
         "NONE": Token(Text("none"), "the value of nothing"),
         "KEYWORD": Token(_KEYWORD, "a keyword"),
-        "ANNOTATED_KEYWORD": Token(_NAME, "a keyword with its type, :name::Type", plain, Text(":"), _ANNOTATION),
+        "ANNOTATED_KEYWORD": Token(Joined((Text(":"), Use("NAME"), _ANNOTATION)), "a keyword with its type, :name::Type"),
         "HANDLE": Token(_HANDLE, "an embedding handle"),
     }
 
