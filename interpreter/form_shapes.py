@@ -77,12 +77,12 @@ top: plain | "(" "begin" top* ")" | definition | macro_definition | top_form
 expr: plain | begin
 begin: "(" "begin" expr+ ")"
 plain: name | literal | array | form | application | quotation
-name: NAME | "scene" | "param"
+name: NAME | "@" | "scene" | "param"
 binder: name | "_"
 literal: NUMBER | STRING | BOOLEAN | NONE | KEYWORD | HANDLE
 array: "[" expr* "]"
 application: "(" callee operand* ")"
-callee: NAME | literal | array | form | begin | application | quotation
+callee: NAME | "@" | literal | array | form | begin | application | quotation
 operand: expr | definition | "else" | "=>"
 
 body: silent* loud (silent | loud)*
@@ -135,7 +135,8 @@ list: "(" datum* ")" | "(" datum+ "." datum ")"
 
 quotation: "'" datum | "`" template
 template: TEMPLATE_SYMBOL | ANNOTATED | ANNOTATED_KEYWORD | literal | "[" member* "]" | "'" template | "`" datum
-        | "," expr | "(" "unquote" expr ")" | "(" "quasiquote" datum ")"
+        | "," unquoted | "(" "unquote" expr ")" | "(" "quasiquote" datum ")"
         | "(" member* ")" | "(" member+ "." template ")"
+unquoted: NAME | "scene" | "param" | literal | array | form | begin | application | quotation
 member: template | ",@" expr | "(" "unquote-splicing" expr ")"
 """

@@ -33,7 +33,7 @@ def _but(text: str) -> Chars:
 
 _LETTER = _chars("a-zA-Z")
 _DIGIT = _chars("0-9")
-NAME_START = _chars("a-zA-Z!$%&*/=>?@^_~", *_FOREIGN)  # of a name that is no sign, comparison or handle
+NAME_START = _chars("a-zA-Z!$%&*/=>?^_~", *_FOREIGN)  # no sign, comparison or handle; `,@` is a prefix
 NAME_REST = _chars("a-zA-Z0-9!$%&*/=>?@^_~<+.-", *_FOREIGN)
 _AFTER_SIGN = _chars("a-zA-Z!$%&*/=>?@^_~<+-", *_FOREIGN)  # not the beginning of a number
 _AFTER_LESS = _chars("0-9!$%&*/=>?@^_~<+.-")  # not the beginning of a handle
@@ -96,7 +96,7 @@ def _type(depth: int) -> Pattern:
 
 
 _PARAMETER = Either((Use("NAME"), Text("_")))
-_ANNOTATION = Joined((Text("::"), _type(2)))
+ANNOTATION = Joined((Text("::"), _type(2)))
 
 
 def words(texts: Iterable[str]) -> Pattern:
@@ -108,19 +108,19 @@ def tokens(reserved: frozenset[str]) -> dict[str, Token]:
     """Every token by the name that rules know it by; ``reserved`` are the words that no name may be."""
     taken = reserved | {"none"}
     plain = reserved_names(taken)
-    symbol = Either((_NAME, Text("...")))
+    symbol = Either((_NAME, Text("@"), Text("...")))
     return {
         "NAME": Token(_NAME, "a name that is not reserved", plain),
-        "ANNOTATED": Token(Joined((_PARAMETER, _ANNOTATION)), "a name with its type, name::Type"),
+        "ANNOTATED": Token(Joined((_PARAMETER, ANNOTATION)), "a name with its type, name::Type"),
         "SYMBOL": Token(symbol, "any symbol, as data", frozenset({"none"})),
         "TEMPLATE_SYMBOL": Token(symbol, "a symbol of a quasiquoted template", _TEMPLATE_WORDS | {"none"}),
-        "PATTERN_SYMBOL": Token(_NAME, "a symbol of a macro's pattern", frozenset({"none", "..."})),
+        "PATTERN_SYMBOL": Token(Either((_NAME, Text("@"))), "a symbol of a macro's pattern", frozenset({"none", "..."})),
         "NUMBER": Token(_NUMBER, "an integer or a float"),
         "STRING": Token(_STRING, "a string", is_word=False),
         "BOOLEAN": Token(words(("#t", "#f", "#true", "#false")), "a boolean"),
         "NONE": Token(Text("none"), "the value of nothing"),
         "KEYWORD": Token(_KEYWORD, "a keyword"),
-        "ANNOTATED_KEYWORD": Token(Joined((Text(":"), Use("NAME"), _ANNOTATION)), "a keyword with its type, :name::Type"),
+        "ANNOTATED_KEYWORD": Token(Joined((Text(":"), Use("NAME"), ANNOTATION)), "a keyword with its type, :name::Type"),
         "HANDLE": Token(_HANDLE, "an embedding handle"),
     }
 
