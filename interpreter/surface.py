@@ -49,10 +49,10 @@ def _forms(group: str, shapes: Mapping[str, str]) -> dict[str, Expression]:
     heads: dict[str, list[str]] = {}
     for head, shape in shapes.items():
         heads.setdefault(shape, []).append(head)
-    rules = {}
+    rules: dict[str, Expression] = {}
     for shape, names in heads.items():
-        head = choice(*(Literal(name) for name in names))
-        rules[_rule_name(names[0])] = sequence(Literal("("), head, parse_expression(shape), Literal(")"))
+        word = choice(*(Literal(name) for name in names))
+        rules[_rule_name(names[0])] = sequence(Literal("("), word, parse_expression(shape), Literal(")"))
     return {group: choice(*(Ref(name) for name in rules)), **rules}
 
 

@@ -32,7 +32,7 @@ _WORD = r'"(?:[^"\\]|\\.)*"?'
 _TYPE = r"[^\s()\[\]\";'`,]*(?:\[[^()\"\n]*?\]+)?"
 
 
-class SceneLexer(RegexLexer):
+class SceneLexer(RegexLexer):  # type: ignore[misc]
     """Tokens for Pygments and for prompt_toolkit's ``PygmentsLexer``."""
 
     name = "Scene"

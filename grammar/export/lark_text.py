@@ -11,7 +11,6 @@ from scenelang.grammar.export.model import (
     Grammar,
     Literal,
     Ref,
-    Repeat,
     Sequence,
     Terminal,
     Text,
@@ -41,7 +40,12 @@ def lark_text(grammar: Grammar) -> str:
         text = _write(substitute(expression, {name.upper(): Ref(name) for name in classes}), names)
         lines.append(f"{name}: _hidden {text}" if name == grammar.start else f"{name}: {text}")
     lines += [f"{name}: {_write(expression, names)}" for name, expression in classes.items()]
-    lines += ["", "// `#;` hides the next datum; every token may be followed by hidden ones", '_hidden: ("#;" _hidden datum)?', ""]
+    lines += [
+        "",
+        "// `#;` hides the next datum; every token may be followed by hidden ones",
+        '_hidden: ("#;" _hidden datum)?',
+        "",
+    ]
     lines += [f"{name}: /{_word_regex(word)}/" for word, name in names.items()]
     for name, token in grammar.tokens.items():
         if name not in _SYMBOLS:
@@ -50,7 +54,7 @@ def lark_text(grammar: Grammar) -> str:
 
 
 def _classes(grammar: Grammar, names: Mapping[str, str]) -> dict[str, Expression]:
-    """Rules for the tokens that words of the rules belong to as well: the lexer knows each text as one terminal only."""
+    """Rules for the tokens that words of the rules are too: the lexer knows each text as one terminal only."""
     rules: dict[str, Expression] = {}
     for name in _SYMBOLS:
         if name in grammar.tokens:
@@ -72,7 +76,7 @@ def word_names(words: Iterable[str]) -> dict[str, str]:
     names = {}
     for word in sorted(words):
         spelled = word.replace("-", "_") if word[0].isalpha() else word
-        pieces = [f"_{_SIGNS[c]}_" if c in _SIGNS and c != "_" or word == "_" else c for c in spelled]
+        pieces = [f"_{_SIGNS[c]}_" if (c in _SIGNS and c != "_") or word == "_" else c for c in spelled]
         name = "_".join(piece for piece in "".join(pieces).split("_") if piece)
         names[word] = f"{'WORD' if word[0].isalpha() else 'SIGN'}_{name}".upper()
     return names

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-
 from scenelang.grammar.export.model import (
     Choice,
     Either,

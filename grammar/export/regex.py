@@ -48,7 +48,9 @@ def _times(pattern: Many) -> str:
 
 
 def _class(chars: Chars) -> str:
-    ranges = [_character(chr(first)) + ("" if first == last else f"-{_character(chr(last))}") for first, last in chars.ranges]
+    ranges = [
+        _character(chr(first)) + ("" if first == last else f"-{_character(chr(last))}") for first, last in chars.ranges
+    ]
     if len(ranges) == 1 and not chars.negated and chars.ranges[0][0] == chars.ranges[0][1]:
         return ranges[0]
     return f"[{'^' if chars.negated else ''}{''.join(ranges)}]"

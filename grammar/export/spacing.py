@@ -6,7 +6,8 @@ it (`xs[0]` is a mistake), and `#;` with what it hides wants it on both sides, b
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence as Items
+from collections.abc import Mapping
+from collections.abc import Sequence as Items
 from types import MappingProxyType
 from typing import Literal as OneOf
 
@@ -191,5 +192,3 @@ def _united(starts: set[Start]) -> Start:
 
 def _may_be_empty(expression: Expression) -> bool:
     return isinstance(expression, Repeat) and not expression.least
-
-

@@ -78,7 +78,10 @@ def _hidden_list() -> dict[str, Any]:
 
 def _string(name: str) -> dict[str, Any]:
     escapes = [
-        {"name": _scoped("constant.character.escape"), "match": r"\\(?:[ntrab0\"\\]|u[0-9A-Fa-f]{4}|x[0-9A-Fa-f]+;|\s*$)"},
+        {
+            "name": _scoped("constant.character.escape"),
+            "match": r"\\(?:[ntrab0\"\\]|u[0-9A-Fa-f]{4}|x[0-9A-Fa-f]+;|\s*$)",
+        },
         {"name": _scoped("invalid.illegal.escape"), "match": r"\\."},
     ]
     return {"name": _scoped(name), "begin": '"', "end": '"', "patterns": escapes}
@@ -88,11 +91,12 @@ def _definitions() -> list[dict[str, Any]]:
     """A form that defines a name, and the name."""
     functions = r"define-macro|define"
     values = r"define-record|define-syntax|define|param"
-    open_ = r"(?<=\()\s*"
+    after = r"(?<=\()\s*"
+    function = ("storage.type", "punctuation.section.parens", "entity.name.function")
     return [
-        {"match": rf"{open_}({functions})\s+(?:\()({_SYMBOL})", "captures": _captures("storage.type", "entity.name.function")},
-        {"match": rf"{open_}({values})\s+({_SYMBOL})", "captures": _captures("storage.type", "entity.name.variable")},
-    ]  # fmt: skip
+        {"match": rf"{after}({functions})\s+(\()({_SYMBOL})", "captures": _captures(*function)},
+        {"match": rf"{after}({values})\s+({_SYMBOL})", "captures": _captures("storage.type", "entity.name.variable")},
+    ]
 
 
 def _word() -> dict[str, Any]:

@@ -114,13 +114,17 @@ def tokens(reserved: frozenset[str]) -> dict[str, Token]:
         "ANNOTATED": Token(Joined((_PARAMETER, ANNOTATION)), "a name with its type, name::Type"),
         "SYMBOL": Token(symbol, "any symbol, as data", frozenset({"none"})),
         "TEMPLATE_SYMBOL": Token(symbol, "a symbol of a quasiquoted template", _TEMPLATE_WORDS | {"none"}),
-        "PATTERN_SYMBOL": Token(Either((_NAME, Text("@"))), "a symbol of a macro's pattern", frozenset({"none", "..."})),
+        "PATTERN_SYMBOL": Token(
+            Either((_NAME, Text("@"))), "a symbol of a macro's pattern", frozenset({"none", "..."})
+        ),
         "NUMBER": Token(_NUMBER, "an integer or a float"),
         "STRING": Token(_STRING, "a string", is_word=False),
         "BOOLEAN": Token(words(("#t", "#f", "#true", "#false")), "a boolean"),
         "NONE": Token(Text("none"), "the value of nothing"),
         "KEYWORD": Token(_KEYWORD, "a keyword"),
-        "ANNOTATED_KEYWORD": Token(Joined((Text(":"), Use("NAME"), ANNOTATION)), "a keyword with its type, :name::Type"),
+        "ANNOTATED_KEYWORD": Token(
+            Joined((Text(":"), Use("NAME"), ANNOTATION)), "a keyword with its type, :name::Type"
+        ),
         "HANDLE": Token(_HANDLE, "an embedding handle"),
     }
 

@@ -70,7 +70,7 @@ RIGHT_TEXTS = {
     "signs and comparisons": "(- 1) (+) (@ a b) (map @ `(,a @)) (< 1 2) (-> 3) (<= .5 1e-3) (list -a +b)",
     "comments": "; a\n#| b #| c |# ##|# d |# ||# (f #| e |# 1 #; (g 2) 3 #;4 ) #;(h) ; end",
     "types": "(lambda (a::List[Tuple[Word, Any]] (b::Float 2) :c::Vector (:d 3) &keys t . r::List) a)",
-    "strings": r'(f "a\n\x41; \u0041 \" \\ (" "b" "line' + '\n' + r'two")',
+    "strings": r'(f "a\n\x41; \u0041 \" \\ (" "b" "line' + "\n" + r'two")',
     "a name for what is a form elsewhere": "(lambda (scene param) (+ scene param))",
     "letters beyond ASCII": "(define größe 1) (define π 3.14) (f größe → α)",
     "operands of macros": "(several i of 3 (define x i) x) (choose a else b => c)",

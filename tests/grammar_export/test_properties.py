@@ -113,4 +113,6 @@ def test_a_program_that_is_rejected_has_a_mistake(forms: tuple[Datum, ...], seed
     verdicts = {form: acceptor(form)(text.encode()) for form in FORMATS}
     assert len(set(verdicts.values())) == 1, (verdicts, text)
     if not verdicts["llguidance"]:
-        assert any(d.is_error for d in Session().check(Source("<test>", text)).diagnostics), print_datum(changed[position])
+        assert any(d.is_error for d in Session().check(Source("<test>", text)).diagnostics), print_datum(
+            changed[position]
+        )
