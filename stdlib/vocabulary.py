@@ -7,7 +7,7 @@ from functools import cache
 
 from scenelang.interpreter.form_shapes import DEFINITIONS, MACROS, TOP_LEVEL
 from scenelang.interpreter.forms import FORMS
-from scenelang.interpreter.program import PAPER_FORMS
+from scenelang.interpreter.prelude import PAPER_FORMS
 from scenelang.stdlib.reference import Kind, records
 
 PAPER = frozenset({"bind", "retrieve", *PAPER_FORMS})
