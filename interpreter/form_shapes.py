@@ -79,7 +79,7 @@ begin: "(" "begin" expr+ ")"
 plain: name | literal | array | form | application | quotation
 name: NAME | "@" | "scene" | "param"
 binder: name | "_"
-literal: NUMBER | STRING | BOOLEAN | NONE | KEYWORD | HANDLE
+literal: NUMBER | STRING | BOOLEAN | NONE | KEYWORD | ANNOTATED_KEYWORD | HANDLE
 array: "[" expr* "]"
 application: "(" callee operand* ")"
 callee: NAME | "@" | literal | array | form | begin | application | quotation
@@ -129,14 +129,16 @@ pattern_list: "(" ")" | "(" pattern_items ("." pattern)? ")"
 pattern_items: pattern+ | pattern+ "..." pattern*
 pattern: PATTERN_SYMBOL | ANNOTATED | literal | pattern_list | "[" pattern_items? "]" | "'" pattern
 
-datum: SYMBOL | ANNOTATED | ANNOTATED_KEYWORD | literal | list | "[" datum* "]"
+datum: SYMBOL | ANNOTATED | literal | list | "[" datum* "]"
      | "'" datum | "`" datum | "," datum | ",@" datum
 list: "(" datum* ")" | "(" datum+ "." datum ")"
 
 quotation: "'" datum | "`" template
-template: TEMPLATE_SYMBOL | ANNOTATED | ANNOTATED_KEYWORD | literal | "[" member* "]" | "'" template | "`" datum
-        | "," unquoted | "(" "unquote" expr ")" | "(" "quasiquote" datum ")"
+template: TEMPLATE_SYMBOL | ANNOTATED | literal | "[" member* "]" | "'" template | "`" inner_template
+        | "," unquoted | "(" "unquote" expr ")" | "(" "quasiquote" inner_template ")"
         | "(" member* ")" | "(" member+ "." template ")"
+inner_template: TEMPLATE_SYMBOL | ANNOTATED | literal | "[" inner_template* "]" | "'" inner_template | "," template
+      | ",@" template | "(" inner_template* ")" | "(" inner_template+ "." inner_template ")"
 unquoted: NAME | "scene" | "param" | literal | array | form | begin | application | quotation
 member: template | ",@" expr | "(" "unquote-splicing" expr ")"
 """

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import re
 
-from scenelang.interpreter.forms import FORMS, Form
+from scenelang.interpreter.forms import Form
 
-_KEPT = frozenset({"else", "=>", "syntax-rules"})  # words of a shape that stand in programs as they are
+_KEPT = frozenset({"else", "=>", "syntax-rules", "_"})  # words of a shape that stand in programs as they are
+_RULES = "(syntax-rules () ((_ pattern) template))"
 _TOKEN = re.compile(r'"[^"]*"|[()]|[^\s()"]+|\s+')
 
 
 def snippet(form: Form) -> str:
     """The first shape of ``form`` without what may be left out, its parts numbered, the last place `$0`."""
-    usage = form.usage.split(" or ")[0].replace("(syntax-rules ...)", FORMS["syntax-rules"].usage)
+    usage = form.usage.split(" or ")[0].replace("(syntax-rules ...)", _RULES)
     usage = re.sub(r"\s*\[[^\]]*\]", "", usage)  # optional parts
     usage = re.sub(r"\s+:\w+ test", "", usage)
     usage = re.sub(r" \([^()]*\) \.\.\.(?= \()", "", usage).replace(" ...", "")

@@ -75,10 +75,10 @@ def spaced(grammar: Grammar, white: Pattern = WHITE) -> Grammar:
         if name != grammar.start and spacer.start_of(Ref(name)) == "mixed":
             rules[_spaced_name(name)] = spacer.spaced(expression)
     rules[grammar.start] = sequence(_MAYBE_GAP, rules[grammar.start], Ref("end"))
+    own = parse_rules(_RULES)
+    assert not own.keys() & rules.keys(), "two rules of one name"
     tokens = {**grammar.tokens, **_space_tokens(white)}
-    return Grammar(
-        grammar.start, MappingProxyType(rules | parse_rules(_RULES)), MappingProxyType(tokens), grammar.title
-    )
+    return Grammar(grammar.start, MappingProxyType(rules | own), MappingProxyType(tokens), grammar.title)
 
 
 _GAP = Ref("gap")
