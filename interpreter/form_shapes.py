@@ -125,7 +125,7 @@ rules: "(" "syntax-rules" literals rule* ")" | "(" "syntax-rules" NAME literals 
 literals: "(" datum* ")"
 rule: "(" pattern_list datum ")"
 free_rule: "(" list datum ")"
-pattern_list: "(" ")" | "(" pattern_items ("." pattern)? ")"
+pattern_list: "(" ")" | "(" pattern_items ("." PATTERN_SYMBOL)? ")"
 pattern_items: pattern+ | pattern+ "..." pattern*
 pattern: PATTERN_SYMBOL | ANNOTATED | literal | pattern_list | "[" pattern_items? "]" | "'" pattern
 
