@@ -6,7 +6,7 @@ BIN    := $(VENV)/bin
 SCENE  := examples/chessboard.scene
 ROOMS  := grammar interpreter stdlib backends scenelang
 
-.PHONY: demo test test-blender lint install bench gallery docs viewer chromium test-gpu test-slow clean
+.PHONY: demo test test-blender lint install bench gallery docs viewer editors chromium test-gpu test-grammar test-slow clean
 
 # What the package needs, then the tools of development; redone when the project's files change.
 $(VENV)/.run: pyproject.toml constraints.txt
@@ -45,7 +45,7 @@ chromium:
 	@if ! command -v chromium >/dev/null && command -v apt-get >/dev/null && [ "$$(id -u)" = 0 ]; then \
 	  (apt-get update -qq && apt-get install -y -qq chromium) >/dev/null 2>&1 || true; fi
 
-test: lint chromium $(VENV)/.validator
+test: lint chromium $(VENV)/.validator $(VENV)/.textmate
 	$(BIN)/pytest -n 2 -m "not gpu and not slow"
 
 # The Khronos glTF validator, where node and npm are; its tests say when it is not there.
@@ -53,6 +53,24 @@ GLTF_VALIDATOR := gltf-validator@2.0.0-dev.3.10
 $(VENV)/.validator: $(VENV)/.run
 	-command -v npm >/dev/null && npm install --silent --no-audit --no-fund --prefix $(VENV)/gltf-validator $(GLTF_VALIDATOR)
 	touch $@
+
+# The engine that VS Code colours by, where node and npm are; its tests say when it is not there.
+TEXTMATE := vscode-textmate@9.3.2 vscode-oniguruma@2.0.1
+$(VENV)/.textmate: $(VENV)/.run
+	-command -v npm >/dev/null && npm install --silent --no-audit --no-fund --prefix $(VENV)/textmate $(TEXTMATE)
+	touch $@
+
+# The GBNF form in xgrammar, which brings torch (gigabytes), so it has its own environment.
+GRAMMAR := $(VENV)/grammar
+$(GRAMMAR)/.ready: $(VENV)/.run
+	$(PYTHON) -m venv $(GRAMMAR)
+	$(GRAMMAR)/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt pytest llguidance "xgrammar>=0.2" .
+	touch $@
+
+test-grammar: $(GRAMMAR)/.ready
+	$(GRAMMAR)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --force-reinstall .
+	rm -rf build *.egg-info
+	$(GRAMMAR)/bin/python -P -m pytest tests/grammar_export/test_xgrammar.py
 
 # GLB and USD files imported into Blender's module, which has wheels for few versions of Python and its own environment.
 BLENDER := $(VENV)/blender
@@ -83,6 +101,10 @@ docs: install
 # The viewer's page from its source; what it makes is committed, so that only changes of it need npm.
 viewer:
 	cd backends/viewer/source && npm install --no-package-lock --no-audit --no-fund --silent && node build.mjs
+
+# What the extension for VS Code takes from the language; committed, so that its folder packages by itself.
+editors: install
+	$(BIN)/python -P -m scenelang.editors editors/vscode
 
 clean:
 	rm -rf $(VENV) build out *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -237,17 +237,17 @@ def _spelling(head: Any, span: Span) -> str | None:
 
 # --- the strict language -------------------------------------------------------------------------------------------
 
-_STRICT_HEADS = {
+STRICT_HEADS = {
     "bind": "BIND", "lambda": "LAMBDA", "union": "UNION", "union-loop": "UNION_LOOP", "transform": "TRANSFORM",
     "call": "CALL", "list": "LIST", "if": "IF", "and": "AND", "or": "OR", "embedding": "EMBEDDING",
 }  # fmt: skip
-_STRICT_OPERATORS = frozenset({
+STRICT_OPERATORS = frozenset({
     "car", "cdr", "list-ref", "+", "-", "*", "/", "//", "%", "=", "<", ">", "<=", ">=", "not", "abs", "min",
     "max", "floor", "ceiling", "round", "truncate", "sqrt", "expt", "exp", "log", "sin", "cos", "tan", "asin",
     "acos", "atan", "hypot", "degrees", "radians", "quotient", "remainder", "modulo", "translate", "rotate",
     "scale", "reflect", "@", "vector", "norm", "normalize", "dot", "cross",
 })  # fmt: skip
-_MEASURES = frozenset(f"compute-shape-{what}" for what in ("center", "min", "max", "sizes"))
+STRICT_MEASURES = frozenset(f"compute-shape-{what}" for what in ("center", "min", "max", "sizes"))
 _RULE_OF_HEAD = {
     "bind": "<bind-expr>", "lambda": "<entity-func>", "union": "<sub-entities>", "union-loop": "<sub-entities>",
     "transform": "<entity-transform>", "call": "<entity>", "list": "<create-entity-list>",
@@ -264,11 +264,11 @@ def _strict_terminal(value: Any) -> str:
     kind = type(value)
     if kind is Symbol:
         name = str(value)
-        if name in _STRICT_HEADS:
-            return _STRICT_HEADS[name]
-        if name in _STRICT_OPERATORS:
+        if name in STRICT_HEADS:
+            return STRICT_HEADS[name]
+        if name in STRICT_OPERATORS:
             return "OPERATOR"
-        return "MEASURE" if name in _MEASURES else "PARAMETER"
+        return "MEASURE" if name in STRICT_MEASURES else "PARAMETER"
     if kind is int or kind is float:
         return "NUMBER"
     terminals: dict[type, str] = {str: "STRING", bool: "BOOLEAN", Handle: "HANDLE", Keyword: "KEYWORD"}

@@ -49,6 +49,8 @@ def scan_define(expander: Expander, datum: ListDatum, scope: Scope, pending: lis
         if len(items) < 3:
             raise syntax_error("define", "the function has no body", datum.span)
         name = head.items[0]
+        if not is_identifier(name):
+            raise expander.not_a_name(name)
         target = _target(expander, name, scope)
         rest = head.items[1:]
         if rest or head.tail is None:

@@ -1,0 +1,110 @@
+"""EBNF as the W3C writes it, for people: rules over tokens, white space and comments left out."""
+
+from __future__ import annotations
+
+from scenelang.grammar.export.model import (
+    Chars,
+    Choice,
+    Either,
+    Expression,
+    Grammar,
+    Joined,
+    Literal,
+    Many,
+    Pattern,
+    Ref,
+    Sequence,
+    Terminal,
+    Text,
+    Token,
+    Use,
+)
+
+_ABOUT = (
+    "White space and comments may stand between tokens: `; to the end of the line`, `#| nested |#`, `#; datum`.",
+    "Two words want white space between them. `A - B` is what A matches and B does not.",
+)
+
+
+def ebnf_text(grammar: Grammar) -> str:
+    """The grammar as a page of rules, the start first."""
+    lines = [f"/* {grammar.title} */", *(f"/* {line} */" for line in _ABOUT), ""]
+    ordered = sorted(grammar.rules, key=lambda name: name != grammar.start)
+    lines += [f"{name} ::= {_write(grammar.rules[name])}" for name in ordered]
+    lines += ["", *(f"{name} ::= {_token(token)} /* {token.title} */" for name, token in grammar.tokens.items())]
+    return "\n".join(lines) + "\n"
+
+
+def _write(expression: Expression) -> str:
+    if isinstance(expression, Literal):
+        return _quoted(expression.text)
+    if isinstance(expression, (Terminal, Ref)):
+        return expression.name
+    if isinstance(expression, Sequence):
+        return " ".join(_group(item, Choice) for item in expression.items)
+    if isinstance(expression, Choice):
+        return " | ".join(_write(option) for option in expression.options)
+    sign = "?" if expression.once else "+" if expression.least else "*"
+    return _group(expression.item, Choice, Sequence) + sign
+
+
+def _group(expression: Expression, *kinds: type) -> str:
+    text = _write(expression)
+    return f"({text})" if isinstance(expression, kinds) else text
+
+
+# --- tokens --------------------------------------------------------------------------------------------------------
+
+
+def _token(token: Token) -> str:
+    text = _pattern(token.pattern)
+    if not token.excluded:
+        return text
+    words = " | ".join(_quoted(word) for word in sorted(token.excluded))
+    return f"({text}) - ({words})"
+
+
+def _pattern(pattern: Pattern) -> str:
+    if isinstance(pattern, Use):
+        return pattern.token
+    if isinstance(pattern, Text):
+        return _quoted(pattern.text)
+    if isinstance(pattern, Chars):
+        return _class(pattern)
+    if isinstance(pattern, Joined):
+        return " ".join(f"({_pattern(part)})" if isinstance(part, Either) else _pattern(part) for part in pattern.parts)
+    if isinstance(pattern, Either):
+        return " | ".join(_pattern(option) for option in pattern.options)
+    return _repeated(pattern)
+
+
+def _repeated(pattern: Many) -> str:
+    """A repetition; W3C's notation has no counts, so these are written out."""
+    text = _pattern(pattern.part)
+    item = text if isinstance(pattern.part, (Chars, Text, Use)) else f"({text})"
+    if pattern.most is None:
+        return item + ("*" if not pattern.least else "+")
+    return " ".join([item] * pattern.least + [f"{item}?"] * (pattern.most - pattern.least))
+
+
+def _quoted(text: str) -> str:
+    """A literal; characters that cannot stand in quotes by their numbers."""
+    if text.isprintable():
+        return f"'{text}'" if '"' in text else f'"{text}"'
+    return " ".join(_code(ord(c)) for c in text)
+
+
+def _class(chars: Chars) -> str:
+    """A class; characters given by number stand last, so that no digit follows a number."""
+    pieces = [_member(first) + ("" if first == last else f"-{_member(last)}") for first, last in chars.ranges]
+    ordered = sorted(pieces, key=lambda piece: piece.startswith("#x"))
+    return f"[{'^' if chars.negated else ''}{''.join(ordered)}]"
+
+
+def _member(point: int) -> str:
+    character = chr(point)
+    return character if 32 < point < 127 and character not in "[]^-#\\" else _code(point)
+
+
+def _code(point: int) -> str:
+    return f"#x{point:X}"

@@ -1,0 +1,106 @@
+"""GBNF, the format of llama.cpp, which xgrammar reads too: characters only, so white space is written out."""
+
+from __future__ import annotations
+
+from scenelang.grammar.export.exclusion import without_exclusions
+from scenelang.grammar.export.model import (
+    Chars,
+    Choice,
+    Either,
+    Expression,
+    Grammar,
+    Joined,
+    Literal,
+    Many,
+    Pattern,
+    Ref,
+    Sequence,
+    Terminal,
+    Text,
+    Use,
+)
+from scenelang.grammar.export.spacing import spaced
+
+_NAMED = {"\n": r"\n", "\t": r"\t", "\r": r"\r", "\\": r"\\"}
+
+
+def gbnf_text(grammar: Grammar) -> str:
+    """The grammar with `root` as its start, of literals, classes of characters, groups and `* + ? {m,n}` only."""
+    whole = spaced(grammar)
+    lines = [f"# {grammar.title}"]
+    for name, expression in whole.rules.items():
+        lines.append(f"{_rule_name(name, whole.start)} ::= {_write(expression, whole.start)}")
+    plain = without_exclusions(whole.tokens)
+    lines += [f"{_token_name(name)} ::= {_pattern(token.pattern)}" for name, token in plain.items()]
+    return "\n".join(lines) + "\n"
+
+
+def _rule_name(name: str, start: str) -> str:
+    return "root" if name == start else name.replace("_", "-")
+
+
+def _token_name(name: str) -> str:
+    return f"{name.lower().replace('_', '-')}-token"
+
+
+def _write(expression: Expression, start: str) -> str:
+    if isinstance(expression, Literal):
+        return _quoted(expression.text)
+    if isinstance(expression, Terminal):
+        return _token_name(expression.name)
+    if isinstance(expression, Ref):
+        return _rule_name(expression.name, start)
+    if isinstance(expression, Sequence):
+        return " ".join(_group(item, start, Choice) for item in expression.items)
+    if isinstance(expression, Choice):
+        return " | ".join(_write(option, start) for option in expression.options)
+    sign = "?" if expression.once else "+" if expression.least else "*"
+    return _group(expression.item, start, Choice, Sequence) + sign
+
+
+def _group(expression: Expression, start: str, *kinds: type) -> str:
+    text = _write(expression, start)
+    return f"({text})" if isinstance(expression, kinds) else text
+
+
+# --- tokens --------------------------------------------------------------------------------------------------------
+
+
+def _pattern(pattern: Pattern) -> str:
+    if isinstance(pattern, Text):
+        return _quoted(pattern.text)
+    if isinstance(pattern, Chars):
+        return _class(pattern)
+    if isinstance(pattern, Joined):
+        return " ".join(f"({_pattern(part)})" if isinstance(part, Either) else _pattern(part) for part in pattern.parts)
+    if isinstance(pattern, Either):
+        return " | ".join(_pattern(option) for option in pattern.options)
+    if isinstance(pattern, Use):
+        return _token_name(pattern.token)
+    text = _pattern(pattern.part)
+    return (text if isinstance(pattern.part, (Chars, Text, Use)) else f"({text})") + _times(pattern)
+
+
+def _times(pattern: Many) -> str:
+    signs = {(0, None): "*", (1, None): "+", (0, 1): "?"}
+    least, most = pattern.least, pattern.most
+    return signs.get((least, most), f"{{{least}}}" if least == most else f"{{{least},{'' if most is None else most}}}")
+
+
+def _quoted(text: str) -> str:
+    return '"' + "".join('\\"' if c == '"' else _NAMED.get(c, c) for c in text) + '"'
+
+
+def _class(chars: Chars) -> str:
+    """A class of characters; `-` stands last, where every reader takes it as itself."""
+    ranges = [pair for pair in chars.ranges if pair != (45, 45)]
+    pieces = [_member(first) + ("" if first == last else f"-{_member(last)}") for first, last in ranges]
+    if pieces and pieces[0].startswith("^"):
+        pieces.append(pieces.pop(0))
+    dash = "-" if len(ranges) < len(chars.ranges) else ""
+    return f"[{'^' if chars.negated else ''}{''.join(pieces)}{dash}]"
+
+
+def _member(point: int) -> str:
+    character = chr(point)
+    return f"\\{character}" if character in "[]" else _NAMED.get(character, character)

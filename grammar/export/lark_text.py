@@ -1,0 +1,130 @@
+"""Lark's own format, for parsers in Python: white space and comments are ignored between tokens."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from scenelang.grammar.export.model import (
+    Choice,
+    Either,
+    Expression,
+    Grammar,
+    Literal,
+    Ref,
+    Sequence,
+    Terminal,
+    Text,
+    choice,
+    is_punctuation,
+    literals,
+)
+from scenelang.grammar.export.notation import substitute
+from scenelang.grammar.export.regex import regex
+
+_END = r"""(?=[\s()\]";'`,]|#\||$)"""  # what stands after a word
+_NESTED = 4  # comments in comments: a regular expression nests no deeper than it is written
+
+_SYMBOLS = ("SYMBOL", "TEMPLATE_SYMBOL", "PATTERN_SYMBOL")  # names and words of the rules alike
+_SIGNS = {
+    "*": "star", "/": "slash", "+": "plus", "-": "minus", "%": "percent", "=": "equals", "<": "less", ">": "greater",
+    "!": "bang", "@": "at", "&": "and", "_": "underscore", ".": "dot", ":": "colon",
+}  # fmt: skip
+
+
+def lark_text(grammar: Grammar) -> str:
+    """The grammar as `lark.Lark(text, parser="lalr")` loads it; Lark's Earley parser loads it too, and is slow."""
+    names = word_names(literals(grammar.rules))
+    classes = _classes(grammar, names)
+    lines = [f'// {grammar.title}, for lark.Lark(text, parser="lalr").', f"// Comments nest up to {_NESTED} deep.", ""]
+    for name, expression in grammar.rules.items():
+        text = _write(substitute(expression, {name.upper(): Ref(name) for name in classes}), names)
+        lines.append(f"{name}: _hidden {text}" if name == grammar.start else f"{name}: {text}")
+    lines += [f"{name}: {_write(expression, names)}" for name, expression in classes.items()]
+    lines += [
+        "",
+        "// `#;` hides the next datum; every token may be followed by hidden ones",
+        '_hidden: ("#;" _hidden datum)?',
+        "",
+    ]
+    lines += [f"{name}: /{_word_regex(word)}/" for word, name in names.items()]
+    for name, token in grammar.tokens.items():
+        if name not in _SYMBOLS:
+            lines.append(f"{name}: /{_token_regex(name, grammar, names)}/  // {token.title}")
+    return "\n".join([*lines, "", r"%ignore /\s+/", r"%ignore /;[^\n]*/", f"%ignore /{_block(_NESTED)}/"]) + "\n"
+
+
+def _classes(grammar: Grammar, names: Mapping[str, str]) -> dict[str, Expression]:
+    """Rules for the tokens that words of the rules are too: the lexer knows each text as one terminal only."""
+    rules: dict[str, Expression] = {}
+    for name in _SYMBOLS:
+        if name in grammar.tokens:
+            words = [word for word in names if is_symbol(word) and word not in grammar.tokens[name].excluded]
+            rules[name.lower()] = choice(Terminal("NAME"), *map(Literal, words))
+    keywords = [word for word in names if word[0] == ":"]
+    if keywords:
+        rules["keyword"] = choice(Terminal("KEYWORD"), *map(Literal, keywords))
+    return rules
+
+
+def is_symbol(word: str) -> bool:
+    """Whether a word of the rules reads as a symbol."""
+    return word[0] != ":" and word != "."
+
+
+def word_names(words: Iterable[str]) -> dict[str, str]:
+    """A terminal's name for each word that stands in the rules as it is: ``let*`` is LET_STAR."""
+    names = {}
+    for word in sorted(words):
+        spelled = word.replace("-", "_") if word[0].isalpha() else word
+        pieces = [f"_{_SIGNS[c]}_" if (c in _SIGNS and c != "_") or word == "_" else c for c in spelled]
+        name = "_".join(piece for piece in "".join(pieces).split("_") if piece)
+        names[word] = f"{'WORD' if word[0].isalpha() else 'SIGN'}_{name}".upper()
+    return names
+
+
+def _write(expression: Expression, names: Mapping[str, str]) -> str:
+    if isinstance(expression, Literal):
+        text = expression.text
+        return f'"{text}" _hidden' if is_punctuation(text) else f"{names[text]} _hidden"
+    if isinstance(expression, Terminal):
+        return f"{expression.name} _hidden"
+    if isinstance(expression, Ref):
+        return expression.name
+    if isinstance(expression, Sequence):
+        return " ".join(_group(item, names, Choice) for item in expression.items)
+    if isinstance(expression, Choice):
+        return " | ".join(_write(option, names) for option in expression.options)
+    sign = "?" if expression.once else "+" if expression.least else "*"
+    return _group(expression.item, names, Choice, Sequence, Literal, Terminal) + sign
+
+
+def _group(expression: Expression, names: Mapping[str, str], *kinds: type) -> str:
+    text = _write(expression, names)
+    return f"({text})" if isinstance(expression, kinds) else text
+
+
+def _word_regex(word: str) -> str:
+    return regex(Text(word)) + _END
+
+
+def _token_regex(name: str, grammar: Grammar, names: Mapping[str, str]) -> str:
+    token = grammar.tokens[name]
+    used = grammar.tokens["NAME"]
+    uses = {"NAME": _excluding(used.excluded, "::") + f"(?:{regex(used.pattern)})"}
+    text = regex(token.pattern, uses)
+    if isinstance(token.pattern, Either):
+        text = f"(?:{text})"
+    excluded = token.excluded | {word for word in names if word[0] == ":" and name == "KEYWORD"}
+    return _excluding(excluded, _END) + text + (_END if token.is_word else "")
+
+
+def _excluding(words: Iterable[str], end: str) -> str:
+    """A look ahead that none of ``words`` stands here before ``end``."""
+    options = "|".join(regex(Text(word)) for word in sorted(words))
+    return f"(?!(?:{options}){end})" if options else ""
+
+
+def _block(depth: int) -> str:
+    """A comment that holds comments, ``depth`` deep."""
+    inner = r"[^#|]|#(?!\|)|\|(?!#)"
+    return rf"#\|(?:{inner}|{_block(depth - 1)})*\|#" if depth > 1 else rf"#\|(?:{inner})*\|#"

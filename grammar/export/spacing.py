@@ -1,0 +1,194 @@
+"""White space made explicit, for formats whose grammars see characters: every token says what may stand before it.
+
+Two words never touch: a word that does not follow an opening bracket or a prefix wants white space. Besides, `[` wants
+it (`xs[0]` is a mistake), and `#;` with what it hides wants it on both sides, but for a closing bracket.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from collections.abc import Sequence as Items
+from types import MappingProxyType
+from typing import Literal as OneOf
+
+from scenelang.grammar.export.model import (
+    CLOSERS,
+    OPENERS,
+    Chars,
+    Choice,
+    Expression,
+    Grammar,
+    Joined,
+    Literal,
+    Many,
+    Pattern,
+    Ref,
+    Repeat,
+    Sequence,
+    Terminal,
+    Text,
+    Token,
+    choice,
+    sequence,
+)
+from scenelang.grammar.export.notation import parse_rules
+
+Start = OneOf["word", "sign", "mixed"]
+
+WHITE = Chars(((9, 10), (13, 13), (32, 32)))  # tab, newline, return, space
+_NEWLINE = Chars(((10, 10),), negated=True)
+_HASH, _BAR = Text("#"), Text("|")
+_NEITHER = Chars(((35, 35), (124, 124)), negated=True)
+
+_RULES = """
+gap: blank+ (hidden blank+)*
+blank: WHITE | COMMENT | block
+hidden: "#;" gap? datum
+end: (gap hidden?)? LAST_COMMENT?
+block: BLOCK_OPEN inner* BLOCK_CLOSE
+nested: NESTED_OPEN inner* BLOCK_CLOSE
+inner: PLAIN | HASHES | BARS | nested
+"""
+
+
+def _space_tokens(white: Pattern) -> dict[str, Token]:
+    """``#| |#`` comments in pieces of which none is the beginning of another, so that no lexer has to look back."""
+    return {
+        "WHITE": Token(white, "white space"),
+        "COMMENT": Token(Joined((Text(";"), Many(_NEWLINE), Text("\n"))), "a comment to the end of the line"),
+        "LAST_COMMENT": Token(Joined((Text(";"), Many(_NEWLINE))), "a comment to the end of the text"),
+        "BLOCK_OPEN": Token(Text("#|"), "the beginning of a block comment"),
+        "NESTED_OPEN": Token(Joined((Many(_HASH, 1), _BAR)), "the beginning of one inside another"),
+        "BLOCK_CLOSE": Token(Joined((Many(_BAR, 1), _HASH)), "the end of a block comment"),
+        "PLAIN": Token(Many(_NEITHER, 1), "text of a block comment"),
+        "HASHES": Token(Joined((Many(_HASH, 1), _NEITHER)), "text of a block comment that begins with #"),
+        "BARS": Token(Joined((Many(_BAR, 1), _NEITHER)), "text of a block comment that begins with |"),
+    }
+
+
+def spaced(grammar: Grammar, white: Pattern = WHITE) -> Grammar:
+    """The same language with white space written out. ``white`` is how much of it one token WHITE takes."""
+    spacer = _Spacer(grammar)
+    rules: dict[str, Expression] = {}
+    for name, expression in grammar.rules.items():
+        rules[name] = spacer.bare(expression)
+        if name != grammar.start and spacer.start_of(Ref(name)) == "mixed":
+            rules[_spaced_name(name)] = spacer.spaced(expression)
+    rules[grammar.start] = sequence(_MAYBE_GAP, rules[grammar.start], Ref("end"))
+    own = parse_rules(_RULES)
+    assert not own.keys() & rules.keys(), "two rules of one name"
+    tokens = {**grammar.tokens, **_space_tokens(white)}
+    return Grammar(grammar.start, MappingProxyType(rules | own), MappingProxyType(tokens), grammar.title)
+
+
+_GAP = Ref("gap")
+_MAYBE_GAP = Repeat(_GAP, 0, once=True)
+_MAYBE_HIDDEN = Repeat(Ref("hidden"), 0, once=True)
+_BEFORE_CLOSER = Repeat(sequence(_GAP, _MAYBE_HIDDEN), 0, once=True)
+
+
+def _spaced_name(name: str) -> str:
+    return f"spaced_{name}"
+
+
+class _Spacer:
+    """Rewrites expressions twice: ``bare``, without white space before them, and ``spaced``, with what they want."""
+
+    def __init__(self, grammar: Grammar) -> None:
+        self._rules: Mapping[str, Expression] = grammar.rules
+        self._tokens = grammar.tokens
+        self._starts: dict[str, Start] = {}
+
+    def start_of(self, expression: Expression) -> Start:
+        """Whether the first token is a word (or `[`), a sign that may touch what stands before it, or either."""
+        if isinstance(expression, Literal):
+            return "sign" if expression.text != "[" and expression.text in OPENERS | CLOSERS else "word"
+        if isinstance(expression, Terminal):
+            return "word" if self._tokens[expression.name].is_word else "sign"
+        if isinstance(expression, Ref):
+            if expression.name not in self._starts:
+                self._starts[expression.name] = "mixed"  # for a rule that begins with itself
+                self._starts[expression.name] = self.start_of(self._rules[expression.name])
+            return self._starts[expression.name]
+        if isinstance(expression, Repeat):
+            return self.start_of(expression.item)
+        if isinstance(expression, Choice):
+            return _united({self.start_of(option) for option in expression.options})
+        first: set[Start] = set()
+        for item in expression.items:
+            first.add(self.start_of(item))
+            if not _may_be_empty(item):
+                break
+        return _united(first)
+
+    def spaced(self, expression: Expression) -> Expression:
+        if isinstance(expression, Sequence):
+            return self._sequence(expression.items, bare=False)
+        if isinstance(expression, Repeat):
+            return Repeat(self.spaced(expression.item), expression.least, expression.once)
+        if isinstance(expression, Literal) and expression.text in CLOSERS:
+            return sequence(_BEFORE_CLOSER, expression)
+        if isinstance(expression, Choice):
+            return self._spaced_choice(expression)
+        start = self.start_of(expression)
+        if start == "mixed":
+            assert isinstance(expression, Ref)
+            return Ref(_spaced_name(expression.name))
+        return sequence(_GAP if start == "word" else _MAYBE_GAP, expression)
+
+    def _spaced_choice(self, expression: Choice) -> Expression:
+        """Options that want the same white space share it."""
+        groups: dict[Start, list[Expression]] = {"word": [], "sign": [], "mixed": []}
+        for option in expression.options:
+            start = self.start_of(option)
+            closing = isinstance(option, Sequence) and isinstance(option.items[0], Repeat)
+            kind: Start = "mixed" if start == "mixed" or closing else start
+            groups[kind].append(self.spaced(option) if kind == "mixed" else self.bare(option))
+        found: list[Expression] = list(groups["mixed"])
+        if groups["word"]:
+            found.append(sequence(_GAP, choice(*groups["word"])))
+        if groups["sign"]:
+            found.append(sequence(_MAYBE_GAP, choice(*groups["sign"])))
+        return choice(*found)
+
+    def bare(self, expression: Expression) -> Expression:
+        if isinstance(expression, Sequence):
+            return self._sequence(expression.items, bare=True)
+        if isinstance(expression, Choice):
+            return choice(*(self.bare(option) for option in expression.options))
+        if isinstance(expression, Repeat):
+            return self._sequence((expression,), bare=True)
+        return expression
+
+    def _sequence(self, items: Items[Expression], bare: bool) -> Expression:
+        done: list[Expression] = []
+        for position, item in enumerate(items):
+            if bare and isinstance(item, Repeat):
+                return sequence(*done, self._bare_repeat(item, items[position + 1 :]))
+            if bare and isinstance(item, Literal) and item.text in CLOSERS:
+                done.append(_MAYBE_HIDDEN)
+            done.append(self.bare(item) if bare else self.spaced(item))
+            bare = isinstance(item, Literal) and (item.text in OPENERS or item.text == ".")
+            if bare:
+                done.append(_GAP if item == Literal(".") else _MAYBE_GAP)
+        return sequence(*done)
+
+    def _bare_repeat(self, item: Repeat, rest: Items[Expression]) -> Expression:
+        """A repetition at the place where no white space is wanted: its first turn is bare, if it has any."""
+        turns = [self.bare(item.item)]
+        if not item.once:
+            turns.append(Repeat(self.spaced(item.item), 0))
+        with_turns = sequence(*turns, *([self._sequence(rest, bare=False)] if rest else []))
+        if item.least:
+            return with_turns
+        if not rest:
+            return Repeat(with_turns, 0, once=True)
+        return choice(with_turns, self._sequence(rest, bare=True))
+
+
+def _united(starts: set[Start]) -> Start:
+    return starts.pop() if len(starts) == 1 else "mixed"
+
+
+def _may_be_empty(expression: Expression) -> bool:
+    return isinstance(expression, Repeat) and not expression.least

@@ -1,0 +1,125 @@
+"""A Pygments lexer of the language: alias `scene`. Importing it is cheap; names are looked up when text is coloured.
+
+Incomplete text is fine: a string or comment that is still open is coloured to the end. No text is lost, and nothing
+is an error token, so the lexer serves while a program is being typed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from functools import cache
+from typing import Any, ClassVar
+
+from pygments.lexer import RegexLexer, bygroups
+from pygments.token import (
+    Comment,
+    Keyword,
+    Name,
+    Number,
+    Operator,
+    Punctuation,
+    String,
+    Text,
+    Whitespace,
+    _TokenType,
+)
+
+_STOP = r"""\s()\[\]";'`,"""
+_END = rf"(?=[{_STOP}]|\Z)"
+_SYMBOL = rf"[^{_STOP}]+"
+_PLAIN = rf"(?:(?!::)[^{_STOP}])+"  # a symbol without its annotation
+_WORD = r'"(?:[^"\\]|\\.)*"?'
+_TYPE = r"[^\s()\[\]\";'`,]*(?:\[[^()\"\n]*?\]+)?"
+
+
+class SceneLexer(RegexLexer):  # type: ignore[misc]
+    """Tokens for Pygments and for prompt_toolkit's ``PygmentsLexer``."""
+
+    name = "Scene"
+    aliases: ClassVar[list[str]] = ["scene", "scenelang"]
+    filenames: ClassVar[list[str]] = ["*.scene"]
+    mimetypes: ClassVar[list[str]] = ["text/x-scene"]
+    url = ""
+
+    tokens: ClassVar[dict[str, Any]] = {
+        "root": [
+            (r"\s+", Whitespace),
+            (r"#\|", Comment.Multiline, "block"),
+            (r"#;", Comment.Preproc, "hidden"),
+            (r";[^\n]*", Comment.Single),
+            (r'(\()(\s*)(bind|call|retrieve|primitive|scene|bound\?)(\s+)(")',
+             bygroups(Punctuation, Whitespace, Keyword.Namespace, Whitespace, Name.Class), "word"),
+            (rf"(\()(\s*)(define-macro|define)(\s+)(\()({_PLAIN})",
+             bygroups(Punctuation, Whitespace, Keyword.Declaration, Whitespace, Punctuation, Name.Function)),
+            (rf"(\()(\s*)(define-syntax|define-record|define|param)(\s+)({_PLAIN})",
+             bygroups(Punctuation, Whitespace, Keyword.Declaration, Whitespace, Name.Variable)),
+            (r'"', String.Double, "string"),
+            (r"[()\[\]]", Punctuation),
+            (r"['`]|,@?", Operator),
+            (rf"(:?{_PLAIN})(::)({_TYPE})", bygroups(Name.Variable, Punctuation, Keyword.Type)),
+            (rf"[+-]?\d+{_END}", Number.Integer),
+            (rf"[+-]?(?:\d+\.\d*|\.\d+|\d+)(?:[eE][+-]?\d+)?{_END}", Number.Float),
+            (rf"(?:#t|#f|#true|#false|none){_END}", Keyword.Constant),
+            (rf"<[A-Za-z][A-Za-z0-9_-]*\*?>{_END}", Name.Decorator),
+            (rf":{_SYMBOL}", Name.Attribute),
+            (_SYMBOL, Name),
+            (r".", Text),
+        ],
+        "string": [
+            (r'[^"\\]+', String.Double),
+            (r"\\(?:x[0-9A-Fa-f]+;|u[0-9A-Fa-f]{4}|.|\n)", String.Escape),
+            (r"\\", String.Escape),
+            (r'"', String.Double, "#pop"),
+        ],
+        "word": [
+            (r'[^"\\]+', Name.Class),
+            (r"\\(?:.|\n)?", String.Escape),
+            (r'"', Name.Class, "#pop"),
+        ],
+        "block": [
+            (r"[^#|]+", Comment.Multiline),
+            (r"#\|", Comment.Multiline, "#push"),
+            (r"\|#", Comment.Multiline, "#pop"),
+            (r"[#|]", Comment.Multiline),
+        ],
+        "hidden": [  # up to the end of one datum
+            (r"\s+", Comment.Preproc),
+            (r"#;|['`]|,@?", Comment.Preproc),
+            (r"[(\[]", Comment.Preproc, ("#pop", "hidden-list")),
+            (_WORD, Comment.Preproc, "#pop"),
+            (r";[^\n]*", Comment.Single),
+            (_SYMBOL, Comment.Preproc, "#pop"),
+            (r"", Comment.Preproc, "#pop"),
+        ],
+        "hidden-list": [
+            (r"#\|", Comment.Multiline, "block"),
+            (r";[^\n]*", Comment.Single),
+            (_WORD, Comment.Preproc),
+            (r"[(\[]", Comment.Preproc, "#push"),
+            (r"[)\]]", Comment.Preproc, "#pop"),
+            (r"[^()\[\]\";#]+|#", Comment.Preproc),
+        ],
+    }  # fmt: skip
+
+    def get_tokens_unprocessed(
+        self, text: str, stack: Iterable[str] = ("root",)
+    ) -> Iterator[tuple[int, _TokenType, str]]:
+        """Pairs of token and text with offsets; symbols that the language knows get tokens of their own."""
+        known = _known()
+        for start, token, value in super().get_tokens_unprocessed(text, stack):
+            yield start, known.get(value, token) if token is Name else token, value
+
+
+@cache
+def _known() -> dict[str, _TokenType]:
+    """The tokens of the language's names, from its registry."""
+    from scenelang.stdlib.vocabulary import vocabulary
+
+    names = vocabulary()
+    return {
+        **dict.fromkeys(names.functions, Name.Builtin),
+        **dict.fromkeys(names.constants, Name.Constant),
+        **dict.fromkeys(names.forms, Keyword),
+        **dict.fromkeys(names.definitions, Keyword.Declaration),
+        **dict.fromkeys(names.paper, Keyword.Namespace),
+    }
