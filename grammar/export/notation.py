@@ -5,7 +5,17 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from scenelang.grammar.export.model import Expression, Literal, Ref, Repeat, Terminal, choice, sequence
+from scenelang.grammar.export.model import (
+    Choice,
+    Expression,
+    Literal,
+    Ref,
+    Repeat,
+    Sequence,
+    Terminal,
+    choice,
+    sequence,
+)
 
 _TOKEN = re.compile(r'"((?:[^"\\]|\\.)+)"|([A-Z][A-Z0-9_]*)|([a-z][a-z0-9_]*)|([()\[\]|*+?])|(\s+)')
 _RULE = re.compile(r"^\??([a-z][a-z0-9_]*)\s*:(.*(?:\n[ \t]+\|.*)*)", re.M)
@@ -85,8 +95,6 @@ class _Parser:
 
 def substitute(expression: Expression, replacements: Mapping[str, Expression]) -> Expression:
     """``expression`` with terminals replaced by what ``replacements`` has under their names."""
-    from scenelang.grammar.export.model import Choice, Sequence
-
     if isinstance(expression, Terminal):
         return replacements.get(expression.name, expression)
     if isinstance(expression, Sequence):

@@ -4,25 +4,11 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Mapping
-from types import MappingProxyType
 from typing import Any
 
 from scenelang.cli.options import UsageError, add_output
-from scenelang.grammar.export.ebnf import ebnf_text
-from scenelang.grammar.export.gbnf import gbnf_text
-from scenelang.grammar.export.lark_text import lark_text
-from scenelang.grammar.export.llguidance import llguidance_text
-from scenelang.grammar.export.model import Grammar
-from scenelang.grammar.export.textmate import textmate_text
-from scenelang.interpreter.surface import full_grammar, strict_grammar
 
-WRITERS: Mapping[str, Callable[[Grammar], str]] = MappingProxyType({
-    "lark": lark_text,
-    "llguidance": llguidance_text,
-    "gbnf": gbnf_text,
-    "ebnf": ebnf_text,
-})  # fmt: skip
+PARSED = ("lark", "llguidance", "gbnf", "ebnf")  # the formats that say which programs there are
 TEXTMATE = "textmate"
 
 
@@ -33,7 +19,7 @@ def add_grammar(subparsers: Any) -> None:
         description="Write the grammar of programs: text that reads and whose special forms have the right shape. "
         "Given to a decoder, it makes a local model write nothing else (docs/grammar.md).",
     )
-    parser.add_argument("--format", required=True, choices=(*WRITERS, TEXTMATE), help="who is to read it")
+    parser.add_argument("--format", required=True, choices=(*PARSED, TEXTMATE), help="who is to read it")
     parser.add_argument("--strict", action="store_true", help="exactly the paper's grammar, as check --strict has it")
     parser.add_argument("-o", "--output", metavar="FILE", help="where to write it (default: standard output)")
     add_output(parser)
@@ -54,11 +40,24 @@ def grammar(arguments: argparse.Namespace) -> int:
 
 def grammar_text(form: str, strict: bool = False) -> str:
     """The grammar in one of the formats. Raises UsageError for the strict form of one that has none."""
+    from scenelang.grammar.export.textmate import textmate_text
+
     if form != TEXTMATE:
-        return WRITERS[form](strict_grammar() if strict else full_grammar())
+        return _parsed(form, strict)
     if strict:
         raise UsageError("value", "a TextMate grammar colours tokens, so it has no strict form")
     return textmate_text(_scopes())
+
+
+def _parsed(form: str, strict: bool) -> str:
+    from scenelang.grammar.export.ebnf import ebnf_text
+    from scenelang.grammar.export.gbnf import gbnf_text
+    from scenelang.grammar.export.lark_text import lark_text
+    from scenelang.grammar.export.llguidance import llguidance_text
+    from scenelang.interpreter.surface import full_grammar, strict_grammar
+
+    writers = {"lark": lark_text, "llguidance": llguidance_text, "gbnf": gbnf_text, "ebnf": ebnf_text}
+    return writers[form](strict_grammar() if strict else full_grammar())
 
 
 def _scopes() -> dict[str, frozenset[str]]:

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from lark import Lark
 
-from scenelang.cli.grammar import WRITERS, grammar_text
+from scenelang.cli.grammar import PARSED, TEXTMATE, grammar_text
 from scenelang.cli.main import main
 from scenelang.editors import files
 from scenelang.interpreter.forms import FORMS
@@ -20,7 +20,7 @@ from .cases import BAD, ROOT
 from .decoders import acceptor, byte_tokenizer, matcher
 
 
-@pytest.mark.parametrize("form", [*WRITERS, "textmate"])
+@pytest.mark.parametrize("form", [*PARSED, TEXTMATE])
 def test_written_to_standard_output_and_to_a_file(
     form: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
