@@ -224,3 +224,45 @@ def takes_lines(datum: ListDatum | ArrayDatum, shape: Shape, role: Role) -> bool
     if kind is Kind.IF and (role is Role.BODY or role is Role.TOP):
         return len(items) == 4 and isinstance(items[2], ListDatum) and isinstance(items[3], ListDatum)
     return False
+
+
+def parts_of(datum: ListDatum | ArrayDatum) -> Sequence[Datum]:
+    """The items of a datum, and its tail."""
+    if isinstance(datum, ListDatum) and datum.tail is not None:
+        return (*datum.items, datum.tail)
+    return datum.items
+
+
+# --- line breaks of an author ----------------------------------------------------------------------------------------
+
+_PASSING = frozenset(("set!", "define-values"))  # a value that fits on the head's line stands there
+_BY_HEAD_LINE = WITH_BODY | {Kind.BIND, Kind.CLAUSES, Kind.IF, Kind.SPECIAL}
+
+
+def stays_broken(datum: ListDatum | ArrayDatum, shape: Shape, parts: Sequence[Datum], breaks: Sequence[bool]) -> bool:
+    """Whether line breaks that an author made are kept although one line has room: a body that begins on a line of its
+    own, members of a union, a pose under its shape, bindings under each other. ``breaks`` tells which parts begin a
+    line."""
+    kind, kept = shape
+    if kind in _BY_HEAD_LINE:
+        if kind is Kind.DEFINE and len(parts) > 1 and isinstance(parts[1], Atom):
+            return False
+        return any(breaks[1 + kept : 2 + kept]) and head_of(datum) not in _PASSING
+    if kind is Kind.CLAUSE:
+        return any(breaks[1:2]) and not (isinstance(parts[1], Atom) and parts[1].value == "=>")
+    if kind is Kind.BINDINGS or kind is Kind.TRANSFORM or head_of(datum) in EVEN_HEADS:
+        return any(breaks[1:])
+    if kind is Kind.ALIGNED:
+        compound = not any(isinstance(part, Atom) for part in parts[1:])
+        return compound and len(parts) > 2 and all(breaks[2:])
+    return kind is Kind.TABLE and any(breaks[1:2])
+
+
+def has_rows(datum: ListDatum | ArrayDatum, shape: Shape, parts: Sequence[Datum], breaks: Sequence[bool]) -> bool:
+    """Whether the author gave every row of a table of data, or every keyword pair of a call, a line of its own."""
+    if shape.kind is Kind.DATA or shape.kind is Kind.ARRAY:
+        return len(parts) > 1 and all(breaks[1:]) and not any(isinstance(part, Atom) for part in parts)
+    if shape.kind is Kind.CALL or shape.kind is Kind.ORDINARY:
+        keys = [place for place, part in enumerate(parts) if place and is_keyword(part)]
+        return len(keys) > 1 and all(breaks[place] for place in keys)
+    return False

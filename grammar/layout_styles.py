@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from itertools import takewhile
 from typing import TYPE_CHECKING, TypeAlias
 
-from scenelang.grammar.datum import Atom
+from scenelang.grammar.datum import ArrayDatum, Atom
 from scenelang.grammar.layout_rules import EVEN_HEADS, WEIGHTY, Kind, Shape, head_of, is_keyword
 
 if TYPE_CHECKING:
@@ -153,7 +153,7 @@ def _pairs(page: Page, kept: int) -> bool:
     for position in range(1, 1 + kept):
         page.item(position, indent)
     found = units(page, 1 + kept)
-    if any(_is_weighty(page, unit, indent) for unit in found):
+    if page.has_rows or any(_is_weighty(page, unit, indent) for unit in found):
         _write_units(page, found, indent)
     else:
         leading = list(takewhile(lambda unit: not is_keyword(page.parts[unit.start]), found))
@@ -266,7 +266,7 @@ def _filled(page: Page) -> bool:
     """Items from the bracket on, filling the lines; wide compound items one per line."""
     indent = page.start + 1
     found = [range(position, position + 1) for position in range(len(page.parts))]
-    if _are_rows(page, indent):
+    if page.has_rows or _is_matrix(page) or _are_rows(page, indent):
         for unit in found:
             _write_unit(page, unit, indent, unit.start > 0)
     else:
@@ -288,6 +288,11 @@ def _even_count(page: Page, indent: int) -> int:
     most = -(-len(known) // lines)
     longest = max(sum(known[start : start + most]) for start in range(0, len(known), most))
     return most if indent + longest + most - 1 <= page.width else 0
+
+
+def _is_matrix(page: Page) -> bool:
+    """Whether the items are arrays of an array: rows."""
+    return isinstance(page.datum, ArrayDatum) and all(isinstance(part, ArrayDatum) for part in page.parts)
 
 
 def _are_rows(page: Page, indent: int) -> bool:
