@@ -99,6 +99,7 @@ class _Builder:
         self.breaks: dict[int, Sequence[bool]] = {}
         self.plain: set[int] = set()
         self.raw: dict[int, bool] = {}
+        self.replaced: list[Datum] = []  # kept alive, so that their ids stay theirs
         self.stack = [_Frame(_TOP, 0, 0, "", [])]
 
     def build(self) -> Concrete:
@@ -114,15 +115,13 @@ class _Builder:
     def _take(self, token: Token) -> None:
         frame, kind = self.stack[-1], token.kind
         if kind == "ATOM" or kind == "STRING":
-            datum = self._verbatim(token.start, token.end)
-            if kind == "ATOM":
-                datum = replace(datum, value=atom_value(token.text))
-                self.spelling[id(datum)] = token.text
+            datum = Atom(atom_value(token.text) if kind == "ATOM" else None, Span(self.source, token.start, token.end))
+            self.spelling[id(datum)] = token.text
             comments, frame.comments = frame.comments, []
             self._finish(datum, token.start, token.end, comments)
         elif kind == "RPAR" or kind == "RSQB":
             self._end_list(self.stack.pop(), token.end)
-        elif kind == LINE_COMMENT or kind == BLOCK_COMMENT:
+        elif kind in (LINE_COMMENT, BLOCK_COMMENT):
             self._comment(frame, Comment(token.text, token.start, token.end))
         elif kind == "DOT":
             frame.dotted = True
@@ -190,6 +189,7 @@ class _Builder:
             self.stack.pop()
             parent = self.stack[-1]
             odd = frame.odd or bool(comments)
+            self.replaced.append(datum)
             if frame.kind == _HIDING:
                 text = self.text[frame.start : end]
                 parent.comments = frame.before
@@ -202,6 +202,7 @@ class _Builder:
         if frame.off is None:
             self._place(frame, datum, start, end, comments)
         else:
+            self.replaced.append(datum)
             frame.reached = end
 
     def _prefixed(self, frame: _Frame, operand: Datum, end: int, odd: bool) -> Datum:
@@ -243,6 +244,7 @@ class _Builder:
         """Put comments behind the last item; gives their text."""
         item, text = frame.items[-1], _text_of(gap.note)
         if gap.note[-1].directive == "skip" and id(item.datum) not in self.raw:
+            self.replaced.append(item.datum)
             item.datum = self._verbatim(item.start, item.end)
         item.trivia, item.last = replace(item.trivia, after=text), gap.note[-1].end
         return text
@@ -254,6 +256,7 @@ class _Builder:
         parent = self.stack[-1]
         parent.has_comments = parent.has_comments or frame.has_comments
         if frame.odd or (frame.has_comments and len(self.stack) >= _DEEPEST):
+            self.replaced += [item.datum for item in frame.items]
             self._finish(self._verbatim(frame.start, end), frame.start, end, frame.before)
             return
         self._keep_trivia(frame)
@@ -267,7 +270,7 @@ class _Builder:
             datum = ListDatum(parts, None, span)
             if head_of(datum) in _QUOTES:
                 self.plain.add(id(datum))
-        if any(frame.breaks):
+        if "\n" in self.text[frame.start : end]:
             self.breaks[id(datum)] = frame.breaks
         if trivia != _PLAIN:
             self.trivia[id(datum)] = trivia
@@ -288,7 +291,8 @@ class _Builder:
         if frame.off is not None:
             comments = self._end_off(frame, frame.reached)
         has_items = bool(frame.items)
-        gap = gap_of(self.text, frame.end, end, comments, note=has_items, lead=has_items and not frame.is_top)
+        inline = has_items and not frame.is_top and "\n" not in self.text[frame.end : end]
+        gap = gap_of(self.text, frame.end, end, comments, note=has_items, lead=inline)
         rows = (None, *gap.rows) if gap.blank and gap.rows and has_items else gap.rows
         if rows and rows[-1] is None:
             rows = rows[:-1]

@@ -79,7 +79,7 @@ def _wants_lines(comment: Comment) -> bool:
 
 
 def _rows(comments: Sequence[Comment], breaks: Sequence[int]) -> tuple[Row, ...]:
-    """Comments as rows, with None for empty lines between them and after the last. ``breaks``: one more than comments."""
+    """Comments as rows, with None for empty lines between and after them. ``breaks``: one more than comments."""
     rows: list[Row] = []
     row: list[Comment] = []
     for comment, following in zip(comments, breaks[1:]):

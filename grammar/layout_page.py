@@ -54,6 +54,11 @@ class Page:
         return bool(self._lines)
 
     @property
+    def breaks(self) -> Sequence[bool] | None:
+        """For each part whether its author put it on a new line; None where all was on one line."""
+        return self.work.written.breaks.get(id(self.datum))
+
+    @property
     def has_rows(self) -> bool:
         """Whether the author put every item on a line of its own."""
         return id(self.datum) in self.work.rows

@@ -135,6 +135,11 @@ def is_keyword(datum: Datum) -> bool:
     return isinstance(datum, Atom) and type(datum.value) is Keyword
 
 
+def is_ellipsis(datum: Datum) -> bool:
+    """Whether ``datum`` is the `...` of a macro's pattern or template."""
+    return isinstance(datum, Atom) and type(datum.value) is Symbol and datum.value == "..."
+
+
 def shape_of(datum: ListDatum | ArrayDatum, role: Role, shapes: Mapping[str, Shape]) -> Shape:
     """The shape of a compound datum in its role."""
     if isinstance(datum, ArrayDatum):
@@ -206,6 +211,7 @@ def takes_lines(datum: ListDatum | ArrayDatum, shape: Shape, role: Role) -> bool
     clauses of several forms."""
     kind = shape.kind
     items = datum.items
+    count = sum(not is_ellipsis(item) for item in items)
     if kind in WITH_BODY:
         if role is Role.FUNCTION:
             return True
@@ -216,11 +222,11 @@ def takes_lines(datum: ListDatum | ArrayDatum, shape: Shape, role: Role) -> bool
                 return True
         if kind is Kind.DO or (kind is Kind.LET and shape.kept == 2):
             return True
-        return len(items) > 2 + shape.kept
+        return count > 2 + shape.kept
     if kind is Kind.CLAUSES:
-        return len(items) > 2 + shape.kept
+        return count > 2 + shape.kept
     if kind is Kind.CLAUSE:
-        return len(items) > 2 and not (isinstance(items[1], Atom) and items[1].value == "=>")
+        return count > 2 and not (isinstance(items[1], Atom) and items[1].value == "=>")
     if kind is Kind.IF and (role is Role.BODY or role is Role.TOP):
         return len(items) == 4 and isinstance(items[2], ListDatum) and isinstance(items[3], ListDatum)
     return False

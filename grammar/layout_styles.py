@@ -10,7 +10,7 @@ from itertools import takewhile
 from typing import TYPE_CHECKING, TypeAlias
 
 from scenelang.grammar.datum import ArrayDatum, Atom
-from scenelang.grammar.layout_rules import EVEN_HEADS, WEIGHTY, Kind, Shape, head_of, is_keyword
+from scenelang.grammar.layout_rules import EVEN_HEADS, WEIGHTY, Kind, Shape, head_of, is_ellipsis, is_keyword
 
 if TYPE_CHECKING:
     from scenelang.grammar.layout import Page
@@ -39,11 +39,13 @@ def last_resort(page: Page) -> bool:
 
 
 def units(page: Page, first: int) -> list[Unit]:
-    """The parts from ``first`` on; a keyword stays with the value after it."""
+    """The parts from ``first`` on; a keyword stays with the value after it, `...` with what it repeats."""
     parts, found, position = page.parts, [], first
     while position < len(parts):
         stop = position + 1
         if is_keyword(parts[position]) and stop < len(parts) and not is_keyword(parts[stop]):
+            stop += 1
+        while stop < len(parts) and is_ellipsis(parts[stop]):
             stop += 1
         found.append(range(position, stop))
         position = stop
@@ -109,7 +111,7 @@ def _ordinary(page: Page) -> bool:
     """An application: the operands under each other, or leading small ones on the head's line."""
     count = len(page.parts)
     if any(is_keyword(part) for part in page.parts[1:]):
-        return _pairs(page, 0)
+        return _as_written(page) or _pairs(page, 0)
     if count > 2 and head_of(page.datum) not in EVEN_HEADS and _leads(page):
         return _with_kept(page, count - 2)
     return all(isinstance(part, Atom) for part in page.parts) and _pairs(page, 0)
@@ -135,6 +137,65 @@ def _function_first(page: Page) -> bool:
     """``(map (lambda (x)`` with the other operands under the function."""
     shape = page.kind_shape(1) if len(page.parts) > 2 else None
     return shape is not None and shape.kind is Kind.LAMBDA and _aligned(page)
+
+
+def _hugging(page: Page) -> bool:
+    """``(f (g x`` with the operands of the only operand under each other."""
+    shape = page.kind_shape(1) if len(page.parts) == 2 else None
+    return shape is not None and shape.kind in (Kind.ORDINARY, Kind.ALIGNED) and _aligned(page)
+
+
+# --- lines of an author --------------------------------------------------------------------------------------------
+
+
+def _as_written(page: Page) -> bool:
+    """The operands on the lines that their author gave them: under the first one, or indented by two where that is on
+    a line of its own or there are keywords."""
+    breaks = page.breaks
+    if breaks is None or len(page.parts) < 2:
+        return False
+    if page.shape.kind is Kind.CALL:
+        return _on_lines(page, breaks, True)
+    below = breaks[1]
+    if page.shape.kind is Kind.ALIGNED and (below or not any(breaks[2:])):
+        return False
+    if head_of(page.datum) in EVEN_HEADS and not below:
+        return False
+    begins = page.start + 2 + (page.flat_width(0) or 0)
+    keyed = page.fits(1, begins) and any(is_keyword(part) for part in page.parts)
+    return _on_lines(page, breaks, below or keyed)
+
+
+def _as_written_below(page: Page) -> bool:
+    """As ``_as_written``, the lines after the first indented by two."""
+    breaks = page.breaks
+    if breaks is None or len(page.parts) < 3 or head_of(page.datum) in EVEN_HEADS:
+        return False
+    return _on_lines(page, breaks, True)
+
+
+def _on_lines(page: Page, breaks: Sequence[bool], shallow: bool) -> bool:
+    page.item(0, page.start + 1)
+    indent = page.start + 2 if shallow else page.column + 1
+    filled = False  # whether the unit before took several lines
+    for unit in units(page, 1):
+        fresh = breaks[unit.start] and not (unit.start == 1 and page.shape.kind is Kind.CALL)
+        width = _unit_width(page, unit)
+        if fresh and width is not None and page.start + 2 + width <= page.width < indent + width:
+            return False  # it has room on a line, but not there
+        _write_unit(page, unit, indent, fresh or filled)
+        filled = width is None
+    return True
+
+
+def _data_as_written(page: Page) -> bool:
+    """Data on the lines that their author gave them."""
+    breaks = page.breaks
+    if breaks is None or not any(breaks[1:]) or page.has_rows or _is_matrix(page):
+        return False
+    for position in range(len(page.parts)):
+        page.item(position, page.start + 1, position > 0 and breaks[position])
+    return True
 
 
 # --- keyword pairs -----------------------------------------------------------------------------------------------
@@ -348,14 +409,15 @@ _SPECIAL: tuple[Style, ...] = (_special,)
 _STYLES: dict[Kind, tuple[Style, ...]] = {
     **dict.fromkeys((Kind.SPECIAL, Kind.IF, Kind.BODIED, Kind.DEFINE, Kind.LAMBDA, Kind.LET), _SPECIAL),
     **dict.fromkeys((Kind.FOR, Kind.DO, Kind.GUARD, Kind.BIND, Kind.CLAUSES), _SPECIAL),
-    Kind.ORDINARY: (_function_first, _ordinary, last_resort),
-    Kind.CALL: (_call,),
+    Kind.ORDINARY: (_function_first, _ordinary, _as_written, _as_written_below, _hugging, last_resort),
+    Kind.CALL: (_as_written, _call),
     Kind.TRANSFORM: (_transform, last_resort, _pose_below),
-    Kind.ALIGNED: (_filled_operands, _aligned, last_resort),
+    Kind.ALIGNED: (_as_written, _filled_operands, _aligned, last_resort),
     Kind.TABLE: (_table,),
     Kind.QUOTE: (last_resort,),
     Kind.QUASIQUOTE: (last_resort,),
-    **dict.fromkeys((Kind.ARRAY, Kind.DATA, Kind.PARAMETERS), (_filled,)),
+    **dict.fromkeys((Kind.ARRAY, Kind.DATA), (_data_as_written, _filled)),
+    Kind.PARAMETERS: (_filled,),
     **dict.fromkeys((Kind.GROUP, Kind.BINDINGS), (_listed,)),
     Kind.BINDING: (_glued_binding, last_resort),
     Kind.CLAUSE: (_clause,),

@@ -37,8 +37,8 @@ class Trivia:
 
 @dataclass(frozen=True, slots=True)
 class Written:
-    """How an author wrote datums, by ``id(datum)``. ``breaks``: for each part of a list whether it begins on a line of
-    its own; lists on one line are left out. ``plain``: lists such as ``(quote x)`` that are no ``'x``. ``raw``: atoms
+    """How an author wrote datums, by ``id(datum)``. ``breaks``: for each part of a list whether it begins on a new
+    line; lists on one line are left out. ``plain``: lists such as ``(quote x)`` that are no ``'x``. ``raw``: atoms
     that are lines of text as they are, and whether they end with a comment."""
 
     breaks: Mapping[int, Sequence[bool]] = field(default_factory=dict)
