@@ -198,7 +198,8 @@ class _Builder:
             parent.has_comments = parent.has_comments or frame.has_comments
             datum, start, comments = self._prefixed(frame, datum, end, odd), frame.start, frame.before
             frame = parent
-        comments = self._directives(frame, comments)
+        if comments:
+            comments = self._directives(frame, comments)
         if frame.off is None:
             self._place(frame, datum, start, end, comments)
         else:
@@ -224,9 +225,10 @@ class _Builder:
             self._note(frame, gap)
         elif gap.note:
             frame.opening = _text_of(gap.note)
-        own = comments[len(gap.note) :]
-        lead = "".join(f"{comment.exact} " for comment in gap.lead)
-        trivia = Trivia(before=gap.rows, blank=gap.blank and self._may_be_blank(frame), lead=lead)
+        own, trivia = comments[len(gap.note) :], _PLAIN
+        if own or gap.blank:
+            lead = "".join(f"{comment.exact} " for comment in gap.lead)
+            trivia = Trivia(before=gap.rows, blank=gap.blank and self._may_be_blank(frame), lead=lead)
         frame.items.append(_Item(datum, start, end, own[0].start if own else start, end, trivia))
 
     @staticmethod
@@ -280,6 +282,8 @@ class _Builder:
         """Note what stands around the items of a list; what their own brackets hold is known already."""
         for item in frame.items:
             inner, outer = self.trivia.get(id(item.datum)), item.trivia
+            if inner is None and outer is _PLAIN and not frame.is_top:
+                continue
             if inner is not None:
                 outer = replace(outer, end=inner.end, opening=inner.opening, closing=inner.closing)
             if frame.is_top or outer != _PLAIN:

@@ -53,9 +53,14 @@ class Gap:
     blank: bool = False
 
 
+_CLOSE, _BLANK = Gap(), Gap(blank=True)
+
+
 def gap_of(text: str, start: int, end: int, comments: Sequence[Comment], *, note: bool, lead: bool) -> Gap:
     """Sort the comments of a gap. ``note``: something stands on the line before them; ``lead``: comments may share a
     line with what follows them, or, before a closing bracket, with what is before."""
+    if not comments:
+        return _BLANK if text.count("\n", start, end) > 1 else _CLOSE
     breaks = _breaks(text, start, end, comments)
     last = len(comments)
     while lead and last and not breaks[last] and not comments[last - 1].has_lines:
