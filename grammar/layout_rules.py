@@ -247,8 +247,8 @@ _BY_HEAD_LINE = WITH_BODY | {Kind.BIND, Kind.CLAUSES, Kind.IF, Kind.SPECIAL}
 
 def stays_broken(datum: ListDatum | ArrayDatum, shape: Shape, parts: Sequence[Datum], breaks: Sequence[bool]) -> bool:
     """Whether line breaks that an author made are kept although one line has room: a body that begins on a line of its
-    own, members of a union, a pose under its shape, bindings under each other. ``breaks`` tells which parts begin a
-    line."""
+    own, a function as the last operand, members of a union, a pose under its shape, bindings under each other.
+    ``breaks`` tells which parts begin a line."""
     kind, kept = shape
     if kind in _BY_HEAD_LINE:
         if kind is Kind.DEFINE and len(parts) > 1 and isinstance(parts[1], Atom):
@@ -256,6 +256,8 @@ def stays_broken(datum: ListDatum | ArrayDatum, shape: Shape, parts: Sequence[Da
         return any(breaks[1 + kept : 2 + kept]) and head_of(datum) not in _PASSING
     if kind is Kind.CLAUSE:
         return any(breaks[1:2]) and not (isinstance(parts[1], Atom) and parts[1].value == "=>")
+    if kind is Kind.ORDINARY and len(parts) > 2 and head_of(parts[-1]) == "lambda" and breaks[-1]:
+        return True
     if kind is Kind.BINDINGS or kind is Kind.TRANSFORM or head_of(datum) in EVEN_HEADS:
         return any(breaks[1:])
     if kind is Kind.ALIGNED:

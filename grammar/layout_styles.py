@@ -183,6 +183,8 @@ def _on_lines(page: Page, breaks: Sequence[bool], shallow: bool) -> bool:
         width = _unit_width(page, unit)
         if fresh and width is not None and page.start + 2 + width <= page.width < indent + width:
             return False  # it has room on a line, but not there
+        if unit.start > 1 and width is not None and page.column + 1 + width > page.width:
+            fresh = True
         _write_unit(page, unit, indent, fresh or filled)
         filled = width is None
     return True
