@@ -74,5 +74,5 @@ def prose(text: str) -> list[str]:
     """Prose wrapped to lines of a comment; an empty line stays one."""
     lines: list[str] = []
     for paragraph in text.strip().splitlines():
-        lines += textwrap.wrap(paragraph, 98) or [""]
+        lines += textwrap.wrap(paragraph, 86) or [""]
     return lines
