@@ -69,17 +69,25 @@ def _unused(text: str) -> str:
 
 def _formatted(source: Source, indents: Mapping[str, int | None], width: int) -> str:
     forms = checked_forms(source)
-    indents = learnt_indents(forms, indents)
-    tree = concrete(source)
-    line_end = _line_end(source.text, tree)
-    text = source.text
+    text = _settled(source, learnt_indents(forms, indents), width)
+    _check(source, forms, text)
+    return text
+
+
+def settled(text: str, indents: Mapping[str, int | None]) -> str:
+    """``text``, which must read, as ``format_text`` leaves it; for programs that this package has laid out itself."""
+    return _settled(Source("<text>", text), indents, WIDTH)
+
+
+def _settled(source: Source, indents: Mapping[str, int | None], width: int) -> str:
+    """The layout that is its own layout."""
+    tree, text = concrete(source), source.text
+    line_end = _line_end(text, tree)
     for _ in range(_MOST_PASSES):
-        before = text
-        text = _laid_out(tree, indents, width, line_end)
+        before, text = text, _laid_out(tree, indents, width, line_end)
         if text == before:
             break
         tree = concrete(Source(source.name, text))
-    _check(source, forms, text)
     return text
 
 

@@ -6,6 +6,7 @@ import textwrap
 from collections.abc import Mapping, Sequence
 
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Symbol
+from scenelang.grammar.formatter import settled
 from scenelang.grammar.layout import layout
 from scenelang.grammar.source import Span
 from scenelang.grammar.trivia import Trivia, line_comment
@@ -62,7 +63,8 @@ class Output:
             first = trivia.get(id(forms[0]), Trivia())
             before = (*_comments(header), None, *first.before)
             trivia[id(forms[0])] = Trivia(before, first.after, first.blank, first.end)
-        return layout(forms, indents=_INDENTS, trivia=trivia, spelling=self.spelling, end=_comments(footer))
+        text = layout(forms, indents=_INDENTS, trivia=trivia, spelling=self.spelling, end=_comments(footer))
+        return settled(text, _INDENTS)
 
 
 def _comments(texts: Sequence[str | None]) -> tuple[str | None, ...]:
