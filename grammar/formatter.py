@@ -69,8 +69,12 @@ def _unused(text: str) -> str:
 
 def _formatted(source: Source, indents: Mapping[str, int | None], width: int) -> str:
     forms = checked_forms(source)
-    text = _settled(source, learnt_indents(forms, indents), width)
-    _check(source, forms, text)
+    wanted = essence(source.text)
+    text = _settled(source, learnt_indents(forms, indents), width, wanted)
+    if text != source.text:
+        again = read(Source(source.name, text))
+        if again.diagnostics or [print_datum(form) for form in again.forms] != [print_datum(form) for form in forms]:
+            raise FormatFault(f"{source.name} would not read the same after formatting")
     return text
 
 
@@ -79,14 +83,18 @@ def settled(text: str, indents: Mapping[str, int | None]) -> str:
     return _settled(Source("<text>", text), indents, WIDTH)
 
 
-def _settled(source: Source, indents: Mapping[str, int | None], width: int) -> str:
-    """The layout that is its own layout."""
+def _settled(
+    source: Source, indents: Mapping[str, int | None], width: int, wanted: list[tuple[str, str]] | None = None
+) -> str:
+    """The layout that is its own layout. ``wanted``: the tokens and comments that it must have, else FormatFault."""
     tree, text = concrete(source), source.text
     line_end = _line_end(text, tree)
     for _ in range(_MOST_PASSES):
         before, text = text, _laid_out(tree, indents, width, line_end)
         if text == before:
             break
+        if wanted is not None and essence(text) != wanted:
+            raise FormatFault(f"formatting {source.name} would change more than white space")
         tree = concrete(Source(source.name, text))
     return text
 
@@ -113,17 +121,6 @@ def checked_forms(source: Source) -> tuple[Datum, ...]:
     raise UnreadableError(
         first.name, first.message, first.hint, first.span, first.notes, diagnostics=result.diagnostics
     )
-
-
-def _check(source: Source, forms: tuple[Datum, ...], text: str) -> None:
-    """Raises FormatFault unless ``text`` has the tokens, the comments and the datums of ``source``."""
-    if text == source.text:
-        return
-    if essence(text) != essence(source.text):
-        raise FormatFault(f"formatting {source.name} would change more than white space")
-    again = read(Source(source.name, text))
-    if again.diagnostics or [print_datum(form) for form in again.forms] != [print_datum(form) for form in forms]:
-        raise FormatFault(f"{source.name} would not read the same after formatting")
 
 
 # --- line ends -----------------------------------------------------------------------------------------------------

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from scenelang.grammar.datum import ArrayDatum, ListDatum
+from scenelang.grammar.datum import ArrayDatum, Atom, ListDatum
 from scenelang.grammar.layout_rules import Shape, head_of, parts_of
 from scenelang.grammar.trivia import NOTE, Trivia, joined_notes
 
@@ -73,6 +73,12 @@ class Page:
         if text is None or "\n" in text:
             return None
         return len(text) + self._trailing(position) + (2 if position >= self._tail else 0)
+
+    def holds_lines(self, position: int) -> bool:
+        """Whether a part is a string of several lines."""
+        part = self.parts[position]
+        is_raw = id(part) in self.work.written.raw
+        return isinstance(part, Atom) and not is_raw and self.flat_width(position) is None
 
     def fits(self, position: int, column: int) -> bool:
         """Whether a part fits on one line from ``column`` on."""

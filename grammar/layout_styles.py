@@ -10,13 +10,13 @@ from itertools import takewhile
 from typing import TYPE_CHECKING, TypeAlias
 
 from scenelang.grammar.datum import ArrayDatum, Atom
-from scenelang.grammar.layout_rules import EVEN_HEADS, WEIGHTY, Kind, Shape, head_of, is_ellipsis, is_keyword
+from scenelang.grammar.layout_rules import EVEN_HEADS, WEIGHTY, Kind, Shape, head_of, is_keyword
+from scenelang.grammar.layout_units import Unit, fill, unit_width, units, write_unit, write_units
 
 if TYPE_CHECKING:
-    from scenelang.grammar.layout import Page
+    from scenelang.grammar.layout_page import Page
 
 Style: TypeAlias = "Callable[[Page], bool]"
-Unit: TypeAlias = range  # positions of parts that stay together: a keyword and its value, or one part
 
 _ROW = 3  # compound items fill lines only where so many fit one
 _SHORT = 26  # a quoted list up to this width counts as a short item
@@ -31,62 +31,8 @@ def last_resort(page: Page) -> bool:
     """``(f`` and every operand on a line of its own, indented by two."""
     if page.parts:
         page.item(0, page.start + 1)
-    _write_units(page, units(page, 1), page.start + 2)
+    write_units(page, units(page, 1), page.start + 2)
     return True
-
-
-# --- units -------------------------------------------------------------------------------------------------------
-
-
-def units(page: Page, first: int) -> list[Unit]:
-    """The parts from ``first`` on; a keyword stays with the value after it, `...` with what it repeats."""
-    parts, found, position = page.parts, [], first
-    while position < len(parts):
-        stop = position + 1
-        if is_keyword(parts[position]) and stop < len(parts) and not is_keyword(parts[stop]):
-            stop += 1
-        while stop < len(parts) and is_ellipsis(parts[stop]):
-            stop += 1
-        found.append(range(position, stop))
-        position = stop
-    return found
-
-
-def _write_units(page: Page, found: Sequence[Unit], indent: int) -> None:
-    """One unit per line."""
-    for unit in found:
-        _write_unit(page, unit, indent, True)
-
-
-def _write_unit(page: Page, unit: Unit, indent: int, fresh: bool) -> None:
-    page.item(unit.start, indent, fresh)
-    for position in unit[1:]:
-        page.item(position, indent + 2)
-
-
-def _unit_width(page: Page, unit: Unit) -> int | None:
-    """The width of a unit on one line; None where it takes several."""
-    width = len(unit) - 1
-    for position in unit:
-        flat = page.flat_width(position)
-        if flat is None:
-            return None
-        width += flat
-    return width
-
-
-def _fill(page: Page, found: Sequence[Unit], indent: int, most: int = 0) -> None:
-    """As many units per line as fit, and no more than ``most`` if that is given; one that takes several lines has
-    them for itself."""
-    alone = False
-    for count, unit in enumerate(found):
-        width = _unit_width(page, unit)
-        fresh = alone or width is None or page.column + 1 + width > page.width
-        fresh = fresh or (most > 0 and count % most == 0)
-        if unit.start == 0 or (page.column == indent and not alone):
-            fresh = False
-        _write_unit(page, unit, indent, fresh)
-        alone = width is None or indent + width > page.width
 
 
 # --- heads with operands on their line ---------------------------------------------------------------------------
@@ -103,7 +49,7 @@ def _with_kept(page: Page, kept: int) -> bool:
     under = page.column + 1
     for position in range(1, 1 + kept):
         page.item(position, under, position > 1 and not page.fits(position, page.column + 1))
-    _write_units(page, units(page, 1 + kept), page.start + 2)
+    write_units(page, units(page, 1 + kept), page.start + 2)
     return True
 
 
@@ -114,7 +60,10 @@ def _ordinary(page: Page) -> bool:
         return _as_written(page) or _pairs(page, 0)
     if count > 2 and head_of(page.datum) not in EVEN_HEADS and _leads(page):
         return _with_kept(page, count - 2)
-    return all(isinstance(part, Atom) for part in page.parts) and _pairs(page, 0)
+    if not all(isinstance(part, Atom) for part in page.parts):
+        return False
+    has_lines = any(page.holds_lines(position) for position in range(count))
+    return _aligned(page) if has_lines else _pairs(page, 0)
 
 
 def _leads(page: Page) -> bool:
@@ -180,12 +129,12 @@ def _on_lines(page: Page, breaks: Sequence[bool], shallow: bool) -> bool:
     filled = False  # whether the unit before took several lines
     for unit in units(page, 1):
         fresh = breaks[unit.start] and not (unit.start == 1 and page.shape.kind is Kind.CALL)
-        width = _unit_width(page, unit)
+        width = unit_width(page, unit)
         if fresh and width is not None and page.start + 2 + width <= page.width < indent + width:
             return False  # it has room on a line, but not there
         if unit.start > 1 and width is not None and page.column + 1 + width > page.width:
             fresh = True
-        _write_unit(page, unit, indent, fresh or filled)
+        write_unit(page, unit, indent, fresh or filled)
         filled = width is None
     return True
 
@@ -217,20 +166,24 @@ def _pairs(page: Page, kept: int) -> bool:
         page.item(position, indent)
     found = units(page, 1 + kept)
     if page.has_rows or any(_is_weighty(page, unit, indent) for unit in found):
-        _write_units(page, found, indent)
+        atoms = list(takewhile(lambda unit: len(unit) == 1 and isinstance(page.parts[unit.start], Atom), found))
+        if not kept:
+            atoms = []
+        fill(page, atoms, indent)
+        write_units(page, found[len(atoms) :], indent)
     else:
         leading = list(takewhile(lambda unit: not is_keyword(page.parts[unit.start]), found))
-        _fill(page, leading, indent)
+        fill(page, leading, indent)
         keyed = _with_series(page, found[len(leading) :], indent)
         if leading and keyed and page.broken:
-            _write_unit(page, keyed.pop(0), indent, True)
-        _fill(page, keyed, indent)
+            write_unit(page, keyed.pop(0), indent, True)
+        fill(page, keyed, indent)
     return True
 
 
 def _is_weighty(page: Page, unit: Unit, indent: int) -> bool:
     """Whether a unit wants a line for itself: several lines, or a value that is a shape or has a body."""
-    width = _unit_width(page, unit)
+    width = unit_width(page, unit)
     shape = page.kind_shape(unit[-1])
     return width is None or indent + width > page.width or (shape is not None and shape.kind in WEIGHTY)
 
@@ -241,7 +194,7 @@ def _with_series(page: Page, found: Sequence[Unit], indent: int) -> list[Unit]:
     for unit in found:
         if joined and _continues(page, joined[-1], unit):
             both = range(joined[-1].start, unit.stop)
-            width = _unit_width(page, both)
+            width = unit_width(page, both)
             if width is not None and indent + width <= page.width:
                 joined[-1] = both
                 continue
@@ -285,9 +238,9 @@ def _aligned(page: Page) -> bool:
     was_atom = False
     for unit in units(page, 1):
         is_atom = all(isinstance(page.parts[position], Atom) for position in unit)
-        width = _unit_width(page, unit)
+        width = unit_width(page, unit)
         shares = is_atom and was_atom and width is not None and page.column + 1 + width <= page.width
-        _write_unit(page, unit, indent, unit.start > 1 and not shares)
+        write_unit(page, unit, indent, unit.start > 1 and not shares)
         was_atom = is_atom
     return True
 
@@ -299,7 +252,7 @@ def _filled_operands(page: Page) -> bool:
     page.item(0, page.start + 1)
     indent = page.column + 1
     page.item(1, indent)
-    _fill(page, units(page, 2), indent)
+    fill(page, units(page, 2), indent)
     return True
 
 
@@ -331,9 +284,9 @@ def _filled(page: Page) -> bool:
     found = [range(position, position + 1) for position in range(len(page.parts))]
     if page.has_rows or _is_matrix(page) or _are_rows(page, indent):
         for unit in found:
-            _write_unit(page, unit, indent, unit.start > 0)
+            write_unit(page, unit, indent, unit.start > 0)
     else:
-        _fill(page, found, indent, _even_count(page, indent))
+        fill(page, found, indent, _even_count(page, indent))
     return True
 
 
@@ -376,14 +329,14 @@ def _signature(page: Page) -> bool:
     if not page.parts:
         return True
     page.item(0, page.start + 1)
-    _fill(page, [range(position, position + 1) for position in range(1, len(page.parts))], page.column + 1)
+    fill(page, [range(position, position + 1) for position in range(1, len(page.parts))], page.column + 1)
     return True
 
 
 def _listed(page: Page) -> bool:
     """Every item on a line of its own, from the bracket on."""
     for unit in units(page, 0):
-        _write_unit(page, unit, page.start + 1, unit.start > 0)
+        write_unit(page, unit, page.start + 1, unit.start > 0)
     return True
 
 

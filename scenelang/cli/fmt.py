@@ -93,9 +93,8 @@ def _files(names: Iterable[str]) -> Iterator[str]:
 
 
 def _programs(folder: Path) -> list[Path]:
-    paths = folder.rglob("*.scene")
-    hidden = lambda path: any(part.startswith(".") for part in path.relative_to(folder).parts)
-    return sorted(path for path in paths if path.is_file() and not hidden(path))
+    found = [path for path in folder.rglob("*.scene") if path.is_file()]
+    return sorted(p for p in found if not any(part.startswith(".") for part in p.relative_to(folder).parts))
 
 
 def _one(arguments: argparse.Namespace, name: str) -> _Done:
@@ -146,7 +145,8 @@ def _formatted(arguments: argparse.Namespace, name: str, shown: str, text: str) 
 
     indents = indents_of(text, Path.cwd() if name == "-" else Path(name).parent)
     if arguments.lines is not None:
-        return format_range(text, *arguments.lines, indents, name=shown)
+        first, last = arguments.lines
+        return format_range(text, first, last, indents, name=shown)
     return format_text(text, indents, name=shown)
 
 
