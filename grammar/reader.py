@@ -14,6 +14,7 @@ from lark import Token, Transformer, v_args
 from lark.exceptions import UnexpectedCharacters, UnexpectedToken
 from lark.lexer import BasicLexer, LexerState
 
+from scenelang.grammar.chunks import Chunk, split
 from scenelang.grammar.datum import PREFIXES, ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Symbol
 from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError
 from scenelang.grammar.parsing import build_parser
@@ -375,7 +376,7 @@ def without_comments(text: str, places: Sequence[tuple[int, int]]) -> str:
     pieces: list[str] = []
     position = 0
     for start, end in places:
-        pieces += [text[position:start], re.sub(r"[^\n]", " ", text[start:end])]
+        pieces += [text[position:start], _blank(text[start:end])]
         position = end
     return "".join([*pieces, text[position:]]) if places else text
 
@@ -410,9 +411,51 @@ def read_comments(source: Source) -> tuple[Span, ...]:
 
 def read(source: Source) -> ReadResult:
     """Read every datum of ``source``. Never raises: what is wrong is in ``diagnostics``."""
+    return _read(source, source.text)
+
+
+def read_pieces(source: Source) -> ReadResult:
+    """Like ``read``, but what stands around a piece that does not read, such as one whose brackets do not match, is
+    read all the same."""
+    result = read(source)
+    if result.forms or result.completeness is Completeness.COMPLETE or len(source.text) > _LONGEST_RETRIED:
+        return result
+    chunks = split(source.text)
+    wrong = [chunk for chunk in chunks if not chunk.matched]
+    rest = result
+    while len(wrong) <= _MOST_WRONG:
+        rest = _read(source, _without(source.text, wrong))
+        if rest.forms or rest.completeness is Completeness.COMPLETE:
+            break
+        place = rest.diagnostics[-1].span
+        wrong += [chunk for chunk in chunks if place is not None and chunk.start <= place.start < chunk.end]
+    problems = list(rest.diagnostics if rest.forms else ())
+    for chunk in wrong[:_MOST_WRONG]:
+        problems += _read(source, _blank(source.text[: chunk.start]) + chunk.text).diagnostics
+    return ReadResult(source, rest.forms, tuple(problems), result.completeness)
+
+
+_MOST_WRONG = 20  # pieces that do not read are reported up to this number
+_LONGEST_RETRIED = 1_000_000
+
+
+def _without(text: str, chunks: Sequence[Chunk]) -> str:
+    """``text`` with blanks in place of some pieces."""
+    for chunk in chunks:
+        text = text[: chunk.start] + _blank(chunk.text) + text[chunk.end :]
+    return text
+
+
+def _blank(text: str) -> str:
+    """White space of the same lines and columns."""
+    return re.sub(r"[^\n]", " ", text)
+
+
+def _read(source: Source, text: str) -> ReadResult:
+    """Read ``text``, which is that of ``source`` or has blanks in place of some of it."""
     problems: list[Diagnostic] = []
     try:
-        forms = _parser().parse(without_comments(source.text, block_comments(source.text)), source, problems)
+        forms = _parser().parse(without_comments(text, block_comments(text)), source, problems)
     except _ReadProblem as problem:
         return ReadResult(source, (), (*problems, problem.diagnostic(source)), problem.state)
     except UnexpectedCharacters as unexpected:  # every other character begins a token
@@ -421,7 +464,7 @@ def read(source: Source) -> ReadResult:
         return ReadResult(source, (), (*problems, diagnostic), Completeness.INCOMPLETE)
     except UnexpectedToken as unexpected:  # such as a prefix with only a comment after it
         if unexpected.token.type == "$END":
-            last = len(source.text.rstrip())
+            last = len(text.rstrip())
             diagnostic = Diagnostic("unclosed", "the text ends where a datum is wanted", Span(source, last - 1, last))
             return ReadResult(source, (), (*problems, diagnostic), Completeness.INCOMPLETE)
         start = unexpected.token.start_pos or 0

@@ -10,11 +10,13 @@ from scenelang.grammar.datum import Datum
 from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.interpreter.compile import compile_forms
 from scenelang.interpreter.entity import Entity, Frames, Scene
+from scenelang.interpreter.expand import RunMacro
 from scenelang.interpreter.library import Library
 from scenelang.interpreter.limits import Limits
 from scenelang.interpreter.parts import call_embeddings, parts_of, with_attributes
+from scenelang.interpreter.prelude import Prelude, prelude_of
 from scenelang.interpreter.procedures import UNDEFINED, Cell, Closure, EscapeSignal
-from scenelang.interpreter.program import Prelude, Program, prelude_of
+from scenelang.interpreter.program import Program
 from scenelang.interpreter.runtime import Runtime, root_arguments
 from scenelang.interpreter.scope import Variable
 from scenelang.interpreter.types import type_name
@@ -146,17 +148,20 @@ def _frames(rt: Runtime, function: Any, value: Any, word: str) -> list[tuple[Any
         raise
 
 
-def macro_runner(library: Library, limits: Limits) -> Any:
+def macro_runner(library: Library, limits: Limits) -> RunMacro:
     """Runs the bodies of ``define-macro`` at expansion, each macro compiled at its first use, all under one meter."""
     runs: list[Run] = []
+    compiled: dict[int, tuple[Datum, Any]] = {}
 
-    def run_macro(procedure: list[Any], function: Datum, arguments: list[Any]) -> Any:
+    def run_macro(function: Datum, arguments: list[Any]) -> tuple[Any, bool]:
         if not runs:
             runs.append(Run(library, Runtime(library, limits)))
         run = runs[0]
-        if not procedure:
+        if id(function) not in compiled:
             (form,) = parse_core([function])
-            procedure.append(run.run_form(form))
-        return run.rt.apply(procedure[0], arguments)
+            compiled[id(function)] = function, run.run_form(form)
+        run.rt.drew = False
+        value = run.rt.apply(compiled[id(function)][1], arguments)
+        return value, not run.rt.drew
 
     return run_macro

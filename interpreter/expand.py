@@ -30,6 +30,9 @@ from scenelang.interpreter.scope import (
 )
 from scenelang.interpreter.types import BASE_TYPES, Type, parse_type, record_type
 
+# Runs a macro's function on operands as data: the value, and whether the same run would give it again.
+RunMacro = Callable[[Datum, list[Any]], tuple[Any, bool]]
+
 MAX_EXPANSIONS = 100_000
 MAX_EXPANDED = 200_000
 MAX_MACRO_DEPTH = 1_000
@@ -75,7 +78,7 @@ class Pending:
 class Expander:
     """Expands one file. ``fallback`` resolves builtins and prelude names; ``run_macro`` evaluates a macro's body."""
 
-    def __init__(self, run_macro: Callable[[list[Any], Datum, list[Any]], Any]) -> None:
+    def __init__(self, run_macro: RunMacro) -> None:
         self.run_macro = run_macro
         self.diagnostics: list[Diagnostic] = []
         self.record_names: set[str] = set()
@@ -124,6 +127,9 @@ class Expander:
         """The words that the program binds, for hints."""
         return ()
 
+    def note_chance(self) -> None:
+        """A macro drew random numbers, so the expansion going on depends on more than its form."""
+
     def binding_of(self, datum: Any, scope: Scope) -> Any:
         """The binding of ``datum`` if it is an identifier that has one, else None."""
         return scope.lookup(datum.value) if is_identifier(datum) else None
@@ -152,10 +158,18 @@ class Expander:
         if isinstance(existing, PaperForm):
             message = f"this hides the paper's `{name}`; forms that begin with it are plain calls here"
             self.diagnostics.append(Diagnostic("shadowed-macro", message, atom.span))
-        variable = Variable(name, atom.span, is_global, recursive)
+        hidden = isinstance(atom.value, Alias) and not atom.value.soft
+        if is_global and not hidden:
+            variable = self.global_variable(name, atom.span)
+        else:
+            variable = Variable(name, atom.span, is_global, recursive)
         variable.from_macro = isinstance(atom.value, Alias)
         scope.bind(atom.value, variable)
         return variable
+
+    def global_variable(self, name: str, span: Span) -> Variable:
+        """The variable for a name of the top level."""
+        return Variable(name, span, is_global=True, recursive=True)
 
     def not_a_name(self, datum: Datum) -> SceneError:
         if isinstance(datum, ArrayDatum):

@@ -19,6 +19,8 @@ from typing import Any
 from scenelang.interpreter.types import Type, parse_type
 from scenelang.interpreter.values import Procedure
 
+STD = "std/"  # before a name: the library's own, never shadowed; before a file: a module of the library
+
 
 @dataclass(frozen=True, slots=True)
 class Parameter:

@@ -41,7 +41,6 @@ def procedural(
         function = expander.expand_lambda(parameters, body, visible, span, name)
     finally:
         expander.template_scope = outer
-    procedure: list[Any] = []
 
     def transform(use: Datum, use_scope: Scope) -> Datum:
         origins: dict[int, Datum] = {}
@@ -51,7 +50,9 @@ def procedural(
         saved_scope, expander.template_scope = expander.template_scope, scope
         try:
             arguments = [syntax_value(item, origins) for item in use.items[1:]]
-            value = expander.run_macro(procedure, function, arguments)
+            value, repeatable = expander.run_macro(function, arguments)
+            if not repeatable:
+                expander.note_chance()
             return datum_of(value, place, origins)
         except LimitError as error:
             notes: tuple[Note, ...] = (Note("the macro is defined here", span),)

@@ -454,7 +454,7 @@ class Runtime:
 
 
 def _known_names(library: Library) -> set[str]:
-    from scenelang.interpreter.program import prelude_of
+    from scenelang.interpreter.prelude import prelude_of
 
     return set(prelude_of(library).names())
 

@@ -11,7 +11,7 @@ from scenelang.grammar.source import Source, Span
 from scenelang.interpreter.analyse import pattern_variables, walk
 from scenelang.interpreter.library import Builtin
 from scenelang.interpreter.pose import to_array
-from scenelang.interpreter.program import PAPER_FORMS
+from scenelang.interpreter.prelude import PAPER_FORMS
 from scenelang.interpreter.records import MAKE_RECORD
 from scenelang.interpreter.scope import Variable
 from scenelang.interpreter.values import NIL, Array, Embedding, Matrix, Pair, Procedure, Vector

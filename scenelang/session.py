@@ -24,9 +24,10 @@ from scenelang.grammar.source import Source, Span
 from scenelang.interpreter.entity import Scene
 from scenelang.interpreter.evaluate import Run, macro_runner
 from scenelang.interpreter.graft import automatic_entries, graft, serials_at
+from scenelang.interpreter.library import STD
 from scenelang.interpreter.limits import Limits, recursion_room
 from scenelang.interpreter.procedures import Closure
-from scenelang.interpreter.program import STD, Program, load_program
+from scenelang.interpreter.program import Program, load_program
 from scenelang.interpreter.runtime import Entry, Runtime
 from scenelang.interpreter.words import find_root, word_warnings
 from scenelang.notebook import install

@@ -21,9 +21,8 @@ from scenelang.grammar.printer import print_datum
 from scenelang.grammar.reader import read
 from scenelang.grammar.source import Source
 from scenelang.interpreter.forms import FORMS
-from scenelang.interpreter.library import Builtin
+from scenelang.interpreter.library import STD, Builtin
 from scenelang.interpreter.limits import Limits
-from scenelang.interpreter.program import STD
 from scenelang.interpreter.types import BASE_TYPES
 from scenelang.stdlib.constants import CONSTANTS
 from scenelang.stdlib.library import build_library

@@ -19,7 +19,7 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.printer import atom_text
 from scenelang.grammar.reader import read
 from scenelang.grammar.source import Source, Span
-from scenelang.interpreter.program import Param
+from scenelang.interpreter.params import Param
 from scenelang.stdlib.colors import registry as colors
 
 _HEX = re.compile(r"#[0-9a-fA-F]{6}")
