@@ -28,7 +28,8 @@ _PLAIN = Trivia()
 @dataclass(frozen=True, slots=True)
 class Concrete:
     """A text that reads. ``trivia`` and ``spelling`` are keyed by ``id(datum)``; ``end``: rows after the last form.
-    ``places``: the offsets where each form begins and ends, its comments included."""
+    ``places``: the offsets where each form begins and ends, its comments included, and so the comments after the last
+    form."""
 
     forms: tuple[Datum, ...]
     trivia: dict[int, Trivia]
@@ -106,11 +107,17 @@ class _Builder:
         for token in tokens(self.text):
             self._take(token)
         (top,) = self.stack
+        comments = top.comments
         end = self._close(top, len(self.text)).end
         self._keep_trivia(top)
         forms = tuple(item.datum for item in top.items)
-        places = tuple((item.first, item.last) for item in top.items)
-        return Concrete(forms, self.trivia, self.spelling, Written(self.breaks, self.plain, self.raw), end, places)
+        places = [(item.first, item.last) for item in top.items]
+        rest = [comment for comment in comments if not places or comment.start >= places[-1][1]]
+        if rest:
+            places.append((rest[0].start, rest[-1].end))
+        return Concrete(
+            forms, self.trivia, self.spelling, Written(self.breaks, self.plain, self.raw), end, tuple(places)
+        )
 
     def _take(self, token: Token) -> None:
         frame, kind = self.stack[-1], token.kind

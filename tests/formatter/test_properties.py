@@ -35,7 +35,7 @@ def test_only_white_space_changes_and_once_is_enough(seed: int, width: int) -> N
     assert format_text(done, INDENTS, width=width) == done
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=400, deadline=None)
 @given(SEEDS, st.integers(1, 30), st.integers(0, 8))
 def test_a_range_changes_white_space_only(seed: int, first: int, more: int) -> None:
     text = text_of(seed)
