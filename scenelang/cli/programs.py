@@ -41,6 +41,8 @@ def add_check(subparsers: Any) -> None:
 def check(arguments: argparse.Namespace) -> int:
     found: list[Diagnostic] = []
     session: Session | None = None
+    if arguments.fix and not all(path.endswith(".scene") for path in arguments.files):
+        raise UsageError("value", "--fix mends files of the language (.scene)")
     for path in arguments.files:
         arguments.file = path
         session = session or session_of(arguments, arguments.strict)
@@ -59,8 +61,6 @@ def _mended(arguments: argparse.Namespace, session: Session, path: str) -> Sourc
     from scenelang.backends.files import rewrite
 
     before = session.source(path)
-    if path == "-" or not path.endswith(".scene"):
-        raise UsageError("value", "--fix mends files of the language (.scene)")
     source, number = session.mended(before)
     if number:
         mark = "\ufeff" if Path(path).read_bytes().startswith(codecs.BOM_UTF8) else ""
