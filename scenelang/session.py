@@ -302,6 +302,20 @@ class Session:
         diagnostics = [*checked.diagnostics, *warnings, *([problem] if problem else [])]
         return Evaluated(program, scene, tuple(diagnostics), tuple(runtime.log), runtime.meter.total)
 
+    def check_geometry(self, source: Source) -> list[Diagnostic]:
+        """What ``evaluate`` says, and what is suspicious about the geometry of the scene."""
+        from scenelang.backends.solidity.check import check_geometry
+
+        result = self.evaluate(source)
+        if result.scene is None:
+            return list(result.diagnostics)
+        try:
+            found = check_geometry(result.scene)
+        except SceneError as error:
+            found = [error.diagnostic]
+        sources = result.program.sources if result.program is not None else ()
+        return [*result.diagnostics, *not_allowed(found, sources)]
+
     def _read_scene(self, source: Source) -> Evaluated:
         """The scene that ``export`` wrote as JSON."""
         from scenelang.backends.exports.scene_file import read_scene
