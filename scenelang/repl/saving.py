@@ -1,0 +1,55 @@
+"""The definitions of a session as a program that loads again."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.source import Source
+from scenelang.interpreter.files import TopForm
+from scenelang.interpreter.interactive import TopLevel
+from scenelang.session import Session
+
+
+def program_text(top: TopLevel) -> str:
+    """The forms that made what there is now, with the comments above them, formatted; empty when there are none."""
+    text = "\n\n".join(_with_comment(form) for form in top.forms)
+    return formatted(text + "\n") if text else ""
+
+
+def checked_program(session: Session, top: TopLevel, name: str) -> str:
+    """``program_text``, proven to load again. Raises SceneError when there is nothing to save, or when it would not:
+    a definition needs an older version of another."""
+    text = program_text(top)
+    if not text:
+        raise SceneError("value", "nothing has been defined, so there is nothing to save")
+    errors = [d for d in session.check(Source(name, text)).diagnostics if d.is_error]
+    if errors:
+        hint = "give again, in order, the definitions that depend on one another"
+        raise SceneError(errors[0].name, f"the definitions do not load in this order: {errors[0].message}", hint)
+    return text
+
+
+def formatted(text: str) -> str:
+    """A program in the one style of the language; as it is where the formatter has no answer."""
+    try:
+        from scenelang.grammar.formatter import format_text
+        from scenelang.interpreter.forms import FORMS
+    except ImportError:
+        return text
+    return format_text(text, {name: form.indent for name, form in FORMS.items()})
+
+
+def comment_above(form: TopForm) -> list[str]:
+    """The lines of comment directly above a form, as they are written."""
+    span = form.datums[0].span
+    lines = span.source.text[: span.start].split("\n")[:-1]
+    found: list[str] = []
+    while lines and lines[-1].lstrip().startswith(";"):
+        found.insert(0, lines.pop().strip())
+    return found
+
+
+def _with_comment(form: TopForm) -> str:
+    datums: Sequence[str] = [datum.span.text for datum in form.datums]
+    return "\n".join([*comment_above(form), *datums])
