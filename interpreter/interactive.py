@@ -234,8 +234,7 @@ class TopLevel:
         defined = names_of(form)
         if not defined and not form.imports and not form.scene and not self.rt.has_changed:
             return
-        self.forms = [old for old in self.forms if not _replaces(form, old, defined)]
-        self.forms.append(form)
+        self._place(form, defined)
         file = self.file
         file.forms = self.forms
         file.words = {word: span for each in self.forms for word, span in each.words}
@@ -244,6 +243,19 @@ class TopLevel:
         if defined or form.imports:
             self.rt.forget_calls()
             self._make_anew(before)
+
+    def _place(self, form: TopForm, defined: set[str]) -> None:
+        """Put a form among those that made what there is, so that they make it again in their order.
+
+        What computes nothing by itself (functions, macros, records) takes the place of what it replaces. A value comes
+        last; if something was computed since the old value was, which may have used it, both stay.
+        """
+        replaced = [i for i, old in enumerate(self.forms) if _replaces(form, old, defined)]
+        if replaced and is_assignment(form) and any(_computes(old) for old in self.forms[replaced[-1] + 1 :]):
+            replaced = []
+        kept = [old for i, old in enumerate(self.forms) if i not in replaced]
+        kept.insert(replaced[0] if replaced and not _computes(form) else len(kept), form)
+        self.forms = kept
 
     def _make_anew(self, before: _Mark) -> None:
         """Expand and run again the functions that looked up a name which now means something else."""
@@ -278,8 +290,11 @@ class TopLevel:
             return
         self.forms[self.forms.index(form)] = again
         for tree in again.asts:
-            if not isinstance(tree, Import) and _makes_function(tree):
+            if not isinstance(tree, Import) and _makes_function(tree) and self._is_latest(again):
                 self.run.run_form(tree)
+
+    def _is_latest(self, form: TopForm) -> bool:
+        return all(self.definition_of(name) is form for name in names_of(form))
 
     def _mark(self) -> _Mark:
         file, state = self.file, self.state
@@ -436,6 +451,26 @@ def _replaces(new: TopForm, old: TopForm, defined: set[str]) -> bool:
         return bool(new.imports and old.imports) and _text(new) == _text(old)
     made = names_of(old)
     return bool(made) and made <= defined
+
+
+def is_assignment(form: TopForm) -> bool:
+    """Whether a form is ``(define name value)``, which can be said again as ``(set! name value)``."""
+    datum = form.datums[0]
+    return (
+        len(form.datums) == 1
+        and isinstance(datum, ListDatum)
+        and len(datum.items) == 3
+        and datum.items[0].span.text == "define"
+        and isinstance(datum.items[1], Atom)
+    )
+
+
+def _computes(form: TopForm) -> bool:
+    """Whether evaluating a form runs anything: not for functions, macros and records."""
+    trees = [tree for tree in form.asts if not isinstance(tree, Import)]
+    head = form.datums[0].items[0] if isinstance(form.datums[0], ListDatum) and form.datums[0].items else None
+    is_record = head is not None and head.span.text == "define-record"
+    return not is_record and not all(_makes_function(tree) for tree in trees)
 
 
 def _text(form: TopForm) -> str:

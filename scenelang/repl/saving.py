@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.source import Source
 from scenelang.interpreter.files import TopForm
-from scenelang.interpreter.interactive import TopLevel
+from scenelang.interpreter.interactive import TopLevel, is_assignment, names_of
 from scenelang.session import Session
 
 
 def program_text(top: TopLevel) -> str:
     """The forms that made what there is now, with the comments above them, formatted; empty when there are none."""
-    text = "\n\n".join(_with_comment(form) for form in top.forms)
+    seen: set[str] = set()
+    texts = []
+    for form in top.forms:
+        texts.append(_with_comment(form, seen))
+        seen |= names_of(form)
+    text = "\n\n".join(texts)
     return formatted(text + "\n") if text else ""
 
 
@@ -50,6 +56,9 @@ def comment_above(form: TopForm) -> list[str]:
     return found
 
 
-def _with_comment(form: TopForm) -> str:
-    datums: Sequence[str] = [datum.span.text for datum in form.datums]
-    return "\n".join([*comment_above(form), *datums])
+def _with_comment(form: TopForm, seen: set[str]) -> str:
+    """A form with its comment; a value that is defined again becomes an assignment."""
+    texts: Sequence[str] = [datum.span.text for datum in form.datums]
+    if is_assignment(form) and names_of(form) <= seen:
+        texts = [re.sub(r"define", "set!", texts[0], count=1)]
+    return "\n".join([*comment_above(form), *texts])
