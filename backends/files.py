@@ -15,8 +15,9 @@ from scenelang.grammar.diagnostics import SceneError
 
 
 @contextmanager
-def written_whole(path: Path | str) -> Iterator[Path]:
-    """A temporary path beside ``path`` with the same ending, moved onto it when the block ends well.
+def written_whole(path: Path | str, mode: int | None = None) -> Iterator[Path]:
+    """A temporary path beside ``path`` with the same ending, moved onto it when the block ends well. ``mode``: the
+    permissions of the file, by default those of any new file.
 
     On any error, Ctrl-C included, the temporary file is removed and ``path`` stays as it was. Raises
     SceneError("file") when the folder or the file cannot be written.
@@ -30,7 +31,10 @@ def written_whole(path: Path | str) -> Iterator[Path]:
     temporary = Path(name)
     try:
         yield temporary
-        _give_usual_mode(temporary)
+        if mode is None:
+            _give_usual_mode(temporary)
+        else:
+            temporary.chmod(mode)
         os.replace(temporary, target)
     except OSError as error:
         raise SceneError("file", f"`{target}` cannot be written: {error.strerror or error}") from error

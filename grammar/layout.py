@@ -9,41 +9,38 @@ taken. Blocks are remembered by datum and column, so that trying styles out stay
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from types import MappingProxyType
-from typing import NamedTuple
 
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, ListDatum, subdatums
+from scenelang.grammar.layout_page import Block, Page
 from scenelang.grammar.layout_rules import (
     SHORTEST,
+    Kind,
     Role,
     Shape,
-    head_of,
+    has_rows,
+    parts_of,
     roles_of_parts,
     shape_of,
     shapes_by_head,
+    stays_broken,
     takes_lines,
 )
 from scenelang.grammar.layout_styles import last_resort, styles_of
 from scenelang.grammar.printer import atom_text, print_datum, quote_prefix
+from scenelang.grammar.trivia import (
+    NO_TRIVIA,
+    NOTE,
+    NOTHING_WRITTEN,
+    Hidden,
+    Row,
+    Trivia,
+    Written,
+    joined_notes,
+    with_notes,
+)
 
-_DEEPEST = 80  # below that a datum stands on one line, so that Python's stack is safe from nesting
-_NOTE = "\0"  # stands before a comment at a line's end until all lines are known
-_UNEVEN = 12  # comments of neighbouring lines are aligned when the lines differ by no more
-
-
-@dataclass(frozen=True, slots=True)
-class Trivia:
-    """What stands around a datum besides datums. Lines of comments come wrapped, without ``; `` before them; among
-    them None is an empty line."""
-
-    before: tuple[str | None, ...] = ()  # comments above the datum; "" is an empty comment line
-    after: str | None = None  # a comment at the end of the datum's last line
-    blank: bool = False  # an empty line before the datum and its comments
-    end: tuple[str | None, ...] = ()  # comments after a list's last item, before its closing parenthesis
-
-
-_NO_TRIVIA: Mapping[int, Trivia] = MappingProxyType({})
+DEEPEST = 80  # below that a datum stands on one line, so that Python's stack is safe from nesting
 _NO_SPELLING: Mapping[int, str] = MappingProxyType({})
 
 
@@ -51,94 +48,69 @@ def layout(
     forms: Sequence[Datum],
     *,
     indents: Mapping[str, int | None],
-    trivia: Mapping[int, Trivia] = _NO_TRIVIA,
+    trivia: Mapping[int, Trivia] = NO_TRIVIA,
     spelling: Mapping[int, str] = _NO_SPELLING,
     width: int = 88,
-    end: Sequence[str | None] = (),
+    end: Sequence[Row] = (),
 ) -> str:
     """The text of a program. ``indents``: operands on the head's line, by head; None: operands are aligned.
 
     ``trivia`` and ``spelling`` (the exact text of an atom) are keyed by ``id(datum)``. ``end``: comments after the
     last form. Comments are as long as they are; only datums are held to ``width``.
     """
-    work = Layout(forms, shapes_by_head(indents), trivia, spelling, width)
+    lines = layout_lines(forms, indents=indents, trivia=trivia, spelling=spelling, width=width, end=end)
+    return "\n".join(lines) + "\n" if lines else ""
+
+
+def layout_lines(
+    forms: Sequence[Datum],
+    *,
+    indents: Mapping[str, int | None],
+    trivia: Mapping[int, Trivia] = NO_TRIVIA,
+    spelling: Mapping[int, str] = _NO_SPELLING,
+    width: int = 88,
+    end: Sequence[Row] = (),
+    written: Written = NOTHING_WRITTEN,
+) -> list[str]:
+    """The lines of a program, as ``layout`` joins them. A line holds line ends where a string or a comment does.
+
+    ``written``: how an author wrote the datums; some line breaks that have a meaning are kept.
+    """
+    work = Layout([*forms, *hidden_datums(end)], shapes_by_head(indents), trivia, spelling, width, written)
     lines: list[str] = []
-    was_long = False
+    was_long = was_weighty = False
     for position, form in enumerate(forms):
         around = trivia.get(id(form))
         block = work.block(form, 0, 0, 0)
         is_long = len(block.lines) > 1
-        blank = around.blank if around is not None else is_long or was_long
+        is_weighty = is_long and not work.defines_value(form)
+        if around is None:
+            blank = is_long or was_long
+        else:
+            blank = around.blank or ((is_weighty or was_weighty) and None not in around.before)
         if blank and position:
             lines.append("")
-        lines += block.lines if around is None else _with_trivia(block, around)
-        if around is None and block.note:
-            lines[-1] += _NOTE + block.note
-        was_long = is_long
-    lines += comment_lines(end, 0)
-    return "\n".join(_with_notes(lines)) + "\n" if lines else ""
+        lines += _with_trivia(work, block, around)
+        was_long, was_weighty = is_long, is_weighty
+    lines += work.comment_lines(end, 0, 0)
+    return with_notes(lines)
 
 
-def _with_trivia(block: Block, around: Trivia) -> list[str]:
+def _with_trivia(work: Layout, block: Block, around: Trivia | None) -> list[str]:
     """The lines of a top-level form with its comments."""
-    lines = [*comment_lines(around.before, 0), *block.lines]
-    note = joined_notes(block.note, around.after)
+    before = work.comment_lines(around.before, 0, 0) if around is not None else []
+    lines = [*before, *block.lines]
+    note = joined_notes(block.note, around.after if around is not None else None)
     if note:
-        lines[-1] += _NOTE + note
+        lines[-1] += NOTE + note
     return lines
 
 
-def comment_lines(texts: Iterable[str | None], indent: int) -> list[str]:
-    """Comments on lines of their own."""
-    return ["" if text is None else f"{' ' * indent}; {text}".rstrip() for text in texts]
-
-
-def joined_notes(first: str, second: str | None) -> str:
-    """Two comments for the end of one line."""
-    if not first or not second:
-        return first or second or ""
-    return f"{first}; {second}"
-
-
-def _with_notes(lines: Sequence[str]) -> list[str]:
-    """Put the comments at the ends of lines, aligned where neighbouring lines have some."""
-    out: list[str] = []
-    group: list[tuple[str, str]] = []
-    for line in lines:
-        code, marked, note = line.partition(_NOTE)
-        if group and (not marked or _indentation(code) != _indentation(group[-1][0])):
-            out += _aligned_notes(group)
-            group = []
-        if marked:
-            group.append((code, note))
-        else:
-            out.append(code)
-    return out + _aligned_notes(group)
-
-
-def _aligned_notes(group: Sequence[tuple[str, str]]) -> list[str]:
-    lengths = [len(code) for code, _ in group]
-    column = max(lengths, default=0)
-    even = column - min(lengths, default=0) <= _UNEVEN
-    return [f"{code.ljust(column) if even else code}  ; {note}" for code, note in group]
-
-
-def _indentation(line: str) -> int:
-    return len(line) - len(line.lstrip())
+def hidden_datums(rows: Iterable[Row]) -> list[Datum]:
+    return [row.datum for row in rows if isinstance(row, Hidden)]
 
 
 # --- measuring -----------------------------------------------------------------------------------------------------
-
-
-class Block(NamedTuple):
-    """A datum's lines. The first one goes where the datum stands, the others have their indentation.
-
-    ``note``: comments for the end of the last line. ``excess``: by how much the longest line is too long.
-    """
-
-    lines: Sequence[str]
-    note: str
-    excess: int
 
 
 class Layout:
@@ -151,9 +123,12 @@ class Layout:
         trivia: Mapping[int, Trivia],
         spelling: Mapping[int, str],
         width: int,
+        written: Written = NOTHING_WRITTEN,
     ) -> None:
         self.by_head, self.trivia, self.spelling, self.width = shapes, trivia, spelling, width
+        self.written = written
         self.shapes: dict[int, Shape] = {}
+        self.rows: set[int] = set()  # lists whose every item their author put on a line of its own
         self.flat: dict[int, str] = {}  # the text of every datum that one line has room for
         self.notes: dict[int, str] = {}  # the comments that follow a flat text
         self._blocks: dict[tuple[int, int, int], Block] = {}
@@ -161,47 +136,72 @@ class Layout:
 
     def _measure(self, forms: Sequence[Datum]) -> None:
         """Shapes from the top down, then flat texts from the bottom up."""
-        flat, shapes, by_head, spelling = self.flat, self.shapes, self.by_head, self.spelling
+        flat, shapes, by_head, trivia = self.flat, self.shapes, self.by_head, self.trivia
         compounds: list[tuple[ListDatum | ArrayDatum, Sequence[Datum], bool]] = []
         stack: list[tuple[Datum, Role]] = [(form, Role.TOP) for form in forms]
         while stack:
             datum, role = stack.pop()
             key = id(datum)
+            around = trivia.get(key) if trivia else None
+            if around is not None:
+                stack += [(hidden, Role.CODE) for hidden in hidden_datums((*around.before, *around.end))]
             if isinstance(datum, Atom):
-                flat[key] = spelling.get(key) or atom_text(datum.value)
+                text = self.spelling.get(key) or atom_text(datum.value)
+                flat[key] = text if around is None else f"{around.lead}{text}{around.trail}"
                 continue
             shape = shapes[key] = shape_of(datum, role, by_head)
             parts = parts_of(datum)
-            compounds.append((datum, parts, takes_lines(datum, shape, role)))
+            broken = takes_lines(datum, shape, role) or self._was_broken(datum, shape, parts)
+            compounds.append((datum, parts, broken))
             stack += zip(parts, roles_of_parts(datum, shape, parts))
         for datum, parts, broken in reversed(compounds):
-            if broken or (self.trivia and not self._joins(datum, parts)):
+            if broken or (trivia and not self._joins(datum, parts)):
                 continue
-            text = self._flat_text(datum, parts)
-            if text is not None and len(text) <= self.width:
-                flat[id(datum)] = text
+            joined = self._flat_text(datum, parts)
+            if joined is not None and len(joined) <= self.width:
+                flat[id(datum)] = joined
+
+    def _was_broken(self, datum: ListDatum | ArrayDatum, shape: Shape, parts: Sequence[Datum]) -> bool:
+        """Whether the author's line breaks in ``datum`` are kept; notes lists of rows."""
+        breaks = self.written.breaks.get(id(datum))
+        if breaks is None:
+            return False
+        if has_rows(datum, shape, parts, breaks):
+            self.rows.add(id(datum))
+            return True
+        return stays_broken(datum, shape, parts, breaks)
+
+    def defines_value(self, form: Datum) -> bool:
+        """Whether a form of a file defines a value, not a function: such lines may stand close together."""
+        if isinstance(form, Atom):
+            return True
+        is_definition = self.shapes[id(form)].kind is Kind.DEFINE and len(form.items) > 1
+        return is_definition and isinstance(form.items[1], Atom)
 
     def _flat_text(self, datum: ListDatum | ArrayDatum, parts: Sequence[Datum]) -> str | None:
         flat = self.flat
         texts = []
         for part in parts:
             text = flat.get(id(part))
-            if text is None:
+            if text is None or "\n" in text:
                 return None
             texts.append(text)
         prefix = self.prefix(datum)
         if prefix is not None:
-            return prefix + texts[1]
-        if isinstance(datum, ArrayDatum):
-            return "[" + " ".join(texts) + "]"
-        if datum.tail is not None:
-            texts.insert(-1, ".")
-        return "(" + " ".join(texts) + ")"
+            text = prefix + texts[1]
+        elif isinstance(datum, ArrayDatum):
+            text = "[" + " ".join(texts) + "]"
+        else:
+            if datum.tail is not None:
+                texts.insert(-1, ".")
+            text = "(" + " ".join(texts) + ")"
+        around = self.trivia.get(id(datum)) if self.trivia else None
+        return text if around is None else f"{around.lead}{text}{around.trail}"
 
     def _joins(self, datum: ListDatum | ArrayDatum, parts: Sequence[Datum]) -> bool:
         """Whether comments and empty lines let the parts of ``datum`` share a line; notes the comments after it."""
         around = self.trivia.get(id(datum))
-        if around is not None and around.end:
+        if around is not None and (around.end or around.opening or around.closing):
             return False
         note = ""
         for part in parts:
@@ -219,7 +219,7 @@ class Layout:
 
     def prefix(self, datum: ListDatum | ArrayDatum) -> str | None:
         """The prefix that ``datum`` is written with, such as ``'``, where no comment forbids it."""
-        prefix = quote_prefix(datum)
+        prefix = quote_prefix(datum) if id(datum) not in self.written.plain else None
         if prefix is None or not self.trivia:
             return prefix
         head, operand = (self.trivia.get(id(part)) for part in datum.items)
@@ -235,17 +235,27 @@ class Layout:
         text = self.flat.get(id(datum))
         if text is not None:
             excess = column + len(text) + trailing - self.width
+            if "\n" in text:  # lines of a string or of a comment stay as they are
+                excess = column + text.index("\n") - self.width
             if excess <= 0 or isinstance(datum, Atom):
                 return Block((text,), self.notes.get(id(datum), ""), excess)
         key = (id(datum), column, trailing)
         block = self._blocks.get(key)
         if block is None:
             assert not isinstance(datum, Atom)  # atoms have a flat text
-            block = self._blocks[key] = self._new_block(datum, column, trailing, depth)
+            around = self.trivia.get(id(datum)) if self.trivia else None
+            if around is None or not (around.lead or around.trail):
+                block = self._new_block(datum, column, trailing, depth)
+            else:
+                inner = self._new_block(datum, column + len(around.lead), trailing + len(around.trail), depth)
+                *most, last = inner.lines
+                lines = (*most, last + around.trail)
+                block = Block((around.lead + lines[0], *lines[1:]), inner.note, inner.excess)
+            self._blocks[key] = block
         return block
 
     def _new_block(self, datum: ListDatum | ArrayDatum, column: int, trailing: int, depth: int) -> Block:
-        if depth >= _DEEPEST:
+        if depth >= DEEPEST:
             return self._one_line(datum)
         prefix = self.prefix(datum)
         if prefix is not None:
@@ -280,9 +290,20 @@ class Layout:
                 note = joined_notes(note, comment)
         text = self.flat.get(id(datum))
         if text is None:
-            text = self.flat[id(datum)] = print_datum(datum, self.spelling)
+            text = self.flat[id(datum)] = print_datum(datum, self.spelling, self.written.plain)
         self.notes[id(datum)] = note
         return Block((text,), note, 0)
+
+    def comment_lines(self, rows: Iterable[Row], indent: int, depth: int) -> list[str]:
+        """Comments on lines of their own."""
+        lines: list[str] = []
+        for row in rows:
+            if isinstance(row, Hidden):
+                block = self.block(row.datum, indent + 2, 0, depth + 1)
+                lines += (f"{' ' * indent}#;{block.lines[0]}", *block.lines[1:])
+            else:
+                lines.append(f"{' ' * indent}{row}" if row else "")
+        return lines
 
     def _prefixed(self, prefix: str, operand: Datum, column: int, trailing: int, depth: int) -> Block:
         inner = self.block(operand, column + len(prefix), trailing, depth + 1)
@@ -291,17 +312,10 @@ class Layout:
         return Block((prefix + inner.lines[0], *inner.lines[1:]), note, inner.excess)
 
 
-def parts_of(datum: ListDatum | ArrayDatum) -> Sequence[Datum]:
-    """The items of a datum, and its tail."""
-    if isinstance(datum, ListDatum) and datum.tail is not None:
-        return (*datum.items, datum.tail)
-    return datum.items
-
-
 def _comments_within(datum: Datum, trivia: Mapping[int, Trivia]) -> list[str]:
     """The comments inside ``datum``, its ``end`` included, in order."""
-    found: list[str | None] = []
-    stack: list[Datum | tuple[str | None, ...]] = [datum]
+    found: list[Row] = []
+    stack: list[Datum | tuple[Row, ...]] = [datum]
     while stack:
         item = stack.pop()
         if isinstance(item, tuple):
@@ -313,113 +327,4 @@ def _comments_within(datum: Datum, trivia: Mapping[int, Trivia]) -> list[str]:
             stack.append((around.after,))
         stack.append(around.end)
         stack += reversed(list(subdatums(item)))
-    return [text for text in found if text]
-
-
-# --- a list being written -------------------------------------------------------------------------------------------
-
-
-class Page:
-    """A list or array being written part by part. Styles decide where the parts go; the page minds comments."""
-
-    def __init__(
-        self, work: Layout, datum: ListDatum | ArrayDatum, shape: Shape, column: int, trailing: int, depth: int
-    ) -> None:
-        self.work, self.datum, self.shape = work, datum, shape
-        self.parts = parts_of(datum)
-        self.start, self.trailing, self.depth = column, trailing, depth
-        self.column = column + 1
-        self.width = work.width
-        self._tail = len(datum.items)  # where a dotted tail stands among the parts
-        self._around = work.trivia.get(id(datum))
-        self._line = "[" if isinstance(datum, ArrayDatum) else "("
-        self._lines: list[str] = []
-        self._indent = column + (1 if self.head is None else 2)  # of the last line begun
-        self._note = ""
-        self._excess = 0
-
-    @property
-    def head(self) -> str | None:
-        return head_of(self.datum)
-
-    @property
-    def broken(self) -> bool:
-        """Whether there is more than one line so far."""
-        return bool(self._lines)
-
-    def kind_shape(self, position: int) -> Shape | None:
-        """The shape of a part; None for an atom."""
-        return self.work.shapes.get(id(self.parts[position]))
-
-    def flat_width(self, position: int) -> int | None:
-        """How wide a part is on one line, what must follow it included; None where it takes several lines."""
-        text = self.work.flat.get(id(self.parts[position]))
-        if text is None:
-            return None
-        return len(text) + self._trailing(position) + (2 if position >= self._tail else 0)
-
-    def fits(self, position: int, column: int) -> bool:
-        """Whether a part fits on one line from ``column`` on."""
-        width = self.flat_width(position)
-        return width is not None and column + width <= self.width
-
-    def _trailing(self, position: int) -> int:
-        return self.trailing + 1 if position == len(self.parts) - 1 else 0
-
-    def item(self, position: int, indent: int, fresh: bool = False) -> None:
-        """Write a part: after a space, or, where ``fresh`` or a comment asks for it, on a new line at ``indent``."""
-        work = self.work
-        datum = self.parts[position]
-        around = work.trivia.get(id(datum)) if work.trivia else None
-        if fresh or self._note or (around is not None and (around.before or around.blank)):
-            self._new_line(indent, around)
-        elif position:
-            self._write(" ")
-        if position >= self._tail:
-            self._write(". ")
-        self._place(work.block(datum, self.column, self._trailing(position), self.depth + 1))
-        if around is not None:
-            self._note = joined_notes(self._note, around.after)
-
-    def finished(self) -> Block:
-        """Close the list."""
-        if self._around is not None and self._around.end:
-            self._end_line()
-            self._lines += comment_lines(self._around.end, self._indent)
-            self._start_line(self.start)
-        self._write("]" if isinstance(self.datum, ArrayDatum) else ")")
-        self._excess = max(self._excess, self.column + self.trailing - self.width)
-        return Block((*self._lines, self._line), self._note, self._excess)
-
-    def _write(self, text: str) -> None:
-        self._line += text
-        self.column += len(text)
-
-    def _place(self, block: Block) -> None:
-        lines = block.lines
-        self._write(lines[0])
-        if len(lines) > 1:
-            self._lines.append(self._line)
-            self._lines += lines[1:-1]
-            self._line = lines[-1]
-            self.column = len(self._line)
-        self._excess = max(self._excess, block.excess)
-        self._note = block.note
-
-    def _new_line(self, indent: int, around: Trivia | None) -> None:
-        self._end_line()
-        if around is not None:
-            if around.blank:
-                self._lines.append("")
-            self._lines += comment_lines(around.before, indent)
-        self._indent = indent
-        self._start_line(indent)
-
-    def _end_line(self) -> None:
-        self._excess = max(self._excess, self.column - self.width)
-        self._lines.append(self._line + _NOTE + self._note if self._note else self._line)
-
-    def _start_line(self, indent: int) -> None:
-        self._line = " " * indent
-        self.column = indent
-        self._note = ""
+    return [text for text in found if isinstance(text, str) and text]

@@ -135,6 +135,11 @@ def is_keyword(datum: Datum) -> bool:
     return isinstance(datum, Atom) and type(datum.value) is Keyword
 
 
+def is_ellipsis(datum: Datum) -> bool:
+    """Whether ``datum`` is the `...` of a macro's pattern or template."""
+    return isinstance(datum, Atom) and type(datum.value) is Symbol and datum.value == "..."
+
+
 def shape_of(datum: ListDatum | ArrayDatum, role: Role, shapes: Mapping[str, Shape]) -> Shape:
     """The shape of a compound datum in its role."""
     if isinstance(datum, ArrayDatum):
@@ -206,6 +211,7 @@ def takes_lines(datum: ListDatum | ArrayDatum, shape: Shape, role: Role) -> bool
     clauses of several forms."""
     kind = shape.kind
     items = datum.items
+    count = sum(not is_ellipsis(item) for item in items)
     if kind in WITH_BODY:
         if role is Role.FUNCTION:
             return True
@@ -216,11 +222,55 @@ def takes_lines(datum: ListDatum | ArrayDatum, shape: Shape, role: Role) -> bool
                 return True
         if kind is Kind.DO or (kind is Kind.LET and shape.kept == 2):
             return True
-        return len(items) > 2 + shape.kept
+        return count > 2 + shape.kept
     if kind is Kind.CLAUSES:
-        return len(items) > 2 + shape.kept
+        return count > 2 + shape.kept
     if kind is Kind.CLAUSE:
-        return len(items) > 2 and not (isinstance(items[1], Atom) and items[1].value == "=>")
+        return count > 2 and not (isinstance(items[1], Atom) and items[1].value == "=>")
     if kind is Kind.IF and (role is Role.BODY or role is Role.TOP):
         return len(items) == 4 and isinstance(items[2], ListDatum) and isinstance(items[3], ListDatum)
+    return False
+
+
+def parts_of(datum: ListDatum | ArrayDatum) -> Sequence[Datum]:
+    """The items of a datum, and its tail."""
+    if isinstance(datum, ListDatum) and datum.tail is not None:
+        return (*datum.items, datum.tail)
+    return datum.items
+
+
+# --- line breaks of an author ----------------------------------------------------------------------------------------
+
+_PASSING = frozenset(("set!", "define-values"))  # a value that fits on the head's line stands there
+_BY_HEAD_LINE = WITH_BODY | {Kind.BIND, Kind.CLAUSES, Kind.IF, Kind.SPECIAL}
+
+
+def stays_broken(datum: ListDatum | ArrayDatum, shape: Shape, parts: Sequence[Datum], breaks: Sequence[bool]) -> bool:
+    """Whether line breaks that an author made are kept although one line has room: a body that begins on a line of its
+    own, a function as the last operand, members of a union, a pose under its shape, bindings under each other.
+    ``breaks`` tells which parts begin a line."""
+    kind, kept = shape
+    if kind in _BY_HEAD_LINE:
+        if kind is Kind.DEFINE and len(parts) > 1 and isinstance(parts[1], Atom):
+            return False
+        return any(breaks[1 + kept : 2 + kept]) and head_of(datum) not in _PASSING
+    if kind is Kind.CLAUSE:
+        return any(breaks[1:2]) and not (isinstance(parts[1], Atom) and parts[1].value == "=>")
+    if kind is Kind.ORDINARY and len(parts) > 2 and head_of(parts[-1]) == "lambda" and breaks[-1]:
+        return True
+    if kind is Kind.BINDINGS or kind is Kind.TRANSFORM or head_of(datum) in EVEN_HEADS:
+        return any(breaks[1:])
+    if kind is Kind.ALIGNED:
+        compound = not any(isinstance(part, Atom) for part in parts[1:])
+        return compound and len(parts) > 2 and all(breaks[2:])
+    return kind is Kind.TABLE and any(breaks[1:2])
+
+
+def has_rows(datum: ListDatum | ArrayDatum, shape: Shape, parts: Sequence[Datum], breaks: Sequence[bool]) -> bool:
+    """Whether the author gave every row of a table of data, or every keyword pair of a call, a line of its own."""
+    if shape.kind is Kind.DATA or shape.kind is Kind.ARRAY:
+        return len(parts) > 1 and all(breaks[1:]) and not any(isinstance(part, Atom) for part in parts)
+    if shape.kind is Kind.CALL or shape.kind is Kind.ORDINARY:
+        keys = [place for place, part in enumerate(parts) if place and is_keyword(part)]
+        return len(keys) > 1 and all(breaks[place] for place in keys)
     return False

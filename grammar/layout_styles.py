@@ -9,14 +9,14 @@ from collections.abc import Callable, Sequence
 from itertools import takewhile
 from typing import TYPE_CHECKING, TypeAlias
 
-from scenelang.grammar.datum import Atom
+from scenelang.grammar.datum import ArrayDatum, Atom
 from scenelang.grammar.layout_rules import EVEN_HEADS, WEIGHTY, Kind, Shape, head_of, is_keyword
+from scenelang.grammar.layout_units import Unit, fill, unit_width, units, write_unit, write_units
 
 if TYPE_CHECKING:
-    from scenelang.grammar.layout import Page
+    from scenelang.grammar.layout_page import Page
 
 Style: TypeAlias = "Callable[[Page], bool]"
-Unit: TypeAlias = range  # positions of parts that stay together: a keyword and its value, or one part
 
 _ROW = 3  # compound items fill lines only where so many fit one
 _SHORT = 26  # a quoted list up to this width counts as a short item
@@ -31,60 +31,8 @@ def last_resort(page: Page) -> bool:
     """``(f`` and every operand on a line of its own, indented by two."""
     if page.parts:
         page.item(0, page.start + 1)
-    _write_units(page, units(page, 1), page.start + 2)
+    write_units(page, units(page, 1), page.start + 2)
     return True
-
-
-# --- units -------------------------------------------------------------------------------------------------------
-
-
-def units(page: Page, first: int) -> list[Unit]:
-    """The parts from ``first`` on; a keyword stays with the value after it."""
-    parts, found, position = page.parts, [], first
-    while position < len(parts):
-        stop = position + 1
-        if is_keyword(parts[position]) and stop < len(parts) and not is_keyword(parts[stop]):
-            stop += 1
-        found.append(range(position, stop))
-        position = stop
-    return found
-
-
-def _write_units(page: Page, found: Sequence[Unit], indent: int) -> None:
-    """One unit per line."""
-    for unit in found:
-        _write_unit(page, unit, indent, True)
-
-
-def _write_unit(page: Page, unit: Unit, indent: int, fresh: bool) -> None:
-    page.item(unit.start, indent, fresh)
-    for position in unit[1:]:
-        page.item(position, indent + 2)
-
-
-def _unit_width(page: Page, unit: Unit) -> int | None:
-    """The width of a unit on one line; None where it takes several."""
-    width = len(unit) - 1
-    for position in unit:
-        flat = page.flat_width(position)
-        if flat is None:
-            return None
-        width += flat
-    return width
-
-
-def _fill(page: Page, found: Sequence[Unit], indent: int, most: int = 0) -> None:
-    """As many units per line as fit, and no more than ``most`` if that is given; one that takes several lines has
-    them for itself."""
-    alone = False
-    for count, unit in enumerate(found):
-        width = _unit_width(page, unit)
-        fresh = alone or width is None or page.column + 1 + width > page.width
-        fresh = fresh or (most > 0 and count % most == 0)
-        if unit.start == 0 or (page.column == indent and not alone):
-            fresh = False
-        _write_unit(page, unit, indent, fresh)
-        alone = width is None or indent + width > page.width
 
 
 # --- heads with operands on their line ---------------------------------------------------------------------------
@@ -101,7 +49,7 @@ def _with_kept(page: Page, kept: int) -> bool:
     under = page.column + 1
     for position in range(1, 1 + kept):
         page.item(position, under, position > 1 and not page.fits(position, page.column + 1))
-    _write_units(page, units(page, 1 + kept), page.start + 2)
+    write_units(page, units(page, 1 + kept), page.start + 2)
     return True
 
 
@@ -109,10 +57,13 @@ def _ordinary(page: Page) -> bool:
     """An application: the operands under each other, or leading small ones on the head's line."""
     count = len(page.parts)
     if any(is_keyword(part) for part in page.parts[1:]):
-        return _pairs(page, 0)
+        return _as_written(page) or _pairs(page, 0)
     if count > 2 and head_of(page.datum) not in EVEN_HEADS and _leads(page):
         return _with_kept(page, count - 2)
-    return all(isinstance(part, Atom) for part in page.parts) and _pairs(page, 0)
+    if not all(isinstance(part, Atom) for part in page.parts):
+        return False
+    has_lines = any(page.holds_lines(position) for position in range(count))
+    return _aligned(page) if has_lines else _pairs(page, 0)
 
 
 def _leads(page: Page) -> bool:
@@ -137,6 +88,67 @@ def _function_first(page: Page) -> bool:
     return shape is not None and shape.kind is Kind.LAMBDA and _aligned(page)
 
 
+def _hugging(page: Page) -> bool:
+    """``(f (g x`` with the operands of the only operand under each other."""
+    shape = page.kind_shape(1) if len(page.parts) == 2 else None
+    return shape is not None and shape.kind in (Kind.ORDINARY, Kind.ALIGNED) and _aligned(page)
+
+
+# --- lines of an author --------------------------------------------------------------------------------------------
+
+
+def _as_written(page: Page) -> bool:
+    """The operands on the lines that their author gave them: under the first one, or indented by two where that is on
+    a line of its own or there are keywords."""
+    breaks = page.breaks
+    if breaks is None or len(page.parts) < 2:
+        return False
+    if page.shape.kind is Kind.CALL:
+        return _on_lines(page, breaks, True)
+    below = breaks[1]
+    if page.shape.kind is Kind.ALIGNED and (below or not any(breaks[2:])):
+        return False
+    if head_of(page.datum) in EVEN_HEADS and not below:
+        return False
+    begins = page.start + 2 + (page.flat_width(0) or 0)
+    keyed = page.fits(1, begins) and any(is_keyword(part) for part in page.parts)
+    return _on_lines(page, breaks, below or keyed)
+
+
+def _as_written_below(page: Page) -> bool:
+    """As ``_as_written``, the lines after the first indented by two."""
+    breaks = page.breaks
+    if breaks is None or len(page.parts) < 3 or head_of(page.datum) in EVEN_HEADS:
+        return False
+    return _on_lines(page, breaks, True)
+
+
+def _on_lines(page: Page, breaks: Sequence[bool], shallow: bool) -> bool:
+    page.item(0, page.start + 1)
+    indent = page.start + 2 if shallow else page.column + 1
+    filled = False  # whether the unit before took several lines
+    for unit in units(page, 1):
+        fresh = breaks[unit.start] and not (unit.start == 1 and page.shape.kind is Kind.CALL)
+        width = unit_width(page, unit)
+        if fresh and width is not None and page.start + 2 + width <= page.width < indent + width:
+            return False  # it has room on a line, but not there
+        if unit.start > 1 and width is not None and page.column + 1 + width > page.width:
+            fresh = True
+        write_unit(page, unit, indent, fresh or filled)
+        filled = width is None
+    return True
+
+
+def _data_as_written(page: Page) -> bool:
+    """Data on the lines that their author gave them."""
+    breaks = page.breaks
+    if breaks is None or not any(breaks[1:]) or page.has_rows or _is_matrix(page):
+        return False
+    for position in range(len(page.parts)):
+        page.item(position, page.start + 1, position > 0 and breaks[position])
+    return True
+
+
 # --- keyword pairs -----------------------------------------------------------------------------------------------
 
 
@@ -153,21 +165,25 @@ def _pairs(page: Page, kept: int) -> bool:
     for position in range(1, 1 + kept):
         page.item(position, indent)
     found = units(page, 1 + kept)
-    if any(_is_weighty(page, unit, indent) for unit in found):
-        _write_units(page, found, indent)
+    if page.has_rows or any(_is_weighty(page, unit, indent) for unit in found):
+        atoms = list(takewhile(lambda unit: len(unit) == 1 and isinstance(page.parts[unit.start], Atom), found))
+        if not kept:
+            atoms = []
+        fill(page, atoms, indent)
+        write_units(page, found[len(atoms) :], indent)
     else:
         leading = list(takewhile(lambda unit: not is_keyword(page.parts[unit.start]), found))
-        _fill(page, leading, indent)
+        fill(page, leading, indent)
         keyed = _with_series(page, found[len(leading) :], indent)
         if leading and keyed and page.broken:
-            _write_unit(page, keyed.pop(0), indent, True)
-        _fill(page, keyed, indent)
+            write_unit(page, keyed.pop(0), indent, True)
+        fill(page, keyed, indent)
     return True
 
 
 def _is_weighty(page: Page, unit: Unit, indent: int) -> bool:
     """Whether a unit wants a line for itself: several lines, or a value that is a shape or has a body."""
-    width = _unit_width(page, unit)
+    width = unit_width(page, unit)
     shape = page.kind_shape(unit[-1])
     return width is None or indent + width > page.width or (shape is not None and shape.kind in WEIGHTY)
 
@@ -178,7 +194,7 @@ def _with_series(page: Page, found: Sequence[Unit], indent: int) -> list[Unit]:
     for unit in found:
         if joined and _continues(page, joined[-1], unit):
             both = range(joined[-1].start, unit.stop)
-            width = _unit_width(page, both)
+            width = unit_width(page, both)
             if width is not None and indent + width <= page.width:
                 joined[-1] = both
                 continue
@@ -222,9 +238,9 @@ def _aligned(page: Page) -> bool:
     was_atom = False
     for unit in units(page, 1):
         is_atom = all(isinstance(page.parts[position], Atom) for position in unit)
-        width = _unit_width(page, unit)
+        width = unit_width(page, unit)
         shares = is_atom and was_atom and width is not None and page.column + 1 + width <= page.width
-        _write_unit(page, unit, indent, unit.start > 1 and not shares)
+        write_unit(page, unit, indent, unit.start > 1 and not shares)
         was_atom = is_atom
     return True
 
@@ -236,7 +252,7 @@ def _filled_operands(page: Page) -> bool:
     page.item(0, page.start + 1)
     indent = page.column + 1
     page.item(1, indent)
-    _fill(page, units(page, 2), indent)
+    fill(page, units(page, 2), indent)
     return True
 
 
@@ -266,11 +282,11 @@ def _filled(page: Page) -> bool:
     """Items from the bracket on, filling the lines; wide compound items one per line."""
     indent = page.start + 1
     found = [range(position, position + 1) for position in range(len(page.parts))]
-    if _are_rows(page, indent):
+    if page.has_rows or _is_matrix(page) or _are_rows(page, indent):
         for unit in found:
-            _write_unit(page, unit, indent, unit.start > 0)
+            write_unit(page, unit, indent, unit.start > 0)
     else:
-        _fill(page, found, indent, _even_count(page, indent))
+        fill(page, found, indent, _even_count(page, indent))
     return True
 
 
@@ -288,6 +304,11 @@ def _even_count(page: Page, indent: int) -> int:
     most = -(-len(known) // lines)
     longest = max(sum(known[start : start + most]) for start in range(0, len(known), most))
     return most if indent + longest + most - 1 <= page.width else 0
+
+
+def _is_matrix(page: Page) -> bool:
+    """Whether the items are arrays of an array: rows."""
+    return isinstance(page.datum, ArrayDatum) and all(isinstance(part, ArrayDatum) for part in page.parts)
 
 
 def _are_rows(page: Page, indent: int) -> bool:
@@ -308,14 +329,14 @@ def _signature(page: Page) -> bool:
     if not page.parts:
         return True
     page.item(0, page.start + 1)
-    _fill(page, [range(position, position + 1) for position in range(1, len(page.parts))], page.column + 1)
+    fill(page, [range(position, position + 1) for position in range(1, len(page.parts))], page.column + 1)
     return True
 
 
 def _listed(page: Page) -> bool:
     """Every item on a line of its own, from the bracket on."""
     for unit in units(page, 0):
-        _write_unit(page, unit, page.start + 1, unit.start > 0)
+        write_unit(page, unit, page.start + 1, unit.start > 0)
     return True
 
 
@@ -343,14 +364,15 @@ _SPECIAL: tuple[Style, ...] = (_special,)
 _STYLES: dict[Kind, tuple[Style, ...]] = {
     **dict.fromkeys((Kind.SPECIAL, Kind.IF, Kind.BODIED, Kind.DEFINE, Kind.LAMBDA, Kind.LET), _SPECIAL),
     **dict.fromkeys((Kind.FOR, Kind.DO, Kind.GUARD, Kind.BIND, Kind.CLAUSES), _SPECIAL),
-    Kind.ORDINARY: (_function_first, _ordinary, last_resort),
-    Kind.CALL: (_call,),
+    Kind.ORDINARY: (_function_first, _ordinary, _as_written, _as_written_below, _hugging, last_resort),
+    Kind.CALL: (_as_written, _call),
     Kind.TRANSFORM: (_transform, last_resort, _pose_below),
-    Kind.ALIGNED: (_filled_operands, _aligned, last_resort),
+    Kind.ALIGNED: (_as_written, _filled_operands, _aligned, last_resort),
     Kind.TABLE: (_table,),
     Kind.QUOTE: (last_resort,),
     Kind.QUASIQUOTE: (last_resort,),
-    **dict.fromkeys((Kind.ARRAY, Kind.DATA, Kind.PARAMETERS), (_filled,)),
+    **dict.fromkeys((Kind.ARRAY, Kind.DATA), (_data_as_written, _filled)),
+    Kind.PARAMETERS: (_filled,),
     **dict.fromkeys((Kind.GROUP, Kind.BINDINGS), (_listed,)),
     Kind.BINDING: (_glued_binding, last_resort),
     Kind.CLAUSE: (_clause,),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from types import MappingProxyType
 from typing import Any
 
@@ -54,8 +54,9 @@ def atom_text(value: Any) -> str:
     return f"<{kind.__name__}>"
 
 
-def print_datum(datum: Datum, spelling: Mapping[int, str] = _NO_SPELLING) -> str:
-    """``datum`` on one line. ``spelling``: the exact text of atoms, by ``id``."""
+def print_datum(datum: Datum, spelling: Mapping[int, str] = _NO_SPELLING, plain: Set[int] = frozenset()) -> str:
+    """``datum`` on one line. ``spelling``: the exact text of atoms, by ``id``; ``plain``: the ids of lists such as
+    ``(quote x)`` that are not to be written with a prefix."""
     out: list[str] = []
     stack: list[Any] = [datum]
     while stack:
@@ -65,7 +66,7 @@ def print_datum(datum: Datum, spelling: Mapping[int, str] = _NO_SPELLING) -> str
         elif isinstance(item, Atom):
             out.append(spelling.get(id(item)) or atom_text(item.value))
         else:
-            _push(item, stack)
+            _push(item, stack, plain)
     return "".join(out)
 
 
@@ -79,9 +80,9 @@ def quote_prefix(datum: Datum) -> str | None:
     return _PREFIX_OF.get(head.value) if isinstance(head, Atom) and type(head.value) is Symbol else None
 
 
-def _push(item: Any, stack: list[Any]) -> None:
+def _push(item: Any, stack: list[Any], plain: Set[int]) -> None:
     """Push the pieces of a compound datum, last first."""
-    prefix = quote_prefix(item)
+    prefix = quote_prefix(item) if id(item) not in plain else None
     if prefix is not None:
         stack += (item.items[1], prefix)
         return

@@ -188,7 +188,7 @@ _HANDLE = re.compile(r"<([A-Za-z][A-Za-z0-9_-]*\*?)>\Z")
 _LITERALS = {"#t": True, "#true": True, "#f": False, "#false": False}
 
 
-def _classify(text: str) -> Any:
+def atom_value(text: str) -> Any:
     """The value of an atom; raises SceneError (without place) for one that is malformed."""
     first = text[0]
     if first.isdigit() or (first in "+-." and _NUMBER_LIKE.match(text)):
@@ -286,7 +286,7 @@ class _Builder(Transformer[Token, Any]):
             return Atom(None, span)
 
     def atom(self, token: Token) -> Atom:
-        return self._leaf(token, _classify, str(token))
+        return self._leaf(token, atom_value, str(token))
 
     def string(self, token: Token) -> Atom:
         return self._leaf(token, _unescape, token[1:-1])
@@ -338,29 +338,47 @@ class _Parser:
             forms: tuple[Datum, ...] = self._lark.parse(text)  # type: ignore[assignment]
             return forms
 
+    def terminals(self) -> list[tuple[str, str]]:
+        """Names and regular expressions of the grammar's terminals, in the order in which its lexer tries them."""
+        order = lambda t: (-t.priority, -t.pattern.max_width, -len(t.pattern.value), t.name)
+        return [(t.name, t.pattern.to_regexp()) for t in sorted(self._lark.terminals, key=order)]
+
 
 @cache
 def _parser() -> _Parser:
     return _Parser()
 
 
+@cache
+def terminals() -> re.Pattern[str]:
+    """A pattern of the grammar's terminals as named groups; what is ignored has a name that begins with ``__``."""
+    return re.compile("|".join(f"(?P<{name}>{pattern})" for name, pattern in _parser().terminals()))
+
+
 _BLOCK = re.compile(r'"(?:[^"\\]|\\.)*"|#;|;[^\n]*|#\||\|#', re.S)
 _BLOCK_EDGE = re.compile(r"#\||\|#")
 
 
-def _without_block_comments(text: str) -> str:
-    """``text`` with nested ``#| |#`` comments blanked, offsets kept; raises _ReadProblem for one never closed."""
-    if "#|" not in text:
-        return text
-    pieces: list[str] = []
-    position, search = 0, 0
+def block_comments(text: str) -> list[tuple[int, int]]:
+    """Where the outermost ``#| |#`` comments begin and end; raises _ReadProblem for one never closed."""
+    found: list[tuple[int, int]] = []
+    search = 0 if "#|" in text else len(text)
     while (match := _BLOCK.search(text, search)) is not None:
         search = match.end()
         if match[0] == "#|":
-            end = _block_end(text, match.start())
-            pieces += [text[position : match.start()], _blank(text[match.start() : end])]
-            position = search = end
-    return "".join([*pieces, text[position:]])
+            search = _block_end(text, match.start())
+            found.append((match.start(), search))
+    return found
+
+
+def without_comments(text: str, places: Sequence[tuple[int, int]]) -> str:
+    """``text`` with the ``#| |#`` comments at ``places`` blanked, offsets and line ends kept."""
+    pieces: list[str] = []
+    position = 0
+    for start, end in places:
+        pieces += [text[position:start], _blank(text[start:end])]
+        position = end
+    return "".join([*pieces, text[position:]]) if places else text
 
 
 def _block_end(text: str, start: int) -> int:
@@ -437,7 +455,7 @@ def _read(source: Source, text: str) -> ReadResult:
     """Read ``text``, which is that of ``source`` or has blanks in place of some of it."""
     problems: list[Diagnostic] = []
     try:
-        forms = _parser().parse(_without_block_comments(text), source, problems)
+        forms = _parser().parse(without_comments(text, block_comments(text)), source, problems)
     except _ReadProblem as problem:
         return ReadResult(source, (), (*problems, problem.diagnostic(source)), problem.state)
     except UnexpectedCharacters as unexpected:  # every other character begins a token

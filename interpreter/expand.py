@@ -68,6 +68,15 @@ def syntax_error(form: str, message: str, span: Span, hint: str | None = None) -
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Use:
+    """An identifier where it stands, and what it means there; ``defines``: it is bound there."""
+
+    span: Span
+    binding: Any
+    defines: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Pending:
     """A form of a body that was found but not expanded yet: first every definition of the body is declared."""
 
@@ -87,6 +96,7 @@ class Expander:
         self.expanded = 0
         self.template_scope: Scope | None = None  # set while a define-macro's body is expanded or runs
         self.template_aliases: dict[Symbol, Symbol] = {}
+        self.uses: list[Use] | None = None  # where editors want to know what every identifier means
 
     # --- identifiers -------------------------------------------------------------------------------------------
 
@@ -95,7 +105,13 @@ class Expander:
         binding = scope.lookup(atom.value)
         if binding is None:
             raise self.unbound(atom, scope)
+        self.note_use(atom, binding)
         return binding
+
+    def note_use(self, atom: Datum, binding: Any, defines: bool = False) -> None:
+        """Keep what an identifier of the text means, if somebody wants to know."""
+        if self.uses is not None and atom.span.expansion is None:
+            self.uses.append(Use(atom.span, binding, defines))
 
     def unbound(self, atom: Atom, scope: Scope) -> SceneError:
         name = base_name(atom.value)
@@ -137,7 +153,10 @@ class Expander:
 
     def binding_of(self, datum: Any, scope: Scope) -> Any:
         """The binding of ``datum`` if it is an identifier that has one, else None."""
-        return scope.lookup(datum.value) if is_identifier(datum) else None
+        binding = scope.lookup(datum.value) if is_identifier(datum) else None
+        if isinstance(binding, (Special, Macro, PaperForm)):
+            self.note_use(datum, binding)
+        return binding
 
     def is_literal(self, datum: Any, name: str, scope: Scope) -> bool:
         """True for an identifier spelled ``name`` that no variable shadows, such as ``else``."""
@@ -171,6 +190,7 @@ class Expander:
         variable.from_macro = isinstance(atom.value, Alias)
         variable.shadows = isinstance(existing, (Builtin, PaperForm))
         scope.bind(atom.value, variable)
+        self.note_use(atom, variable, defines=True)
         return variable
 
     def global_variable(self, name: str, span: Span) -> Variable:

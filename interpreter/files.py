@@ -22,6 +22,7 @@ from scenelang.interpreter.expand import (
     Expander,
     Pending,
     RunMacro,
+    Use,
     core,
     is_identifier,
     syntax_error,
@@ -39,7 +40,8 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True, eq=False)
 class ProgramState:
-    """What the files of one program share while they are loaded. ``kept`` are files of an earlier version."""
+    """What the files of one program share while they are loaded. ``kept`` are files of an earlier version;
+    ``keeps_uses``: editors want to know what every identifier means."""
 
     prelude: Prelude
     load: Callable[[str, Source, Span], Source]
@@ -50,6 +52,7 @@ class ProgramState:
     params: list[Param] = field(default_factory=list)
     kept: Mapping[str, SourceFile] = field(default_factory=dict)
     book: FactBook = field(default_factory=FactBook)
+    keeps_uses: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,12 +64,14 @@ class Import:
 
 @dataclass(slots=True)
 class Step:
-    """One of the two steps of a form, scanning or expansion: what it looked up, what went wrong, what macros cost."""
+    """One of the two steps of a form, scanning or expansion: what it looked up, what went wrong, what macros cost, and
+    for editors what the identifiers mean."""
 
     record: Record
     problems: list[Diagnostic]
     expansions: int
     expanded: int
+    uses: list[Use]
 
 
 class TopForm:
@@ -247,8 +252,10 @@ class SourceFile:
         record = self.names.begin()
         problems: list[Diagnostic] = []
         expander.diagnostics = problems
+        uses: list[Use] = []
+        expander.uses = uses if self.state is not None and self.state.keeps_uses else None
         action()
-        return Step(record, problems, expander.expansions - expansions, expander.expanded - expanded)
+        return Step(record, problems, expander.expansions - expansions, expander.expanded - expanded, uses)
 
     def _take(self, form: TopForm) -> None:
         """Add to the file what a scanned form holds."""

@@ -80,7 +80,7 @@ class Versions:
     def analyse(self, source: Source, load: Callable[[str, Source, Span], Source], run_macro: RunMacro) -> Version:
         """The next version. ``load`` and ``run_macro`` are those of ``load_program``."""
         kept = self._state.files if self._state is not None else {}
-        state = ProgramState(self._prelude, load, {}, run_macro, kept=kept, book=self._book)
+        state = ProgramState(self._prelude, load, {}, run_macro, kept=kept, book=self._book, keeps_uses=True)
         file = self._file
         if file is None or file.source.name != source.name:
             file = SourceFile(source, self._prelude.scope, state, is_main=True)

@@ -150,8 +150,9 @@ class Session:
         """The folder that programs may not leave: the one that was set, else the main file's."""
         return (self.options.project or self._folder(main)).resolve()
 
-    def _loader(self, main: Source) -> Callable[[str, Source, Span], Source]:
-        """Finds imported files: relative to the importing one, inside the project folder."""
+    def importer(self, main: Source, texts: Mapping[Path, str] | None = None) -> Callable[[str, Source, Span], Source]:
+        """Finds imported files: relative to the importing one, inside the project folder. ``texts`` holds, by resolved
+        path, those that are open in an editor."""
         project = self._project(main)
 
         def load(path: str, importing: Source, span: Span) -> Source:
@@ -164,6 +165,8 @@ class Session:
                 hint = "files may import only from the project folder; --allow-outside lifts this"
                 raise SceneError("import-outside", f"`{path}` leads out of {project}", hint, span)
             shown = os.path.relpath(target)
+            if texts and target in texts:
+                return Source(shown, texts[target])
             if os.path.exists(target) and not os.path.isfile(target):
                 raise SceneError("file", f"cannot read {shown}: it is no regular file", None, span)
             try:
@@ -229,7 +232,7 @@ class Session:
             return Checked(None, found)
         datums = translation.forms if translation is not None else None
         program = load_program(
-            source, self.library, self._loader(source), macro_runner(self.library, _MACRO_LIMITS), overrides, datums
+            source, self.library, self.importer(source), macro_runner(self.library, _MACRO_LIMITS), overrides, datums
         )
         diagnostics = [*found, *program.diagnostics]
         if self.options.strict and program.ok:
@@ -237,10 +240,10 @@ class Session:
                 check_strict(read(source).forms if datums is None else datums)
             except SceneError as error:
                 diagnostics.append(error.diagnostic)
-        diagnostics += self._warnings(program, translation is None)
+        diagnostics += self.warnings(program, translation is None)
         return Checked(program, settled(diagnostics, program.sources))
 
-    def _warnings(self, program: Program, is_written: bool) -> list[Diagnostic]:
+    def warnings(self, program: Program, is_written: bool = True) -> list[Diagnostic]:
         """What is suspicious about a program that has no errors, its root included. ``is_written``: somebody wrote it
         in the language, rather than a model in Python, and cares for what is left over."""
         if not program.ok:

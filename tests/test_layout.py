@@ -13,10 +13,11 @@ from hypothesis import strategies as st
 from support import shape
 
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Symbol, walk
-from scenelang.grammar.layout import Trivia, layout
+from scenelang.grammar.layout import layout
 from scenelang.grammar.printer import print_datum
 from scenelang.grammar.reader import read, read_comments
 from scenelang.grammar.source import Source, Span
+from scenelang.grammar.trivia import Row, Trivia, line_comment
 from scenelang.interpreter.forms import FORMS
 
 INDENTS = {name: form.indent for name, form in FORMS.items()}
@@ -288,6 +289,17 @@ def test_style(name: str) -> None:
 # --- comments ------------------------------------------------------------------------------------------------------
 
 
+def rows(texts: Iterable[str | None]) -> tuple[Row, ...]:
+    return tuple(None if text is None else line_comment(text) for text in texts)
+
+
+def around(
+    before: Iterable[str | None] = (), after: str | None = None, blank: bool = False, end: Iterable[str | None] = ()
+) -> Trivia:
+    """Trivia with comments given without ``; ``."""
+    return Trivia(rows(before), line_comment(after) if after else None, blank, rows(end))
+
+
 def found(forms: Iterable[Datum], text: str) -> Datum:
     """The datum with this text."""
     return next(datum for datum in walk(*forms) if datum.span.text == text)
@@ -303,9 +315,9 @@ def commented(text: str, trivia: dict[str, Trivia], width: int = 88) -> str:
 def test_comments_above_and_empty_lines() -> None:
     text = '(define (f x) (define y 1) (+ x y)) (scene "a")'
     trivia = {
-        "(define (f x) (define y 1) (+ x y))": Trivia(before=("title", None, "one", "", "two")),
-        "(+ x y)": Trivia(before=("the sum",), blank=True),
-        '(scene "a")': Trivia(),
+        "(define (f x) (define y 1) (+ x y))": around(before=("title", None, "one", "", "two")),
+        "(+ x y)": around(before=("the sum",), blank=True),
+        '(scene "a")': around(),
     }
     wanted = """\
 ; title
@@ -318,41 +330,42 @@ def test_comments_above_and_empty_lines() -> None:
 
   ; the sum
   (+ x y))
+
 (scene "a")
 """
     assert commented(text, trivia) == wanted
 
 
 def test_comment_at_the_end_moves_behind_the_parentheses() -> None:
-    assert commented("(f (g (list a b)))", {"b": Trivia(after="28 tiles")}) == "(f (g (list a b)))  ; 28 tiles\n"
-    trivia = {"b": Trivia(after="one"), "(g (list a b))": Trivia(after="two")}
+    assert commented("(f (g (list a b)))", {"b": around(after="28 tiles")}) == "(f (g (list a b)))  ; 28 tiles\n"
+    trivia = {"b": around(after="one"), "(g (list a b))": around(after="two")}
     assert commented("(f (g (list a b)))", trivia) == "(f (g (list a b)))  ; one; two\n"
-    assert commented("(list a b)", {"a": Trivia(after="one")}) == "(list a  ; one\n      b)\n"
+    assert commented("(list a b)", {"a": around(after="one")}) == "(list a  ; one\n      b)\n"
 
 
 def test_comments_at_the_ends_of_neighbouring_lines_are_aligned() -> None:
     text = "(let () (define inner 1) (define longer 2) (define z 3))"
-    trivia = {"(define inner 1)": Trivia(after="a"), "(define longer 2)": Trivia(after="b")}
+    trivia = {"(define inner 1)": around(after="a"), "(define longer 2)": around(after="b")}
     assert commented(text, trivia) == "(let ()\n  (define inner 1)   ; a\n  (define longer 2)  ; b\n  (define z 3))\n"
 
 
 def test_comments_before_the_closing_parenthesis() -> None:
-    assert commented("(f a)", {"(f a)": Trivia(end=("no more",))}) == "(f a\n  ; no more\n)\n"
-    assert commented("()", {"()": Trivia(end=("empty",))}) == "(\n ; empty\n)\n"
+    assert commented("(f a)", {"(f a)": around(end=("no more",))}) == "(f a\n  ; no more\n)\n"
+    assert commented("()", {"()": around(end=("empty",))}) == "(\n ; empty\n)\n"
 
 
 def test_comments_among_bindings() -> None:
     text = "(let* ((a 1) (b 2)) b)"
-    assert commented(text, {"(b 2)": Trivia(before=("why",))}) == "(let* ((a 1)\n       ; why\n       (b 2))\n  b)\n"
+    assert commented(text, {"(b 2)": around(before=("why",))}) == "(let* ((a 1)\n       ; why\n       (b 2))\n  b)\n"
 
 
 def test_comments_within_quotes() -> None:
-    assert commented("'(a b)", {"b": Trivia(before=("c",))}) == "'(a\n  ; c\n  b)\n"
-    assert commented("(quote a)", {"a": Trivia(before=("c",))}) == "(quote\n  ; c\n  a)\n"
+    assert commented("'(a b)", {"b": around(before=("c",))}) == "'(a\n  ; c\n  b)\n"
+    assert commented("(quote a)", {"a": around(before=("c",))}) == "(quote\n  ; c\n  a)\n"
 
 
 def test_comments_after_the_last_form() -> None:
-    assert layout(forms_of("x"), indents={}, end=(None, "end")) == "x\n\n; end\n"
+    assert layout(forms_of("x"), indents={}, end=(None, "; end")) == "x\n\n; end\n"
     assert layout((), indents={}) == ""
 
 
@@ -399,7 +412,7 @@ def test_what_is_laid_out_reads_back_equal_and_stays(forms: list[Datum], width: 
 
 
 def comments_in_order(forms: Iterable[Datum], trivia: dict[int, Trivia]) -> list[str]:
-    out: list[str | None] = []
+    out: list[Row] = []
     for form in forms:
         around = trivia.get(id(form), Trivia())
         out += around.before
@@ -408,7 +421,7 @@ def comments_in_order(forms: Iterable[Datum], trivia: dict[int, Trivia]) -> list
             out += comments_in_order([*form.items, *([tail] if tail is not None else [])], trivia)
             out += around.end
         out.append(around.after)
-    return [text for text in out if text]
+    return [text.lstrip("; ") for text in out if isinstance(text, str) and text.strip("; ")]
 
 
 @settings(max_examples=200, deadline=None)
@@ -417,7 +430,7 @@ def test_comments_are_kept_in_order(forms: list[Datum], width: int, data: st.Dat
     parts = list(walk(*forms))
     trivia = {}
     for number in data.draw(st.lists(st.integers(0, len(parts) - 1), max_size=6)) if parts else []:
-        trivia[id(parts[number])] = Trivia(
+        trivia[id(parts[number])] = around(
             before=tuple(data.draw(st.lists(st.sampled_from([f"b{number}.", "", None]), max_size=2))),
             after=data.draw(st.sampled_from([None, f"a{number}."])),
             blank=data.draw(st.booleans()),
@@ -447,7 +460,7 @@ def test_programs_written_by_hand(program: Path) -> None:
 def test_deep_and_wide_datums() -> None:
     """Nesting is no danger to the stack and layout takes no more than a short time per datum; no comment is lost."""
     deep: Datum = Atom(Symbol("deepest"), NOWHERE)
-    trivia = {id(deep): Trivia(before=("at the bottom",))}
+    trivia = {id(deep): around(before=("at the bottom",))}
     for _ in range(4_000):
         deep = ListDatum((Atom(Symbol("f"), NOWHERE), deep), None, NOWHERE)
     wide = ListDatum(tuple(Atom(i, NOWHERE) for i in range(20_000)), None, NOWHERE)

@@ -6,13 +6,14 @@ import textwrap
 from collections.abc import Mapping, Sequence
 
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Symbol
-from scenelang.grammar.layout import Trivia, layout
+from scenelang.grammar.formatter import settled
+from scenelang.grammar.layout import layout
 from scenelang.grammar.source import Span
+from scenelang.grammar.trivia import Trivia, line_comment
 from scenelang.interpreter.forms import FORMS
 from scenelang.interpreter.transpile.writing.code import ArgumentName, Brackets, Code, Form, Key, Literal, Name, Ref
 from scenelang.interpreter.transpile.writing.naming import Namer
 
-WIDTH = 104
 _INDENTS: Mapping[str, int | None] = {name: form.indent for name, form in FORMS.items()}
 
 
@@ -30,7 +31,8 @@ class Output:
         span = code.span or outer or self._outer
         datum = self._bare(code, span)
         if code.before or code.after or code.blank:
-            self.trivia[id(datum)] = Trivia(tuple(code.before), code.after, code.blank)
+            after = line_comment(code.after) if code.after else None
+            self.trivia[id(datum)] = Trivia(_comments(code.before), after, code.blank)
         return datum
 
     def _bare(self, code: Code, span: Span) -> Datum:
@@ -59,14 +61,20 @@ class Output:
         trivia = dict(self.trivia)
         if forms and header:
             first = trivia.get(id(forms[0]), Trivia())
-            before: tuple[str | None, ...] = (*header, None, *first.before)
+            before = (*_comments(header), None, *first.before)
             trivia[id(forms[0])] = Trivia(before, first.after, first.blank, first.end)
-        return layout(forms, indents=_INDENTS, trivia=trivia, spelling=self.spelling, width=WIDTH, end=tuple(footer))
+        text = layout(forms, indents=_INDENTS, trivia=trivia, spelling=self.spelling, end=_comments(footer))
+        return settled(text, _INDENTS)
+
+
+def _comments(texts: Sequence[str | None]) -> tuple[str | None, ...]:
+    """Lines of comments; None is an empty line."""
+    return tuple(None if text is None else line_comment(text) for text in texts)
 
 
 def prose(text: str) -> list[str]:
     """Prose wrapped to lines of a comment; an empty line stays one."""
     lines: list[str] = []
     for paragraph in text.strip().splitlines():
-        lines += textwrap.wrap(paragraph, 98) or [""]
+        lines += textwrap.wrap(paragraph, 86) or [""]
     return lines

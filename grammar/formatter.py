@@ -1,0 +1,212 @@
+"""The formatter: a text in the one style of the language, changed in white space only.
+
+The text is read to datums that know their comments (``concrete``) and laid out (``layout``). Line breaks that an author
+made may be kept, so this is repeated until nothing changes, which makes formatting idempotent. At the end tokens and
+comments are compared with those before: a difference is a fault of the formatter, and nothing is returned.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from itertools import takewhile
+from typing import NamedTuple
+
+from scenelang.grammar.concrete import Concrete, concrete
+from scenelang.grammar.datum import Datum, walk
+from scenelang.grammar.diagnostics import Diagnostic, SceneError
+from scenelang.grammar.layout import hidden_datums, layout_lines
+from scenelang.grammar.macro_indents import learnt_indents
+from scenelang.grammar.printer import print_datum
+from scenelang.grammar.reader import read
+from scenelang.grammar.source import Source
+from scenelang.grammar.tokens import essence
+from scenelang.grammar.trivia import NOTE, Row, Trivia
+
+WIDTH = 88
+_MOST_PASSES = 20
+_MARK = "\ufeff"  # a byte order mark
+
+
+@dataclass(eq=False)
+class UnreadableError(SceneError):
+    """A text that does not read; ``diagnostics`` are all of its errors, the first one being this."""
+
+    diagnostics: tuple[Diagnostic, ...] = ()
+
+
+class FormatFault(Exception):
+    """The formatter would have changed more than white space: a fault of its own, not of the text."""
+
+
+class Edit(NamedTuple):
+    """Lines ``first`` to ``last`` of a text (from 1; ``last`` included, ``first - 1`` for an insertion) become
+    ``text``."""
+
+    first: int
+    last: int
+    text: str
+
+
+def format_text(text: str, indents: Mapping[str, int | None], *, name: str = "<text>", width: int = WIDTH) -> str:
+    """``text`` formatted. ``indents``: for each form how many operands stand on the head's line, None where operands
+    are aligned; what the text's own macros want is learnt from their definitions.
+
+    Lines have at most ``width`` columns where tokens and comments allow. A byte order mark and the commoner kind of
+    line ends are kept. Raises UnreadableError for a text that does not read, FormatFault for a fault of the formatter.
+    """
+    mark = _MARK if text.startswith(_MARK) else ""
+    body = text[len(mark) :]
+    stand_in = _unused(body) if NOTE in body else NOTE
+    return mark + _formatted(Source(name, body.replace(NOTE, stand_in)), indents, width).replace(stand_in, NOTE)
+
+
+def _unused(text: str) -> str:
+    """A character that does not occur in a text."""
+    found = set(text)
+    return next(chr(code) for code in range(0xE000, 0x110000) if chr(code) not in found)
+
+
+def _formatted(source: Source, indents: Mapping[str, int | None], width: int) -> str:
+    forms = checked_forms(source)
+    wanted = essence(source.text)
+    text = _settled(source, learnt_indents(forms, indents), width, wanted)
+    if text != source.text:
+        again = read(Source(source.name, text))
+        if again.diagnostics or [print_datum(form) for form in again.forms] != [print_datum(form) for form in forms]:
+            raise FormatFault(f"{source.name} would not read the same after formatting")
+    return text
+
+
+def settled(text: str, indents: Mapping[str, int | None]) -> str:
+    """``text``, which must read, as ``format_text`` leaves it; for programs that this package has laid out itself."""
+    return _settled(Source("<text>", text), indents, WIDTH)
+
+
+def _settled(
+    source: Source, indents: Mapping[str, int | None], width: int, wanted: list[tuple[str, str]] | None = None
+) -> str:
+    """The layout that is its own layout. ``wanted``: the tokens and comments that it must have, else FormatFault."""
+    tree, text = concrete(source), source.text
+    line_end = _line_end(text, tree)
+    for _ in range(_MOST_PASSES):
+        before, text = text, _laid_out(tree, indents, width, line_end)
+        if text == before:
+            break
+        if wanted is not None and essence(text) != wanted:
+            raise FormatFault(f"formatting {source.name} would change more than white space")
+        tree = concrete(Source(source.name, text))
+    return text
+
+
+def _laid_out(tree: Concrete, indents: Mapping[str, int | None], width: int, line_end: str) -> str:
+    lines = layout_lines(
+        tree.forms,
+        indents=indents,
+        trivia=tree.trivia,
+        spelling=tree.spelling,
+        width=width,
+        end=tree.end,
+        written=tree.written,
+    )
+    return line_end.join([*lines, ""]) if lines else ""
+
+
+def checked_forms(source: Source) -> tuple[Datum, ...]:
+    """The forms of a text; raises UnreadableError."""
+    result = read(source)
+    if not result.diagnostics:
+        return result.forms
+    first = result.diagnostics[0]
+    raise UnreadableError(
+        first.name, first.message, first.hint, first.span, first.notes, diagnostics=result.diagnostics
+    )
+
+
+# --- line ends -----------------------------------------------------------------------------------------------------
+
+
+def _line_end(text: str, tree: Concrete) -> str:
+    """The commoner line end among those that formatting may move: not in strings, comments and what stays as it is."""
+    pairs, ends = text.count("\r\n"), text.count("\n")
+    for piece in _fixed(tree):
+        pairs, ends = pairs - piece.count("\r\n"), ends - piece.count("\n")
+    return "\r\n" if 2 * pairs > ends else "\n"
+
+
+def _fixed(tree: Concrete) -> Iterable[str]:
+    """The texts of several lines that stay as they are."""
+    yield from _comments(tree.end)
+    stack = [*tree.forms, *hidden_datums(tree.end)]
+    for datum in walk(*stack):
+        yield tree.spelling.get(id(datum), "")
+        around = tree.trivia.get(id(datum))
+        if around is not None:
+            yield from _around(tree, around)
+
+
+def _around(tree: Concrete, around: Trivia) -> Iterable[str]:
+    yield from _comments((*around.before, *around.end, around.after, around.opening, around.closing))
+    for hidden in hidden_datums((*around.before, *around.end)):
+        yield tree.spelling.get(id(hidden), "")
+
+
+def _comments(rows: Iterable[Row]) -> Iterable[str]:
+    return (row for row in rows if isinstance(row, str) and "\n" in row)
+
+
+# --- parts of a text -----------------------------------------------------------------------------------------------
+
+
+def format_range(
+    text: str,
+    first_line: int,
+    last_line: int,
+    indents: Mapping[str, int | None],
+    *,
+    name: str = "<text>",
+    width: int = WIDTH,
+) -> str:
+    """``text`` with only those forms of the file formatted that stand on lines ``first_line`` to ``last_line`` (from
+    1), with their comments. Raises as ``format_text`` does."""
+    mark = _MARK if text.startswith(_MARK) else ""
+    source = Source(name, text[len(mark) :])
+    indents = learnt_indents(checked_forms(source), indents)
+    lines = source.text.split("\n")
+    touched = [place for place in _line_runs(source) if place[0] <= last_line and place[1] >= first_line]
+    if not touched:
+        return text
+    first, last = touched[0][0], touched[-1][1]
+    part = "\n".join(lines[first - 1 : last])
+    ended = part + "\n" if last < len(lines) else part
+    done = format_text(ended, indents, name=name, width=width)
+    rest = "\n".join(lines[last:])
+    before = "".join(f"{line}\n" for line in lines[: first - 1])
+    return mark + before + done + rest
+
+
+def _line_runs(source: Source) -> list[tuple[int, int]]:
+    """The first and last lines of the forms of a file with their comments; forms that share a line are one run."""
+    runs: list[tuple[int, int]] = []
+    for start, end in concrete(source).places:
+        first, last = source.position(start)[0], source.position(max(start, end - 1))[0]
+        if runs and first <= runs[-1][1]:
+            runs[-1] = (runs[-1][0], max(last, runs[-1][1]))
+        else:
+            runs.append((first, last))
+    return runs
+
+
+def edit_between(before: str, after: str) -> Edit | None:
+    """The smallest run of lines that turns one text into the other; None where they are equal."""
+    if before == after:
+        return None
+    old, new = before.splitlines(keepends=True), after.splitlines(keepends=True)
+    head = sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(old, new)))
+    room = min(len(old), len(new)) - head
+    tail = (
+        sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(reversed(old[-room:]), reversed(new[-room:]))))
+        if room
+        else 0
+    )
+    return Edit(head + 1, len(old) - tail, "".join(new[head : len(new) - tail]))
