@@ -106,19 +106,10 @@ class TopLevel:
         for diagnostic in forms[0].read:
             if diagnostic.is_error:
                 raise error_of(diagnostic)
-        self.evaluate_forms([form for form in forms if form.datums], give, warn, whole)
-
-    def evaluate_forms(
-        self,
-        forms: Sequence[TopForm],
-        give: Callable[[Given], None],
-        warn: Callable[[Diagnostic], None],
-        whole: bool = False,
-    ) -> None:
-        """``evaluate`` for forms that are read."""
-        self.file.source = self.main
+        given_forms = [form for form in forms if form.datums]
+        self.file.source = source if whole else self.main  # where imports are looked for
         self.state.run_macro = self.file.expander.run_macro = self._new_macros()
-        groups = [list(forms)] if whole else list(_groups(forms))
+        groups = [given_forms] if whole else list(_groups(given_forms))
         for group in groups:
             if len(group) == 1 or whole or self._expands(group):
                 self._evaluate_group(group, give, warn, whole)
@@ -328,6 +319,21 @@ class TopLevel:
             self.file.words = words
             self.state.params = [param for each in self.forms for param in each.params]
 
+    def forget_versions(self, source: Source) -> None:
+        """Forget what other versions of a file defined and the version ``source`` does not."""
+        old = [form for form in self.forms if _source(form).name == source.name and _source(form) is not source]
+        self.forms = self.file.forms = [form for form in self.forms if form not in old]
+        kept = {name for form in self.forms for name in names_of(form)}
+        for form in old:
+            for symbol in list(form.scan.record.bound if form.scan is not None else ()):
+                if base_name(symbol) not in kept:
+                    dict.pop(self.file.names, symbol, None)
+            for word, _ in form.words:
+                if f'"{word}"' not in kept:
+                    self.rt.words[word].function = None
+        self.file.words = {word: span for form in self.forms for word, span in form.words}
+        self.rt.forget_calls()
+
     # --- for whoever looks at it -------------------------------------------------------------------------------
 
     def remember(self, value: Any) -> None:
@@ -424,6 +430,10 @@ def error_of(diagnostic: Diagnostic) -> SceneError:
     return SceneError(
         diagnostic.name, diagnostic.message, diagnostic.hint, diagnostic.span, diagnostic.notes, list(diagnostic.chain)
     )
+
+
+def _source(form: TopForm) -> Source:
+    return form.datums[0].span.source
 
 
 def names_of(form: TopForm) -> set[str]:

@@ -302,7 +302,7 @@ class Session:
         assets = AssetFiles(self._folder(main), self._project(main), options.allow_outside)
         runtime = JournaledRuntime(library, options.limits, options.seed, options.z_entries, asset=assets.measure)
         new_macros = lambda: macro_runner(library, _MACRO_LIMITS, started)
-        return TopLevel(library, runtime, main, self._loader(main), new_macros, overrides)
+        return TopLevel(library, runtime, main, self.importer(main), new_macros, overrides)
 
     def problem_of(self, error: BaseException) -> Diagnostic | None:
         """What users get to see of an error that ended an evaluation; None for one that is no fault of a program."""

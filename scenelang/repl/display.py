@@ -13,7 +13,6 @@ from scenelang.interpreter.library import Builtin
 from scenelang.interpreter.procedures import Closure, Condition
 from scenelang.interpreter.show import show
 from scenelang.interpreter.values import (
-
     Array,
     Matrix,
     MutableArray,
@@ -59,7 +58,7 @@ def _lines(value: Any, width: int) -> Sequence[str]:
     if kind is Array or kind is MutableArray:
         return _array_lines(value.data, width)
     if kind is Vector:
-        return _wrapped("[" + " ".join(map(_number, value[:_most_items(width)])) + _rest(len(value), width) + "]", width)
+        return _row(value[: _most_items(width)], len(value), width)
     if kind is Table:
         return _table_lines(value, width)
     if kind is Condition:
@@ -105,6 +104,11 @@ def _most_items(width: int) -> int:
     return width // 2
 
 
+def _row(shown: Sequence[Any], count: int, width: int) -> Sequence[str]:
+    """The first items of a vector of ``count``."""
+    return _wrapped("[" + " ".join(map(_number, shown)) + _rest(count, width) + "]", width)
+
+
 def _rest(count: int, width: int) -> str:
     return f" ... {count - _most_items(width):,} more" if count > _most_items(width) else ""
 
@@ -133,8 +137,7 @@ def _short(x: Any) -> str:
 
 def _array_lines(data: Any, width: int) -> Sequence[str]:
     if data.ndim == 1:
-        shown = data[: _most_items(width)].tolist()
-        return _wrapped("[" + " ".join(map(_number, shown)) + _rest(len(data), width) + "]", width)
+        return _row(data[: _most_items(width)].tolist(), len(data), width)
     if data.ndim != 2 or not data.size:
         shape = " x ".join(map(str, data.shape))
         return [f"array of {shape}", *(_text_lines(data.tolist(), width) if data.size < 50 else ())]
@@ -173,5 +176,3 @@ def error_lines(error: SceneError) -> list[str]:
         line, column = error.span.source.position(error.span.start)
         lines.append(f"  at {error.span.source.name}:{line}:{column}")
     return lines
-
-

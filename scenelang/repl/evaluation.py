@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
@@ -11,10 +11,9 @@ from typing import Any, TypeVar
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.grammar.source import Source
 from scenelang.interpreter.entity import Entity, Frames, Scene
-from scenelang.interpreter.files import TopForm
 from scenelang.interpreter.interactive import Given
-from scenelang.interpreter.lint.words import find_root
 from scenelang.interpreter.limits import Limits
+from scenelang.interpreter.lint.words import find_root
 from scenelang.interpreter.parts import parts_of
 from scenelang.interpreter.runtime import Runtime
 from scenelang.repl.tracing import Tracer
@@ -50,6 +49,7 @@ class Evaluation:
         self.seed = session.options.seed
         self.inputs = 0
         self.tracer = Tracer()
+        self.loaded: str | None = None  # the last file that was loaded by command
         self._macros: Runtime | None = None
         self.reset()
 
@@ -77,11 +77,7 @@ class Evaluation:
 
     def evaluate(self, source: Source, whole: bool = False) -> Outcome:
         """Evaluate the forms of an input; never raises for a mistake in them."""
-        return self._account(lambda give, warn: self.top.evaluate(source, give, warn, whole), (source,))
-
-    def evaluate_forms(self, forms: Sequence[TopForm]) -> Outcome:
-        """Evaluate forms that are read, as a whole."""
-        return self._account(lambda give, warn: self.top.evaluate_forms(forms, give, warn, True), ())
+        return self._account(lambda give, warn: self.top.evaluate(source, give, warn, whole))
 
     def load(self, path: str) -> Outcome:
         """Evaluate a file as one input."""
@@ -91,9 +87,18 @@ class Evaluation:
             return Outcome(diagnostics=(error.diagnostic,))
         return self.evaluate(source, whole=True)
 
-    def _account(
-        self, work: Callable[[Callable[[Given], None], Callable[[Diagnostic], None]], None], sources: Sequence[Source]
-    ) -> Outcome:
+    def reload(self, path: str) -> Outcome:
+        """Evaluate a file again; what its last version defined and this one does not is forgotten."""
+        try:
+            source = self.session.source(path)
+        except SceneError as error:
+            return Outcome(diagnostics=(error.diagnostic,))
+        outcome = self.evaluate(source, whole=True)
+        if outcome.ok:
+            self.top.forget_versions(source)
+        return outcome
+
+    def _account(self, work: Callable[[Callable[[Given], None], Callable[[Diagnostic], None]], None]) -> Outcome:
         values: list[Any] = []
         found: list[Diagnostic] = []
         rt = self.top.rt

@@ -37,13 +37,11 @@ def checked_program(session: Session, top: TopLevel, name: str) -> str:
 
 
 def formatted(text: str) -> str:
-    """A program in the one style of the language; as it is where the formatter has no answer."""
-    try:
-        from scenelang.grammar.formatter import format_text
-        from scenelang.interpreter.forms import FORMS
-    except ImportError:
-        return text
-    return format_text(text, {name: form.indent for name, form in FORMS.items()})
+    """A program in the one style of the language."""
+    from scenelang.formatting import FORM_INDENTS
+    from scenelang.grammar.formatter import format_text
+
+    return format_text(text, FORM_INDENTS)
 
 
 def comment_above(form: TopForm) -> list[str]:
