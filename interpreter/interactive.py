@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from scenelang.grammar import ast
-from scenelang.grammar.datum import Atom, Datum, ListDatum, Symbol
+from scenelang.grammar.datum import Datum, ListDatum, Symbol
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.grammar.reader import read
 from scenelang.grammar.source import Source, Span
@@ -29,14 +29,20 @@ from scenelang.interpreter.lint.words import word_warnings
 from scenelang.interpreter.prelude import prelude_of
 from scenelang.interpreter.procedures import Cell, Condition
 from scenelang.interpreter.program import Program, assembled, collect
+from scenelang.interpreter.replacing import (
+    computes,
+    fresh,
+    groups,
+    makes_function,
+    names_of,
+    placed,
+    source_of,
+)
 from scenelang.interpreter.scope import Variable, base_name
 from scenelang.interpreter.values import Mutable
 
 LATEST = ("*1", "*2", "*3")
 ERROR = "*e"
-_DEFINING = frozenset(
-    ["define", "define-values", "define-record", "define-syntax", "define-macro", "bind", "import", "param", "scene"]
-)  # forms that may see one another when they are given together
 _MOST_ROUNDS = 10
 _WHOLE_FILE = ("unused", "bound-twice", "undefined-word", "unreachable-word")
 
@@ -89,6 +95,7 @@ class TopLevel:
             self.file.scope.bind(Symbol(name), variable)
             self.run.globals[variable] = Cell(None, 0)
         self.forms: list[TopForm] = []
+        self._drew: set[int] = set()  # forms, by id, that drew random numbers and did nothing else that stays
         self._ran: set[int] = set()  # imported files, by id
         self._known: list[SourceFile] = []  # so that ids stay theirs
 
@@ -109,18 +116,18 @@ class TopLevel:
         given_forms = [form for form in forms if form.datums]
         self.file.source = source if whole else self.main  # where imports are looked for
         self.state.run_macro = self.file.expander.run_macro = self._new_macros()
-        groups = [given_forms] if whole else list(_groups(given_forms))
-        for group in groups:
+        batches = [given_forms] if whole else list(groups(given_forms))
+        for group in batches:
             if len(group) == 1 or whole or self._expands(group):
                 self._evaluate_group(group, give, warn, whole)
             else:
                 for form in group:
-                    self._evaluate_group([_fresh(form)], give, warn, whole)
+                    self._evaluate_group([fresh(form)], give, warn, whole)
 
     def _expands(self, group: Sequence[TopForm]) -> bool:
         """Whether forms can be taken in together; otherwise the first one at fault is to be found."""
         mark = self._mark()
-        problems = self._take_in([_fresh(form) for form in group])
+        problems = self._take_in([fresh(form) for form in group])
         self._go_back(mark)
         return not any(d.is_error for d in problems)
 
@@ -223,9 +230,12 @@ class TopLevel:
     def _accept(self, form: TopForm, before: _Mark) -> None:
         """A form was evaluated: it replaces those that defined the same, and what depends on it is made anew."""
         defined = names_of(form)
-        if not defined and not form.imports and not form.scene and not self.rt.has_changed:
-            return
-        self._place(form, defined)
+        if not defined and not form.imports and not form.scene:
+            if not self.rt.has_changed:
+                return
+            if not self.rt.has_written:
+                self._drew.add(id(form))
+        self.forms = placed(self.forms, form)
         file = self.file
         file.forms = self.forms
         file.words = {word: span for each in self.forms for word, span in each.words}
@@ -234,19 +244,6 @@ class TopLevel:
         if defined or form.imports:
             self.rt.forget_calls()
             self._make_anew(before)
-
-    def _place(self, form: TopForm, defined: set[str]) -> None:
-        """Put a form among those that made what there is, so that they make it again in their order.
-
-        What computes nothing by itself (functions, macros, records) takes the place of what it replaces. A value comes
-        last; if something was computed since the old value was, which may have used it, both stay.
-        """
-        replaced = [i for i, old in enumerate(self.forms) if _replaces(form, old, defined)]
-        if replaced and is_assignment(form) and any(_computes(old) for old in self.forms[replaced[-1] + 1 :]):
-            replaced = []
-        kept = [old for i, old in enumerate(self.forms) if i not in replaced]
-        kept.insert(replaced[0] if replaced and not _computes(form) else len(kept), form)
-        self.forms = kept
 
     def _make_anew(self, before: _Mark) -> None:
         """Expand and run again the functions that looked up a name which now means something else."""
@@ -270,7 +267,7 @@ class TopLevel:
 
     def _remake(self, form: TopForm) -> None:
         """A form that does not expand any more keeps what it made."""
-        again = _fresh(form)
+        again = fresh(form)
         mark = self._mark()
         problems = self._take_in([again])
         if any(d.is_error for d in problems):
@@ -281,7 +278,7 @@ class TopLevel:
             return
         self.forms[self.forms.index(form)] = again
         for tree in again.asts:
-            if not isinstance(tree, Import) and _makes_function(tree) and self._is_latest(again):
+            if not isinstance(tree, Import) and makes_function(tree) and self._is_latest(again):
                 self.run.run_form(tree)
 
     def _is_latest(self, form: TopForm) -> bool:
@@ -321,7 +318,7 @@ class TopLevel:
 
     def forget_versions(self, source: Source) -> None:
         """Forget what other versions of a file defined and the version ``source`` does not."""
-        old = [form for form in self.forms if _source(form).name == source.name and _source(form) is not source]
+        old = [form for form in self.forms if source_of(form).name == source.name and source_of(form) is not source]
         self.forms = self.file.forms = [form for form in self.forms if form not in old]
         kept = {name for form in self.forms for name in names_of(form)}
         for form in old:
@@ -358,6 +355,16 @@ class TopLevel:
         Mutable.__init__(cell, 0)
         cell.value = value
         self.rt.forget_calls()
+
+    def lasting_forms(self) -> list[TopForm]:
+        """``forms`` without those that only drew random numbers after which nothing was computed."""
+        found: list[TopForm] = []
+        matters = False
+        for form in reversed(self.forms):
+            if id(form) not in self._drew or matters:
+                found.append(form)
+                matters = matters or computes(form)
+        return found[::-1]
 
     def program(self) -> Program:
         """All that makes what there is now, as a program."""
@@ -432,92 +439,7 @@ def error_of(diagnostic: Diagnostic) -> SceneError:
     )
 
 
-def _source(form: TopForm) -> Source:
-    return form.datums[0].span.source
-
-
-def names_of(form: TopForm) -> set[str]:
-    """The names that a form defines and the words that it binds; words in quotes."""
-    bound = form.scan.record.bound if form.scan is not None and not form.imports else {}
-    return {base_name(symbol) for symbol in bound} | {f'"{word}"' for word, _ in form.words}
-
-
 def _global(name: str) -> Variable:
     variable = Variable(name, None, is_global=True)
     variable.assigned = True
     return variable
-
-
-def _fresh(form: TopForm) -> TopForm:
-    """The form as it was read."""
-    return TopForm(form.datums, form.read)
-
-
-def _replaces(new: TopForm, old: TopForm, defined: set[str]) -> bool:
-    """Whether all that an old form made is made by a new one."""
-    if new.scene is not None and old.scene is not None:
-        return True
-    if new.imports or old.imports:
-        return bool(new.imports and old.imports) and _text(new) == _text(old)
-    made = names_of(old)
-    return bool(made) and made <= defined
-
-
-def is_assignment(form: TopForm) -> bool:
-    """Whether a form is ``(define name value)``, which can be said again as ``(set! name value)``."""
-    datum = form.datums[0]
-    return (
-        len(form.datums) == 1
-        and isinstance(datum, ListDatum)
-        and len(datum.items) == 3
-        and datum.items[0].span.text == "define"
-        and isinstance(datum.items[1], Atom)
-    )
-
-
-def _computes(form: TopForm) -> bool:
-    """Whether evaluating a form runs anything: not for functions, macros and records."""
-    trees = [tree for tree in form.asts if not isinstance(tree, Import)]
-    head = form.datums[0].items[0] if isinstance(form.datums[0], ListDatum) and form.datums[0].items else None
-    is_record = head is not None and head.span.text == "define-record"
-    return not is_record and not all(_makes_function(tree) for tree in trees)
-
-
-def _text(form: TopForm) -> str:
-    return " ".join(datum.span.text for datum in form.datums)
-
-
-def _makes_function(tree: Any) -> bool:
-    value = tree.value if type(tree) is ast.Define else tree.function if type(tree) is ast.Bind else None
-    return type(value) is ast.Lambda
-
-
-def _groups(forms: Sequence[TopForm]) -> Iterator[list[TopForm]]:
-    """Definitions that stand side by side and define different names; every other form alone."""
-    group: list[TopForm] = []
-    names: set[str] = set()
-    for form in forms:
-        name = _defined_name(form.datums[0])
-        if name is None or name in names:
-            if group:
-                yield group
-            group, names = [], set()
-        if name is None:
-            yield [form]
-        else:
-            group.append(form)
-            names.add(name)
-    if group:
-        yield group
-
-
-def _defined_name(datum: Datum) -> str | None:
-    """What a form seems to define, None for an expression."""
-    if not isinstance(datum, ListDatum) or len(datum.items) < 2:
-        return None
-    head, target = datum.items[0], datum.items[1]
-    if not isinstance(head, Atom) or str(head.value) not in _DEFINING or not isinstance(head.value, Symbol):
-        return None
-    while isinstance(target, ListDatum) and target.items:
-        target = target.items[0]
-    return target.span.text

@@ -36,6 +36,11 @@ class JournaledRuntime(Runtime):
         """Whether anything older than the journal has changed, or a random number was drawn."""
         return bool(self._journal) or self.drew
 
+    @property
+    def has_written(self) -> bool:
+        """Whether anything older than the journal has changed."""
+        return bool(self._journal)
+
     def take_back(self) -> None:
         """Put everything back as it was when the journal was begun."""
         for thing, state in self._journal.values():

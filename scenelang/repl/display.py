@@ -165,7 +165,8 @@ def signature_of(function: Procedure) -> str:
     if type(function) is Closure:
         usage = function.code.usage
         inner = usage[1:-1] if usage.startswith("(") and usage.endswith(")") else usage
-        return f"function ({function.code.name}{' ' if inner else ''}{inner})"
+        named = inner if inner.split(" ")[0] == function.code.name else f"{function.code.name} {inner}".rstrip()
+        return f"function ({named})"
     return show(function)
 
 

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.source import Source
 from scenelang.interpreter.files import TopForm
-from scenelang.interpreter.interactive import TopLevel, is_assignment, names_of
+from scenelang.interpreter.interactive import TopLevel
+from scenelang.interpreter.replacing import is_assignment, names_of
 from scenelang.session import Session
 
 
@@ -16,7 +17,7 @@ def program_text(top: TopLevel) -> str:
     """The forms that made what there is now, with the comments above them, formatted; empty when there are none."""
     seen: set[str] = set()
     texts = []
-    for form in top.forms:
+    for form in top.lasting_forms():
         texts.append(_with_comment(form, seen))
         seen |= names_of(form)
     text = "\n\n".join(texts)

@@ -87,8 +87,8 @@ def _differences(old: Scene, new: Scene) -> Iterator[str]:
     from scenelang.interpreter.difference import compare_frames, sheet_of
     from scenelang.interpreter.flatten import flatten
 
-    sheets = [sheet_of(flatten(scene, 2 * _COMPARED).frames[0]) for scene in (old, new)]
-    found = compare_frames(*sheets)
+    before, after = (sheet_of(flatten(scene, 2 * _COMPARED).frames[0]) for scene in (old, new))
+    found = compare_frames(before, after)
     if found.equal:
         yield "no primitive differs"
         return
