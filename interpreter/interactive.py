@@ -39,7 +39,6 @@ from scenelang.interpreter.replacing import (
     source_of,
 )
 from scenelang.interpreter.scope import Variable, base_name
-from scenelang.interpreter.values import Mutable
 
 LATEST = ("*1", "*2", "*3")
 ERROR = "*e"
@@ -352,9 +351,10 @@ class TopLevel:
         return self.run.globals[self._latest[name]]
 
     def _put(self, cell: Cell, value: Any) -> None:
-        Mutable.__init__(cell, 0)
+        if cell.observed:  # a stored call read it
+            self.rt.forget_calls()
+            cell.observed = False
         cell.value = value
-        self.rt.forget_calls()
 
     def lasting_forms(self) -> list[TopForm]:
         """``forms`` without those that only drew random numbers after which nothing was computed."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from scenelang.grammar.diagnostics import Diagnostic, render_text
 from scenelang.repl.display import clean
@@ -38,7 +38,7 @@ class Screen:
         """Show diagnostics; warnings unless quiet."""
         for diagnostic in diagnostics:
             if diagnostic.is_error or not self.quiet:
-                self.complain(render_text(diagnostic, self.color))
+                self.complain(render_text(_cleaned(diagnostic), self.color))
 
     def log(self, lines: Sequence[str]) -> None:
         """Show what a program printed, within bounds."""
@@ -58,3 +58,14 @@ class Screen:
                 return
             text = clean(line)
             self.write(text if len(text) <= width else text[: width - 3] + "...")
+
+
+def _cleaned(diagnostic: Diagnostic) -> Diagnostic:
+    """The diagnostic without what a terminal would act on; a program may have put it into a message."""
+    return replace(
+        diagnostic,
+        message=clean(diagnostic.message),
+        hint=diagnostic.hint and clean(diagnostic.hint),
+        notes=tuple(replace(note, message=clean(note.message)) for note in diagnostic.notes),
+        chain=tuple((clean(name), span) for name, span in diagnostic.chain),
+    )

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator
+from pathlib import Path
 
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.entity import Scene, primitive_count
+from scenelang.repl.display import clean
 from scenelang.repl.loop import Repl
 from scenelang.viewer.stamps import stamps_of
 
@@ -49,7 +51,7 @@ class Watch:
             return
         self._stamps = stamps_of(self._names())
         old, self._scene = self._scene, self._root()
-        repl.screen.rows([f"{self.path} changed: {', '.join(what_changed(old, self._scene))}"])
+        repl.screen.write(clean(f"{Path(self.path).name} changed: {', '.join(what_changed(old, self._scene))}"))
         repl.changed()
 
     def _root(self) -> Scene | None:
