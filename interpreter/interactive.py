@@ -22,12 +22,12 @@ from scenelang.interpreter.evaluate import Run
 from scenelang.interpreter.expand import RunMacro
 from scenelang.interpreter.files import Import, ProgramState, SourceFile, TopForm, top_forms
 from scenelang.interpreter.journal import JournaledRuntime
+from scenelang.interpreter.latest import Latest
 from scenelang.interpreter.ledger import Record
 from scenelang.interpreter.library import Library
-from scenelang.interpreter.lint.facts import FactBook
-from scenelang.interpreter.lint.words import word_warnings
+from scenelang.interpreter.lint.interactive import WHOLE_FILE, new_form_warnings
+from scenelang.interpreter.marks import Mark, go_back, mark_of
 from scenelang.interpreter.prelude import prelude_of
-from scenelang.interpreter.procedures import Cell, Condition
 from scenelang.interpreter.program import Program, assembled, collect
 from scenelang.interpreter.replacing import (
     computes,
@@ -40,10 +40,7 @@ from scenelang.interpreter.replacing import (
 )
 from scenelang.interpreter.scope import Variable, base_name
 
-LATEST = ("*1", "*2", "*3")
-ERROR = "*e"
 _MOST_ROUNDS = 10
-_WHOLE_FILE = ("unused", "bound-twice", "undefined-word", "unreachable-word")
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,20 +49,6 @@ class Given:
 
     value: Any
     is_expression: bool
-
-
-@dataclass(frozen=True, slots=True)
-class _Mark:
-    """The file's names before a form, to go back to."""
-
-    names: dict[Symbol, Any]
-    brought: dict[Symbol, tuple[str, Any]]
-    words: dict[str, Span]
-    records: frozenset[str]
-    scene: ListDatum | None
-    params: tuple[Any, ...]
-    files: dict[str, SourceFile]
-    ran: frozenset[int]
 
 
 class TopLevel:
@@ -87,12 +70,9 @@ class TopLevel:
         self.main = main
         self._new_macros = new_macros
         prelude = prelude_of(library)
-        self._latest = {name: _global(name) for name in (*LATEST, ERROR)}
         self.state = ProgramState(prelude, load, overrides, new_macros())
         self.file = SourceFile(main, prelude.scope, self.state, is_main=True)
-        for name, variable in self._latest.items():
-            self.file.scope.bind(Symbol(name), variable)
-            self.run.globals[variable] = Cell(None, 0)
+        self.latest = Latest(self.run, self.file.scope)
         self.forms: list[TopForm] = []
         self._drew: set[int] = set()  # forms, by id, that drew random numbers and did nothing else that stays
         self._ran: set[int] = set()  # imported files, by id
@@ -145,7 +125,7 @@ class TopLevel:
             warn(diagnostic)
         self._run_group(group, before, give)
 
-    def _run_group(self, group: Sequence[TopForm], before: _Mark, give: Callable[[Given], None]) -> None:
+    def _run_group(self, group: Sequence[TopForm], before: Mark, give: Callable[[Given], None]) -> None:
         for number, form in enumerate(group):
             self.rt.begin()
             ran = set(self._ran)
@@ -226,7 +206,7 @@ class TopLevel:
 
     # --- what is kept ------------------------------------------------------------------------------------------
 
-    def _accept(self, form: TopForm, before: _Mark) -> None:
+    def _accept(self, form: TopForm, before: Mark) -> None:
         """A form was evaluated: it replaces those that defined the same, and what depends on it is made anew."""
         defined = names_of(form)
         if not defined and not form.imports and not form.scene:
@@ -244,7 +224,7 @@ class TopLevel:
             self.rt.forget_calls()
             self._make_anew(before)
 
-    def _make_anew(self, before: _Mark) -> None:
+    def _make_anew(self, before: Mark) -> None:
         """Expand and run again the functions that looked up a name which now means something else."""
         for _ in range(_MOST_ROUNDS):
             stale = [form for form in self.forms if self._is_stale(form)]
@@ -283,25 +263,14 @@ class TopLevel:
     def _is_latest(self, form: TopForm) -> bool:
         return all(self.definition_of(name) is form for name in names_of(form))
 
-    def _mark(self) -> _Mark:
-        file, state = self.file, self.state
-        return _Mark(
-            dict(dict.items(file.names)), dict(file.brought), dict(file.words), frozenset(file.expander.record_names),
-            file.scene, tuple(state.params), dict(state.files), frozenset(self._ran),
-        )  # fmt: skip
+    def _mark(self) -> Mark:
+        return mark_of(self.file, self._ran)
 
-    def _go_back(self, mark: _Mark) -> None:
-        file, state = self.file, self.state
-        file.names.clear()
-        file.names.replay(mark.names)
-        file.brought, file.words, file.scene = dict(mark.brought), dict(mark.words), mark.scene
-        file.expander.record_names.clear()
-        file.expander.record_names |= mark.records
-        state.params, state.files = list(mark.params), dict(mark.files)
-        state.loading = []
+    def _go_back(self, mark: Mark) -> None:
+        go_back(self.file, mark)
         self._ran = set(mark.ran)
 
-    def _keep_only(self, before: _Mark, done: Sequence[TopForm]) -> None:
+    def _keep_only(self, before: Mark, done: Sequence[TopForm]) -> None:
         """Of a group whose rest failed, keep the names of the forms that are done."""
         ran = set(self._ran)
         words = dict(self.file.words)
@@ -331,30 +300,6 @@ class TopLevel:
         self.rt.forget_calls()
 
     # --- for whoever looks at it -------------------------------------------------------------------------------
-
-    def remember(self, value: Any) -> None:
-        """Make a value ``*1``; what that was becomes ``*2``, and so on."""
-        cells = [self._cell(name) for name in LATEST]
-        values = [value, *(cell.value for cell in cells[:-1])]
-        for cell, each in zip(cells, values):
-            self._put(cell, each)
-
-    def remember_error(self, error: SceneError) -> None:
-        """Make an error the value of ``*e``."""
-        self._put(self._cell(ERROR), error.value if error.value is not None else Condition(error))
-
-    def value_of_latest(self) -> Any:
-        """The last value, None when there is none."""
-        return self._cell(LATEST[0]).value
-
-    def _cell(self, name: str) -> Cell:
-        return self.run.globals[self._latest[name]]
-
-    def _put(self, cell: Cell, value: Any) -> None:
-        if cell.observed:  # a stored call read it
-            self.rt.forget_calls()
-            cell.observed = False
-        cell.value = value
 
     def lasting_forms(self) -> list[TopForm]:
         """``forms`` without those that only drew random numbers after which nothing was computed."""
@@ -423,13 +368,11 @@ class TopLevel:
         return None
 
     def _warnings(self, group: Sequence[TopForm], problems: Sequence[Diagnostic], whole: bool) -> list[Diagnostic]:
-        """What is suspicious about new forms: of what only a whole program can tell, nothing is said."""
         trees = tuple(tree for form in group for tree in form.asts if not isinstance(tree, Import))
-        words = {**{w: s for form in self.forms for w, s in form.words}, **self.file.words}
-        imported = {w: s for file in self.state.files.values() for w, s in file.words.items()}
-        program = Program(self.main, (), trees, None, words, {**imported, **words}, (), (), FactBook())
-        found = [*problems, *(d for each in program.facts for d in each.local), *word_warnings(program)]
-        return [d for d in found if whole or d.name not in _WHOLE_FILE]
+        words = {**{word: span for form in self.forms for word, span in form.words}, **self.file.words}
+        imported = {word: span for file in self.state.files.values() for word, span in file.words.items()}
+        found = [*problems, *new_form_warnings(self.main, trees, words, {**imported, **words})]
+        return [d for d in found if whole or d.name not in WHOLE_FILE]
 
 
 def error_of(diagnostic: Diagnostic) -> SceneError:
@@ -437,9 +380,3 @@ def error_of(diagnostic: Diagnostic) -> SceneError:
     return SceneError(
         diagnostic.name, diagnostic.message, diagnostic.hint, diagnostic.span, diagnostic.notes, list(diagnostic.chain)
     )
-
-
-def _global(name: str) -> Variable:
-    variable = Variable(name, None, is_global=True)
-    variable.assigned = True
-    return variable

@@ -106,7 +106,7 @@ class Evaluation:
         def give(given: Given) -> None:
             if given.is_expression and given.value is not None:
                 values.append(given.value)
-                self.top.remember(given.value)
+                self.top.latest.remember(given.value)
 
         started = time.perf_counter()
         problem = self.attempt(lambda: work(give, found.append))
@@ -125,7 +125,7 @@ class Evaluation:
             problem = self.session.problem_of(error)
             assert problem is not None
             kept = error if isinstance(error, SceneError) else SceneError(problem.name, problem.message, problem.hint)
-            self.top.remember_error(kept)
+            self.top.latest.remember_error(kept)
             return problem
         return None
 
@@ -148,7 +148,7 @@ class Evaluation:
         """The scene of a form, of the last value when there is no form, or else of the root. Raises SceneError."""
         if text.strip():
             return self._scene_of_form(text)
-        last = self.top.value_of_latest()
+        last = self.top.latest.value
         scene = self.as_scene(last) if last is not None else None
         return scene or self.root()
 

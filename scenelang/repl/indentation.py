@@ -33,7 +33,7 @@ def indentation(text: str, indents: Mapping[str, int | None]) -> int:
     blank = _BLANK.match(text, head.end())
     start = blank.end() if blank is not None else head.end()
     if start >= len(text) or text[start] in "\n;":
-        return column + 2 if start == head.end() or text[start:].strip() == "" else column + 1
+        return column + (1 if name == "else" else 2)
     return column + start - opener
 
 

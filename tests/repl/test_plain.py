@@ -77,8 +77,11 @@ def test_json_is_one_object_per_form() -> None:
     result = drive('(print "hi") (+ 1 2)\n(car 5)\n,count (call "cube")\n', "--json")
     objects = [json.loads(line) for line in result.stdout.splitlines()]
     assert [o["ok"] for o in objects] == [True, True, False, True]
-    assert objects[0]["log"] == ["hi"] and objects[0]["value"] is None
-    assert objects[1]["value"] == "3" and objects[1]["type"] and objects[1]["steps"] >= 0
+    assert objects[0]["log"] == ["hi"]
+    assert objects[0]["value"] is None
+    assert objects[1]["value"] == "3"
+    assert objects[1]["type"]
+    assert objects[1]["steps"] >= 0
     assert objects[2]["diagnostics"][0]["place"]["line"] == 1
     assert objects[3]["output"] == "1  cube"
     assert result.stderr == ""
@@ -104,7 +107,8 @@ def test_help_lists_every_command() -> None:
 def test_beginnings_and_misspellings_of_commands() -> None:
     result = drive(',cou (call "cube")\n,re\n,rendr\n,\n')
     assert result.stdout == "1  cube\n"
-    assert "`,re` could be" in result.stderr and ",reload" in result.stderr
+    assert "`,re` could be" in result.stderr
+    assert ",reload" in result.stderr
     assert "did you mean `,render`" in result.stderr
 
 
@@ -166,7 +170,8 @@ def test_render_and_export(program: Path, tmp_path: Path) -> None:
     assert (tmp_path / "a.glb").read_bytes()[:4] == b"glTF"
     for path in (tmp_path / "a.png", tmp_path / "b.png", Path(out[3].split()[1])):
         image = Image.open(path)
-        assert image.size == (640, 480) and len(image.convert("RGB").getcolors(1 << 20)) > 100
+        assert image.size == (640, 480)
+        assert len(image.convert("RGB").getcolors(1 << 20)) > 100
 
 
 def test_save_never_overwrites_unasked(program: Path, tmp_path: Path) -> None:
@@ -175,7 +180,8 @@ def test_save_never_overwrites_unasked(program: Path, tmp_path: Path) -> None:
     before = saved.read_text()
     assert "; A leg of the table." in before
     result = drive(f"(define k 1)\n,save {saved}\n", str(program))
-    assert "is there already" in result.stderr and saved.read_text() == before
+    assert "is there already" in result.stderr
+    assert saved.read_text() == before
     lines(f"(define k 1)\n,save! {saved}\n", str(program))
     assert "(define k 1)" in saved.read_text()
     assert lines(",count", str(saved)) == lines(",count", str(program))
@@ -189,7 +195,8 @@ def test_transpile(tmp_path: Path) -> None:
     )
     out = lines(f',transpile {path}\n(bound? "brick")\n,count\n', cwd=tmp_path)
     assert "2 of them words" in out[0]
-    assert out[1] == "#t" and "3  brick" in [line.strip() for line in out]
+    assert out[1] == "#t"
+    assert "3  brick" in [line.strip() for line in out]
 
 
 def test_watch_says_what_changed(program: Path) -> None:
@@ -197,14 +204,17 @@ def test_watch_says_what_changed(program: Path) -> None:
     with subprocess.Popen(
         command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
     ) as process:
-        assert process.stdin is not None and process.stdout is not None
+        assert process.stdin is not None
+        assert process.stdout is not None
         process.stdin.write(",watch\n")
         process.stdin.flush()
         assert "is watched" in process.stdout.readline()
         time.sleep(0.3)
         program.write_text(FILE.replace("union-loop 4", "union-loop 6"))
         line = process.stdout.readline()
-        assert "4 -> 6 primitives" in line and "2 new" in line and "sizes [16 2 1]" in line
+        assert "4 -> 6 primitives" in line
+        assert "2 new" in line
+        assert "sizes [16 2 1]" in line
         program.write_text(FILE.replace("(scene", "(scenee"))
         assert "error" in process.stdout.readline()
         out, _ = process.communicate(",watch\n(twice 2)\n", timeout=20)
@@ -216,10 +226,12 @@ def test_the_viewer_follows_the_session(program: Path) -> None:
 
     command = [sys.executable, "-m", "scenelang", "repl", str(program)]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdin is not None and process.stdout is not None
+        assert process.stdin is not None
+        assert process.stdout is not None
 
         def say(text: str) -> str:
-            assert process.stdin is not None and process.stdout is not None
+            assert process.stdin is not None
+            assert process.stdout is not None
             process.stdin.write(text + "\n")
             process.stdin.flush()
             return process.stdout.readline()
@@ -254,7 +266,9 @@ def test_no_value_floods_the_screen(text: str) -> None:
     result = drive(text, "--max-depth", "1000")
     found = result.stdout.splitlines()
     assert "error" not in result.stderr, result.stderr
-    assert found and len(found) <= 201 and max(map(len, found)) <= 100
+    assert found
+    assert len(found) <= 201
+    assert max(map(len, found)) <= 100
     if "print" not in text:
         assert len(found) <= 12
 
@@ -266,14 +280,16 @@ def test_control_characters_are_shown_safely() -> None:
 
 def test_deep_nesting_is_an_error_or_a_value() -> None:
     result = drive("(" * 50_000 + ")" * 50_000 + "\n" + "'" * 4_000 + "x\n(+ 1 1)\n")
-    assert result.returncode == 0 and result.stdout.endswith("2\n")
+    assert result.returncode == 0
+    assert result.stdout.endswith("2\n")
     assert "Traceback" not in result.stderr
 
 
 def test_what_is_no_text_does_no_harm() -> None:
     command = [sys.executable, "-m", "scenelang", "repl"]
     result = subprocess.run(command, input=b"\xff\xfe(\n)\n\x00\n(+ 1 1)\n", capture_output=True, timeout=60)
-    assert result.returncode == 0 and result.stdout.endswith(b"2\n")
+    assert result.returncode == 0
+    assert result.stdout.endswith(b"2\n")
 
 
 def test_it_starts_quickly() -> None:

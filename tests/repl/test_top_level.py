@@ -110,7 +110,8 @@ def test_a_failing_form_leaves_everything_as_it_was(failing: str, form: str, val
     say(evaluation, "(define l (mutable-list 1 2)) (define k 1) (define (f) 7) (define t (table 'a 1)) (define r 0)")
     say(evaluation, '(bind "w" (lambda () (call "cube")))')
     error = say(evaluation, failing)
-    assert error and not error.startswith(("(", "["))
+    assert error
+    assert not error.startswith(("(", "["))
     assert say(evaluation, form) == value
 
 
