@@ -9,6 +9,7 @@ from scenelang.repl.brackets import scan
 
 _HEAD = re.compile(r"[^\s()\[\]\"';`,]+")
 _BLANK = re.compile(r"[ \t]*")
+_CLAUSES = ("cond", "case")  # whose operands are lists of a test and a body
 
 
 def indentation(text: str, indents: Mapping[str, int | None]) -> int:
@@ -25,6 +26,9 @@ def indentation(text: str, indents: Mapping[str, int | None]) -> int:
     if head is None:
         return column + 1
     name, after = head[0], text[head.end() :]
+    around = _HEAD.match(text, found.openers[-2] + 1) if len(found.openers) > 1 else None
+    if around is not None and around[0] in _CLAUSES:
+        return column + 1
     if name == "let" and re.match(r"\s+[^\s()]", after):
         return _body(column, after, 2)  # a named let
     wanted = indents.get(name, 0 if name.startswith(("def", "with-")) else None)

@@ -44,7 +44,7 @@ def parts_tree(value: Pair | MutableList, most: int) -> list[str]:
     if not items or not all(_is_part(item) for item in items):
         return []
     count = f"{len(items):,}" if len(items) <= _LOOKED_AT else f"more than {_LOOKED_AT:,}"
-    return _drawn(_Node(f"{count} parts", [_as_part(item) for item in items]), most)
+    return _drawn(_Node(f"{count} part{'' if len(items) == 1 else 's'}", [_as_part(item) for item in items]), most)
 
 
 def _items(value: Any) -> Iterator[Any]:
