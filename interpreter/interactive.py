@@ -114,7 +114,11 @@ class TopLevel:
         self, group: Sequence[TopForm], give: Callable[[Given], None], warn: Callable[[Diagnostic], None], whole: bool
     ) -> None:
         before = self._mark()
-        problems = self._take_in(group)
+        try:
+            problems = self._take_in(group)
+        except BaseException:  # such as a recursion too deep: nothing of it may stay
+            self._go_back(before)
+            raise
         errors = [d for d in problems if d.is_error]
         if errors:
             self._go_back(before)

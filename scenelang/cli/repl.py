@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from typing import Any
 
@@ -29,7 +30,7 @@ def repl(arguments: argparse.Namespace) -> int:
     from scenelang.repl.evaluation import Evaluation
 
     file = arguments.file
-    is_terminal = sys.stdin.isatty() and sys.stdout.isatty()
+    is_terminal = sys.stdin.isatty() and sys.stdout.isatty() and os.environ.get("TERM") != "dumb"
     is_plain = arguments.plain or arguments.json or not is_terminal
     arguments.file = file or "-"  # where embeddings are looked for
     evaluation = Evaluation(session_of(arguments), file)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 import time
 from pathlib import Path
 
@@ -150,6 +151,7 @@ def test_the_last_values_and_the_last_error() -> None:
     say(evaluation, "(car 5)")
     assert say(evaluation, "(error-code *e)").startswith('"E')
     assert "car" in say(evaluation, "(error-message *e)")
+    assert say(evaluation, "(error-place *e)") == '"<repl 3>:1:1"'
 
 
 def test_random_streams_go_on_and_begin_anew() -> None:
@@ -248,3 +250,44 @@ def test_what_was_only_looked_at_is_not_saved() -> None:
     evaluation = repl()
     say(evaluation, "(define k 1)", "(+ k 1)", "(random)", '(call "cube")')
     assert program_text(evaluation.top) == "(define k 1)\n"
+
+
+# --- sharing, against a session that shares nothing ------------------------------------------------------------------
+
+_SIZES = (
+    "k",
+    "(f)",
+    "(g 2)",
+    "(m)",
+    "(ref t 'k)",
+    "(length xs)",
+    '(first (compute-shape-sizes (call "{}")))',
+    "(random)",
+)
+_CHANGES = (
+    "(define k {})", "(set! k {})", "(define (f) {})", "(define (f) k)", "(define (g n) (* n {}))", "(define (g n) (f))",
+    "(define-macro (m) {})", "(define-macro (m) '(f))", "(set-ref! t 'k {})", "(define t (table 'k {}))", "(push! xs {})",
+    "(define (length x) {})", "(begin (set! k {}) (car 5))", "(begin (push! xs {}) (error))",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_sharing_changes_no_value(seed: int) -> None:
+    sharing, plain = repl(), repl()
+    plain.top.rt._memoise = False
+    draw = random.Random(seed)
+    inputs = ["(define k 1) (define (f) k) (define (g n) n) (define-macro (m) 1) (define t (table 'k 1))"]
+    inputs.append("(define xs (mutable-list 1))")
+    inputs += [f'(bind "{word}" (lambda () (call "cube" :scale 1)))' for word in "abc"]
+    for _ in range(40):
+        kind = draw.randrange(3)
+        if kind == 0:
+            inputs.append(draw.choice(_CHANGES).format(draw.randint(1, 9)))
+        elif kind == 1:
+            word = draw.choice("bc")
+            size = draw.choice(_SIZES).format("abc"["abc".index(word) - 1])
+            inputs.append(f'(bind "{word}" (lambda () (call "cube" :scale {size})))')
+        else:
+            inputs.append(f'(compute-shape-sizes (call "{draw.choice("abc")}"))')
+    for text in inputs:
+        assert say(sharing, text) == say(plain, text), inputs[: inputs.index(text) + 1]
