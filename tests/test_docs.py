@@ -19,7 +19,15 @@ from scenelang.stdlib import reference
 from scenelang.stdlib.library import PRELUDE, build_library
 
 ROOT = Path(__file__).parents[1]
-DOCUMENTS = ("README.md", "docs/language.md", "docs/pictures.md", "docs/maps.md", "docs/grammar.md", "docs/editors.md")
+DOCUMENTS = (
+    "README.md",
+    "docs/language.md",
+    "docs/pictures.md",
+    "docs/maps.md",
+    "docs/grammar.md",
+    "docs/editors.md",
+    "docs/repl.md",
+)
 
 
 def blocks(document: str, language: str) -> list[tuple[int, str]]:

@@ -47,7 +47,7 @@ def _bounds(repl: Repl, rest: str) -> None:
         "sizes": [b - a for a, b in zip(low, high)],
     }
     repl.screen.rows(
-        table([(name, "[" + " ".join(f"{x:.6g}" for x in values) + "]") for name, values in facts.items()])
+        table([(name, "[" + " ".join(f"{round(x, 12) + 0.0:.6g}" for x in values) + "]") for name, values in facts.items()])
     )
 
 

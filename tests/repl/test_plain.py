@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 import time
@@ -301,3 +302,24 @@ def _seconds() -> float:
     started = time.monotonic()
     assert lines("(+ 1 1)") == ["2"]
     return time.monotonic() - started
+
+
+# --- the documentation -----------------------------------------------------------------------------------------------
+
+DOCUMENT = (Path(__file__).parents[2] / "docs" / "repl.md").read_text("utf-8")
+
+
+def test_the_session_in_the_documentation_is_true() -> None:
+    shown = DOCUMENT.split("```\n")[1]
+    inputs = "".join(
+        re.sub(r"^(scene> | {7})", "", line) + "\n" for line in shown.splitlines() if line[:7] in ("scene> ", " " * 7)
+    )
+    outputs = [line for line in shown.splitlines() if line[:7] not in ("scene> ", " " * 7)]
+    assert lines(inputs) == outputs
+
+
+def test_every_command_is_documented() -> None:
+    from scenelang.repl.commands import commands
+
+    for command in commands():
+        assert f"`{command.usage}`" in DOCUMENT
