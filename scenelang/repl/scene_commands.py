@@ -46,9 +46,12 @@ def _bounds(repl: Repl, rest: str) -> None:
         "center": [(a + b) / 2 for a, b in zip(low, high)],
         "sizes": [b - a for a, b in zip(low, high)],
     }
-    repl.screen.rows(
-        table([(name, "[" + " ".join(f"{round(x, 12) + 0.0:.6g}" for x in values) + "]") for name, values in facts.items()])
-    )
+    rows = [(name, "[" + " ".join(map(_number, values)) + "]") for name, values in facts.items()]
+    repl.screen.rows(table(rows))
+
+
+def _number(x: float) -> str:
+    return f"{round(x, 12) + 0.0:.6g}"  # no rounding errors, no negative zero
 
 
 # --- pictures and files --------------------------------------------------------------------------------------------
