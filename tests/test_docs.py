@@ -27,6 +27,7 @@ DOCUMENTS = (
     "docs/grammar.md",
     "docs/editors.md",
     "docs/checker.md",
+    "docs/repl.md",
 )
 
 

@@ -10,7 +10,20 @@ import os
 import sys
 from collections.abc import Sequence
 
-from scenelang.cli import compare, embeddings, fmt, grammar, graph, lsp, maps, pictures, programs, transpile, view
+from scenelang.cli import (
+    compare,
+    embeddings,
+    fmt,
+    grammar,
+    graph,
+    lsp,
+    maps,
+    pictures,
+    programs,
+    repl,
+    transpile,
+    view,
+)
 from scenelang.cli.options import UsageError
 from scenelang.cli.output import report
 from scenelang.grammar.diagnostics import SceneError
@@ -32,7 +45,7 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
     subparsers = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for module in (programs, fmt, compare, transpile, pictures, maps, graph, view, embeddings, grammar, lsp):
+    for module in (programs, repl, fmt, compare, transpile, pictures, maps, graph, view, embeddings, grammar, lsp):
         for add in module.COMMANDS:
             add(subparsers)
     return parser
