@@ -33,7 +33,7 @@ def _doc(repl: Repl, rest: str) -> None:
     if not lines:
         known = [known for known, _ in repl.evaluation.top.names()]
         raise SceneError("unbound", f"there is nothing known of `{name[:40]}`", suggest(name, [*known, *_names()]))
-    repl.screen.rows(lines)
+    repl.screen.prose(lines)
 
 
 def _names() -> list[str]:

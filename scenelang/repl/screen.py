@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import textwrap
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
@@ -48,6 +49,14 @@ class Screen:
         left = sum(line.count("\n") + 1 for line in lines) - len(shown)
         if left:
             self.write(f"... {left:,} more lines")
+
+    def prose(self, lines: Iterable[str], most: int = _MOST_ROWS) -> None:
+        """Show lines of text, long ones wrapped; what continues a line stands under its beginning."""
+        wrapped: list[str] = []
+        for line in lines:
+            indent = " " * (len(line) - len(line.lstrip()) + (0 if line.startswith(" ") else 2))
+            wrapped += textwrap.wrap(clean(line), self.width, subsequent_indent=indent, break_on_hyphens=False) or [""]
+        self.rows(wrapped, most)
 
     def rows(self, lines: Iterable[str], most: int = _MOST_ROWS) -> None:
         """Show the lines that a command gives, cut to the width, at most so many."""
