@@ -1,5 +1,5 @@
-"""``cd docs && python -m generator [FOLDER]``: writes the reference and draws its pictures and those of the tutorial into
-this folder of documents, or another."""
+"""``cd docs && python -m generator [FOLDER]``: writes the reference, and draws its pictures and those of the tutorial,
+into this folder of documents or another."""
 
 from __future__ import annotations
 

@@ -4,52 +4,59 @@ from __future__ import annotations
 
 import argparse
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 from generator.markdown import NOTICE, anchor, table
-from scenelang.cli.backend_options import add_now
 from scenelang.cli.main import build_parser
+from scenelang.completion.model import subcommands
 
 Options = tuple[tuple[str, str], ...]
 
 
 def cli_page() -> str:
     """Every command with its options, Markdown."""
-    commands = dict(_commands(build_parser(), ()))
+    commands = {command.name: command for command in _commands(build_parser())}
     shared = _shared(commands)
     lines = [
         "# The command line",
         "",
         NOTICE,
         "",
-        "`scenelang COMMAND ...`, short `scene COMMAND ...`. The exit code is 0 on success, 1 for a wrong program or file,",
-        "2 for wrong usage, 130 after an interruption.",
+        "`scenelang COMMAND ...`, short `scene COMMAND ...`. The exit code is 0 on success, 1 for a wrong program or",
+        "file, 2 for wrong usage, 130 after an interruption.",
         "",
     ]
     lines += table(
         ("command", ""),
-        [(f"[`{name}`](#{anchor(name)})", _sentence(parser, brief)) for name, (parser, brief) in commands.items()],
+        [(f"[`{name}`](#{anchor(name)})", _sentence(command)) for name, command in commands.items()],
     )
-    for name, (parser, brief) in commands.items():
-        lines += _command(name, parser, brief, shared)
+    for command in commands.values():
+        lines += _section(command, shared)
     lines += ["## Options that commands share", ""]
     for (title, options), heading in shared.items():
         lines += [f"### {heading}", "", *table((title, ""), options)]
     return "\n".join(lines).rstrip("\n") + "\n"
 
 
+@dataclass(frozen=True, slots=True)
+class Command:
+    """A command that has none of its own below it. ``usage`` is how it begins, with the arguments before its name."""
+
+    name: str
+    usage: str
+    brief: str
+    parser: argparse.ArgumentParser
+
+
 def _commands(
-    parser: argparse.ArgumentParser, path: tuple[str, ...]
-) -> Iterator[tuple[str, tuple[argparse.ArgumentParser, str]]]:
-    """Every command that has no commands of its own, by its whole name, with its line of help."""
-    for action in parser._actions:
-        if not isinstance(action, argparse._SubParsersAction):
-            continue
-        briefs = {choice.dest: choice.help or "" for choice in action._choices_actions}
-        for name, child in action.choices.items():
-            add_now(child)
-            inner = list(_commands(child, (*path, name)))
-            yield from inner or [(" ".join((*path, name)), (child, briefs.get(name, "")))]
+    parser: argparse.ArgumentParser, name: tuple[str, ...] = (), usage: tuple[str, ...] = ()
+) -> Iterator[Command]:
+    before = tuple(_place(action) for action in parser._get_positional_actions() if action.choices is None)
+    for own, (child, brief) in subcommands(parser).items():
+        path, start = (*name, own), (*usage, *before, own)
+        inner = list(_commands(child, path, start))
+        yield from inner or [Command(" ".join(path), " ".join(start), brief, child)]
 
 
 def _groups(parser: argparse.ArgumentParser) -> Iterator[tuple[str, Options]]:
@@ -60,11 +67,9 @@ def _groups(parser: argparse.ArgumentParser) -> Iterator[tuple[str, Options]]:
             yield group.title or "", options
 
 
-def _shared(
-    commands: Mapping[str, tuple[argparse.ArgumentParser, str]],
-) -> Mapping[tuple[str, Options], str]:
+def _shared(commands: Mapping[str, Command]) -> Mapping[tuple[str, Options], str]:
     """Groups that several commands have, with their headings."""
-    count = Counter(group for parser, _ in commands.values() for group in _groups(parser))
+    count = Counter(group for command in commands.values() for group in _groups(command.parser))
     found = [group for group, times in count.items() if times > 1]
     same = Counter(title for title, _ in found)
     numbers: Counter[str] = Counter()
@@ -75,12 +80,10 @@ def _shared(
     return headings
 
 
-def _command(
-    name: str, parser: argparse.ArgumentParser, brief: str, shared: Mapping[tuple[str, Options], str]
-) -> Iterator[str]:
-    yield from (f"## {name}", "", f"`scenelang {name}{_usage(parser)}`", "", _sentence(parser, brief), "")
-    if parser.description:
-        yield from (_full_stop(parser.description), "")
+def _section(command: Command, shared: Mapping[tuple[str, Options], str]) -> Iterator[str]:
+    parser = command.parser
+    yield from (f"## {command.name}", "", f"`scenelang {command.usage}{_usage(parser)}`", "")
+    yield from (_full_stop(parser.description) if parser.description else _sentence(command), "")
     own = [action for group in parser._action_groups[:2] for action in group._group_actions]
     rows = [_option(action) for action in own if not isinstance(action, argparse._HelpAction)]
     if rows:
@@ -90,7 +93,8 @@ def _command(
             yield from table((title, ""), options)
     names = [f"[{shared[group].lower()}](#{anchor(shared[group])})" for group in _groups(parser) if group in shared]
     if names:
-        yield from (f"Also the options of {' and '.join([*([', '.join(names[:-1])] if names[1:] else []), names[-1]])}.", "")
+        joined = " and ".join([*([", ".join(names[:-1])] if names[1:] else []), names[-1]])
+        yield from (f"Also the options of {joined}.", "")
 
 
 def _usage(parser: argparse.ArgumentParser) -> str:
@@ -124,8 +128,8 @@ def _metavar(action: argparse.Action) -> str:
     return action.metavar or action.dest.upper()
 
 
-def _sentence(parser: argparse.ArgumentParser, brief: str) -> str:
-    text = brief or parser.description or ""
+def _sentence(command: Command) -> str:
+    text = command.brief or command.parser.description or ""
     return _full_stop(text[:1].upper() + text[1:]).replace("<", "&lt;")
 
 

@@ -37,7 +37,7 @@ def diagnostics_page() -> str:
         "",
         NOTICE,
         "",
-        "Every error and warning has a code that stays, and a name by which programs test it, `(error-is? e \"index\")`.",
+        'Every error and warning has a code that stays, and a name by which programs test it, `(error-is? e "index")`.',
         "`scenelang explain CODE` shows what stands here. A comment in the first lines of a program, `; command:` or",
         "`; args:`, tells how it was run where that was not by `scenelang run FILE`.",
         "",

@@ -22,9 +22,9 @@ def stdlib_page() -> str:
         "",
         NOTICE,
         "",
-        "Everything that programs have without an import. A signature shows required parameters, `[optional]` ones,",
-        "`[:keyword]` ones and, before `...`, the rest; behind `->` stands the type of the value. The special forms have a",
-        "page of their own, [forms](forms.md).",
+        "Every name that programs can use. A signature shows required parameters, `[optional]` ones, `[:keyword]` ones",
+        "and, before `...`, the rest; behind `->` stands the type of the value. The special forms have a page of their",
+        "own, [forms](forms.md).",
         "",
         links,
         "",
@@ -74,7 +74,7 @@ def forms_page() -> str:
         "",
         NOTICE,
         "",
-        f"{TOPICS['forms'][1]} Their names are reserved. Every example runs; `; =>` shows the value of its last expression.",
+        f"{TOPICS['forms'][1]} Their names are reserved. Behind `; =>` stands the value of the last expression.",
         "",
         " · ".join(f"[{name}](#{anchor(name)})" for name in FORMS),
         "",
@@ -82,7 +82,12 @@ def forms_page() -> str:
     for form in FORMS.values():
         lines += [f"## {form.name}", "", f"`{form.usage}`", "", form.doc, ""]
         lines += block("scene", valued(*FORM_EXAMPLES[form.name]))
-    lines += ["## What Scheme has and this language has not", "", "Using one of these names is an error that says so.", ""]
+    lines += [
+        "## What Scheme has and this language has not",
+        "",
+        "Using one of these names is an error that says so.",
+        "",
+    ]
     lines += table(("name", "instead"), [(f"`{name}`", instead) for name, instead in ABSENT.items()])
     return _page(lines)
 

@@ -38,7 +38,7 @@ def save(picture: Image.Image, path: Path) -> None:
 
 
 def difference(picture: Image.Image, path: Path) -> float:
-    """How far a picture is from a file's: the mean over blocks of 4 x 4 pixels, in steps of 255; 255 for other sizes."""
+    """How far a picture is from a file's: the mean over blocks of 4 x 4 pixels, of 255; 255 for other sizes."""
     there = Image.open(path).convert("RGB")
     if there.size != picture.size:
         return 255.0

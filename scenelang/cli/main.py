@@ -10,10 +10,41 @@ import os
 import sys
 from collections.abc import Sequence
 
-from scenelang.cli import compare, embeddings, fmt, grammar, graph, maps, pictures, programs, transpile, view
+from scenelang.cli import (
+    compare,
+    completion,
+    doctor,
+    embeddings,
+    explain,
+    fmt,
+    grammar,
+    graph,
+    maps,
+    pictures,
+    programs,
+    transpile,
+    view,
+)
 from scenelang.cli.options import UsageError
 from scenelang.cli.output import report
 from scenelang.grammar.diagnostics import SceneError
+
+# In the order in which help and the reference list their commands.
+_MODULES = (
+    programs,
+    explain,
+    fmt,
+    compare,
+    transpile,
+    pictures,
+    maps,
+    graph,
+    view,
+    embeddings,
+    grammar,
+    doctor,
+    completion,
+)
 
 
 class _Version(argparse.Action):
@@ -32,7 +63,7 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
     subparsers = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for module in (programs, fmt, compare, transpile, pictures, maps, graph, view, embeddings, grammar):
+    for module in _MODULES:
         for add in module.COMMANDS:
             add(subparsers)
     return parser
