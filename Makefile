@@ -95,8 +95,9 @@ bench: install
 gallery: install
 	$(BIN)/python docs/gallery.py
 
+# The reference, docs/reference, from the tables of the program, and the pictures of the tutorial.
 docs: install
-	$(BIN)/python -P -m scenelang.stdlib.reference docs/language.md
+	cd docs && ../$(BIN)/python -m generator
 
 # The viewer's page from its source; what it makes is committed, so that only changes of it need npm.
 viewer:

@@ -117,7 +117,7 @@ _WARNINGS = {
     "embedding-only": "Let the call change nothing outside itself, or write the attribute in the program.",
     "near-word": "Correct the spelling, or leave it if a word of its own is meant.",
     "idle-attribute": "Correct the spelling, or remove the attribute.",
-    "set-order": "Take the members in a fixed order: `(sort names)`, in Python `sorted(names)`.",
+    "set-order": "Keep them in a list where the order matters; in Python, loop over `sorted(names)`.",
     "unknown-function": "Register a function of that name, or correct the name.",
     "ignored-block": "Keep one block with the whole program.",
     "python-ignored": "Nothing need be done; `--seed N` sets the seed.",
