@@ -97,7 +97,7 @@ def look_of(entity: Entity) -> Look:
             color = tint(entity.word, 0.34, 0.93)
         elif shape.kind is Kind.CUBOID:
             color = tint(str(attributes.get("block-type", "")), 0.45, 0.80)
-    given = {name: value for name in _READ if (value := attributes.get(name)) is not None}
+    given = {name: value for name in READ if (value := attributes.get(name)) is not None}
     if not given:
         return Look(color)
     glow = _numbers_in(entity.word, "emission", given.get("emission"), (1, 3), (0.0, 0.0, 0.0))
@@ -116,7 +116,7 @@ def look_of(entity: Entity) -> Look:
     )
 
 
-_READ = ("emission", "opacity", "metallic", "roughness", "ior")
+READ = ("emission", "opacity", "metallic", "roughness", "ior")  # besides `color`
 
 
 def check_seen(scene: Scene) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import stat
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -40,6 +41,16 @@ def written_whole(path: Path | str, mode: int | None = None) -> Iterator[Path]:
         raise SceneError("file", f"`{target}` cannot be written: {error.strerror or error}") from error
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def rewrite(path: Path, text: str) -> None:
+    """Replace a file's text, whole or not at all; its permissions stay, a link still leads to it. Raises
+    SceneError("file")."""
+    target = path.resolve()
+    if not os.access(target, os.W_OK):
+        raise SceneError("file", f"`{path}` cannot be written: it is read-only")
+    with written_whole(target, mode=stat.S_IMODE(target.stat().st_mode)) as temporary:
+        temporary.write_bytes(text.encode("utf-8"))
 
 
 def write_json(path: Path, data: Any) -> None:

@@ -143,6 +143,20 @@ def _is_gap(text: str, position: int) -> bool:
     return position >= len(text) or text[position] in " \t\r\n\f\v;()]"
 
 
+def lexemes(text: str, start: int, end: int) -> Iterator[tuple[str, int, int]]:
+    """The tokens between two offsets, however broken the text: kind (space, comment, block, hide, string, open, close,
+    prefix, atom, other), start and end."""
+    position = start
+    while position < end and (match := _TOKEN.match(text, position)) is not None:
+        kind = str(match.lastgroup)
+        position = match.end()
+        if kind == "block":
+            position = _block_end(text, match.start()) or len(text)
+        elif kind == "other" and match[0] == '"':
+            position = len(text)  # a string that is never closed
+        yield kind, match.start(), position
+
+
 def piece_at(text: str, position: int) -> tuple[int, int]:
     """Where the first piece after ``position`` begins and ends, inside a form too; empty when none follows."""
     begin = _skip_blank(text, position)

@@ -104,6 +104,7 @@ def scan_define_syntax(expander: Expander, datum: ListDatum, scope: Scope, pendi
         scope.bind(name.value, macros.broken(base_name(name.value), datum.span))
         raise
     scope.bind(name.value, macro)
+    expander.note_use(name, macro, defines=True)
 
 
 @scans("define-macro")
@@ -122,11 +123,14 @@ def scan_define_macro(expander: Expander, datum: ListDatum, scope: Scope, pendin
         scope.bind(name.value, macros.broken(base_name(name.value), datum.span))
         raise
     scope.bind(name.value, macro)
+    expander.note_use(name, macro, defines=True)
 
 
 def _refuse_reserved(expander: Expander, name: Datum, scope: Scope) -> None:
     """Declare and forget: the same checks as for a variable."""
+    uses, expander.uses = expander.uses, None
     expander.declare(name, Scope(scope))
+    expander.uses = uses
 
 
 @scans("define-record")

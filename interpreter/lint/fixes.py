@@ -14,8 +14,11 @@ _NAME = re.compile(r"[^\s()\[\]\";'`,]+\Z")
 
 
 def with_fixes(diagnostic: Diagnostic) -> Diagnostic:
-    """A diagnostic with the fixes that its kind and the text at its place suggest, besides those that it has."""
+    """A diagnostic with its fixes, or with those that its kind and the text at its place suggest. Its place is one in
+    the whole text of a file."""
     span = diagnostic.span
+    if diagnostic.fixes:
+        return replace(diagnostic, fixes=tuple(_with_lines(fix) for fix in diagnostic.fixes))
     if span is None or span.expansion is not None:
         return diagnostic
     text, fix = span.text, None
@@ -25,11 +28,15 @@ def with_fixes(diagnostic: Diagnostic) -> Diagnostic:
         fix = Fix("Write it in quotes", (Edit(span, f'"{text}"'),), safe=True)
     elif diagnostic.name == "bad-atom" and (match := _FRACTION.match(text)):
         fix = Fix("Write a division", (Edit(span, f"(/ {match[1]} {match[2]})"),), safe=True)
-    return replace(diagnostic, fixes=(*diagnostic.fixes, fix)) if fix is not None else diagnostic
+    return replace(diagnostic, fixes=(fix,)) if fix is not None else diagnostic
 
 
-def removal(form: Span) -> Edit:
-    """The edit that takes a form out of the text, with its lines where nothing else stands on them."""
+def _with_lines(fix: Fix) -> Fix:
+    """A fix whose removals take the lines with them on which nothing else stands."""
+    return replace(fix, edits=tuple(_removal(edit.span) if not edit.text else edit for edit in fix.edits))
+
+
+def _removal(form: Span) -> Edit:
     text = form.source.text
     line = text.rfind("\n", 0, form.start) + 1
     after = re.compile(r"[ \t]*\r?\n?").match(text, form.end)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -50,4 +51,5 @@ def _unused_globals(program: Program, own: Sequence[Facts]) -> Iterator[Diagnost
 
 def _is_mentioned(program: Program, name: str) -> bool:
     """Whether the name stands in the main file more often than where it is defined: a macro may mean it."""
-    return program.main.text.count(name) > 1
+    alone = rf"(?<![^\s()\[\]'`,@]){re.escape(name)}(?![^\s()\[\]])"
+    return len(re.findall(alone, program.main.text)) > 1

@@ -6,9 +6,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from scenelang.grammar import ast
-from scenelang.grammar.diagnostics import Diagnostic, Fix
+from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix
 from scenelang.interpreter.analyse import walk
-from scenelang.interpreter.lint.fixes import removal
 from scenelang.interpreter.scope import Variable
 
 _MACROS = ("define-syntax", "let-syntax", "letrec-syntax", "define-macro")
@@ -78,7 +77,7 @@ def can_go(form: Any) -> bool:
 
 def remove(form: Any) -> Fix:
     """The fix that takes out a definition."""
-    return Fix("Remove it", (removal(form.span),), safe=True)
+    return Fix("Remove it", (Edit(form.span, ""),), safe=True)
 
 
 def _unused(variable: Variable, used: set[Any], what: str, fixes: tuple[Fix, ...] = ()) -> Iterator[Diagnostic]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import os
 import re
-import stat
 import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -162,20 +161,11 @@ def _deliver(arguments: argparse.Namespace, name: str, done: _Done) -> None:
         sys.stdout.flush()
         sys.stdout.buffer.write(done.after.encode("utf-8"))
     elif done.changes and not only_shown and name != "-":
-        _write(Path(name), done.after)
+        from scenelang.backends.files import rewrite
+
+        rewrite(Path(name), done.after)
     if done.changes and name != "-" and not arguments.json and not arguments.quiet and not arguments.diff:
         print(f"{'would format' if arguments.check else 'formatted'} {name}")
-
-
-def _write(path: Path, text: str) -> None:
-    """Replace a file's text, whole or not at all; its permissions stay, a link still leads to it."""
-    from scenelang.backends.files import written_whole
-
-    target = path.resolve()
-    if not os.access(target, os.W_OK):
-        raise SceneError("file", f"`{path}` cannot be written: it is read-only")
-    with written_whole(target, mode=stat.S_IMODE(target.stat().st_mode)) as temporary:
-        temporary.write_bytes(text.encode("utf-8"))
 
 
 def _difference(done: _Done, color: bool) -> Iterator[str]:

@@ -19,6 +19,7 @@ from scenelang.cli import (
     fmt,
     grammar,
     graph,
+    lsp,
     maps,
     pictures,
     programs,
@@ -42,6 +43,7 @@ _MODULES = (
     view,
     embeddings,
     grammar,
+    lsp,
     doctor,
     completion,
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import codecs
 import sys
 import time
 from pathlib import Path
@@ -40,6 +41,8 @@ def add_check(subparsers: Any) -> None:
 def check(arguments: argparse.Namespace) -> int:
     found: list[Diagnostic] = []
     session: Session | None = None
+    if arguments.fix and not all(path.endswith(".scene") for path in arguments.files):
+        raise UsageError("value", "--fix mends files of the language (.scene)")
     for path in arguments.files:
         arguments.file = path
         session = session or session_of(arguments, arguments.strict)
@@ -55,15 +58,13 @@ def check(arguments: argparse.Namespace) -> int:
 
 def _mended(arguments: argparse.Namespace, session: Session, path: str) -> Source:
     """The program after every safe fix, written back to its file."""
-    from scenelang.backends.files import written_whole
+    from scenelang.backends.files import rewrite
 
     before = session.source(path)
-    if path == "-" or not path.endswith(".scene"):
-        raise UsageError("value", "--fix mends files of the language (.scene)")
     source, number = session.mended(before)
     if number:
-        with written_whole(Path(path)) as temporary:
-            temporary.write_text(source.text, "utf-8", newline="")
+        mark = "\ufeff" if Path(path).read_bytes().startswith(codecs.BOM_UTF8) else ""
+        rewrite(Path(path), mark + source.text)
         if not arguments.quiet:
             print(f"{path}: {number} {'fix' if number == 1 else 'fixes'} applied", file=sys.stderr)
     return source

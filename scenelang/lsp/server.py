@@ -1,0 +1,259 @@
+"""The server: one handler per request of the protocol. Texts are analysed shortly after the last change."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from lsprotocol import types as lsp
+from pygls.exceptions import JsonRpcInvalidParams
+from pygls.lsp.server import LanguageServer
+
+from scenelang.formatting import indents_of
+from scenelang.grammar.formatter import UnreadableError, edit_between, format_range, format_text
+from scenelang.grammar.source import Span
+from scenelang.lsp import actions, completion, references, signatures, symbols
+from scenelang.lsp.describe import of_binding, of_word
+from scenelang.lsp.diagnostics import shown
+from scenelang.lsp.documents import Document, Documents
+from scenelang.lsp.names import file_of
+from scenelang.lsp.texts import offset, path_of, range_of, uri_of
+
+PAUSE = 0.03  # seconds without a change before the text is analysed
+
+
+class Server(LanguageServer):
+    """The language server and the texts that are open in it."""
+
+    def __init__(self, version: str) -> None:
+        super().__init__("scenelang", version)
+        self.documents = Documents()
+        self.asked: Document | None = None  # the text of the last completion, for the documentation of its items
+        self._waiting: dict[str, asyncio.TimerHandle] = {}
+
+    def document(self, uri: str) -> Document:
+        """An open text as it is now."""
+        return self.documents.change(path_of(uri), self.workspace.get_text_document(uri).source)
+
+    def changed(self, uri: str) -> None:
+        """Analyse a text soon, unless it changes again before."""
+        waiting = self._waiting.pop(uri, None)
+        if waiting is not None:
+            waiting.cancel()
+        self._waiting[uri] = asyncio.get_running_loop().call_later(PAUSE, self._publish_all, uri)
+
+    def _publish_all(self, uri: str) -> None:
+        """The diagnostics of a text, then those of the texts that import it."""
+        self._waiting.pop(uri, None)
+        self.publish(uri)
+        path = path_of(uri).resolve()
+        for document in self.documents.all():
+            version = document.analysis.version if document.analysis is not None else None
+            imported = version.program.sources[1:] if version is not None else ()
+            if document.path.resolve() != path and any(file_of(Span(s, 0, 0)).resolve() == path for s in imported):
+                document.forget()
+                self.publish(uri_of(document.path))
+
+    def publish(self, uri: str) -> None:
+        if uri not in self.workspace.text_documents:
+            return
+        document = self.document(uri)
+        found = [shown(diagnostic, document.source) for diagnostic in document.analyse().diagnostics]
+        version = self.workspace.get_text_document(uri).version
+        self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, found, version))
+
+    def closed(self, uri: str) -> None:
+        waiting = self._waiting.pop(uri, None)
+        if waiting is not None:
+            waiting.cancel()
+        self.documents.close(path_of(uri))
+        self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, []))
+
+
+def build_server(version: str) -> Server:
+    """A server with all that it can do."""
+    server = Server(version)
+    for register in (_lifecycle, _reading, _navigation, _changing):
+        register(server)
+    return server
+
+
+def _cursor(document: Document, position: lsp.Position) -> int:
+    return offset(document.source, position)
+
+
+def _lifecycle(server: Server) -> None:
+    @server.feature(lsp.INITIALIZED)
+    def initialized(_: lsp.InitializedParams) -> None:
+        root = server.workspace.root_path
+        server.documents.root = Path(root).resolve() if root else None
+
+    @server.feature(lsp.TEXT_DOCUMENT_DID_OPEN)
+    def did_open(params: lsp.DidOpenTextDocumentParams) -> None:
+        server.changed(params.text_document.uri)
+
+    @server.feature(lsp.TEXT_DOCUMENT_DID_CHANGE)
+    def did_change(params: lsp.DidChangeTextDocumentParams) -> None:
+        server.changed(params.text_document.uri)
+
+    @server.feature(lsp.TEXT_DOCUMENT_DID_SAVE)
+    def did_save(params: lsp.DidSaveTextDocumentParams) -> None:
+        server.changed(params.text_document.uri)
+
+    @server.feature(lsp.TEXT_DOCUMENT_DID_CLOSE)
+    def did_close(params: lsp.DidCloseTextDocumentParams) -> None:
+        server.closed(params.text_document.uri)
+
+
+def _reading(server: Server) -> None:
+    @server.feature(lsp.TEXT_DOCUMENT_HOVER)
+    def hover(params: lsp.HoverParams) -> lsp.Hover | None:
+        document = server.document(params.text_document.uri)
+        cursor, names = _cursor(document, params.position), document.names
+        if names is None:
+            return None
+        word, use = names.word_at(cursor), names.use_at(cursor)
+        if word is not None:
+            return _hover(of_word(names, word.text), word.span)
+        return _hover(of_binding(names, use.binding, use.span.text), use.span) if use is not None else None
+
+    @server.feature(
+        lsp.TEXT_DOCUMENT_COMPLETION,
+        lsp.CompletionOptions(trigger_characters=["(", '"', ":", "<"], resolve_provider=True),
+    )
+    def complete(params: lsp.CompletionParams) -> lsp.CompletionList:
+        document = server.document(params.text_document.uri)
+        server.asked = document
+        return completion.complete(document, _cursor(document, params.position))
+
+    @server.feature(lsp.COMPLETION_ITEM_RESOLVE)
+    def resolve(item: lsp.CompletionItem) -> lsp.CompletionItem:
+        return completion.resolve(server.asked, item)
+
+    @server.feature(
+        lsp.TEXT_DOCUMENT_SIGNATURE_HELP,
+        lsp.SignatureHelpOptions(trigger_characters=["(", " "], retrigger_characters=[":", " "]),
+    )
+    def signature_help(params: lsp.SignatureHelpParams) -> lsp.SignatureHelp | None:
+        document = server.document(params.text_document.uri)
+        return signatures.signature_help(document, _cursor(document, params.position))
+
+    @server.feature(lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL)
+    def document_symbol(params: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
+        names = server.document(params.text_document.uri).names
+        return symbols.outline(names) if names is not None else []
+
+    @server.feature(lsp.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL, symbols.LEGEND)
+    def tokens(params: lsp.SemanticTokensParams) -> lsp.SemanticTokens:
+        names = server.document(params.text_document.uri).names
+        return lsp.SemanticTokens(symbols.semantic_tokens(names) if names is not None else [])
+
+    @server.feature(lsp.TEXT_DOCUMENT_SEMANTIC_TOKENS_RANGE, symbols.LEGEND)
+    def range_tokens(params: lsp.SemanticTokensRangeParams) -> lsp.SemanticTokens:
+        names = server.document(params.text_document.uri).names
+        lines = params.range.start.line, params.range.end.line
+        return lsp.SemanticTokens(symbols.semantic_tokens(names, *lines) if names is not None else [])
+
+
+def _hover(text: str, span: Span) -> lsp.Hover:
+    return lsp.Hover(lsp.MarkupContent(lsp.MarkupKind.Markdown, text), range_of(span))
+
+
+def _navigation(server: Server) -> None:
+    @server.feature(lsp.TEXT_DOCUMENT_DEFINITION)
+    def definition(params: lsp.DefinitionParams) -> list[lsp.Location]:
+        document = server.document(params.text_document.uri)
+        return [_location(server, span) for span in references.definition(document, _cursor(document, params.position))]
+
+    @server.feature(lsp.TEXT_DOCUMENT_REFERENCES)
+    def all_references(params: lsp.ReferenceParams) -> list[lsp.Location]:
+        document = server.document(params.text_document.uri)
+        target = references.target_at(document, _cursor(document, params.position))
+        if target is None:
+            return []
+        found = references.references(server.documents, document, target)
+        if not params.context.include_declaration:
+            found = [span for span in found if not references.is_definition(target, span)]
+        return [_location(server, span) for span in found]
+
+    @server.feature(lsp.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT)
+    def highlight(params: lsp.DocumentHighlightParams) -> list[lsp.DocumentHighlight]:
+        document = server.document(params.text_document.uri)
+        target = references.target_at(document, _cursor(document, params.position))
+        if target is None or document.names is None:
+            return []
+        return [lsp.DocumentHighlight(range_of(span)) for span in references.places(document.names, target)]
+
+    @server.feature(lsp.TEXT_DOCUMENT_PREPARE_RENAME)
+    def prepare_rename(params: lsp.PrepareRenameParams) -> lsp.Range | None:
+        document = server.document(params.text_document.uri)
+        target = references.target_at(document, _cursor(document, params.position))
+        return range_of(references.renamed_part(target)) if target is not None else None
+
+    @server.feature(lsp.TEXT_DOCUMENT_RENAME, lsp.RenameOptions(prepare_provider=True))
+    def rename(params: lsp.RenameParams) -> lsp.WorkspaceEdit:
+        document = server.document(params.text_document.uri)
+        try:
+            edits = references.renaming(server.documents, document, _cursor(document, params.position), params.new_name)
+        except references.RenameRefusedError as refused:
+            raise JsonRpcInvalidParams(str(refused)) from None
+        return lsp.WorkspaceEdit(
+            {_uri(server, path): [lsp.TextEdit(range_of(span), text) for span, text in changes]
+             for path, changes in edits.items()}
+        )  # fmt: skip
+
+
+def _uri(server: Server, path: Path) -> str:
+    """The editor's own name for a file that is open there."""
+    for uri in server.workspace.text_documents:
+        if path_of(uri) == path:
+            return str(uri)
+    return uri_of(path)
+
+
+def _location(server: Server, span: Span) -> lsp.Location:
+    return lsp.Location(_uri(server, file_of(span)), range_of(span))
+
+
+def _changing(server: Server) -> None:
+    @server.feature(lsp.TEXT_DOCUMENT_FORMATTING)
+    def formatting(params: lsp.DocumentFormattingParams) -> list[lsp.TextEdit] | None:
+        return _formatted(server.document(params.text_document.uri), format_text)
+
+    @server.feature(lsp.TEXT_DOCUMENT_RANGE_FORMATTING)
+    def range_formatting(params: lsp.DocumentRangeFormattingParams) -> list[lsp.TextEdit] | None:
+        first, last = params.range.start.line + 1, params.range.end.line + 1
+        return _formatted(
+            server.document(params.text_document.uri), lambda text, indents: format_range(text, first, last, indents)
+        )
+
+    @server.feature(
+        lsp.TEXT_DOCUMENT_CODE_ACTION,
+        lsp.CodeActionOptions([lsp.CodeActionKind.QuickFix, lsp.CodeActionKind.SourceFixAll]),
+    )
+    def code_action(params: lsp.CodeActionParams) -> list[lsp.CodeAction]:
+        uri = params.text_document.uri
+        return actions.code_actions(server.document(uri), uri, params)
+
+
+def _formatted(document: Document, format_: Callable[[str, Any], str]) -> list[lsp.TextEdit] | None:
+    """The one edit that formats a text; none for text that does not read."""
+    source = document.source
+    try:
+        after = format_(source.text, indents_of(source.text, document.path.parent))
+    except UnreadableError:
+        return None
+    edit = edit_between(source.text, after)
+    if edit is None:
+        return []
+    changed = lsp.Range(lsp.Position(edit.first - 1, 0), lsp.Position(edit.last, 0))
+    return [lsp.TextEdit(changed, edit.text)]
+
+
+def serve(version: str) -> None:
+    """Serve one editor over standard input and output until it goes."""
+    logging.getLogger("pygls").setLevel(logging.CRITICAL)
+    build_server(version).start_io()
