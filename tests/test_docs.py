@@ -85,7 +85,7 @@ def test_shell_blocks_run(text: str, tmp_path: Path) -> None:
             makefile = ROOT / "Makefile"
             assert not makefile.exists() or re.search(rf"^{command[5:]}:", makefile.read_text("utf-8"), re.M)
             continue
-        if command.startswith(("git ", "cd ", "pip ")):
+        if command.startswith(("git ", "cd ", "pip ", "pipx ")):
             continue
         assert command.startswith("scenelang "), command
         ran = f'"{sys.executable}" -P -m scenelang.cli.main {command.removeprefix("scenelang ")}'

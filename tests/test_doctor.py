@@ -110,6 +110,9 @@ def test_packages_that_are_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
         ("usd", State.MISSING, "pip install 'scenelang[usd]'"),
     ]
 
+    monkeypatch.setattr(packages, "in_pipx", lambda: True)
+    assert list(packages.package_checks())[-1].remedy == "pipx inject scenelang gone"
+
     def unknown(_: str) -> list[str]:
         raise PackageNotFoundError("scenelang")
 

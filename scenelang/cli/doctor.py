@@ -74,7 +74,7 @@ def _lines(found: list[Check], color: bool) -> Iterator[str]:
             yield title
             yield from (_line(check, width, color) for check in mine)
     broken = sum(check.state.value == "broken" for check in found)
-    remedies = list(dict.fromkeys(check.remedy for check in found if check.remedy.startswith("pip ")))
+    remedies = list(dict.fromkeys(check.remedy for check in found if check.remedy.startswith(("pip ", "pipx "))))
     yield ""
     yield f"{broken} broken." if broken else "Everything that needs no extra works."
     if remedies:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Iterator, Sequence
 from importlib.metadata import PackageNotFoundError, requires, version
+from pathlib import Path
 
 from scenelang.doctor.check import Check, State
 
@@ -19,6 +21,11 @@ def version_of(package: str) -> str | None:
         return version(package)
     except PackageNotFoundError:
         return None
+
+
+def in_pipx() -> bool:
+    """Whether pipx made the environment that runs this: pip does not reach it from outside."""
+    return (Path(sys.prefix) / "pipx_metadata.json").exists()
 
 
 def package_checks() -> Iterator[Check]:
@@ -58,6 +65,6 @@ def _extra(name: str, packages: Sequence[str]) -> Check:
     versions = {package: version_of(package) for package in packages}
     lacking = [package for package, found in versions.items() if found is None]
     if lacking:
-        detail = f"not installed: {', '.join(lacking)}"
-        return Check("extras", name, State.MISSING, detail, f"pip install 'scenelang[{name}]'")
+        remedy = f"pipx inject scenelang {' '.join(lacking)}" if in_pipx() else f"pip install 'scenelang[{name}]'"
+        return Check("extras", name, State.MISSING, f"not installed: {', '.join(lacking)}", remedy)
     return Check("extras", name, State.OK, ", ".join(f"{package} {found}" for package, found in versions.items()))

@@ -13,6 +13,7 @@ from scenelang.backends import base
 from scenelang.backends.base import Work
 from scenelang.backends.mitsuba.variants import NAMES, trial_command
 from scenelang.doctor.check import Check, State
+from scenelang.doctor.packages import in_pipx
 from scenelang.doctor.trials import FILMS, LANGUAGE, PICTURE, VIEWER
 
 _SECONDS = 4.2  # for all trials together
@@ -34,7 +35,8 @@ def work_checks() -> Iterator[Check]:
     yield from _variant_checks(variants, end)
     for name in (*exports, *FILMS, VIEWER):
         if name in installs:
-            yield Check("works", name, State.MISSING, "not installed", f"pip install {installs[name]}")
+            remedy = "" if in_pipx() else f"pip install {installs[name]}"  # what pipx injects stands with the extras
+            yield Check("works", name, State.MISSING, "not installed", remedy)
         else:
             yield _finding(name, told)
 
