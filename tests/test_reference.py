@@ -150,7 +150,7 @@ def test_mended_programs_are_right(
     assert "error[" not in said
     assert "warning[" not in said
     text = path.read_text("utf-8")
-    assert formatted(text) == text.rstrip("\n")
+    assert path.suffix != ".scene" or formatted(text) == text.rstrip("\n")
     assert text != (BAD / path.name).read_text("utf-8")
 
 

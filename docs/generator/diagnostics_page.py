@@ -72,7 +72,7 @@ def _section(code: str, name: str) -> Iterator[str]:
     mended = MENDED / case.name
     if mended.is_file():
         yield from ("Mended:", "")
-        yield from block("scene mended", mended.read_text("utf-8"))
+        yield from block(f"{_LANGUAGES[mended.suffix]} mended", mended.read_text("utf-8"))
 
 
 def shown_case(code: str) -> Path | None:
