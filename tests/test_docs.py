@@ -78,6 +78,7 @@ def test_shell_blocks_run(text: str, tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
     scenes = blocks("README.md", "scene")
     (tmp_path / "pawns.scene").write_text(scenes[0][1], "utf-8")
+    (tmp_path / "harbour.scene").write_text(blocks("docs/tutorial.md", "scene")[-1][1], "utf-8")
     commands = [line.partition("  #")[0].strip() for line in text.splitlines() if line.strip()]
     assert commands
     for command in commands:
