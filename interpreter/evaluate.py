@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from scenelang.grammar import ast
@@ -148,14 +149,17 @@ def _frames(rt: Runtime, function: Any, value: Any, word: str) -> list[tuple[Any
         raise
 
 
-def macro_runner(library: Library, limits: Limits) -> RunMacro:
-    """Runs the bodies of ``define-macro`` at expansion, each macro compiled at its first use, all under one meter."""
+def macro_runner(library: Library, limits: Limits, started: Callable[[Runtime], None] | None = None) -> RunMacro:
+    """Runs the bodies of ``define-macro`` at expansion, each macro compiled at its first use, all under one meter.
+    ``started`` is told of the runtime that they run in, so that it can be cancelled."""
     runs: list[Run] = []
     compiled: dict[int, tuple[Datum, Any]] = {}
 
     def run_macro(function: Datum, arguments: list[Any]) -> tuple[Any, bool]:
         if not runs:
             runs.append(Run(library, Runtime(library, limits)))
+            if started is not None:
+                started(runs[0].rt)
         run = runs[0]
         if id(function) not in compiled:
             (form,) = parse_core([function])

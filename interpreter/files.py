@@ -185,6 +185,7 @@ class SourceFile:
         self.problems: list[Diagnostic] = []  # those of the whole file
         self.words: dict[str, Span] = {}
         self.imports: list[SourceFile] = []
+        self.brought: dict[Symbol, tuple[str, Any]] = {}  # names that an import gave: the file's name, the binding
         self.scene: ListDatum | None = None
         self.is_incomplete = False  # something that may define names could not be read
         if self.state is not None and self.source.name.startswith(STD):
@@ -202,6 +203,17 @@ class SourceFile:
         self.begin()
         for form in self.forms:
             self._scan_top(form)
+
+    def take_in(self, forms: Sequence[TopForm]) -> None:
+        """Scan and expand further forms, which may define names anew; the file's own ``forms`` stay as they are."""
+        records = set(self.expander.record_names)
+        self.expander.begin()
+        self.expander.record_names |= records
+        self.problems = []
+        for form in forms:
+            self._scan_top(form)
+        for form in forms:
+            form.expansion = self._step(lambda form=form: self._finish_form(form))  # type: ignore[misc]
 
     def _scan_top(self, form: TopForm) -> None:
         if self._holds(form.scan) and not form.imports:
@@ -314,9 +326,17 @@ class SourceFile:
             name = Symbol(prefix + base_name(symbol))
             if isinstance(binding, Builtin) and symbol.startswith(STD):
                 name = symbol  # the original of a builtin is always `std/name`
-            if isinstance(binding, (Variable, Macro, Builtin)) and name not in self.scope.bindings:
+            if isinstance(binding, (Variable, Macro, Builtin)) and self._may_bring(name, file):
                 self.scope.bindings[name] = binding
+                self.brought[name] = (file.source.name, binding)
         form.records |= file.expander.record_names
+
+    def _may_bring(self, name: Symbol, file: SourceFile) -> bool:
+        """Whether an import may bind a name: nothing else does, or an earlier version of the same file did."""
+        if name not in self.scope.bindings:
+            return True
+        origin, binding = self.brought.get(name, ("", None))
+        return origin == file.source.name and dict.get(self.names, name) is binding
 
     def _load(self, path: str, span: Span) -> SourceFile:
         state = self.state

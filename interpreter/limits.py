@@ -55,20 +55,25 @@ class Meter:
 
     def __init__(self, limits: Limits) -> None:
         self.limits = limits
-        self.steps = 0
         self._block = repeat(None, _CHUNK)
+        self.renew()
+        self.tick: Callable[[], Any] = chain.from_iterable(self._refill()).__next__
+
+    def renew(self) -> None:
+        """Begin to count anew, with all that the limits allow; ``tick`` goes on to work, also after an error."""
+        self.steps = length_hint(self._block) - _CHUNK  # what was counted of the running chunk
         self.cancelled = False
         self._owed = 0
         self._chunks = 0
-        self._deadline = time.monotonic() + limits.seconds
-        self._memory = resident_bytes() + limits.memory
-        self.tick: Callable[[], Any] = chain.from_iterable(self._refill()).__next__
+        self._deadline = time.monotonic() + self.limits.seconds
+        self._memory = resident_bytes() + self.limits.memory
 
     def _refill(self) -> Iterator[Iterator[None]]:
+        toll = _Toll(self)
         while True:
             self._block = repeat(None, _CHUNK)
             yield self._block
-            self.spend(_CHUNK)
+            yield toll
 
     @property
     def total(self) -> int:
@@ -124,6 +129,21 @@ class Meter:
                 hint="raise the limit with --max-size",
             )
         self.charge(size >> 3)
+
+
+class _Toll:
+    """Stands after each chunk of steps and pays for it. An error of an iterator leaves ``chain`` as it was, one of the
+    generator that makes the iterators would end it."""
+
+    def __init__(self, meter: Meter) -> None:
+        self._meter = meter
+
+    def __iter__(self) -> Iterator[None]:
+        return self
+
+    def __next__(self) -> None:
+        self._meter.spend(_CHUNK)
+        raise StopIteration
 
 
 class recursion_room:

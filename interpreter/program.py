@@ -76,14 +76,20 @@ def finish_program(file: SourceFile) -> Program:
     state.loading.pop()
     for each in list(state.files.values()):
         each.finish()
-    scene = file.finish_scene()
+    return assembled(file, file.finish_scene())
+
+
+def assembled(file: SourceFile, scene: ast.Call | None) -> Program:
+    """The program of a main file that is expanded, with all that it imports."""
+    state = file.state
+    assert state is not None
     files = _in_order(file)
     diagnostics = [d for each in files for d in each.diagnostics()]
     for name in state.overrides.keys() - {param.name for param in state.params}:
         hint = suggest(name, (p.name for p in state.params)) or _known_params(state.params)
         diagnostics.append(Diagnostic("param", f"the program has no `param` named `{name}`", None, hint))
     forms: list[Any] = []
-    _collect(file, frozenset(), forms, set())
+    collect(file, frozenset(), forms, set())
     all_words = {word: span for each in reversed(files) for word, span in each.words.items()}
     return Program(
         file.source, tuple(each.source for each in files), tuple(forms), scene, dict(file.words), all_words,
@@ -107,13 +113,14 @@ def _in_order(file: SourceFile) -> list[SourceFile]:
     return list(found.values())
 
 
-def _collect(file: SourceFile, claimed: frozenset[str], forms: list[Any], done: set[int]) -> None:
-    """Forms in running order. A word that an importing file binds belongs to it: the imported binding is left out."""
+def collect(file: SourceFile, claimed: frozenset[str], forms: list[Any], done: set[int]) -> None:
+    """Forms in running order. A word that an importing file binds belongs to it: the imported binding is left out.
+    ``done``: files, by id, that have run already."""
     if id(file) in done:
         return
     done.add(id(file))
     for form in file.asts():
         if isinstance(form, Import):
-            _collect(form.file, claimed | file.words.keys(), forms, done)
+            collect(form.file, claimed | file.words.keys(), forms, done)
         elif type(form) is not ast.Bind or type(form.word) is not ast.Constant or form.word.value not in claimed:
             forms.append(form)

@@ -131,6 +131,19 @@ class Runtime:
         self._snapshot_at = snapshots
         self.snapshots: dict[int, Any] = {}
 
+    def renew(self) -> None:
+        """Begin another evaluation in the same run: limits, log and warnings begin anew."""
+        self.meter.renew()
+        self.entities = 0
+        self.log.clear()
+        self._log_size = 0
+        self.warnings.clear()
+
+    def forget_calls(self) -> None:
+        """Share no call that was made so far: what calls depend on has changed behind the account's back."""
+        self.epoch += 1
+        self._memo.clear()
+
     # --- procedures --------------------------------------------------------------------------------------------
 
     def apply(self, function: Any, args: Sequence[Any]) -> Any:

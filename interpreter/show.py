@@ -125,7 +125,7 @@ def _sequence_parts(item: Any) -> tuple[str, list[Any]] | None:
 def _leaf(item: Any) -> str:
     kind = type(item)
     if kind is Vector:
-        return "[" + " ".join(map(number_text, item)) + "]"
+        return "[" + " ".join(map(number_text, item[:LONGEST])) + "]"
     if kind is Matrix:
         rows = [item[0:4], item[4:8], item[8:12], (0.0, 0.0, 0.0, 1.0)]
         return "[" + " ".join("[" + " ".join(map(number_text, row)) + "]" for row in rows) + "]"
@@ -153,4 +153,5 @@ def _nested(data: Any) -> str:
         return number_text(data.item())
     if data.ndim == 1:
         return "[" + " ".join(number_text(x) for x in data[:LONGEST].tolist()) + "]"
-    return "[" + " ".join(_nested(row) for row in data[:LONGEST]) + "]"
+    rows = data[: max(1, LONGEST * len(data) // max(1, data.size))]
+    return "[" + " ".join(_nested(row) for row in rows) + "]"

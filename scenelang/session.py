@@ -37,6 +37,7 @@ from scenelang.notebook import install
 from scenelang.stdlib.library import build_library
 
 if TYPE_CHECKING:
+    from scenelang.interpreter.interactive import TopLevel
     from scenelang.interpreter.transpile.translate import Translation
 
 T = TypeVar("T")
@@ -280,20 +281,8 @@ class Session:
         try:
             scene = run_with_room(lambda: self._run(program, runtime), self.options.limits.depth, runtime.meter.cancel)
             problem = None
-        except SceneError as error:
-            scene, problem = None, _outside_library(error.diagnostic)
-        except RecursionError as error:
-            scene, problem = None, _too_deep(self.options.limits, error)
-        except MemoryError:
-            scene, problem = (
-                None,
-                Diagnostic(
-                    "memory",
-                    "the program ran out of memory",
-                    None,
-                    "the machine has no more; lower the limit with --max-memory",
-                ),
-            )
+        except (SceneError, RecursionError, MemoryError) as error:
+            scene, problem = None, self.problem_of(error)
         if problem is not None and self.options.z_entries:
             used = ", ".join(f"<{name}>" for name in list(self.options.z_entries)[:8])
             note = Note(f"a file of embeddings is in use, for {used}; `embeddings FILE set HANDLE --clear` forgets one")
@@ -301,6 +290,44 @@ class Session:
         warnings = not_allowed(runtime.warnings.values(), program.sources)
         diagnostics = [*checked.diagnostics, *warnings, *([problem] if problem else [])]
         return Evaluated(program, scene, tuple(diagnostics), tuple(runtime.log), runtime.meter.total)
+
+    def check_geometry(self, source: Source) -> list[Diagnostic]:
+        """What ``evaluate`` says, and what is suspicious about the geometry of the scene."""
+        from scenelang.backends.solidity.check import check_geometry
+
+        result = self.evaluate(source)
+        if result.scene is None:
+            return list(result.diagnostics)
+        try:
+            found = check_geometry(result.scene)
+        except SceneError as error:
+            found = [error.diagnostic]
+        sources = result.program.sources if result.program is not None else ()
+        return [*result.diagnostics, *not_allowed(found, sources)]
+
+    def top_level(self, main: Source, started: Callable[[Runtime], None]) -> TopLevel:
+        """A top level that goes on, form by form, beside the file ``main``. ``started`` is told of every runtime that
+        macros run in, so that they can be cancelled. Raises SceneError for a malformed ``--define``."""
+        from scenelang.interpreter.interactive import TopLevel
+        from scenelang.interpreter.journal import JournaledRuntime
+
+        options, library = self.options, self.library
+        overrides = {name: _value_datum(name, text) for name, text in options.defines.items()}
+        assets = AssetFiles(self._folder(main), self._project(main), options.allow_outside)
+        runtime = JournaledRuntime(library, options.limits, options.seed, options.z_entries, asset=assets.measure)
+        new_macros = lambda: macro_runner(library, _MACRO_LIMITS, started)
+        return TopLevel(library, runtime, main, self.importer(main), new_macros, overrides)
+
+    def problem_of(self, error: BaseException) -> Diagnostic | None:
+        """What users get to see of an error that ended an evaluation; None for one that is no fault of a program."""
+        if isinstance(error, SceneError):
+            return _outside_library(error.diagnostic)
+        if isinstance(error, RecursionError):
+            return _too_deep(self.options.limits, error)
+        if isinstance(error, MemoryError):
+            hint = "the machine has no more; lower the limit with --max-memory"
+            return Diagnostic("memory", "the program ran out of memory", None, hint)
+        return None
 
     def _read_scene(self, source: Source) -> Evaluated:
         """The scene that ``export`` wrote as JSON."""

@@ -76,6 +76,17 @@ def error_code(rt: Runtime, caught: Any) -> str:
     return CODES[_condition("error-code", caught).name].code
 
 
+@registry.define("error-place", "error::Any", "Any",
+                 "Where an error happened, a string `file:line:column`; none where that is not known.",
+                 ("(guard (e (#t (string? (error-place e)))) (car '()))", "#t"))  # fmt: skip
+def error_place(rt: Runtime, caught: Any) -> str | None:
+    span = _condition("error-place", caught).span
+    if span is None:
+        return None
+    line, column = span.source.position(span.start)
+    return f"{span.source.name}:{line}:{column}"
+
+
 @registry.define("error-is?", "error::Any name::String", "Boolean",
                  "True for an error of this name, such as \"index\", \"key\", \"type\" or \"user\".",
                  ("(guard (e ((error-is? e \"zero-division\") 0)) (/ 1 0))", "0"))  # fmt: skip

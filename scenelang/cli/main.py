@@ -23,6 +23,7 @@ from scenelang.cli import (
     maps,
     pictures,
     programs,
+    repl,
     transpile,
     view,
 )
@@ -33,6 +34,7 @@ from scenelang.grammar.diagnostics import SceneError
 # In the order in which help and the reference list their commands.
 _MODULES = (
     programs,
+    repl,
     explain,
     fmt,
     compare,

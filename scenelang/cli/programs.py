@@ -33,6 +33,7 @@ def add_check(subparsers: Any) -> None:
     parser.add_argument("files", metavar="FILE", nargs="+", help="programs, `-` for standard input")
     parser.add_argument("--strict", action="store_true", help="hold the program to the paper's grammar")
     parser.add_argument("--run", action="store_true", dest="evaluate", help="evaluate the programs as well")
+    parser.add_argument("--geometry", action="store_true", help="evaluate, and look for odd overlaps, gaps and faces")
     parser.add_argument("--fix", action="store_true", help="mend what can be mended without changing what programs do")
     add_common(parser)
     parser.set_defaults(run=check, file="-")
@@ -48,8 +49,10 @@ def check(arguments: argparse.Namespace) -> int:
         session = session or session_of(arguments, arguments.strict)
         try:
             source = _mended(arguments, session, path) if arguments.fix else session.source(path)
-            result = session.evaluate(source) if arguments.evaluate else session.check(source)
-            found += result.diagnostics
+            if arguments.geometry:
+                found += session.check_geometry(source)
+            else:
+                found += (session.evaluate(source) if arguments.evaluate else session.check(source)).diagnostics
         except SceneError as error:
             found.append(error.diagnostic)
     report(arguments, found, sys.stdout if arguments.json else None)

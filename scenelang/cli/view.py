@@ -66,7 +66,7 @@ def serve(arguments: argparse.Namespace, workspace: Workspace) -> int:
         print(server.address, flush=True)
         if not arguments.quiet:
             print("Ctrl-C ends it.", file=sys.stderr)
-        if not arguments.no_browser and _has_screen():
+        if not arguments.no_browser and has_screen():
             import webbrowser
 
             webbrowser.open(server.address)
@@ -77,7 +77,7 @@ def serve(arguments: argparse.Namespace, workspace: Workspace) -> int:
     return 0
 
 
-def _has_screen() -> bool:
+def has_screen() -> bool:
     """False where a browser would open in this terminal."""
     if sys.platform in ("darwin", "win32"):
         return True

@@ -1,0 +1,210 @@
+"""Commands about names and forms: help, doc, apropos, source, expand, time, trace, seed, reset, quit."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from scenelang.grammar.diagnostics import SceneError, suggest
+from scenelang.interpreter.library import Builtin
+from scenelang.interpreter.scope import Macro
+from scenelang.repl.commands import Command, commands, find, table, wanted
+from scenelang.repl.display import displayed, signature_of
+from scenelang.repl.loop import Quit, Repl
+from scenelang.repl.saving import comment_above
+from scenelang.repl.tracing import function_of
+
+_MOST_FOUND = 40
+
+
+def _help(repl: Repl, rest: str) -> None:
+    chosen = (find(rest.lstrip(",")),) if rest else commands()
+    repl.screen.rows(table([(command.usage, command.doc) for command in chosen]))
+    if not rest:
+        repl.screen.rows(["*1 *2 *3 are the last values, *e is the last error. Ctrl-C stops, Ctrl-D leaves."])
+
+
+# --- what names are ------------------------------------------------------------------------------------------------
+
+
+def _doc(repl: Repl, rest: str) -> None:
+    name = wanted(rest, "doc", "a name")
+    lines = _own_doc(repl, name) or list(_library_doc(name))
+    if not lines:
+        known = [known for known, _ in repl.evaluation.top.names()]
+        raise SceneError("unbound", f"there is nothing known of `{name[:40]}`", suggest(name, [*known, *_names()]))
+    repl.screen.rows(lines)
+
+
+def _names() -> list[str]:
+    from scenelang.stdlib.reference import records
+
+    return [record.name for record in records()]
+
+
+def _library_doc(name: str) -> Iterator[str]:
+    from scenelang.stdlib.reference import lookup
+
+    record = lookup(name.removeprefix("std/"))
+    if record is None:
+        return
+    yield record.signature
+    yield f"  {record.doc}"
+    if record.module is not None:
+        yield f'  It comes with (import "{record.module}").'
+    for example in record.examples:
+        yield f"  {example.expression} gives {example.value}"
+
+
+def _own_doc(repl: Repl, name: str) -> list[str]:
+    """Signature and comment of a definition of the session."""
+    top = repl.evaluation.top
+    for key in (name, f'"{name.strip(chr(34))}"'):
+        form = top.definition_of(key)
+        if form is None:
+            continue
+        function = function_of(top, key)
+        lines = [_signature(repl, key) if function is None else signature_of(function)]
+        comment = [line.lstrip("; ").rstrip() for line in comment_above(form)]
+        return [*lines, *(f"  {line}" for line in comment), f"  defined in {form.datums[0].span.source.name}"]
+    return []
+
+
+def _signature(repl: Repl, key: str) -> str:
+    binding = dict(repl.evaluation.top.names()).get(key)
+    if isinstance(binding, Macro):
+        return f"macro {binding.usage or key}"
+    try:
+        value = repl.evaluation.top.value_of(key)
+    except KeyError:
+        return key
+    return f"{key} = {displayed(value, 60).splitlines()[0] if value is not None else 'none'}"
+
+
+def _apropos(repl: Repl, rest: str) -> None:
+    from scenelang.stdlib.reference import records
+
+    text = wanted(rest, "apropos", "a text to look for").lower()
+    own = [(name, "") for name, binding in repl.evaluation.top.names() if not isinstance(binding, Builtin)]
+    found = [(name, _kind(repl, name)) for name, _ in own if text in name.lower() and not name.startswith("*")]
+    found += [(f'"{w}"', "a word of this session") for w in repl.evaluation.top.file.words if text in w.lower()]
+    near = [record for record in records() if text in record.name.lower()]
+    far = [record for record in records() if record not in near and text in record.doc.lower()]
+    rows = [*found, *((record.name, record.doc) for record in [*near, *far])]
+    if not rows:
+        repl.screen.rows([f"nothing holds `{rest[:40]}`"])
+        return
+    repl.screen.rows(table(rows[:_MOST_FOUND]))
+    if len(rows) > _MOST_FOUND:
+        repl.screen.rows([f"... {len(rows) - _MOST_FOUND} more"])
+
+
+def _kind(repl: Repl, name: str) -> str:
+    function = function_of(repl.evaluation.top, name)
+    return signature_of(function) if function is not None else "of this session"
+
+
+def _source(repl: Repl, rest: str) -> None:
+    name = wanted(rest, "source", "a name or a word")
+    top = repl.evaluation.top
+    form = top.definition_of(name) or top.definition_of(f'"{name.strip(chr(34))}"')
+    if form is not None:
+        repl.screen.rows([*comment_above(form), *(line for d in form.datums for line in d.span.text.split("\n"))])
+        return
+    text = _library_source(repl, name)
+    if text is None:
+        raise SceneError(
+            "unbound", f"there is no definition of `{name[:40]}`", suggest(name, [n for n, _ in top.names()])
+        )
+    repl.screen.rows(text.split("\n"))
+
+
+def _library_source(repl: Repl, name: str) -> str | None:
+    """A definition of the library that is written in the language."""
+    from scenelang.grammar.reader import read
+    from scenelang.grammar.source import Source
+
+    library = repl.evaluation.session.library
+    start = re.compile(rf"^\(define \(?{re.escape(name)}[\s)]", re.M)
+    for module, text in library.modules.items():
+        if start.search(text):
+            for datum in read(Source(module, text)).forms:
+                if start.match(datum.span.text):
+                    return datum.span.text
+    if name in library.builtins:
+        raise SceneError("value", f"`{name}` is built in; `,doc {name}` tells what it does")
+    return None
+
+
+# --- forms ---------------------------------------------------------------------------------------------------------
+
+
+def _expand(repl: Repl, rest: str) -> None:
+    from scenelang.grammar.layout import layout
+    from scenelang.interpreter.forms import FORMS
+    from scenelang.interpreter.unparse import unparse
+
+    evaluation = repl.evaluation
+    source = evaluation.source(wanted(rest, "expand", "a form"))
+    trees = evaluation.run(lambda: evaluation.top.expansion(source))
+    text = layout(unparse(trees), indents={name: form.indent for name, form in FORMS.items()})
+    repl.screen.rows(text.rstrip("\n").split("\n"))
+
+
+def _time(repl: Repl, rest: str) -> None:
+    evaluation = repl.evaluation
+    outcome = evaluation.evaluate(evaluation.source(wanted(rest, "time", "a form")))
+    repl.show(outcome)
+    if outcome.ok:
+        repl.screen.write(f"{outcome.seconds:.3f} s, {outcome.steps:,} steps, {outcome.entities:,} entities made")
+    repl.changed()
+
+
+def _trace(repl: Repl, rest: str) -> None:
+    evaluation = repl.evaluation
+    if not rest:
+        repl.screen.rows([f"traced: {name}" for name in sorted(evaluation.tracer.names)] or ["nothing is traced"])
+        return
+    top, name = evaluation.top, rest
+    if function_of(top, name) is None:
+        name = f'"{rest.strip(chr(34))}"'
+        if function_of(top, name) is None and name not in evaluation.tracer.names:
+            known = [*(n for n, _ in top.names()), *top.file.words]
+            raise SceneError("unbound", f"`{rest[:40]}` is no function or word of this session", suggest(rest, known))
+    traced = evaluation.tracer.toggle(top, name)
+    repl.screen.write(f"{name} is {'traced' if traced else 'no longer traced'}")
+
+
+# --- the session ---------------------------------------------------------------------------------------------------
+
+
+def _seed(repl: Repl, rest: str) -> None:
+    try:
+        seed = int(wanted(rest, "seed", "a whole number"))
+    except ValueError:
+        raise SceneError("value", f"`{rest[:40]}` is no whole number") from None
+    repl.evaluation.set_seed(seed)
+
+
+def _reset(repl: Repl, rest: str) -> None:
+    repl.evaluation.reset()
+    repl.screen.write("nothing is defined now")
+
+
+def _quit(repl: Repl, rest: str) -> None:
+    raise Quit
+
+
+COMMANDS = (
+    Command("help", ",help [COMMAND]", "the commands", _help, "COMMAND"),
+    Command("doc", ",doc NAME", "what a name is", _doc, "NAME"),
+    Command("apropos", ",apropos TEXT", "names whose name or description holds a text", _apropos, "TEXT"),
+    Command("source", ",source NAME", "the text of a definition, of a name or a word", _source, "NAME"),
+    Command("expand", ",expand FORM", "a form after macro expansion", _expand, "FORM"),
+    Command("time", ",time FORM", "evaluate a form; seconds, steps, entities", _time, "FORM"),
+    Command("trace", ",trace [NAME]", "show the calls of a function or word, or no more; alone: what is traced", _trace,
+            "NAME"),
+    Command("seed", ",seed N", "start the random streams anew", _seed, "N"),
+    Command("reset", ",reset", "forget all definitions", _reset),
+    Command("quit", ",quit", "leave", _quit),
+)  # fmt: skip

@@ -1,0 +1,148 @@
+"""What can stand at the cursor: names, words in strings, attributes, commands, files; each with its doc in brief."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from prompt_toolkit.completion import CompleteEvent, Completer, Completion, PathCompleter
+from prompt_toolkit.document import Document
+
+from scenelang.interpreter.library import Builtin
+from scenelang.interpreter.procedures import Closure
+from scenelang.interpreter.scope import Macro
+from scenelang.repl.brackets import scan
+from scenelang.repl.commands import commands, is_command
+from scenelang.repl.display import signature_of
+from scenelang.repl.tracing import function_of
+
+if TYPE_CHECKING:
+    from scenelang.repl.evaluation import Evaluation
+
+_SYMBOL = re.compile(r"[^\s()\[\]\"';`,]*\Z")
+_WORD_PLACE = re.compile(r"\(\s*(?:call|bind|retrieve|scene|primitive|bound\?)\s+\Z")
+_CALLED = re.compile(r'\(\s*(?:call|primitive)\s+"((?:[^"\\]|\\.)*)"')
+_HEAD = re.compile(r"\(\s*([^\s()\[\]\"';`,]+)")
+_KEYWORD = re.compile(r"(?<![^\s(\[]):([^\s()\[\]:]+)")
+_GEOMETRY = {
+    "cube": ("scale",), "sphere": ("radius",), "cylinder": ("radius", "p0", "p1"), "cone": ("radius", "p0", "p1"),
+    "asset": ("file",), "set-cuboid": ("block-type", "block-kwargs", "scale", "fill"), "delete-blocks": ("scale",),
+}  # fmt: skip
+_LOOKS = ("color", "metallic", "roughness", "opacity", "emission")
+_LONGEST_META = 60
+
+
+class SceneCompleter(Completer):
+    """Completions for prompt_toolkit, from what the session knows at the moment."""
+
+    def __init__(self, evaluation: Evaluation) -> None:
+        self._evaluation = evaluation
+        self._paths = PathCompleter(expanduser=True)
+
+    def get_completions(self, document: Document, complete_event: CompleteEvent) -> Iterator[Completion]:
+        text = document.text_before_cursor
+        if is_command(text) or text.strip() == ",":
+            yield from self._in_command(text, document, complete_event)
+            return
+        yield from self._in_form(text)
+
+    def _in_command(self, text: str, document: Document, event: CompleteEvent) -> Iterator[Completion]:
+        name, blank, rest = text.lstrip()[1:].partition(" ")
+        if not blank:
+            found = [(f",{command.name}", command.doc) for command in commands()]
+            yield from _matching(f",{name}", found)
+            return
+        command = next((c for c in commands() if c.name.startswith(name.rstrip("!"))), None)
+        if command is not None and command.operand == "FILE":
+            yield from self._paths.get_completions(Document(rest.lstrip('"')), event)
+        elif command is not None and command.operand == "COMMAND":
+            yield from _matching(rest, [(c.name, c.doc) for c in commands()])
+        elif command is not None:
+            yield from self._in_form(rest)
+
+    def _in_form(self, text: str) -> Iterator[Completion]:
+        found = scan(text)
+        if found.is_comment:
+            return
+        if found.string is not None:
+            if _WORD_PLACE.search(text[: found.string]):
+                yield from _matching(text[found.string + 1 :], self._words())
+            return
+        match = _SYMBOL.search(text)
+        prefix = match[0] if match is not None else ""
+        if prefix.startswith(":"):
+            opener = text[found.openers[-1] :] if found.openers else ""
+            yield from _matching(prefix, self._attributes(opener))
+        else:
+            yield from _matching(prefix, self._names())
+
+    # --- what there is -----------------------------------------------------------------------------------------
+
+    def _words(self) -> Iterator[tuple[str, str]]:
+        top = self._evaluation.top
+        for word, cell in top.rt.words.items():
+            if cell.function is not None:
+                function = cell.function
+                yield word, signature_of(function) if type(function) is Closure else "a word"
+        for word in _GEOMETRY:
+            if word not in top.rt.words or top.rt.words[word].function is None:
+                yield word, "a primitive"
+
+    def _attributes(self, opener: str) -> Iterator[tuple[str, str]]:
+        """Keywords of the function that is called, or attributes of the word."""
+        called = _CALLED.match(opener)
+        top = self._evaluation.top
+        if called is not None:
+            function = function_of(top, f'"{called[1]}"')
+            if function is not None:
+                yield from ((f":{p.name}", _type(p)) for p in function.code.parameters if p.kind == "keyword")
+                return
+            yield from ((f":{name}", f"of {called[1]}") for name in (*_GEOMETRY.get(called[1], ("scale",)), *_LOOKS))
+            return
+        head = _HEAD.match(opener)
+        if head is None:
+            return
+        own = function_of(top, head[1])
+        if own is not None:
+            yield from ((f":{p.name}", _type(p)) for p in own.code.parameters if p.kind == "keyword")
+            return
+        for name, doc, signature in _library():
+            if name == head[1]:
+                yield from ((f":{keyword}", doc) for keyword in dict.fromkeys(_KEYWORD.findall(signature)))
+
+    def _names(self) -> Iterator[tuple[str, str]]:
+        top = self._evaluation.top
+        seen: set[str] = set()
+        for name, binding in top.names():
+            if isinstance(binding, Builtin) or "|" in name:
+                continue
+            seen.add(name)
+            function = function_of(top, name)
+            kind = "macro" if isinstance(binding, Macro) else "of this session"
+            yield name, signature_of(function) if function is not None else kind
+        yield from ((name, doc) for name, doc, _ in _library() if name not in seen)
+
+
+@cache
+def _library() -> tuple[tuple[str, str, str], ...]:
+    """Name, doc and signature of all that programs see without importing it."""
+    from scenelang.stdlib.reference import Kind, records
+
+    known = [record for record in records() if record.module is None and record.kind is not Kind.TYPE]
+    return tuple((record.name, record.doc, record.signature) for record in known)
+
+
+def _type(parameter: Any) -> str:
+    return str(parameter.type.name) if parameter.type is not None else ""
+
+
+def _matching(prefix: str, found: Iterable[tuple[str, str]]) -> Iterator[Completion]:
+    """What begins with the prefix, by name; then what only holds it."""
+    rows = sorted(dict(found).items())
+    begun = [row for row in rows if row[0].startswith(prefix)]
+    held = [row for row in rows if len(prefix) > 2 and prefix in row[0][1:] and row not in begun]
+    for text, doc in [*begun, *held]:
+        meta = " ".join(doc.split())
+        yield Completion(text, -len(prefix), display_meta=meta[:_LONGEST_META])

@@ -1,0 +1,161 @@
+"""The REPL in a terminal: editing of several lines, history, colours, brackets, completion."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from prompt_toolkit import PromptSession
+from prompt_toolkit.application import get_app
+from prompt_toolkit.filters import Condition
+from prompt_toolkit.formatted_text import StyleAndTextTuples
+from prompt_toolkit.formatted_text.utils import fragment_list_to_text
+from prompt_toolkit.history import FileHistory, History, InMemoryHistory
+from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
+from prompt_toolkit.layout.processors import (
+    HighlightMatchingBracketProcessor,
+    Processor,
+    Transformation,
+    TransformationInput,
+)
+from prompt_toolkit.layout.utils import explode_text_fragments
+from prompt_toolkit.lexers import PygmentsLexer
+from prompt_toolkit.patch_stdout import patch_stdout
+from prompt_toolkit.styles import Style
+
+from scenelang.formatting import FORM_INDENTS
+from scenelang.grammar.reader import Completeness, read
+from scenelang.grammar.source import Source
+from scenelang.highlight import SceneLexer
+from scenelang.repl.brackets import scan
+from scenelang.repl.commands import is_command
+from scenelang.repl.completion import SceneCompleter
+from scenelang.repl.evaluation import Evaluation
+from scenelang.repl.images import protocol_of
+from scenelang.repl.indentation import indentation
+from scenelang.repl.loop import Quit, Repl
+from scenelang.repl.screen import Screen
+
+PROMPT = "scene> "
+_STYLE = Style.from_dict({"wrong-bracket": "bg:ansired ansiwhite", "prompt": "ansicyan"})
+
+
+def run(evaluation: Evaluation, color: bool, quiet: bool) -> int:
+    """Work until Ctrl-D or ``,quit``; how many inputs failed."""
+    screen = Screen(_write, _write, color, protocol_of(os.environ), _ask, quiet)
+    repl = Repl(evaluation, screen)
+    session = _session(evaluation, color)
+    if not quiet:
+        _write("The Scene Language. `,help` lists the commands, Ctrl-D leaves.")
+    try:
+        repl.open()
+        while True:
+            _one_input(repl, session)
+    except (EOFError, Quit):
+        return repl.errors
+    finally:
+        repl.close()
+
+
+def _one_input(repl: Repl, session: PromptSession[str]) -> None:
+    try:
+        with patch_stdout(raw=True):
+            text = session.prompt([("class:prompt", PROMPT)])
+        if text.strip():
+            repl.feed(text)
+    except KeyboardInterrupt:
+        return
+
+
+def _write(text: str) -> None:
+    print(text, flush=True)
+
+
+def _ask(question: str) -> bool:
+    answer = input(f"{question} [y/N] ")
+    return answer.strip().lower() in ("y", "yes")
+
+
+def _session(evaluation: Evaluation, color: bool) -> PromptSession[str]:
+    session: PromptSession[str] = PromptSession(
+        history=_history(),
+        multiline=True,
+        key_bindings=_keys(),
+        lexer=PygmentsLexer(SceneLexer) if color else None,
+        completer=SceneCompleter(evaluation),
+        complete_while_typing=False,
+        enable_history_search=True,
+        input_processors=[HighlightMatchingBracketProcessor(chars="[](){}"), _WrongBrackets()],
+        prompt_continuation=lambda width, number, is_soft: " " * width,
+        style=_STYLE,
+        include_default_pygments_style=color,
+    )
+    return session
+
+
+def _keys() -> KeyBindings:
+    keys = KeyBindings()
+    is_typing = Condition(lambda: not get_app().layout.is_searching and get_app().current_buffer.complete_state is None)
+
+    @keys.add("enter", filter=is_typing)
+    def _(event: KeyPressEvent) -> None:
+        buffer = event.current_buffer
+        if is_finished(buffer.text):
+            buffer.validate_and_handle()
+        else:
+            columns = indentation(buffer.document.text_before_cursor, FORM_INDENTS)
+            buffer.insert_text("\n" + " " * columns)
+
+    @keys.add("escape", "enter")
+    def _(event: KeyPressEvent) -> None:
+        buffer = event.current_buffer
+        buffer.insert_text("\n" + " " * indentation(buffer.document.text_before_cursor, FORM_INDENTS))
+
+    return keys
+
+
+def is_finished(text: str) -> bool:
+    """Whether Enter sends a text: a command, complete forms, or something that no more text can mend."""
+    if not text.strip() or is_command(text):
+        return True
+    return read(Source("<repl>", text)).completeness is not Completeness.INCOMPLETE
+
+
+class _WrongBrackets(Processor):
+    """Marks closing brackets that close nothing, or the wrong kind."""
+
+    def apply_transformation(self, transformation_input: TransformationInput) -> Transformation:
+        document = transformation_input.document
+        fragments: StyleAndTextTuples = transformation_input.fragments
+        wrong = scan(document.text).wrong if not is_command(document.text) else ()
+        if not wrong:
+            return Transformation(fragments)
+        start = document.translate_row_col_to_index(transformation_input.lineno, 0)
+        exploded = explode_text_fragments(fragments)
+        length = len(fragment_list_to_text(exploded))
+        for offset in wrong:
+            if 0 <= offset - start < length:
+                style, text, *_ = exploded[offset - start]
+                exploded[offset - start] = (f"{style} class:wrong-bracket", text)
+        return Transformation(exploded)
+
+
+# --- history -------------------------------------------------------------------------------------------------------
+
+
+def history_path() -> Path:
+    """Where inputs are kept from session to session."""
+    state = os.environ.get("XDG_STATE_HOME") or str(Path.home() / ".local" / "state")
+    return Path(state) / "scenelang" / "history"
+
+
+def _history() -> History:
+    """A file that only its owner reads; only this session's inputs where it cannot be written."""
+    path = history_path()
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+        os.close(os.open(path, os.O_CREAT | os.O_RDWR, 0o600))
+        path.chmod(0o600)
+    except OSError:
+        return InMemoryHistory()
+    return FileHistory(str(path))

@@ -1,0 +1,132 @@
+"""The REPL without a terminal: forms come from a stream, values go to one, diagnostics to another; or all as JSON."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TextIO
+
+from scenelang.grammar.diagnostics import to_json
+from scenelang.grammar.reader import Completeness, read
+from scenelang.grammar.source import Source
+from scenelang.interpreter.types import type_name
+from scenelang.repl.commands import is_command
+from scenelang.repl.display import displayed
+from scenelang.repl.evaluation import Evaluation, Outcome
+from scenelang.repl.loop import Quit, Repl
+from scenelang.repl.screen import Screen
+
+_SMALL = 100_000  # characters; in longer inputs brackets are counted before they are read
+
+
+@dataclass(frozen=True, slots=True)
+class Plain:
+    """``prompt`` is written before each line is read; ``as_json``: one object per form or command."""
+
+    source: TextIO
+    out: TextIO
+    errors: TextIO
+    prompt: str = ""
+    as_json: bool = False
+    quiet: bool = False
+
+    def run(self, evaluation: Evaluation) -> int:
+        """Work until the input ends; how many inputs failed."""
+        said: list[str] = []
+        if self.as_json:
+            screen = Screen(said.append, lambda text: None, quiet=self.quiet)
+        else:
+            screen = Screen(lambda text: _say(self.out, text), lambda text: _say(self.errors, text), quiet=self.quiet)
+        repl = Repl(evaluation, screen)
+        try:
+            if evaluation.file is not None:
+                self._answer(repl, evaluation.load(evaluation.file), said)
+            for text in self._inputs():
+                for part in _parts(text) if self.as_json else [text]:
+                    self._feed(repl, part, said)
+        except Quit:
+            pass
+        finally:
+            repl.close()
+        return repl.errors
+
+    def _feed(self, repl: Repl, text: str, said: list[str]) -> None:
+        if not self.as_json or is_command(text):
+            outcome = repl.feed(text)
+            if self.as_json:
+                self._object(outcome, said)
+            return
+        evaluation = repl.evaluation
+        with repl.lock:
+            self._answer(repl, evaluation.evaluate(evaluation.source(text)), said)
+            repl.changed()
+
+    def _answer(self, repl: Repl, outcome: Outcome, said: list[str]) -> None:
+        if not self.as_json:
+            repl.show(outcome)
+            return
+        repl.errors += not outcome.ok
+        self._object(outcome, said)
+
+    def _object(self, outcome: Outcome, said: list[str]) -> None:
+        value = outcome.values[-1] if outcome.values else None
+        data = {
+            "ok": outcome.ok,
+            "value": displayed(value, 100) if outcome.values else None,
+            "type": type_name(value) if outcome.values else None,
+            "diagnostics": [to_json(d) for d in outcome.diagnostics if d.is_error or not self.quiet],
+            "log": list(outcome.log),
+            "output": "\n".join(said),
+            "seconds": round(outcome.seconds, 6),
+            "steps": outcome.steps,
+        }
+        said.clear()
+        _say(self.out, json.dumps(data))
+
+    # --- reading -----------------------------------------------------------------------------------------------
+
+    def _inputs(self) -> Iterator[str]:
+        """Commands, and texts whose forms are complete or wrong; at the end what is left."""
+        text, depth = "", 0
+        while True:
+            if self.prompt:
+                self.out.write(self.prompt)
+                self.out.flush()
+            line = self.source.readline()
+            if not line:
+                break
+            if not text and (is_command(line) or not line.strip()):
+                if line.strip():
+                    yield line.strip()
+                continue
+            text += line
+            depth += sum(map(line.count, "([")) - sum(map(line.count, ")]"))
+            if len(text) > _SMALL and depth > 0:
+                continue
+            if read(Source("<repl>", text)).completeness is not Completeness.INCOMPLETE:
+                yield text.rstrip("\n")
+                text, depth = "", 0
+        if text.strip():
+            yield text
+
+
+def _parts(text: str) -> list[str]:
+    """The forms of an input one by one; the whole of one that does not read."""
+    forms = [] if is_command(text) else read(Source("<repl>", text)).forms
+    return [form.span.text for form in forms] or [text]
+
+
+def _say(stream: TextIO, text: str) -> None:
+    stream.write(text + "\n")
+    stream.flush()
+
+
+def standard(prompt: str, as_json: bool, quiet: bool) -> Plain:
+    """On the process's own streams; what is no UTF-8 is read as replacement characters."""
+    for stream in (sys.stdin, sys.stdout, sys.stderr):
+        reconfigure = getattr(stream, "reconfigure", None)
+        if reconfigure is not None:
+            reconfigure(encoding="utf-8", errors="replace")
+    return Plain(sys.stdin, sys.stdout, sys.stderr, prompt, as_json, quiet)

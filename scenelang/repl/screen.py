@@ -1,0 +1,71 @@
+"""Where a REPL writes: a terminal, or two plain streams."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+
+from scenelang.grammar.diagnostics import Diagnostic, render_text
+from scenelang.repl.display import clean
+from scenelang.repl.images import Protocol
+
+_MOST_LOG_LINES = 200
+_MOST_ROWS = 60
+
+
+@dataclass(frozen=True, slots=True)
+class Screen:
+    """``write`` gets text without a newline at its end, ``complain`` what is wrong. ``images``: how pictures can be
+    shown. ``ask`` puts a question that is answered with yes or no; None where nobody can be asked."""
+
+    write: Callable[[str], None]
+    complain: Callable[[str], None]
+    color: bool = False
+    images: Protocol | None = None
+    ask: Callable[[str], bool] | None = None
+    quiet: bool = False
+
+    @property
+    def width(self) -> int:
+        return shutil.get_terminal_size((100, 24)).columns
+
+    @property
+    def height(self) -> int:
+        return shutil.get_terminal_size((100, 24)).lines
+
+    def report(self, diagnostics: Iterable[Diagnostic]) -> None:
+        """Show diagnostics; warnings unless quiet."""
+        for diagnostic in diagnostics:
+            if diagnostic.is_error or not self.quiet:
+                self.complain(render_text(_cleaned(diagnostic), self.color))
+
+    def log(self, lines: Sequence[str]) -> None:
+        """Show what a program printed, within bounds."""
+        shown = [part for line in lines[:_MOST_LOG_LINES] for part in line.split("\n")][:_MOST_LOG_LINES]
+        for line in shown:
+            self.write(clean(line))
+        left = sum(line.count("\n") + 1 for line in lines) - len(shown)
+        if left:
+            self.write(f"... {left:,} more lines")
+
+    def rows(self, lines: Iterable[str], most: int = _MOST_ROWS) -> None:
+        """Show the lines that a command gives, cut to the width, at most so many."""
+        width = self.width
+        for number, line in enumerate(lines):
+            if number == most:
+                self.write("...")
+                return
+            text = clean(line)
+            self.write(text if len(text) <= width else text[: width - 3] + "...")
+
+
+def _cleaned(diagnostic: Diagnostic) -> Diagnostic:
+    """The diagnostic without what a terminal would act on; a program may have put it into a message."""
+    return replace(
+        diagnostic,
+        message=clean(diagnostic.message),
+        hint=diagnostic.hint and clean(diagnostic.hint),
+        notes=tuple(replace(note, message=clean(note.message)) for note in diagnostic.notes),
+        chain=tuple((clean(name), span) for name, span in diagnostic.chain),
+    )

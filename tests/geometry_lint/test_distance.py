@@ -1,0 +1,121 @@
+"""Distances and depths of convex solids against closed forms and against dense sampling."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from scenelang.backends.solidity.distance import Pairs, depths, distances
+from scenelang.backends.solidity.neighbours import neighbours
+from scenelang.backends.solidity.support import boxes, support
+from scenelang.backends.solids import Form
+
+Array = npt.NDArray[np.float64]
+COUNT = 400
+
+
+def poses(chance: np.random.Generator, count: int, apart: float) -> Array:
+    """Sheared, turned and mirrored poses."""
+    linear = chance.normal(size=(count, 3, 3)) * 0.5 + np.eye(3)
+    return np.concatenate([linear, chance.normal(size=(count, 3, 1)) * apart], axis=2)
+
+
+def random_pairs(seed: int, count: int = COUNT, apart: float = 2.0) -> Pairs:
+    chance = np.random.default_rng(seed)
+    forms = chance.integers(0, 4, (2, count)).astype(np.int8)
+    return Pairs(forms[0], poses(chance, count, apart), forms[1], poses(chance, count, apart))
+
+
+def directions(count: int) -> Array:
+    points = np.random.default_rng(5).normal(size=(count, 3))
+    return points / np.linalg.norm(points, axis=1, keepdims=True)
+
+
+def widths(pairs: Pairs, i: int, along: Array) -> Array:
+    """How far the second solid of pair ``i`` must move along each direction to leave the first one."""
+    one = pairs.take(np.full(len(along), i))
+    return np.einsum("ni,ni->n", one.difference(along), along)
+
+
+def test_balls() -> None:
+    chance = np.random.default_rng(1)
+    radii = chance.uniform(0.2, 1.0, (2, COUNT))
+    centers = chance.normal(size=(2, COUNT, 3))
+    matrices = [np.concatenate([np.eye(3) * r[:, None, None], c[:, :, None]], axis=2) for r, c in zip(radii, centers)]
+    forms = np.full(COUNT, Form.BALL, np.int8)
+    pairs = Pairs(forms, matrices[0], forms, matrices[1])
+    gap = np.linalg.norm(centers[0] - centers[1], axis=1) - radii.sum(axis=0)
+    assert distances(pairs) == pytest.approx(np.maximum(gap, 0.0), abs=1e-6)
+    depth, along = depths(pairs)
+    assert depth[gap < 0] == pytest.approx(-gap[gap < 0], abs=1e-3)
+    assert np.linalg.norm(along, axis=1) == pytest.approx(1.0)
+
+
+def test_boxes_along_the_axes() -> None:
+    chance = np.random.default_rng(2)
+    half = chance.uniform(0.1, 1.0, (2, COUNT, 3))
+    centers = chance.normal(size=(2, COUNT, 3)) * 1.5
+    matrices = [np.concatenate([np.eye(3) * h[:, None, :], c[:, :, None]], axis=2) for h, c in zip(half, centers)]
+    forms = np.full(COUNT, Form.BLOCK, np.int8)
+    pairs = Pairs(forms, matrices[0], forms, matrices[1])
+    apart = np.abs(centers[0] - centers[1]) - half.sum(axis=0)
+    assert distances(pairs) == pytest.approx(np.linalg.norm(np.maximum(apart, 0.0), axis=1), abs=1e-6)
+    inside = (apart < 0).all(axis=1)
+    assert inside.any()
+    assert depths(pairs)[0][inside] == pytest.approx(-apart[inside].max(axis=1), abs=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_all_solids_against_sampling(seed: int) -> None:
+    pairs = random_pairs(seed, 60)
+    gaps, (depth, _) = distances(pairs), depths(pairs)
+    around = directions(6000)
+    for i in range(len(pairs)):
+        least = widths(pairs, i, around).min()
+        if gaps[i] > 0:  # the distance is the greatest separation over all directions
+            assert -1e-6 <= gaps[i] + least <= 0.05 * (1 + gaps[i])  # few directions meet a thin solid's edge
+        else:
+            assert least >= -1e-9
+            assert 0 <= depth[i] <= least + 0.02  # sampling finds no less; the next test says that it is enough
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_moving_by_the_depth_parts_the_solids(seed: int) -> None:
+    pairs = random_pairs(seed + 10, 200, 0.7)
+    depth, along = depths(pairs)
+    moved = pairs.b.copy()
+    moved[:, :, 3] += along * (depth + 1e-3)[:, None]
+    assert (distances(Pairs(pairs.forms_a, pairs.a, pairs.forms_b, moved)) > 0).all()
+
+
+def test_support_points_are_on_the_solids() -> None:
+    pairs = random_pairs(3)
+    along = directions(COUNT)
+    points = support(pairs.forms_a, pairs.a, along)
+    local = np.einsum("nij,nj->ni", np.linalg.inv(pairs.a[:, :, :3]), points - pairs.a[:, :, 3])
+    across = np.hypot(local[:, 0], local[:, 2])
+    for form, inside in {
+        Form.BLOCK: np.abs(local).max(axis=1),
+        Form.BALL: np.linalg.norm(local, axis=1),
+        Form.CYLINDER: np.maximum(across, np.abs(local[:, 1])),
+        Form.CONE: across + (1 + local[:, 1]) / 2,
+    }.items():
+        assert (inside[pairs.forms_a == form] <= 1 + 1e-9).all()
+
+
+def test_neighbours_are_all_pairs_of_boxes_that_meet() -> None:
+    pairs = random_pairs(4, 120, 4.0)
+    low, high = boxes(pairs.forms_a, pairs.a)
+    found, complete = neighbours(low, high, 0.1, 10_000)
+    expected = {
+        (i, j)
+        for i in range(120)
+        for j in range(i + 1, 120)
+        if (low[i] <= high[j] + 0.1).all() and (low[j] <= high[i] + 0.1).all()
+    }
+    assert complete
+    assert set(map(tuple, found.tolist())) == expected
+    few, complete = neighbours(low, high, 0.1, 5)
+    assert len(few) == 5
+    assert not complete

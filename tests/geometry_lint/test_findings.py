@@ -1,0 +1,87 @@
+"""What the geometric lint finds, and what it leaves alone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from scenelang.grammar.source import Source
+from scenelang.session import Session
+
+CORPUS = Path(__file__).parents[1] / "corpus"
+EXAMPLES = Path(__file__).parents[2] / "examples"
+GEOMETRY = ("overlap", "floating", "below-ground", "coincident-faces", "geometry-limit")
+session = Session()
+
+
+def found(parts: str) -> list[str]:
+    source = Source("a.scene", f'(bind "a" (lambda () (union {parts})))')
+    return [d.name for d in session.check_geometry(source) if d.name in GEOMETRY]
+
+
+def at(x: float, y: float, z: float, what: str = '(call "cube")') -> str:
+    return f"(transform {what} (translate [{x} {y} {z}]))"
+
+
+FLOOR = '(transform (call "cube" :scale [20 1 20]) (translate [0 -.5 0]))'
+
+
+@pytest.mark.parametrize(
+    ("parts", "names"),
+    [
+        (at(0, 0.5, 0) + at(0, 0.5, 0), ["overlap"]),
+        (at(0, 0.5, 0) + at(0.5, 0.5, 0), []),  # walls that cross, a trunk in a crown
+        (at(0, 0.5, 0) + at(0, 0.5, 0, '(call "gem" :scale .2)'), ["overlap"]),
+        (at(0, 0.5, 0, '(call "cube" :opacity .3)') + at(0, 0.5, 0, '(call "gem" :scale .2)'), []),
+        (at(0, 0.5, 0, '(call "book")') + at(0.4, 0.5, 0, '(call "book")'), ["overlap"]),
+        (at(0, 0.5, 0, '(call "book")') + at(0.9, 0.5, 0, '(call "book")'), []),
+        (at(0, 0.5, 0) + at(0, 1.6, 0), ["floating"]),
+        (at(0, 0.5, 0) + at(0, 1.5, 0), []),
+        (at(0, 0.5, 0) + at(0, 9, 0), []),  # that is meant to fly
+        ("".join(at(i, 0.5, 0) for i in range(6)) + at(0, 0, 3), ["below-ground"]),
+        ("".join(at(i, 0.5, 0) for i in range(6)) + at(0, 0, 3, '(call "sphere" :radius .5)'), []),  # a rock
+        (FLOOR + "".join(at(i, 0.5, 0) for i in range(6)), []),
+        (at(0, 0.5, 0, '(call "cube" :color [1 0 0])') + at(0.5, 0.5, 0.2, '(call "cube" :color [0 0 1])'),
+         ["coincident-faces"]),
+        (at(0, 0.5, 0, '(call "cube" :color [1 0 0])') + at(0.5, 0.5, 0.2, '(call "cube" :color [1 0 0])'), []),
+        (at(0, 0.5, 0, '(call "cube" :color [1 0 0])') + at(0, 1.5, 0, '(call "cube" :color [0 0 1])'), []),
+    ],
+)  # fmt: skip
+def test_findings(parts: str, names: list[str]) -> None:
+    assert found(parts) == names
+
+
+def test_the_move_that_is_proposed_mends() -> None:
+    program = '(bind "a" (lambda () (union (call "cube") (transform (call "cube") (translate [0 1.2 0])))))'
+    (problem,) = session.check_geometry(Source("a.scene", program))
+    assert problem.hint == "`(translate [0 -0.2 0])` would mend it"
+    assert session.check_geometry(Source("a.scene", program.replace("1.2", "1.0"))) == []
+
+
+def test_comments_allow_and_errors_come_first() -> None:
+    program = '(bind "a" (lambda () (union\n (call "cube")\n (call "cube"))))'
+    assert [d.name for d in session.check_geometry(Source("a.scene", program))] == ["overlap"]
+    allowed = program.replace('\n (call "cube")\n', '\n (call "cube") ; lint: allow overlap\n')
+    assert session.check_geometry(Source("a.scene", allowed)) == []
+    assert [d.code for d in session.check_geometry(Source("a.scene", "(nowhere)"))] == ["E301"]
+
+
+def test_films_are_looked_at_in_several_frames() -> None:
+    film = '(bind "a" (lambda () (frames (for/list ((i (iota 9))) (union (call "cube") (transform (call "cube") (translate [0 {} 0])))))))'
+    lasting = session.check_geometry(Source("a.scene", film.format("(+ 1.2 (* i .01))")))
+    assert [d.message for d in lasting] == ['"a/cube" touches nothing: 0.28 from "a/cube" (frame 0)']
+    assert session.check_geometry(Source("a.scene", film.format("(if (= i 0) 1.2 1)"))) == []
+
+
+@pytest.mark.parametrize(
+    "path", sorted(CORPUS.glob("*.scene")) + sorted(EXAMPLES.glob("*.scene")), ids=lambda p: p.stem
+)
+def test_good_scenes_have_at_most_one_finding(path: Path) -> None:
+    """Of the pictures of all of these each finding was looked at."""
+    result = session.evaluate(session.source(str(path)))
+    assert result.scene is not None
+    from scenelang.backends.solidity.check import check_geometry
+
+    names = [d.name for d in check_geometry(result.scene)]
+    assert len(names) <= 1, names

@@ -1,0 +1,219 @@
+"""The REPL in a real pseudo-terminal: keys go in, what a terminal would show comes out."""
+
+from __future__ import annotations
+
+import os
+import re
+import stat
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+pexpect = pytest.importorskip("pexpect")
+PROMPT = "scene> "
+UP, LEFT, TAB, CTRL_C, CTRL_D, CTRL_R = "\x1b[A", "\x1b[D", "\t", "\x03", "\x04", "\x12"
+
+
+class Terminal:
+    """One REPL in a terminal of 100 columns."""
+
+    def __init__(self, folder: Path, *arguments: str, **variables: str) -> None:
+        environment = {k: v for k, v in os.environ.items() if k not in ("TMUX", "NO_COLOR", "TERM_PROGRAM")}
+        environment |= {"XDG_STATE_HOME": str(folder / "state"), "TERM": "xterm-256color", **variables}
+        environment["PROMPT_TOOLKIT_NO_CPR"] = "1"
+        self.child = pexpect.spawn(
+            sys.executable, ["-m", "scenelang", "repl", *arguments],
+            env=environment, dimensions=(40, 100), timeout=30, encoding="utf-8", cwd=str(folder),
+        )  # fmt: skip
+        self.wait(PROMPT)
+        self.rest()
+
+    def wait(self, pattern: str) -> re.Match[str]:
+        self.child.expect(pattern)
+        found: re.Match[str] = self.child.match
+        return found
+
+    def rest(self, seconds: float = 0.3) -> str:
+        """What comes until nothing comes any more, without escape sequences."""
+        found = ""
+        while True:
+            try:
+                found += self.child.read_nonblocking(10_000, seconds)
+            except pexpect.TIMEOUT:
+                return re.sub(r"\x1b(\[[0-9;?]*[A-Za-z]|[()][A-Z0-9]|[=>])|\r", "", found)
+            except pexpect.EOF:
+                return found
+
+    def type(self, text: str) -> None:
+        self.child.send(text)
+
+    def enter(self, text: str) -> str:
+        """Type a line, send it, and read until the next prompt stands there."""
+        self.rest(0.05)
+        self.child.send(text + "\r")
+        return self.rest(0.5)
+
+
+@pytest.fixture
+def terminal(tmp_path: Path) -> Iterator[Terminal]:
+    found = Terminal(tmp_path, "--max-steps", "100G")
+    yield found
+    found.child.close(force=True)
+
+
+def test_an_unfinished_form_goes_on_indented(terminal: Terminal) -> None:
+    terminal.type("(define (f x)\r")
+    terminal.type("(+ x\r")
+    terminal.type("100))\r")
+    terminal.rest()
+    assert "107" in terminal.enter("(f 7)")
+    out = terminal.enter(",source f")
+    assert "(define (f x)\n  (+ x\n     100))" in out
+
+
+def test_pasted_lines_are_one_input(terminal: Terminal) -> None:
+    terminal.type("\x1b[200~(define (f x)\n  (* x 2))\n(f 21)\x1b[201~")
+    assert "42" in terminal.enter("")
+
+
+def test_completion_of_names_words_attributes_and_commands(terminal: Terminal) -> None:
+    terminal.enter('(bind "chess-board" (lambda ((:squares 8)) (call "cube" :scale squares)))')
+    terminal.type('(call "chess' + TAB)
+    assert "chess-board" in terminal.rest()
+    terminal.type('" :sq' + TAB)
+    assert ":squares" in terminal.rest()
+    assert "chess-board" in terminal.enter(" 3)")
+    terminal.type("(compute-shape-si" + TAB)
+    assert "compute-shape-sizes" in terminal.rest()
+    terminal.type(CTRL_C)
+    terminal.rest()
+    terminal.type(",rel" + TAB)
+    assert ",reload" in terminal.rest()
+    terminal.type(CTRL_C)
+    terminal.rest()
+    terminal.type("(compute-shape-" + TAB)
+    shown = terminal.rest()
+    assert "compute-shape-max" in shown
+    assert "bounding box" in shown
+
+
+def test_an_error_keeps_the_session(terminal: Terminal) -> None:
+    terminal.enter("(define k 5)")
+    shown = terminal.enter("(car k)")
+    assert "error[E" in shown
+    assert "<repl 2>:1:1" in shown
+    assert "^" in shown
+    assert "5" in terminal.enter("k")
+
+
+def test_ctrl_c_stops_an_evaluation_and_keeps_the_session(terminal: Terminal) -> None:
+    terminal.enter("(define k 5)")
+    terminal.type("(begin (set! k 6) (while #t 1))\r")
+    time.sleep(1.0)
+    started = time.monotonic()
+    terminal.child.sendintr()
+    terminal.wait("interrupted")
+    terminal.wait(PROMPT)
+    assert time.monotonic() - started < 2
+    assert "5" in terminal.enter("k")
+
+
+def test_ctrl_c_clears_the_line_and_ctrl_d_leaves(terminal: Terminal) -> None:
+    terminal.type("(nonsense" + CTRL_C)
+    terminal.rest()
+    shown = terminal.enter("(+ 40 2)")
+    assert "42" in shown
+    assert "error" not in shown
+    terminal.type(CTRL_D)
+    terminal.wait(pexpect.EOF)
+    terminal.child.close()
+    assert terminal.child.exitstatus == 0
+
+
+def test_a_wrong_closing_bracket_is_marked(terminal: Terminal) -> None:
+    terminal.child.send("(list 1]")
+    terminal.child.expect(r"41m\]")  # red behind it
+    terminal.type(CTRL_C)
+
+
+def test_render_makes_a_picture(terminal: Terminal) -> None:
+    terminal.type(',render (call "sphere" :color [1 0.2 0.1])\r')
+    path = Path(terminal.wait(r"wrote (\S+\.png)")[1])
+    image = Image.open(path).convert("RGB")
+    assert image.size == (640, 480)
+    red, green, _ = image.getpixel((320, 230))
+    assert red > 1.5 * green
+
+
+@pytest.mark.parametrize(
+    ("variables", "sequence"),
+    [
+        ({"TERM_PROGRAM": "iTerm.app"}, r"\x1b\]1337;File=inline=1;"),
+        ({"KITTY_WINDOW_ID": "1"}, r"\x1b_Ga=T,f=100,"),
+        ({"TERM": "foot"}, r"\x1bPq"),
+    ],
+)
+def test_pictures_show_where_the_terminal_can(tmp_path: Path, variables: dict[str, str], sequence: str) -> None:
+    terminal = Terminal(tmp_path, **variables)
+    terminal.type(',render (call "sphere")\r')
+    terminal.wait(sequence)
+    terminal.wait("wrote ")
+    terminal.child.close(force=True)
+
+
+def test_history_lasts_over_a_restart(tmp_path: Path) -> None:
+    first = Terminal(tmp_path)
+    first.enter("(define answer 42)")
+    first.enter("(+ 1 1)")
+    first.type(CTRL_D)
+    first.wait(pexpect.EOF)
+    path = tmp_path / "state" / "scenelang" / "history"
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600
+    second = Terminal(tmp_path)
+    second.type("(def" + UP)  # what begins alike
+    assert "(define answer 42)" in second.rest()
+    second.enter("")
+    assert "42" in second.enter("answer")
+    second.type(CTRL_R + "+ 1")
+    assert "(+ 1 1)" in second.rest()
+    second.child.close(force=True)
+
+
+def test_a_history_that_cannot_be_written_does_no_harm(tmp_path: Path) -> None:
+    (tmp_path / "state").write_text("a file, not a folder")
+    terminal = Terminal(tmp_path)
+    assert "3" in terminal.enter("(+ 1 2)")
+    terminal.child.close(force=True)
+
+
+def test_watch_writes_above_the_prompt(tmp_path: Path) -> None:
+    program = tmp_path / "a.scene"
+    program.write_text('(bind "a" (lambda () (call "cube")))')
+    terminal = Terminal(tmp_path, "a.scene")
+    assert "is watched" in terminal.enter(",watch")
+    program.write_text('(bind "a" (lambda () (union (call "cube") (call "sphere"))))')
+    terminal.wait("a.scene changed: 1 -> 2 primitives")
+    assert "no longer watched" in terminal.enter(",watch")
+    terminal.child.close(force=True)
+
+
+def test_save_asks_before_it_overwrites(tmp_path: Path) -> None:
+    (tmp_path / "b.scene").write_text("old")
+    terminal = Terminal(tmp_path)
+    terminal.enter("(define k 1)")
+    terminal.type(",save b.scene\r")
+    terminal.wait("overwrite b.scene")
+    terminal.type("n\r")
+    terminal.wait("there already")
+    assert (tmp_path / "b.scene").read_text() == "old"
+    terminal.enter("")
+    terminal.type(",save b.scene\r")
+    terminal.wait("overwrite b.scene")
+    terminal.type("y\r")
+    terminal.wait("wrote b.scene")
+    assert (tmp_path / "b.scene").read_text() == "(define k 1)\n"
+    terminal.child.close(force=True)
