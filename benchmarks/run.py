@@ -22,6 +22,9 @@ from native import chessboard, fib, loop, placed, tak
 from programs import CHESSBOARD, FIB, LOOP, PLACED, SPONGE, TAK, reader_text
 
 from scenelang.backends.picture import PictureOptions, render
+from scenelang.editing import Editing
+from scenelang.formatting import FORM_INDENTS
+from scenelang.grammar.formatter import format_text
 from scenelang.grammar.reader import read
 from scenelang.grammar.source import Source
 from scenelang.interpreter.entity import Scene
@@ -151,6 +154,25 @@ def bench_transpile() -> None:
     row("process `run RESPONSE.txt`", direct, REFERENCE_IMPORT, other, "< 1")
 
 
+def bench_editing(session: Session) -> None:
+    """One change in a program of 3,000 lines: only what it concerns, and everything from scratch."""
+    forms = [
+        f'(define (f{i} x)\n  (* x {i}))\n(bind "w{i}"\n  (lambda ()\n    (call "cube" :scale (f{i} 1))))\n'
+        for i in range(600)
+    ]
+    editing, changes = Editing(session), iter(range(1_000))
+
+    def changed() -> Source:
+        return Source("<bench>", "".join([*forms[:300], f"(define (g x) {next(changes)})\n", *forms[300:]]))
+
+    editing.check(changed())
+    ours = best(lambda: editing.check(changed()))
+    row("check after an edit, 3,000 lines", ours, best(lambda: session.check(changed()), 2), "from scratch", "< 0.1")
+    text = changed().text
+    shaping = best(lambda: format_text(text, FORM_INDENTS), 2)
+    row("format 3,000 lines", shaping, best(lambda: session.check(changed()), 2), "check", "< 2")
+
+
 def bench_loading() -> None:
     """A sponge in Mitsuba: placed prototypes, and one shape per cube, each in a process of its own."""
 
@@ -184,6 +206,7 @@ def main() -> None:
     bench_flatten(session)
     bench_start()
     bench_transpile()
+    bench_editing(session)
     bench_loading()
     bench_pictures(session)
 

@@ -139,7 +139,7 @@ def scan_define_record(expander: Expander, datum: ListDatum, scope: Scope, pendi
         raise syntax_error("define-record", "`define-record` needs a name and fields", datum.span)
     name = datum.items[1]
     spelled = base_name(name.value)
-    expander.record_names.add(spelled)
+    expander.declare_record(spelled)
     fields, types, defaults = _fields(datum)
     names = record_procedure_names(spelled, fields)
     targets = [name, *(Atom(Symbol(text), name.span) for text in names[1:])]

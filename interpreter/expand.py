@@ -92,6 +92,7 @@ class Expander:
         self.run_macro = run_macro
         self.diagnostics: list[Diagnostic] = []
         self.record_names: set[str] = set()
+        self.found_records: set[str] = set()  # those of the form that is being scanned
         self.expansions = 0
         self.expanded = 0
         self.template_scope: Scope | None = None  # set while a define-macro's body is expanded or runs
@@ -147,6 +148,11 @@ class Expander:
     def bound_words(self) -> Iterable[str]:
         """The words that the program binds, for hints."""
         return ()
+
+    def declare_record(self, name: str) -> None:
+        """A record is defined, so its name is a type."""
+        self.record_names.add(name)
+        self.found_records.add(name)
 
     def note_chance(self) -> None:
         """A macro drew random numbers, so the expansion going on depends on more than its form."""

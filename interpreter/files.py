@@ -232,6 +232,7 @@ class SourceFile:
         self.expander.expanded += step.expanded
 
     def _scan_all(self, form: TopForm) -> None:
+        self.expander.found_records = form.records
         for datum in form.datums:
             self._guarded(lambda datum=datum: self._scan_form(datum, form))  # type: ignore[misc]
 
@@ -309,9 +310,7 @@ class SourceFile:
                     form.words.append((word.value, word.span))
             break
         found: list[Pending] = []
-        records = set(self.expander.record_names)
         self.expander.scan(datum, self.scope, found)
-        form.records |= self.expander.record_names - records
         form.pending.extend(found)
 
     def _scan_import(self, datum: ListDatum, form: TopForm) -> None:
