@@ -6,7 +6,7 @@ BIN    := $(VENV)/bin
 SCENE  := examples/chessboard.scene
 ROOMS  := grammar interpreter stdlib backends scenelang
 
-.PHONY: demo test test-blender lint install bench gallery docs viewer editors chromium test-gpu test-grammar test-slow clean
+.PHONY: demo test test-blender lint install bench gallery docs viewer editors chromium wheel test-gpu test-grammar test-slow clean
 
 # What the package needs, then the tools of development; redone when the project's files change.
 $(VENV)/.run: pyproject.toml constraints.txt
@@ -89,14 +89,21 @@ test-gpu: $(VENV)/.dev $(VENV)/.package
 test-slow: $(VENV)/.dev $(VENV)/.package
 	$(BIN)/pytest -m slow
 
+# What is handed out: dist/*.tar.gz, and the wheel that is built from it. `pipx install dist/*.whl` installs the command.
+wheel: $(VENV)/.dev
+	rm -rf dist build *.egg-info
+	$(BIN)/python -m build --outdir dist .
+	rm -rf build *.egg-info
+
 bench: install
 	$(BIN)/python benchmarks/run.py
 
 gallery: install
 	$(BIN)/python docs/gallery.py
 
+# The reference, docs/reference, from the tables of the program, and the pictures of the tutorial.
 docs: install
-	$(BIN)/python -P -m scenelang.stdlib.reference docs/language.md
+	cd docs && ../$(BIN)/python -m generator
 
 # The viewer's page from its source; what it makes is committed, so that only changes of it need npm.
 viewer:

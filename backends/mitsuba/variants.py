@@ -55,9 +55,12 @@ def use(choice: str, samples: int, has_instances: bool) -> Any:
 def works(name: str) -> bool:
     """Whether a small picture comes out of the variant ``name`` in another process."""
     try:
-        done = subprocess.run(
-            [sys.executable, "-P", "-c", _TRIAL, NAMES[name]], capture_output=True, text=True, timeout=_PATIENCE
-        )
+        done = subprocess.run(trial_command(name), capture_output=True, text=True, timeout=_PATIENCE)
     except (OSError, subprocess.TimeoutExpired):
         return False
     return done.returncode == 0 and done.stdout.strip() == "True"
+
+
+def trial_command(name: str) -> list[str]:
+    """The command that prints ``True`` where a small picture comes out of the variant ``name``."""
+    return [sys.executable, "-P", "-c", _TRIAL, NAMES[name]]

@@ -9,18 +9,29 @@ from typing import Any
 
 from scenelang.backends.base import Option, Work, every
 
+_WAITING = "arguments_that_wait"
+
 
 def add_later(parser: argparse.ArgumentParser, add: Callable[[argparse.ArgumentParser], None]) -> None:
     """Let ``add`` give ``parser`` its further arguments just before it parses."""
     parse = parser.parse_known_args
     waiting = [add]
 
-    def parse_all(*arguments: Any, **named: Any) -> Any:
+    def add_all() -> None:
         while waiting:
             waiting.pop()(parser)
+
+    def parse_all(*arguments: Any, **named: Any) -> Any:
+        add_all()
         return parse(*arguments, **named)
 
     parser.parse_known_args = parse_all  # type: ignore[method-assign]
+    vars(parser)[_WAITING] = add_all
+
+
+def add_now(parser: argparse.ArgumentParser) -> None:
+    """Give ``parser`` the arguments that ``add_later`` holds back, for help and completion that parse nothing."""
+    vars(parser).get(_WAITING, lambda: None)()
 
 
 def add_backend_options(parser: argparse.ArgumentParser, work: Work) -> None:

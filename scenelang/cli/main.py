@@ -12,7 +12,10 @@ from collections.abc import Sequence
 
 from scenelang.cli import (
     compare,
+    completion,
+    doctor,
     embeddings,
+    explain,
     fmt,
     grammar,
     graph,
@@ -27,6 +30,25 @@ from scenelang.cli import (
 from scenelang.cli.options import UsageError
 from scenelang.cli.output import report
 from scenelang.grammar.diagnostics import SceneError
+
+# In the order in which help and the reference list their commands.
+_MODULES = (
+    programs,
+    repl,
+    explain,
+    fmt,
+    compare,
+    transpile,
+    pictures,
+    maps,
+    graph,
+    view,
+    embeddings,
+    grammar,
+    lsp,
+    doctor,
+    completion,
+)
 
 
 class _Version(argparse.Action):
@@ -45,7 +67,7 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
     subparsers = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for module in (programs, repl, fmt, compare, transpile, pictures, maps, graph, view, embeddings, grammar, lsp):
+    for module in _MODULES:
         for add in module.COMMANDS:
             add(subparsers)
     return parser

@@ -30,6 +30,9 @@ def report(arguments: argparse.Namespace, diagnostics: Iterable[Diagnostic], str
         return
     for diagnostic in shown:
         print(render_text(diagnostic, use_color(arguments, stream)), file=stream)
+    without_hint = sorted({diagnostic.code for diagnostic in shown if not diagnostic.hint})
+    if without_hint and stream.isatty() and not arguments.quiet:  # people read here, not programs
+        print(f"  more: scenelang explain {' '.join(without_hint)}", file=stream)
 
 
 def report_run(arguments: argparse.Namespace, result: Evaluated) -> None:

@@ -1,0 +1,43 @@
+"""``cd docs && python -m generator [FOLDER]``: writes the reference, and draws its pictures and those of the tutorial,
+into this folder of documents or another."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from generator.cli_page import cli_page
+from generator.diagnostics_page import diagnostics_page
+from generator.library_page import PICTURES, forms_page, picture_program, stdlib_page
+from generator.pictures import drawn, save
+from generator.tutorial import steps
+from scenelang.stdlib.reference import records
+
+DOCS = Path(__file__).parents[1]
+PAGES = {
+    "reference/stdlib.md": stdlib_page,
+    "reference/forms.md": forms_page,
+    "reference/diagnostics.md": diagnostics_page,
+    "reference/cli.md": cli_page,
+}
+SMALL = (160, 120)
+CAMERA = "azimuth=28,elevation=24"
+TUTORIAL = (360, 270)
+
+
+def main(folder: Path = DOCS) -> int:
+    """Write every page and picture."""
+    for name, page in PAGES.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(page(), "utf-8")
+    for record in records():
+        if record.picture is not None:
+            save(drawn(picture_program(record), SMALL, CAMERA), folder / "reference" / PICTURES / f"{record.name}.png")
+    for step in steps(DOCS / "tutorial.md"):
+        save(drawn(step.program, TUTORIAL, step.camera, step.frame), folder / step.picture)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*map(Path, sys.argv[1:2])))

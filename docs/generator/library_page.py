@@ -1,0 +1,96 @@
+"""The pages of names: ``stdlib.md`` and ``forms.md``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from generator.markdown import NOTICE, anchor, block, formatted, table, valued
+from scenelang.interpreter.form_examples import FORM_EXAMPLES
+from scenelang.interpreter.forms import ABSENT, FORMS
+from scenelang.stdlib.reference import TOPICS, Record, records
+
+_TABLES = ("constants", "types")
+PICTURES = "pictures"  # the folder beside the page
+
+
+def stdlib_page() -> str:
+    """Every name of the standard library by topic, Markdown."""
+    topics = [topic for topic in TOPICS if topic != "forms"]
+    links = " · ".join(f"[{TOPICS[topic][0]}](#{anchor(TOPICS[topic][0])})" for topic in topics)
+    lines = [
+        "# The standard library",
+        "",
+        NOTICE,
+        "",
+        "Every name that programs can use. A signature shows required parameters, `[optional]` ones, `[:keyword]` ones",
+        "and, before `...`, the rest; behind `->` stands the type of the value. The special forms have a page of their",
+        "own, [forms](forms.md).",
+        "",
+        links,
+        "",
+    ]
+    for topic in topics:
+        lines += _topic(topic, [record for record in records() if record.topic == topic])
+    return _page(lines)
+
+
+def _topic(topic: str, mine: Sequence[Record]) -> Iterator[str]:
+    title, introduction = TOPICS[topic]
+    yield from (f"## {title}", "")
+    if introduction:
+        yield from (introduction, "")
+    if topic in _TABLES:
+        yield from table(("name", "meaning"), [(f"`{record.name}`", record.doc) for record in mine])
+        return
+    for record in mine:
+        yield from _drawn(record) if record.picture is not None else _item(record)
+    yield ""
+
+
+def _item(record: Record) -> Iterator[str]:
+    yield f"- `{record.signature}`:"
+    yield f"  {record.doc}"
+    for example in record.examples:
+        yield f"  `{example.expression}` gives `{example.value}`."
+
+
+def _drawn(record: Record) -> Iterator[str]:
+    """A name with a section, a picture and the program that is drawn in it."""
+    yield from (f"### {record.name}", "", f"`{record.signature}`", "", record.doc, "")
+    yield from (f"`{example.expression}` gives `{example.value}`." for example in record.examples)
+    yield from ("", f"![{record.name}]({PICTURES}/{record.name}.png)", "")
+    yield from block("scene", picture_program(record))
+
+
+def picture_program(record: Record) -> str:
+    """The whole program whose picture shows what a name does."""
+    return formatted(f'(bind "{record.name}" (lambda () {record.picture}))')
+
+
+def forms_page() -> str:
+    """Every special form, Markdown."""
+    lines = [
+        "# The special forms",
+        "",
+        NOTICE,
+        "",
+        f"{TOPICS['forms'][1]} Their names are reserved. Behind `; =>` stands the value of the last expression.",
+        "",
+        " · ".join(f"[{name}](#{anchor(name)})" for name in FORMS),
+        "",
+    ]
+    for form in FORMS.values():
+        lines += [f"## {form.name}", "", f"`{form.usage}`", "", form.doc, ""]
+        lines += block("scene", valued(*FORM_EXAMPLES[form.name]))
+    lines += [
+        "## What Scheme has and this language has not",
+        "",
+        "Using one of these names is an error that says so.",
+        "",
+    ]
+    lines += table(("name", "instead"), [(f"`{name}`", instead) for name, instead in ABSENT.items()])
+    return _page(lines)
+
+
+def _page(lines: Sequence[str]) -> str:
+    return "\n".join(lines).rstrip("\n") + "\n"

@@ -1,0 +1,1 @@
+"""Completion of command lines in shells: scripts written from the parser that the commands use."""

@@ -1,0 +1,3 @@
+@register()
+def scene() -> Shape:
+    return primitive_call('cube', shape_kwargs={'scale': 1})

@@ -1,0 +1,142 @@
+"""The command doctor: it tells what is so, whatever is broken."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from importlib.metadata import PackageNotFoundError
+from pathlib import Path
+
+import pytest
+
+from scenelang.backends import base
+from scenelang.backends.base import Work
+from scenelang.cli import doctor as command
+from scenelang.cli.main import main
+from scenelang.doctor import machine, packages, trials, works
+from scenelang.doctor.check import Check, State
+
+
+def test_it_tells_what_works_in_a_few_seconds(capsys: pytest.CaptureFixture[str]) -> None:
+    started = time.monotonic()
+    code = main(["doctor", "--json"])
+    assert time.monotonic() - started < 8  # 5 on an idle machine
+    found = json.loads(capsys.readouterr().out)
+    by_name = {(each["topic"], each["name"]): each for each in found}
+    assert [each for each in found if each["state"] == "broken"] == []
+    assert code == 0
+    assert by_name["packages", "numpy"]["detail"].count(".") >= 1
+    for name in ("language", "draft", "viewer", *(backend.name for backend in base.every(Work.EXPORT))):
+        assert ("works", name) in by_name
+    assert by_name["works", "language"]["state"] in ("ok", "note")
+    assert {"system", "works", "packages", "extras", "folders", "terminal"} == {topic for topic, _ in by_name}
+
+
+def test_as_text(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    found = [
+        Check("works", "draft", State.OK, "draws"),
+        Check("works", "usd", State.MISSING, "not installed", "pip install 'scenelang[usd]'"),
+        Check("folders", "cache", State.MISSING, "/x cannot be written", "set XDG_CACHE_HOME to a folder"),
+    ]
+    monkeypatch.setattr(command, "checks", lambda: iter(found))
+    assert main(["doctor"]) == 0
+    text = capsys.readouterr().out
+    assert "Everything that needs no extra works." in text
+    assert text.endswith("To add what is missing:\n  pip install 'scenelang[usd]'\n")
+    monkeypatch.setattr(command, "checks", lambda: iter([*found, Check("works", "gltf", State.BROKEN, "no")]))
+    assert main(["doctor"]) == 1
+    assert "BROKEN gltf" in capsys.readouterr().out
+
+
+def test_a_group_that_fails_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails() -> list[Check]:
+        raise RuntimeError("a driver is mad")
+
+    for place in ("machine.system_checks", "works.work_checks", "machine.terminal_checks"):
+        monkeypatch.setattr(f"scenelang.doctor.{place}", fails)
+    found = list(command.checks())
+    assert [check.topic for check in found if check.detail == "RuntimeError: a driver is mad"] == [
+        "system",
+        "works",
+        "terminal",
+    ]
+    assert any(check.name == "numpy" for check in found)
+
+
+@pytest.mark.parametrize("name", trials.trials())
+def test_every_trial_does_what_it_says(name: str, tmp_path: Path) -> None:
+    for package, needs in (("av", name == "film .mp4"), ("pxr", name == "usd")):
+        if needs:
+            pytest.importorskip(package)
+    assert trials.trials()[name](tmp_path)
+
+
+def test_trials_that_fail_or_crash_leave_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first process writes one line and dies, as a native library would let it; the next does the rest."""
+    start = works._start
+    deadly = 'import json, os; print(json.dumps({"name": "bad"}), flush=True); os.abort()'
+    commands = iter([[sys.executable, "-c", deadly]])
+    monkeypatch.setattr(works, "_start", lambda asked: start(next(commands, asked)))
+    told = works._tried(["bad", "no such trial", "language"], time.monotonic() + 20)
+    assert told["bad"] == (False, "the process that tried it broke off")
+    assert told["no such trial"][0] is False
+    assert told["language"][0] is True
+    assert works._finding("gltf", {"gltf": (False, "x")}).state is State.BROKEN
+    assert works._finding("somebody's", {"somebody's": (False, "x")}).state is State.MISSING
+
+
+def test_time_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    start = works._start
+    sleeper = [sys.executable, "-c", "import time; time.sleep(60)"]
+    monkeypatch.setattr(works, "_start", lambda asked: start(sleeper))
+    monkeypatch.setattr(works, "_SECONDS", 0.5)
+    started = time.monotonic()
+    found = list(works.work_checks())
+    assert time.monotonic() - started < 5
+    assert {check.state for check in found} <= {State.NOTE, State.MISSING}
+    assert any("not tried" in check.detail for check in found)
+
+
+def test_packages_that_are_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    stated = ["numpy>=2.0", "lost>=1", 'rare>=1; sys_platform == "plan9"', 'usd-core>=24; extra == "usd"',
+              "gone; extra == 'usd'", 'pytest; extra == "dev"']  # fmt: skip
+    monkeypatch.setattr(packages, "requires", lambda _: stated)
+    monkeypatch.setattr(packages, "version_of", lambda name: "1.0" if name in ("numpy", "usd-core") else None)
+    assert [(c.name, c.state, c.remedy) for c in packages.package_checks()] == [
+        ("numpy", State.OK, ""),
+        ("lost", State.BROKEN, "pip install lost"),
+        ("rare", State.NOTE, ""),
+        ("usd", State.MISSING, "pip install 'scenelang[usd]'"),
+    ]
+
+    monkeypatch.setattr(packages, "in_pipx", lambda: True)
+    assert list(packages.package_checks())[-1].remedy == "pipx inject scenelang gone"
+
+    def unknown(_: str) -> list[str]:
+        raise PackageNotFoundError("scenelang")
+
+    monkeypatch.setattr(packages, "requires", unknown)
+    assert [check.state for check in packages.package_checks()] == [State.NOTE]
+
+
+def test_folders_that_cannot_be_written(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    file = tmp_path / "file"
+    file.write_text("")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(file))
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "new"))
+    cache, settings = machine.folder_checks()
+    assert (cache.state, settings.state) == (State.MISSING, State.OK)
+    assert not (tmp_path / "new").exists()
+
+
+def test_a_bare_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(machine.shutil, "which", lambda name: None)
+    monkeypatch.setattr(machine.webbrowser, "get", _no_browser)
+    found = {check.name: check for check in (*machine.terminal_checks(), *machine.system_checks())}
+    assert found["browser"].state is State.MISSING
+    assert found["GPU"].state is State.NOTE
+
+
+def _no_browser() -> None:
+    raise machine.webbrowser.Error("none")

@@ -1,0 +1,184 @@
+"""The pages under docs/reference and the tutorial's pictures: up to date, complete, and every block runs."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+from generator.__main__ import CAMERA, PAGES, SMALL, TUTORIAL, main
+from generator.diagnostics_page import BAD, MENDED, ROOT, shown_case
+from generator.library_page import PICTURES, picture_program
+from generator.markdown import formatted
+from generator.pictures import difference, drawn, save
+from generator.tutorial import steps
+from test_bad import CASES, ELSEWHERE, _command, _directives
+from test_docs import blocks
+
+from scenelang import Options, Session, Source
+from scenelang.cli import main as cli
+from scenelang.completion.model import commands_of
+from scenelang.grammar.codes import CODES
+from scenelang.grammar.diagnostics import render_text
+from scenelang.grammar.mends import MENDS
+from scenelang.grammar.reader import read
+from scenelang.interpreter.form_examples import FORM_EXAMPLES
+from scenelang.interpreter.forms import FORMS
+from scenelang.stdlib.reference import combinators, records
+
+DOCS = ROOT / "docs"
+STEPS = list(steps(DOCS / "tutorial.md"))
+_ALIKE = 3.0  # of 255: what the fewer colours of a file may change
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_pages_are_up_to_date(name: str) -> None:
+    assert (DOCS / name).read_text("utf-8") == PAGES[name](), "run: make docs"
+
+
+@pytest.mark.parametrize("record", combinators(), ids=lambda record: record.name)
+def test_every_combinator_has_its_picture(record) -> None:
+    path = DOCS / "reference" / PICTURES / f"{record.name}.png"
+    assert difference(drawn(picture_program(record), SMALL, CAMERA), path) < _ALIKE, "run: make docs"
+
+
+@pytest.mark.parametrize("step", STEPS, ids=lambda step: step.picture)
+def test_every_step_of_the_tutorial_has_its_picture(step) -> None:
+    picture = drawn(step.program, TUTORIAL, step.camera, step.frame)
+    assert difference(picture, DOCS / step.picture) < _ALIKE, "run: make docs"
+
+
+def test_every_program_of_the_tutorial_is_drawn_and_no_picture_is_left_over() -> None:
+    assert [step.program for step in STEPS] == [text for _, text in blocks("docs/tutorial.md", "scene")]
+    assert {path.name for path in (DOCS / "tutorial").iterdir()} == {Path(step.picture).name for step in STEPS}
+    drawn_names = {f"{record.name}.png" for record in records() if record.picture is not None}
+    assert {path.name for path in (DOCS / "reference" / PICTURES).iterdir()} == drawn_names
+
+
+def test_the_command_writes_everything(tmp_path: Path) -> None:
+    assert main(tmp_path) == 0
+    written = {path.relative_to(tmp_path) for path in tmp_path.rglob("*") if path.is_file()}
+    folders = (DOCS / "reference", DOCS / "tutorial")
+    assert written == {path.relative_to(DOCS) for folder in folders for path in folder.rglob("*") if path.is_file()}
+
+
+def test_a_picture_that_shows_the_same_is_not_written_again(tmp_path: Path) -> None:
+    path = tmp_path / "a.png"
+    program = '(bind "a" (lambda () (call "cube")))'
+    save(drawn(program, SMALL, CAMERA), path)
+    before = path.read_bytes()
+    path.write_bytes(before + b"tail")  # which readers of PNG skip
+    save(drawn(program, SMALL, CAMERA), path)
+    assert path.read_bytes() == before + b"tail"
+    save(drawn(program.replace("cube", "cone"), SMALL, CAMERA), path)
+    assert path.read_bytes() not in (before, before + b"tail")
+
+
+def test_a_wrong_program_is_not_drawn() -> None:
+    with pytest.raises(ValueError, match="E301"):
+        drawn("(cal)", SMALL, CAMERA)
+
+
+# --- forms -------------------------------------------------------------------------------------------------------------
+
+
+def test_every_form_has_an_example_that_uses_it() -> None:
+    assert set(FORM_EXAMPLES) == set(FORMS)
+    for name, (program, _) in FORM_EXAMPLES.items():
+        assert f"({name} " in program or (name == "quasiquote" and "`" in program), name
+
+
+@pytest.mark.parametrize("text", [text for _, text in blocks("docs/reference/forms.md", "scene")])
+def test_examples_of_forms_run_and_give_what_they_say(text: str) -> None:
+    program, _, value = text.rstrip().partition("  ; => ")
+    if value:
+        span = read(Source("<block>", program)).forms[-1].span
+        program = f'{program[: span.start]}(print (list {program[span.start : span.end]}))\n(bind "b" (lambda () (call "cube")))'
+    result = Session(Options(project=ROOT)).evaluate(Source("<block>", program))
+    assert [render_text(d) for d in result.diagnostics] == []
+    assert result.log == ((f"({value})",) if value else ())
+
+
+# --- diagnostics -------------------------------------------------------------------------------------------------------
+
+
+def test_every_code_says_how_to_mend() -> None:
+    assert set(MENDS) == set(CODES)
+    assert all(mend[0].isupper() and mend.endswith(".") for mend in MENDS.values())
+
+
+def test_every_code_has_a_section_and_a_program() -> None:
+    page = (DOCS / "reference/diagnostics.md").read_text("utf-8")
+    for name, entry in CODES.items():
+        assert f"### {entry.code} {name}\n" in page
+        assert (shown_case(entry.code) is None) == (entry.code in ELSEWHERE)
+
+
+_WRONG = re.compile(r"^```(scene|python) wrong ([EW]\d{3})\n(.*?)^```$", re.M | re.S)
+WRONG = _WRONG.findall((DOCS / "reference/diagnostics.md").read_text("utf-8"))
+
+
+@pytest.mark.parametrize(("language", "code", "text"), WRONG, ids=[code for _, code, _ in WRONG])
+def test_wrong_blocks_give_the_code_they_claim(
+    language: str,
+    code: str,
+    text: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert f"[{code}]" in _said(
+        "wrong" + (".scene" if language == "scene" else ".py"), text, tmp_path, monkeypatch, capsys
+    )
+
+
+def test_most_codes_show_a_wrong_program() -> None:
+    assert len({code for _, code, _ in WRONG}) >= len(CODES) - 8  # folders, long files, bytes that are no text
+
+
+@pytest.mark.parametrize("path", sorted(MENDED.iterdir()), ids=lambda path: path.stem)
+def test_mended_programs_are_right(
+    path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code = path.name.partition("-")[0]
+    assert path.name in {case.name for case in CASES}
+    shown = shown_case(code)
+    assert shown is not None
+    assert shown.name == path.name, "one mended program for each code"
+    said = _said(path.name, path.read_text("utf-8"), tmp_path, monkeypatch, capsys)
+    assert "error[" not in said
+    assert "warning[" not in said
+    text = path.read_text("utf-8")
+    assert path.suffix != ".scene" or formatted(text) == text.rstrip("\n")
+    assert text != (BAD / path.name).read_text("utf-8")
+
+
+def _said(
+    name: str, text: str, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> str:
+    """What the command line says of a program, which is run as its first lines ask for."""
+    monkeypatch.chdir(folder)
+    (folder / name).write_text(text, "utf-8")
+    asked = _directives(folder / name)
+    if "before" in asked:
+        assert cli.main(_command(asked["before"], name, [])) == 0
+    cli.main(_command(asked.get("command", ["run"]), name, asked.get("args", [])))
+    return capsys.readouterr().err
+
+
+# --- the command line --------------------------------------------------------------------------------------------------
+
+
+def test_every_command_and_option_is_on_the_page() -> None:
+    page = (DOCS / "reference/cli.md").read_text("utf-8")
+    for command in commands_of(cli.build_parser(), {}):
+        assert f"\n## {command.name}" in page
+        for option in command.options:
+            assert option.flags[-1] in page or option.flags[-1] == "--help"
+
+
+def test_pages_do_not_depend_on_the_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "40")
+    assert PAGES["reference/cli.md"]() == (DOCS / "reference/cli.md").read_text("utf-8")
+    assert shutil.get_terminal_size().columns == 40
