@@ -6,7 +6,7 @@ can use it again (``incremental``).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -14,12 +14,10 @@ from scenelang.grammar import ast
 from scenelang.grammar.core import parse_core
 from scenelang.grammar.datum import Atom, Datum, Keyword, ListDatum, Symbol
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, suggest
-from scenelang.grammar.reader import read_pieces
 from scenelang.grammar.source import Source, Span
 from scenelang.interpreter.expand import (
     MAX_EXPANDED,
     MAX_EXPANSIONS,
-    Expander,
     Pending,
     RunMacro,
     Use,
@@ -27,12 +25,14 @@ from scenelang.interpreter.expand import (
     is_identifier,
     syntax_error,
 )
+from scenelang.interpreter.file_expander import FileExpander
 from scenelang.interpreter.forms import FORMS
-from scenelang.interpreter.ledger import Ledger, Record
+from scenelang.interpreter.ledger import Ledger
 from scenelang.interpreter.library import STD, Builtin
 from scenelang.interpreter.lint.facts import FactBook
 from scenelang.interpreter.params import Param, checked_value, read_param
 from scenelang.interpreter.scope import Macro, Scope, Special, Variable, base_name
+from scenelang.interpreter.top_forms import Import, Step, TopForm, top_forms
 
 if TYPE_CHECKING:
     from scenelang.interpreter.prelude import Prelude
@@ -55,112 +55,8 @@ class ProgramState:
     keeps_uses: bool = False
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Import:
-    """A top-level ``import``: the file that it brings, in its place among the forms."""
-
-    file: SourceFile
-
-
-@dataclass(slots=True)
-class Step:
-    """One of the two steps of a form, scanning or expansion: what it looked up, what went wrong, what macros cost, and
-    for editors what the identifiers mean."""
-
-    record: Record
-    problems: list[Diagnostic]
-    expansions: int
-    expanded: int
-    uses: list[Use]
-
-
-class TopForm:
-    """A top-level form, or several that touch, with all that was found in it."""
-
-    __slots__ = ("asts", "datums", "expansion", "imports", "params", "pending", "read", "records", "scan", "scene",
-                 "words")  # fmt: skip
-
-    def __init__(self, datums: Sequence[Datum], read: Sequence[Diagnostic] = ()) -> None:
-        self.datums = tuple(datums)
-        self.read = tuple(read)  # what the reader found wrong
-        self.scan: Step | None = None
-        self.expansion: Step | None = None
-        self.forget()
-
-    def forget(self) -> None:
-        """Nothing has been scanned yet."""
-        self.scan = self.expansion = None
-        self.pending: list[Pending | Import] = []
-        self.words: list[tuple[str, Span]] = []
-        self.records: set[str] = set()
-        self.params: list[Param] = []
-        self.imports: list[SourceFile] = []
-        self.scene: ListDatum | None = None
-        self.asts: list[Any] = []  # core AST and Imports
-
-
-def top_forms(source: Source) -> list[TopForm]:
-    """The forms of a text, read at once."""
-    result = read_pieces(source)
-    return [TopForm((), result.diagnostics), *(TopForm((datum,)) for datum in result.forms)]
-
-
 _MISSING = ("file", "import-cycle", "import-outside")
 _UNREADABLE = ("unclosed", "extra-close", "nesting", "bad-dot", "syntax")
-
-
-class FileExpander(Expander):
-    """An expander that knows the program around its file, for hints."""
-
-    def __init__(self, file: SourceFile, run_macro: RunMacro) -> None:
-        super().__init__(run_macro)
-        self._file = file
-        self._globals: dict[str, Variable] = {}
-        self.declared: set[str] = set()  # in this version of the file
-
-    def begin(self) -> None:
-        """Start with a new version of the file."""
-        self.record_names.clear()
-        self.expansions = self.expanded = 0
-        self.declared.clear()
-
-    def known_names(self) -> Iterable[str]:
-        state = self._file.state
-        return state.prelude.names() if state is not None else ()
-
-    def importable_from(self, name: str) -> str | None:
-        state = self._file.state
-        module = state.prelude.library.module_of(name.removeprefix(STD)) if state is not None else None
-        return f"{STD}{module}" if module is not None else None
-
-    def bound_words(self) -> Iterable[str]:
-        state = self._file.state
-        return [word for file in (self._file, *(state.files.values() if state else ())) for word in file.words]
-
-    def unbound(self, atom: Atom, scope: Scope) -> SceneError:
-        self._file.names.record.open_ended = True  # the hint depends on every name
-        return super().unbound(atom, scope)
-
-    def note_chance(self) -> None:
-        self._file.names.record.open_ended = True
-
-    def annotated_type(self, text: str, span: Span) -> Any:
-        if text not in _PLAIN_TYPES:
-            self._file.names.record.open_ended = True  # it depends on the program's records
-        return super().annotated_type(text, span)
-
-    def global_variable(self, name: str, span: Span) -> Variable:
-        """The variable that a name had in the last version too; a second definition in one file has its own."""
-        known = None if name in self.declared else self._globals.get(name)
-        variable = known or super().global_variable(name, span)
-        if name not in self.declared:
-            self._globals[name] = variable
-        self.declared.add(name)
-        variable.span = span
-        return variable
-
-
-_PLAIN_TYPES = frozenset(("Embedding", "List[Embedding]", "Integer", "Float", "Number", "Vector", "Matrix", "Entity"))
 
 
 class SourceFile:

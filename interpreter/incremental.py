@@ -17,10 +17,11 @@ from scenelang.grammar.diagnostics import Diagnostic, Note
 from scenelang.grammar.reader import read
 from scenelang.grammar.source import Expansion, Source, Span
 from scenelang.interpreter.expand import RunMacro
-from scenelang.interpreter.files import ProgramState, SourceFile, TopForm
+from scenelang.interpreter.files import ProgramState, SourceFile
 from scenelang.interpreter.lint.facts import FactBook
 from scenelang.interpreter.prelude import Prelude
 from scenelang.interpreter.program import Program, finish_program
+from scenelang.interpreter.top_forms import TopForm
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -20,7 +20,7 @@ from scenelang.grammar.source import Source, Span
 from scenelang.interpreter.entity import Scene
 from scenelang.interpreter.evaluate import Run
 from scenelang.interpreter.expand import RunMacro
-from scenelang.interpreter.files import Import, ProgramState, SourceFile, TopForm, top_forms
+from scenelang.interpreter.files import ProgramState, SourceFile
 from scenelang.interpreter.journal import JournaledRuntime
 from scenelang.interpreter.latest import Latest
 from scenelang.interpreter.ledger import Record
@@ -39,6 +39,7 @@ from scenelang.interpreter.replacing import (
     source_of,
 )
 from scenelang.interpreter.scope import Variable, base_name
+from scenelang.interpreter.top_forms import Import, TopForm, top_forms
 
 _MOST_ROUNDS = 10
 

@@ -9,10 +9,11 @@ from typing import Any
 
 from scenelang.grammar import ast
 from scenelang.grammar.source import Source
-from scenelang.interpreter.files import SourceFile, top_forms
+from scenelang.interpreter.files import SourceFile
 from scenelang.interpreter.forms import FORMS
 from scenelang.interpreter.library import STD, Library
 from scenelang.interpreter.scope import ConstantBinding, PaperForm, Scope, Special, Variable
+from scenelang.interpreter.top_forms import top_forms
 
 PAPER_FORMS = {"call": "CALL", "union": "UNION", "union-loop": "UNION_LOOP", "transform": "TRANSFORM"}
 _DEFINED = re.compile(r"^\(define \(?([^\s()]+)", re.M)

@@ -12,11 +12,12 @@ from scenelang.grammar.datum import Datum
 from scenelang.grammar.diagnostics import Diagnostic, suggest
 from scenelang.grammar.source import Source, Span
 from scenelang.interpreter.expand import RunMacro
-from scenelang.interpreter.files import Import, ProgramState, SourceFile, TopForm, top_forms
+from scenelang.interpreter.files import ProgramState, SourceFile
 from scenelang.interpreter.library import Library
 from scenelang.interpreter.lint.facts import FactBook, Facts
 from scenelang.interpreter.params import Param
 from scenelang.interpreter.prelude import prelude_of
+from scenelang.interpreter.top_forms import Import, TopForm, top_forms
 
 
 @dataclass(frozen=True, eq=False)

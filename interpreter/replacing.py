@@ -8,8 +8,8 @@ from typing import Any
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Atom, Datum, ListDatum, Symbol
 from scenelang.grammar.source import Source
-from scenelang.interpreter.files import Import, TopForm
 from scenelang.interpreter.scope import base_name
+from scenelang.interpreter.top_forms import Import, TopForm
 
 _DEFINING = frozenset(
     ["define", "define-values", "define-record", "define-syntax", "define-macro", "bind", "import", "param", "scene"]

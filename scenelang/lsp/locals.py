@@ -10,9 +10,11 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.reader import read
 from scenelang.grammar.source import Source
 from scenelang.interpreter.expand import Expander
-from scenelang.interpreter.files import FileExpander, SourceFile, TopForm
+from scenelang.interpreter.file_expander import FileExpander
+from scenelang.interpreter.files import SourceFile
 from scenelang.interpreter.incremental import Version
 from scenelang.interpreter.scope import Scope, base_name
+from scenelang.interpreter.top_forms import TopForm
 from scenelang.lsp.context import closed
 from scenelang.session import run_with_room
 

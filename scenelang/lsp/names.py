@@ -12,10 +12,10 @@ from scenelang.grammar import ast
 from scenelang.grammar.datum import Atom, Datum, Symbol
 from scenelang.grammar.source import Span
 from scenelang.interpreter.expand import Use
-from scenelang.interpreter.files import TopForm
 from scenelang.interpreter.incremental import Piece, Version
 from scenelang.interpreter.library import STD
 from scenelang.interpreter.scope import Macro, PaperForm, Variable
+from scenelang.interpreter.top_forms import TopForm
 
 _TAKES_WORD = frozenset(("call", "bind", "retrieve", "bound?", "scene", "primitive"))
 _LIBRARY = Path(__file__).parents[2]

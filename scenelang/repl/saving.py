@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.source import Source
-from scenelang.interpreter.files import TopForm
 from scenelang.interpreter.interactive import TopLevel
 from scenelang.interpreter.replacing import is_assignment, names_of
+from scenelang.interpreter.top_forms import TopForm
 from scenelang.session import Session
 
 
