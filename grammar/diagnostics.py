@@ -121,9 +121,16 @@ _WIDEST = 160
 _LONGEST_CHAIN = 8
 
 
+def printable(text: str) -> str:
+    """``text`` without characters that a terminal would act on; lines stay lines."""
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() or c == "\n" else _TAB if c == "\t" else f"\\x{ord(c):x};" for c in text)
+
+
 def _place(span: Span) -> str:
     line, column = span.source.position(span.start)
-    return f"{span.source.name}:{line}:{column}"
+    return f"{printable(span.source.name)}:{line}:{column}"
 
 
 def _excerpt(span: Span, marker: str) -> list[str]:
@@ -160,7 +167,7 @@ def _chain_lines(chain: Sequence[tuple[str, Span | None]]) -> list[str]:
             repeats += 1
         place = f", called at {_place(span)}" if span else ""
         times = f" (and {repeats - 1} more)" if repeats > 1 else ""
-        lines.append(f"   in {name}{place}{times}")
+        lines.append(f"   in {printable(name)}{place}{times}")
         index += repeats
     if len(lines) > _LONGEST_CHAIN:
         half = _LONGEST_CHAIN // 2
@@ -172,15 +179,15 @@ def render_text(diagnostic: Diagnostic, color: bool = False) -> str:
     """The diagnostic as people read it: code, message, place, marked source line, hint, notes, chain of calls."""
     style = _STYLES if color else dict.fromkeys(_STYLES, "")
     severity = "error" if diagnostic.is_error else "warning"
-    lines = [f"{style[severity]}{severity}[{diagnostic.code}]{style['off']}: {diagnostic.message}"]
+    lines = [f"{style[severity]}{severity}[{diagnostic.code}]{style['off']}: {printable(diagnostic.message)}"]
     if diagnostic.span:
         lines.append(f"{style['place']}  --> {_place(diagnostic.span)}{style['off']}")
         excerpt, mark = _excerpt(diagnostic.span, "^")
         lines += [excerpt, f"{style[severity]}{mark}{style['off']}"]
     if diagnostic.hint:
-        lines.append(f"{style['hint']}  hint: {diagnostic.hint}{style['off']}")
+        lines.append(f"{style['hint']}  hint: {printable(diagnostic.hint)}{style['off']}")
     for note in (*diagnostic.notes, *_expansion_notes(diagnostic.span)):
-        lines.append(f"  note: {note.message}" + (f" ({_place(note.span)})" if note.span else ""))
+        lines.append(f"  note: {printable(note.message)}" + (f" ({_place(note.span)})" if note.span else ""))
         if note.span:
             lines += _excerpt(note.span, "-")
     lines += _chain_lines(diagnostic.chain)

@@ -15,6 +15,7 @@ import pytest
 
 from scenelang import Limits, Options, Session, Source, parse
 from scenelang.cli.main import main
+from scenelang.grammar.diagnostics import render_text
 
 ROOT = '\n(bind "dot" (lambda () (call "cube")))\n'
 
@@ -501,3 +502,12 @@ def test_max_primitives(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> N
     assert main(["flatten", str(file), "--max-primitives", "100"]) == 0
     assert main(["render", str(file), "-o", str(tmp_path / "o.png"), "--max-primitives", "99"]) == 1
     assert "error[E504]" in capsys.readouterr().err
+
+
+def test_messages_cannot_drive_a_terminal() -> None:
+    program = '(bind "a\\x1b;[2Jb" (lambda () (error "x\\x1b;]0;title\\a")))'
+    result = Session().evaluate(Source("\x1b[31m.scene", program))
+    text = "\n".join(render_text(d) for d in result.diagnostics)
+    assert "x\\x1b;]0;title\\x7;" in text
+    assert "\x1b" not in text
+    assert "\a" not in text

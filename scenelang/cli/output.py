@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, TextIO
 
-from scenelang.grammar.diagnostics import Diagnostic, render_text, to_json
+from scenelang.grammar.diagnostics import Diagnostic, printable, render_text, to_json
 from scenelang.session import Evaluated
 
 _PATIENCE = 1.0  # seconds before progress is shown
@@ -39,7 +39,7 @@ def report_run(arguments: argparse.Namespace, result: Evaluated) -> None:
     """Print what a run said: its log, then diagnostics. Both go to standard error, data to standard output."""
     if not arguments.quiet:
         for line in result.log:
-            print(line, file=sys.stderr)
+            print(printable(line) if sys.stderr.isatty() else line, file=sys.stderr)
     if result.diagnostics:
         report(arguments, result.diagnostics)
     if arguments.verbose:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from scenelang.grammar.codes import CODES
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.diagnostics import SceneError, printable
 from scenelang.interpreter.entity import Entity, Frames, Scene
 from scenelang.interpreter.library import Builtin
 from scenelang.interpreter.procedures import Closure, Condition
@@ -40,11 +40,7 @@ def displayed(value: Any, width: int = 80) -> str:
 
 def clean(text: str) -> str:
     """A line without characters that a terminal would act on."""
-    return "".join(c if c.isprintable() else _escaped(c) for c in text)
-
-
-def _escaped(c: str) -> str:
-    return "    " if c == "\t" else f"\\x{ord(c):x};"
+    return printable(text).replace("\n", "\\xa;")
 
 
 def _lines(value: Any, width: int) -> Sequence[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import textwrap
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from scenelang.grammar.diagnostics import Diagnostic, render_text
 from scenelang.repl.display import clean
@@ -39,7 +39,7 @@ class Screen:
         """Show diagnostics; warnings unless quiet."""
         for diagnostic in diagnostics:
             if diagnostic.is_error or not self.quiet:
-                self.complain(render_text(_cleaned(diagnostic), self.color))
+                self.complain(render_text(diagnostic, self.color))
 
     def log(self, lines: Sequence[str]) -> None:
         """Show what a program printed, within bounds."""
@@ -67,14 +67,3 @@ class Screen:
                 return
             text = clean(line)
             self.write(text if len(text) <= width else text[: width - 3] + "...")
-
-
-def _cleaned(diagnostic: Diagnostic) -> Diagnostic:
-    """The diagnostic without what a terminal would act on; a program may have put it into a message."""
-    return replace(
-        diagnostic,
-        message=clean(diagnostic.message),
-        hint=diagnostic.hint and clean(diagnostic.hint),
-        notes=tuple(replace(note, message=clean(note.message)) for note in diagnostic.notes),
-        chain=tuple((clean(name), span) for name, span in diagnostic.chain),
-    )
