@@ -185,6 +185,7 @@ def _field(rt: Runtime, template: str, match: re.Match[str], arguments: _Argumen
         raise _bad_template(template, "* has no place in a field with a name")
     width = _size(rt, template, match["width"], arguments)
     precision = _size(rt, template, match["precision"], arguments)
+    precision = "0" if precision.startswith("-") else precision  # a negative one from the values counts as none at all
     point = "." in match[0][max(0, match.end("key") - match.start()) :]  # a key may hold one of its own
     value = arguments.take() if match["key"] is None else arguments.under(match["key"])
     convert = _CONVERSIONS.get(kind)
