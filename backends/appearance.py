@@ -11,8 +11,9 @@ from __future__ import annotations
 import colorsys
 import hashlib
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -28,6 +29,16 @@ Point = tuple[float, float, float]
 
 GLASS = 1.5  # the index of refraction of a glossy surface that names none
 _HIGHEST_IOR = 4.0
+
+# What each attribute of the material means, in a line; `color` is the shape's.
+MATERIALS: Mapping[str, str] = MappingProxyType({
+    "emission": "radiance, a number (times the colour) or [r g b]; default 0",
+    "opacity": "from 0 to 1, how much of what is behind is hidden; default 1",
+    "metallic": "from 0 to 1: metals reflect their colour; default 0",
+    "roughness": "from 0, polished, to 1, rough; default matte, without highlights",
+    "ior": "index of refraction, 1 to 4: glossy, refracts what `:opacity` lets through; default none",
+})  # fmt: skip
+READ = tuple(MATERIALS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,9 +125,6 @@ def look_of(entity: Entity) -> Look:
         metallic or 0.0,
         _ior(entity.word, given.get("ior")),
     )
-
-
-READ = ("emission", "opacity", "metallic", "roughness", "ior")  # besides `color`
 
 
 def check_seen(scene: Scene) -> None:

@@ -81,7 +81,10 @@ def _one(kind: RecordType, name: str, arguments: Sequence[Any], count: int) -> R
         raise SceneError("arity", f"`{name}` wants {count} argument{'s' * (count > 1)}, got {len(arguments)}")
     record = arguments[0]
     if type(record) is not Record or record.type is not kind:
-        raise SceneError("type", f"`{name}` wants a {kind.name}, got {type_name(record)}: {show(record, 60)}")
+        message = f"`{name}` wants a {kind.name}, got {type_name(record)}: {show(record, 60)}"
+        is_older = type(record) is Record and record.type.name == kind.name
+        hint = "the record was defined anew; this one is of the old definition" if is_older else None
+        raise SceneError("type", message, hint)
     return record
 
 

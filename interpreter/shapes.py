@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from types import MappingProxyType
 from typing import Any
 
 from scenelang.grammar.diagnostics import SceneError
@@ -49,6 +50,38 @@ GEOMETRY = {
     "cylinder": ("radius", "p0", "p1", "color"),
     "cone": ("radius", "p0", "p1", "color"),
 }
+
+# The attributes that every primitive with a meaning of its own reads, material aside.
+READ: Mapping[str, tuple[str, ...]] = MappingProxyType({
+    **GEOMETRY,
+    "asset": ("file", "color"),
+    "set-cuboid": ("block-type", "block-kwargs", "scale", "fill", "color"),
+    "delete-blocks": ("scale",),
+})  # fmt: skip
+
+# What each primitive is, in a line.
+PRIMITIVES: Mapping[str, str] = MappingProxyType({
+    "cube": "a box centred at the origin",
+    "sphere": "a ball centred at the origin",
+    "cylinder": "a solid cylinder, its axis from :p0 to :p1",
+    "cone": "a solid cone, its base around :p0, its apex at :p1",
+    "asset": "a mesh file inside the project's folder",
+    "set-cuboid": "Minecraft blocks from the origin on, +z forward",
+    "delete-blocks": "removes Minecraft blocks from the origin on, +z forward",
+})  # fmt: skip
+
+# What each attribute means, in a line.
+ATTRIBUTES: Mapping[str, str] = MappingProxyType({
+    "scale": "sizes along x, y and z in the scene's units, or one number for all; default [1 1 1]",
+    "radius": "the radius in the scene's units, of a cone that of its base; default 1",
+    "p0": "where the axis begins, a point [x y z]; default [0 0 0]",
+    "p1": "where the axis ends, of a cone its apex, a point [x y z]; default [0 1 0]",
+    "color": "reflected light, linear sRGB from 0 to 1; default white; `(color \"ivory\")` converts",
+    "file": "the mesh file: .glb .gltf .obj .ply .stl .off, inside the project's folder",
+    "block-type": "the kind of block, a string such as \"stone\"",
+    "block-kwargs": "the block's states, an association list or table; default none",
+    "fill": "#t: all blocks, #f: only those of the six faces; default #t",
+})  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,18 +5,22 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from generator.markdown import NOTICE, anchor, block, formatted, table, valued
+from scenelang.attributes import attribute_doc, attribute_names
 from scenelang.interpreter.form_examples import FORM_EXAMPLES
 from scenelang.interpreter.forms import ABSENT, FORMS
+from scenelang.interpreter.shapes import PRIMITIVES, READ
 from scenelang.stdlib.reference import TOPICS, Record, records
 
 _TABLES = ("constants", "types")
+_PRIMITIVES = "Primitives and their attributes"
 PICTURES = "pictures"  # the folder beside the page
 
 
 def stdlib_page() -> str:
     """Every name of the standard library by topic, Markdown."""
     topics = [topic for topic in TOPICS if topic != "forms"]
-    links = " · ".join(f"[{TOPICS[topic][0]}](#{anchor(TOPICS[topic][0])})" for topic in topics)
+    titles = [*(TOPICS[topic][0] for topic in topics), _PRIMITIVES]
+    links = " · ".join(f"[{title}](#{anchor(title)})" for title in titles)
     lines = [
         "# The standard library",
         "",
@@ -31,7 +35,17 @@ def stdlib_page() -> str:
     ]
     for topic in topics:
         lines += _topic(topic, [record for record in records() if record.topic == topic])
-    return _page(lines)
+    return _page([*lines, *_attributes()])
+
+
+def _attributes() -> Iterator[str]:
+    """The primitives and the attributes that they read."""
+    yield from (f"## {_PRIMITIVES}", "", "Words that no `bind` binds. Any other word is a box of its `:scale`.", "")
+    rows = [(f'`"{word}"`', doc, " ".join(f"`:{name}`" for name in READ[word])) for word, doc in PRIMITIVES.items()]
+    yield from table(("word", "what it is", "attributes"), rows)
+    yield from ("All that has a `:color` reads the attributes of the material too.", "")
+    meanings = [(f"`:{name}`", attribute_doc(None, name) or "") for name in attribute_names()]
+    yield from table(("attribute", "meaning"), meanings)
 
 
 def _topic(topic: str, mine: Sequence[Record]) -> Iterator[str]:

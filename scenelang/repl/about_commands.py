@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 
 from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.interpreter.library import Builtin
-from scenelang.interpreter.scope import Macro
 from scenelang.repl.commands import Command, commands, find, table, wanted
-from scenelang.repl.display import displayed, signature_of
+from scenelang.repl.descriptions import description, known_names
+from scenelang.repl.display import signature_of
 from scenelang.repl.loop import Quit, Repl
 from scenelang.repl.saving import comment_above
 from scenelang.repl.tracing import function_of
@@ -29,56 +28,11 @@ def _help(repl: Repl, rest: str) -> None:
 
 def _doc(repl: Repl, rest: str) -> None:
     name = wanted(rest, "doc", "a name")
-    lines = _own_doc(repl, name) or list(_library_doc(name))
+    lines = description(repl.evaluation.top, name)
     if not lines:
-        known = [known for known, _ in repl.evaluation.top.names()]
-        raise SceneError("unbound", f"there is nothing known of `{name[:40]}`", suggest(name, [*known, *_names()]))
+        known = known_names(repl.evaluation.top)
+        raise SceneError("unbound", f"there is nothing known of `{name[:40]}`", suggest(name, known))
     repl.screen.prose(lines)
-
-
-def _names() -> list[str]:
-    from scenelang.stdlib.reference import records
-
-    return [record.name for record in records()]
-
-
-def _library_doc(name: str) -> Iterator[str]:
-    from scenelang.stdlib.reference import lookup
-
-    record = lookup(name.removeprefix("std/"))
-    if record is None:
-        return
-    yield record.signature
-    yield f"  {record.doc}"
-    if record.module is not None:
-        yield f'  It comes with (import "{record.module}").'
-    for example in record.examples:
-        yield f"  {example.expression} gives {example.value}"
-
-
-def _own_doc(repl: Repl, name: str) -> list[str]:
-    """Signature and comment of a definition of the session."""
-    top = repl.evaluation.top
-    for key in (name, f'"{name.strip(chr(34))}"'):
-        form = top.definition_of(key)
-        if form is None:
-            continue
-        function = function_of(top, key)
-        lines = [_signature(repl, key) if function is None else signature_of(function)]
-        comment = [line.lstrip("; ").rstrip() for line in comment_above(form)]
-        return [*lines, *(f"  {line}" for line in comment), f"  defined in {form.datums[0].span.source.name}"]
-    return []
-
-
-def _signature(repl: Repl, key: str) -> str:
-    binding = dict(repl.evaluation.top.names()).get(key)
-    if isinstance(binding, Macro):
-        return f"macro {binding.usage or key}"
-    try:
-        value = repl.evaluation.top.value_of(key)
-    except KeyError:
-        return key
-    return f"{key} = {displayed(value, 60).splitlines()[0] if value is not None else 'none'}"
 
 
 def _apropos(repl: Repl, rest: str) -> None:
@@ -197,7 +151,7 @@ def _quit(repl: Repl, rest: str) -> None:
 
 COMMANDS = (
     Command("help", ",help [COMMAND]", "the commands", _help, "COMMAND"),
-    Command("doc", ",doc NAME", "what a name is", _doc, "NAME"),
+    Command("doc", ",doc NAME", "what a name, word, primitive, `:attribute` or code such as E401 is", _doc, "NAME"),
     Command("apropos", ",apropos TEXT", "names whose name or description holds a text", _apropos, "TEXT"),
     Command("source", ",source NAME", "the text of a definition, of a name or a word", _source, "NAME"),
     Command("expand", ",expand FORM", "a form after macro expansion", _expand, "FORM"),

@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Any
 from prompt_toolkit.completion import CompleteEvent, Completer, Completion, PathCompleter
 from prompt_toolkit.document import Document
 
+from scenelang.attributes import attribute_doc, attribute_names, attributes_of
 from scenelang.interpreter.library import Builtin
 from scenelang.interpreter.procedures import Closure
 from scenelang.interpreter.scope import Macro
+from scenelang.interpreter.shapes import PRIMITIVES
 from scenelang.repl.brackets import scan
 from scenelang.repl.commands import commands, is_command
 from scenelang.repl.display import signature_of
@@ -26,12 +28,7 @@ _WORD_PLACE = re.compile(r"\(\s*(?:call|bind|retrieve|scene|primitive|bound\?)\s
 _CALLED = re.compile(r'\(\s*(?:call|primitive)\s+"((?:[^"\\]|\\.)*)"')
 _HEAD = re.compile(r"\(\s*([^\s()\[\]\"';`,]+)")
 _KEYWORD = re.compile(r"(?<![^\s(\[]):([^\s()\[\]:]+)")
-_GEOMETRY = {
-    "cube": ("scale",), "sphere": ("radius",), "cylinder": ("radius", "p0", "p1"), "cone": ("radius", "p0", "p1"),
-    "asset": ("file",), "set-cuboid": ("block-type", "block-kwargs", "scale", "fill"), "delete-blocks": ("scale",),
-}  # fmt: skip
-_LOOKS = ("color", "metallic", "roughness", "opacity", "emission")
-_LONGEST_META = 60
+_LONGEST_META = 80
 
 
 class SceneCompleter(Completer):
@@ -86,12 +83,15 @@ class SceneCompleter(Completer):
             if cell.function is not None:
                 function = cell.function
                 yield word, signature_of(function) if type(function) is Closure else "a word"
-        for word in _GEOMETRY:
+        for word, doc in PRIMITIVES.items():
             if word not in top.rt.words or top.rt.words[word].function is None:
-                yield word, "a primitive"
+                yield word, doc
 
     def _attributes(self, opener: str) -> Iterator[tuple[str, str]]:
-        """Keywords of the function that is called, or attributes of the word."""
+        """Keywords of the function that is called, or attributes of the word; of any primitive outside of forms."""
+        if not opener:
+            yield from ((f":{name}", attribute_doc(None, name) or "") for name in attribute_names())
+            return
         called = _CALLED.match(opener)
         top = self._evaluation.top
         if called is not None:
@@ -99,7 +99,7 @@ class SceneCompleter(Completer):
             if function is not None:
                 yield from ((f":{p.name}", _type(p)) for p in function.code.parameters if p.kind == "keyword")
                 return
-            yield from ((f":{name}", f"of {called[1]}") for name in (*_GEOMETRY.get(called[1], ("scale",)), *_LOOKS))
+            yield from ((f":{name}", attribute_doc(called[1], name) or "") for name in attributes_of(called[1]))
             return
         head = _HEAD.match(opener)
         if head is None:

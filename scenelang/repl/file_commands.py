@@ -77,7 +77,10 @@ def _save(repl: Repl, rest: str) -> None:
     from scenelang.backends.files import written_whole
 
     is_forced = rest.startswith("!") or rest.endswith(" !")
-    path = Path(unquoted(wanted(rest.strip("! "), "save", "a file; `,save! FILE` overwrites")))
+    name = unquoted(wanted(rest.strip("! "), "save", "a file; `,save! FILE` overwrites"))
+    if name == "-":
+        raise SceneError("value", "`,save` writes to a file, and `-` names none", "a file of that name is `./-`")
+    path = Path(name)
     text = checked_program(repl.evaluation.session, repl.evaluation.top, str(path))
     if path.is_dir() or not path.parent.is_dir():
         why = "it is a folder" if path.is_dir() else f"there is no folder {path.parent}"

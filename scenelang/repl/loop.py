@@ -6,7 +6,7 @@ import threading
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
 from scenelang.repl.commands import find, is_command, split
 from scenelang.repl.display import displayed
 from scenelang.repl.evaluation import Evaluation, Outcome
@@ -84,13 +84,16 @@ class Repl:
         except (SceneError, RecursionError, MemoryError) as error:
             problem = evaluation.session.problem_of(error)
             assert problem is not None
-            self.screen.report([problem])
-            self.errors += 1
-            return Outcome(diagnostics=(problem,))
+            return self._failed(problem)
         except OSError as error:
             said = f"{error.strerror or error}: {error.filename or 'output'}"
-            problem = SceneError("file", said).diagnostic
-            self.screen.report([problem])
-            self.errors += 1
-            return Outcome(diagnostics=(problem,))
+            return self._failed(SceneError("file", said).diagnostic)
+        except KeyboardInterrupt:
+            return self._failed(LimitError("interrupted", f"`,{find(name).name}` was interrupted").diagnostic)
         return Outcome()
+
+    def _failed(self, problem: Diagnostic) -> Outcome:
+        """What a command comes to that could not do its work."""
+        self.screen.report([problem])
+        self.errors += 1
+        return Outcome(diagnostics=(problem,))

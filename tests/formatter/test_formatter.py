@@ -52,6 +52,20 @@ def test_line_ends_and_marks(text: str, wanted: str) -> None:
     assert formatted(text) == wanted
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "(a  (b  c) . ; why\t \n d)\n",
+        "(a . b #| why |#  )\n",
+        "'  ; why \n (a    b)\n",
+        ",@ #| why |#  (a    b)\n",
+        "#;  ; why \n (a    b)\n\nc\n",
+    ],
+)
+def test_comments_in_odd_places_leave_the_text_as_it_stands(text: str) -> None:
+    assert formatted(text) == text
+
+
 def test_strings_of_several_lines_count_by_their_last_line() -> None:
     text = '(f "one\n' + "x" * 40 + '" a-long-operand another-long-operand a-third-operand)'
     assert formatted(text, 60) == (

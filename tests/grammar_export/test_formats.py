@@ -39,6 +39,22 @@ def test_the_exceptions_are_exceptions(form: str) -> None:
 
 
 @pytest.mark.parametrize("form", FORMATS)
+@pytest.mark.parametrize(
+    ("text", "is_accepted"),
+    [
+        (b"(define (f scene) (+ scene 1))", True),
+        (b"(let ((param 1)) param)", True),
+        (b"(define (f if) 1)", False),
+        (b"(define scene 1)", False),
+        (b"(define (f scene) (scene 1))", False),
+        (b"(define (f else) 1)", False),
+    ],
+)
+def test_names_of_forms_as_variables(form: str, text: bytes, is_accepted: bool) -> None:
+    assert acceptor(form)(text) == is_accepted
+
+
+@pytest.mark.parametrize("form", FORMATS)
 def test_the_strict_grammar_is_the_papers(form: str) -> None:
     assert acceptor(form, True)(STRICT.read_bytes())
     others = [path for path in GOOD if path != STRICT]

@@ -12,6 +12,12 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
+from scenelang.cli.main import main as cli
+from scenelang.repl.evaluation import Evaluation
+from scenelang.repl.loop import Repl
+from scenelang.repl.screen import Screen
+from scenelang.session import Options, Session
+
 FILE = """; A leg of the table.
 (bind "leg" (lambda ((:height 2)) (call "cube" :scale [1 height 1])))
 (define-macro (double x) `(* 2 ,x))
@@ -105,6 +111,22 @@ def test_help_lists_every_command() -> None:
     assert lines(",he ,quit") == [",quit  leave"]
 
 
+@pytest.mark.parametrize("asked", ["E401", "e401", "unbound"])
+def test_doc_tells_what_explain_tells(asked: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli(["explain", asked]) == 0
+    explained = capsys.readouterr().out
+    assert " ".join(lines(f",doc {asked}")).split() == explained.split()
+
+
+def test_doc_of_a_word_of_the_session_comes_before_the_primitive() -> None:
+    found = lines('(bind "cube" (lambda ((:size 1)) (primitive "cube" :scale size)))\n,doc "cube"')
+    assert found == ['function ("cube" (:size 1))', "  defined in <repl 1>"]
+
+
+def test_doc_suggests_attributes() -> None:
+    assert "did you mean `:radius`?" in drive(",doc :raduis").stderr
+
+
 def test_beginnings_and_misspellings_of_commands() -> None:
     result = drive(',cou (call "cube")\n,re\n,rendr\n,\n')
     assert result.stdout == "1  cube\n"
@@ -119,6 +141,10 @@ COMMANDS = [
     (",doc grid", "(grid thing"),
     (",doc if", "(if test then [else])"),
     (",doc double", "macro"),
+    (',doc "cube"', '(call "cube" :scale :color :emission|  a box centred|  :scale  sizes along x, y and z|  :ior  '),
+    (",doc cylinder", '(call "cylinder" :radius :p0 :p1 :color|  :p1  where the axis ends'),
+    (",doc :radius", ":radius|  the radius in the scene's units|  read by sphere, cylinder, cone"),
+    (",doc :opacity", "read by cube, sphere, cylinder, cone, asset, set-cuboid"),
     (",apropos twic", "twice"),
     (",apropos mirror", "reflect"),
     (",source twice", "; Twice as much.|(define (twice x) (double x))"),
@@ -160,6 +186,44 @@ def test_what_commands_cannot_do_is_said(tmp_path: Path) -> None:
     assert result.stderr.count("error[") == 19 + 0, result.stderr
     assert "Traceback" not in result.stderr
     assert list(tmp_path.iterdir()) == []
+
+
+def test_save_writes_to_files_only(tmp_path: Path) -> None:
+    result = drive("(define k 1)\n,save -\n,save! -\n,save ./-\n", cwd=tmp_path)
+    assert result.stderr.count("`,save` writes to a file") == 2
+    assert [path.name for path in tmp_path.iterdir()] == ["-"]
+
+
+INTERRUPTED = [
+    (',render (call "cube") -o {}/a.png', "PIL.Image.Image.save"),
+    (",export {}/a.glb", "scenelang.backends.files._move_all"),
+]
+
+
+@pytest.mark.parametrize(("command", "interrupted"), INTERRUPTED)
+def test_ctrl_c_ends_a_command_and_leaves_no_file(
+    command: str, interrupted: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The signal comes when the file is being written or is to be moved to its place."""
+    reached: list[str] = []
+
+    def interrupt(*_: object, **__: object) -> None:
+        reached.append(interrupted)
+        raise KeyboardInterrupt
+
+    said: list[str] = []
+    complained: list[str] = []
+    repl = Repl(Evaluation(Session(Options())), Screen(said.append, complained.append))
+    repl.feed('(bind "a" (lambda () (call "cube")))')
+    with monkeypatch.context() as patched:
+        patched.setattr(interrupted, interrupt)
+        outcome = repl.feed(command.format(tmp_path))
+    assert reached
+    assert [d.name for d in outcome.diagnostics] == ["interrupted"]
+    assert f"`{command.split()[0]}` was interrupted" in complained[0]
+    assert list(tmp_path.iterdir()) == []
+    repl.feed("(+ 40 2)")
+    assert said == ["42"]
 
 
 def test_render_and_export(program: Path, tmp_path: Path) -> None:

@@ -124,6 +124,24 @@ def test_ctrl_c_stops_an_evaluation_and_keeps_the_session(terminal: Terminal) ->
     assert "5" in terminal.enter("k")
 
 
+def test_ctrl_c_stops_a_render_and_leaves_no_file(terminal: Terminal, tmp_path: Path) -> None:
+    terminal.enter(
+        '(bind "dots" (lambda () (for/union ((i (iota 20000))) (transform (call "sphere") (translate [i 0 0])))))'
+    )
+    for attempt in range(10):  # on a busy machine the first one may come before the command has begun
+        terminal.type(",render -o slow.png\r")
+        time.sleep(0.5 + 0.5 * attempt)
+        terminal.child.sendintr()
+        if terminal.child.expect(["interrupted", "wrote", pexpect.TIMEOUT], timeout=5) == 0:
+            break
+        (tmp_path / "slow.png").unlink(missing_ok=True)
+    else:
+        pytest.fail("Ctrl-C stopped nothing")
+    terminal.wait(PROMPT)
+    assert [path.name for path in tmp_path.iterdir()] == ["state"]
+    assert "42" in terminal.enter("(+ 40 2)")
+
+
 def test_ctrl_c_clears_the_line_and_ctrl_d_leaves(terminal: Terminal) -> None:
     terminal.type("(nonsense" + CTRL_C)
     terminal.rest()

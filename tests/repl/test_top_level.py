@@ -53,6 +53,17 @@ REDEFINITIONS = [
 ]  # fmt: skip
 
 
+@pytest.mark.parametrize("use", ["(pt-x p)", "(set-pt-x! p 2)"])
+def test_a_record_of_an_old_definition_is_told_as_one(use: str) -> None:
+    evaluation = repl()
+    say(evaluation, "(define-record pt x)", "(define p (pt 1))", "(define-record pt x)")
+    (problem,) = evaluation.evaluate(evaluation.source(use)).diagnostics
+    assert problem.hint == "the record was defined anew; this one is of the old definition"
+    (other,) = evaluation.evaluate(evaluation.source("(pt-x 5)")).diagnostics
+    assert other.name == problem.name == "type"
+    assert other.hint is None
+
+
 @pytest.mark.parametrize(("inputs", "value"), [case[1:] for case in REDEFINITIONS], ids=[c[0] for c in REDEFINITIONS])
 def test_earlier_functions_see_the_new_definition(inputs: list[str], value: str) -> None:
     assert say(repl(), *inputs) == value
