@@ -7,7 +7,7 @@ where the next one seems to begin: at an opening bracket in the first column.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -55,22 +55,77 @@ def split(text: str) -> tuple[Chunk, ...]:
 
 
 def _pieces(scan: _Scan) -> Iterator[Chunk]:
-    text, position = scan.text, 0
+    position = 0
     held: list[Chunk] = []  # a piece of the first column and the indented ones after it
-    while (begin := _skip_blank(text, position)) is not None:
-        closed = _piece_end(text, begin)
-        end = scan.next_resumption(begin) if closed is None else closed.end
-        line = text.rfind("\n", 0, begin) + 1
-        chunk = Chunk(begin, text[begin:end].rstrip(), begin - line, closed is not None and closed.matched)
-        if text[begin] in ")]" and held:  # one of these ended too early, perhaps
-            held = [Chunk(held[0].start, text[held[0].start : end], held[0].column, matched=False)]
-        elif line == begin:
+    while (found := _next_piece(scan, position)) is not None:
+        chunk, position = found
+        if scan.text[chunk.start] in ")]" and held:  # one of these ended too early, perhaps
+            held = [Chunk(held[0].start, scan.text[held[0].start : position], held[0].column, matched=False)]
+        elif chunk.column == 0:
             yield from held
             held = [chunk]
         else:
             held.append(chunk)
-        position = end
     yield from held
+
+
+def _next_piece(scan: _Scan, position: int) -> tuple[Chunk, int] | None:
+    """The first piece from ``position`` on, and where the search for the next one begins."""
+    text = scan.text
+    begin = _skip_blank(text, position)
+    if begin is None:
+        return None
+    closed = _piece_end(text, begin)
+    end = scan.next_resumption(begin) if closed is None else closed.end
+    matched = closed is not None and closed.matched
+    return Chunk(begin, text[begin:end].rstrip(), begin - _line_start(text, begin), matched), end
+
+
+def _line_start(text: str, position: int) -> int:
+    return text.rfind("\n", 0, position) + 1
+
+
+# --- a text after an edit --------------------------------------------------------------------------------------------
+
+
+def split_again(text: str, before: str, chunks: Sequence[Chunk]) -> tuple[Chunk, ...]:
+    """What ``split(text)`` gives; ``chunks`` are the pieces of the text ``before``, of which those around the edit are
+    used again."""
+    if not all(chunk.matched for chunk in chunks):
+        return split(text)
+    head = _common_start(text, before)
+    kept = [chunk for chunk in chunks if chunk.end < head]
+    tail = _common_start(text[head:][::-1], before[head:][::-1])
+    shift = len(text) - len(before)
+    after = {chunk.start + shift: i for i, chunk in enumerate(chunks) if chunk.start > len(before) - tail}
+    scan, position, found = _Scan(text), kept[-1].end if kept else 0, list(kept)
+    while (piece := _next_piece(scan, position)) is not None:
+        chunk, position = piece
+        if not chunk.matched or text[chunk.start] in ")]":
+            return split(text)
+        if chunk.start in after:
+            rest = chunks[after[chunk.start] :]
+            return (*found, *(_shifted(each, shift, text) for each in rest))
+        found.append(chunk)
+    return tuple(found)
+
+
+def _shifted(chunk: Chunk, shift: int, text: str) -> Chunk:
+    start = chunk.start + shift
+    column = start - _line_start(text, start) if chunk.column else 0
+    return Chunk(start, chunk.text, column)
+
+
+def _common_start(a: str, b: str) -> int:
+    """How many characters two texts begin with alike."""
+    low, high = 0, min(len(a), len(b))
+    while low < high:
+        middle = (low + high + 1) // 2
+        if a[low:middle] == b[low:middle]:
+            low = middle
+        else:
+            high = middle - 1
+    return low
 
 
 def _skip_blank(text: str, position: int) -> int | None:

@@ -12,7 +12,7 @@ from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from scenelang.grammar.chunks import Chunk, split
+from scenelang.grammar.chunks import Chunk, split_again
 from scenelang.grammar.diagnostics import Diagnostic, Note
 from scenelang.grammar.reader import read
 from scenelang.grammar.source import Expansion, Source, Span
@@ -73,6 +73,8 @@ class Versions:
 
     def __init__(self, prelude: Prelude) -> None:
         self._prelude = prelude
+        self._text = ""
+        self._chunks: tuple[Chunk, ...] = ()
         self._pieces: tuple[tuple[int, Piece], ...] = ()
         self._state: ProgramState | None = None
         self._file: SourceFile | None = None
@@ -86,7 +88,9 @@ class Versions:
         if file is None or file.source.name != source.name:
             file = SourceFile(source, self._prelude.scope, state, is_main=True)
         file.source, file.state, file.expander.run_macro = source, state, run_macro
-        self._pieces = pieces = self._next_pieces(source, split(source.text))
+        self._chunks = chunks = split_again(source.text, self._text, self._chunks)
+        self._text = source.text
+        self._pieces = pieces = self._next_pieces(source, chunks)
         file.forms = [piece.form for _, piece in pieces]
         self._state, self._file = state, file
         offsets = {id(piece.source): start for start, piece in pieces}

@@ -28,7 +28,7 @@ from scenelang.interpreter.library import STD
 from scenelang.interpreter.limits import Limits, recursion_room
 from scenelang.interpreter.lint.allow import not_allowed
 from scenelang.interpreter.lint.fixes import apply_fixes, with_fixes
-from scenelang.interpreter.lint.lint import lint
+from scenelang.interpreter.lint.lint import lint, lint_of_forms
 from scenelang.interpreter.lint.words import find_root, word_warnings
 from scenelang.interpreter.procedures import Closure
 from scenelang.interpreter.program import Program, load_program
@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from scenelang.interpreter.transpile.translate import Translation
 
 T = TypeVar("T")
+_IMPORT = re.compile(r'\(import\s+"([^"\n]*)"')
 _REGISTERS = re.compile(r"^[ \t]*@register", re.M)
 _STACK = 512 * 1024 * 1024
 _LARGEST_FILE = 16_000_000
@@ -48,6 +49,8 @@ _MACRO_LIMITS = Limits(steps=2_000_000, seconds=10.0, depth=20_000)
 _EXPANSION_DEPTH = 60_000
 _KEPT_FRAMES = 400
 _FIX_ROUNDS = 20
+_MOST_IMPORTERS = 300
+_LARGEST_IMPORTER = 500_000  # bytes
 
 
 @dataclass(frozen=True, slots=True)
@@ -247,15 +250,26 @@ class Session:
         """What is suspicious about a program that has no errors, its root included. ``is_written``: somebody wrote it
         in the language, rather than a model in Python, and cares for what is left over."""
         if not program.ok:
-            return []
+            return lint_of_forms(program) if is_written else []
         try:
             root = self._root(program)[1]
         except SceneError as error:
-            is_scene = False
             root = [] if error.name == "no-root" else [error.diagnostic]
+            has_one_root = False
         else:
-            is_scene = not root
-        return [*(lint(program, is_scene) if is_written else word_warnings(program)), *root]
+            has_one_root = not root
+        if not is_written:
+            return [*word_warnings(program), *root]
+        return [*lint(program, lambda: has_one_root and not self._is_imported(program.main)), *root]
+
+    def _is_imported(self, source: Source) -> bool:
+        """Whether a program beside this one, or in the folder around it, imports it."""
+        if source.name.startswith("<"):
+            return False
+        path = Path(source.name).resolve()
+        names = {path.name, f"{path.parent.name}/{path.name}"}
+        around = [*path.parent.glob("*.scene"), *path.parent.parent.glob("*.scene")][:_MOST_IMPORTERS]
+        return any(other != path and _imports(other, names) for other in around)
 
     def _root(self, program: Program) -> tuple[str, list[Diagnostic]]:
         if self.options.root is not None:
@@ -448,6 +462,15 @@ def _sorted(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
             names.add(d.message)
         unique.setdefault((place, d.name, d.message), d)
     return [unique[key] for key in sorted(unique, key=lambda k: k[0])]
+
+
+def _imports(path: Path, names: set[str]) -> bool:
+    """Whether a file says that it imports one of the files ``names``."""
+    try:
+        text = path.read_text("utf-8") if path.stat().st_size <= _LARGEST_IMPORTER else ""
+    except (OSError, ValueError):
+        return False
+    return any(match[1].removeprefix("./") in names for match in _IMPORT.finditer(text))
 
 
 def _read_source(path: str, shown: str) -> Source:

@@ -13,8 +13,8 @@ from scenelang.backends.solidity.distance import Pairs, distances
 from scenelang.backends.solidity.neighbours import IntArray, neighbours
 from scenelang.backends.solidity.support import Forms, boxes
 from scenelang.backends.solids import FloatArray, Form, composed, local_pose
-from scenelang.interpreter.entity import Entity
-from scenelang.interpreter.flatten import FlatFrame
+from scenelang.interpreter.entity import Entity, descendants, primitive_count
+from scenelang.interpreter.flatten import flatten_entity
 from scenelang.interpreter.shapes import Kind
 
 MOST_PAIRS = 300_000
@@ -35,6 +35,7 @@ class Bodies:
     path: IntArray
     opaque: npt.NDArray[np.bool_]
     colors: FloatArray  # (N, 3) linear
+    plain: frozenset[str]  # the bound words of which every entity is one solid
 
     def __len__(self) -> int:
         return len(self.forms)
@@ -76,8 +77,9 @@ class Bodies:
         return (*self.paths[self.path[i]], self.entities[self.entity[i]].word)
 
 
-def bodies_of(frame: FlatFrame) -> Bodies:
-    """The visible primitives of a frame as bodies; those without extent are left out."""
+def bodies_of(root: Entity) -> Bodies:
+    """The visible primitives below ``root`` as bodies; those without extent are left out."""
+    frame = flatten_entity(root)
     poses = [_pose(entity) for entity in frame.primitives]
     looks = [look_of(entity) for entity in frame.primitives]
     known = np.array([pose is not None for pose in poses], bool)
@@ -99,7 +101,16 @@ def bodies_of(frame: FlatFrame) -> Bodies:
         np.asarray(frame.path_index)[chosen],
         np.array([look.opacity >= 1.0 for look in looks], bool)[index],
         np.array([look.color for look in looks], np.float64).reshape(-1, 3)[index],
+        _plain_words(root),
     )
+
+
+def _plain_words(root: Entity) -> frozenset[str]:
+    counts: dict[str, set[int]] = {}
+    for entity in descendants(root):
+        if not entity.is_primitive:
+            counts.setdefault(entity.word, set()).add(primitive_count(entity))
+    return frozenset(word for word, found in counts.items() if found == {1})
 
 
 def _pose(entity: Entity) -> tuple[Form, FloatArray] | None:

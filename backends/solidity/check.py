@@ -10,7 +10,6 @@ from scenelang.backends.solidity.findings import Finding, findings
 from scenelang.grammar.diagnostics import Diagnostic, Note
 from scenelang.grammar.source import Span
 from scenelang.interpreter.entity import Scene, primitive_count
-from scenelang.interpreter.flatten import flatten_entity
 
 MOST_PRIMITIVES = 20_000
 _MOST_FRAMES = 6
@@ -43,7 +42,7 @@ def check_geometry(scene: Scene) -> list[Diagnostic]:
         if total > MOST_PRIMITIVES:
             remarks.append(_not_looked_at(f"{total:,} primitives are more than the {MOST_PRIMITIVES:,}", number, count))
             continue
-        bodies = bodies_of(flatten_entity(root))
+        bodies = bodies_of(root)
         for finding in findings(bodies):
             named = _named(bodies, finding, number)
             found.setdefault((finding.kind, named.words, named.other), []).append(named)

@@ -25,8 +25,10 @@ _SAME = 1e-6  # of the scene's size: poses nearer than that are one
 _DEEP = 0.34  # of the smaller extent: siblings of one word that go deeper into one another are wrong
 _SUNK = 0.4  # of its own height: what goes deeper into the ground was forgotten to be lifted
 _SUNK_BALL = 0.75  # rocks and bushes lie half in the ground
-_HOVERING = 0.5  # of its own size: what hovers higher than that is meant to fly
+_BROAD = 0.4  # of the scene's area: what is as broad as that is the ground
+_HOVERING = 2.0  # of its own size: what hovers higher than that is meant to fly
 _MOST_FLYING = 0.34  # of all clusters: when more of them fly, the scene is in the air
+_JOINT = 0.8  # of the outer solid
 _FIGHTING = 0.1  # of the smaller face
 _OTHER_COLOR = 0.08  # linear: neighbouring stones of slightly different tints fight unseen
 
@@ -91,7 +93,16 @@ def _buried(bodies: Bodies, pairs: IntArray) -> list[Finding]:
                 found[i] = Finding("buried", i, o, _extent(bodies, i))
     things = Counter(_thing(bodies, i) for i in range(len(bodies)))
     hidden = Counter(_thing(bodies, i) for i in found)
-    return [f for i, f in found.items() if hidden[_thing(bodies, i)] == things[_thing(bodies, i)]]
+    return [
+        f for i, f in found.items()
+        if hidden[_thing(bodies, i)] == things[_thing(bodies, i)] or _is_deep_sibling(bodies, i, f.other)
+    ]  # fmt: skip
+
+
+def _is_deep_sibling(bodies: Bodies, i: int, other: int | None) -> bool:
+    """Whether a solid stands deep inside another one of the same thing: more than a joint needs."""
+    assert other is not None
+    return bool(bodies.path[i] == bodies.path[other]) and _lies_in(bodies, i, other, _JOINT)
 
 
 def _thing(bodies: Bodies, i: int) -> tuple[str, ...]:
@@ -100,10 +111,10 @@ def _thing(bodies: Bodies, i: int) -> tuple[str, ...]:
     return words[:-1] if words[-1] in GEOMETRY and len(words) > 1 else words
 
 
-def _lies_in(bodies: Bodies, inner: int, outer: int) -> bool:
-    """Whether a solid lies inside another, with a little room all round."""
+def _lies_in(bodies: Bodies, inner: int, outer: int, limit: float = 0.995) -> bool:
+    """Whether a solid lies inside another that is scaled by ``limit`` about its centre."""
     points = (_hull(int(bodies.forms[inner])) @ bodies.matrices[inner, :, :3].T) + bodies.matrices[inner, :, 3]
-    return _holds(bodies, outer, points, 0.995)
+    return _holds(bodies, outer, points, limit)
 
 
 def _holds(bodies: Bodies, outer: int, points: FloatArray, limit: float = 1.0) -> bool:
@@ -134,12 +145,12 @@ def _hull(form: int) -> FloatArray:
 
 
 def _deep_siblings(bodies: Bodies, pairs: IntArray) -> Iterator[Finding]:
-    """Things of one word, such as books in a row, that go deep into one another."""
+    """Things of one word, such as books in a row, that go deep into one another. Balls are leaves, clouds, bubbles."""
     chosen = [
         (i, j)
         for i, j in pairs.tolist()
         if bodies.entity[i] == bodies.entity[j] and bodies.paths[bodies.path[i]] == bodies.paths[bodies.path[j]]
-        and _is_a_thing(bodies, i)
+        and _is_a_thing(bodies, i) and bodies.forms[i] != Form.BALL
     ]  # fmt: skip
     if not chosen:
         return
@@ -152,8 +163,10 @@ def _deep_siblings(bodies: Bodies, pairs: IntArray) -> Iterator[Finding]:
 
 
 def _is_a_thing(bodies: Bodies, i: int) -> bool:
-    """Whether a body stands for a thing of its own rather than for building material: a word without geometry."""
-    return bodies.entities[bodies.entity[i]].word not in GEOMETRY
+    """Whether a body stands for a thing of its own rather than for building material: a word without geometry, or the
+    only solid of a word that the program binds."""
+    words = bodies.words(i)
+    return words[-1] not in GEOMETRY or (len(words) > 1 and words[-2] in bodies.plain)
 
 
 # --- what hovers -----------------------------------------------------------------------------------------------------
@@ -163,7 +176,8 @@ def _hovering(bodies: Bodies, pairs: IntArray) -> Iterator[Finding]:
     """Clusters of touching solids that stand a little off the ground and off all else."""
     cluster = _clusters(len(bodies), pairs)
     low, _ = bodies.boxes
-    ground = float(low[:, 1].min())
+    stands_on_zero = bool((np.abs(low[:, 1]) <= 2.0 * bodies.touch).any())
+    ground = 0.0 if stands_on_zero else float(low[:, 1].min())
     numbers, sizes = np.unique(cluster, return_counts=True)
     if len(numbers) < 2:
         return
@@ -224,15 +238,30 @@ def _below_ground(bodies: Bodies) -> Iterator[Finding]:
     tall = np.maximum(high[:, 1] - low[:, 1], 1e-12)
     limit = np.where(bodies.forms == Form.BALL, _SUNK_BALL, _SUNK) * tall
     below = -low[:, 1] > np.maximum(limit, room)
-    if not (np.abs(low[:, 1]) <= room).any() or below.mean() > 0.2:
-        return
-    wide = high.max(axis=0) - low.min(axis=0)
-    broad = (high - low)[:, 0] * (high - low)[:, 2] >= 0.4 * wide[0] * wide[2]
-    ground = broad | (high[:, 1] <= room)
-    for i in np.flatnonzero(below & ~ground).tolist():
+    ground = _ground(bodies, below)
+    sunk = np.flatnonzero(below & ~ground)
+    if np.count_nonzero((np.abs(low[:, 1]) <= room) & ~ground) < max(len(sunk), 1):
+        return  # the scene does not stand on y = 0
+    for i in sunk.tolist():
         if not _is_beside(bodies, i, ground):
             dip = float(-low[i, 1])
             yield Finding("sunk", i, None, dip, (0.0, dip, 0.0))
+
+
+def _ground(bodies: Bodies, below: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """The broad bodies that reach below 0, and what is below with them and touches them, such as a board's squares."""
+    low, high = bodies.boxes
+    wide = high.max(axis=0) - low.min(axis=0)
+    ground: npt.NDArray[np.bool_] = below & ((high - low)[:, 0] * (high - low)[:, 2] >= _BROAD * wide[0] * wide[2])
+    pairs, _, _ = bodies.contacts
+    under = below & (high[:, 1] <= 2.0 * bodies.touch)
+    pairs = pairs[(under | ground)[pairs].all(axis=1)]
+    while True:
+        reached = ground.copy()
+        reached[pairs[ground[pairs].any(axis=1)]] = True
+        if (reached == ground).all():
+            return ground
+        ground = reached
 
 
 def _is_beside(bodies: Bodies, i: int, ground: npt.NDArray[np.bool_]) -> bool:

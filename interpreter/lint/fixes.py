@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix
+from scenelang.grammar.reader import read_comments
 from scenelang.grammar.source import Source, Span
 
 _FRACTION = re.compile(r"([+-]?\d+)/(\d+)\Z")
@@ -18,7 +19,7 @@ def with_fixes(diagnostic: Diagnostic) -> Diagnostic:
     the whole text of a file."""
     span = diagnostic.span
     if diagnostic.fixes:
-        return replace(diagnostic, fixes=tuple(_with_lines(fix) for fix in diagnostic.fixes))
+        return replace(diagnostic, fixes=tuple(_careful(_with_lines(fix)) for fix in diagnostic.fixes))
     if span is None or span.expansion is not None:
         return diagnostic
     text, fix = span.text, None
@@ -29,6 +30,15 @@ def with_fixes(diagnostic: Diagnostic) -> Diagnostic:
     elif diagnostic.name == "bad-atom" and (match := _FRACTION.match(text)):
         fix = Fix("Write a division", (Edit(span, f"(/ {match[1]} {match[2]})"),), safe=True)
     return replace(diagnostic, fixes=(fix,)) if fix is not None else diagnostic
+
+
+def _careful(fix: Fix) -> Fix:
+    """A fix that would throw comments away is not safe."""
+    for edit in fix.edits:
+        comments = read_comments(Source("<edit>", edit.span.text))
+        if any(comment.text not in edit.text for comment in comments):
+            return replace(fix, safe=False)
+    return fix
 
 
 def _with_lines(fix: Fix) -> Fix:

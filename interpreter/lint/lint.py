@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from scenelang.grammar.diagnostics import Diagnostic
@@ -13,17 +13,21 @@ from scenelang.interpreter.lint.words import unreachable_words, word_warnings
 from scenelang.interpreter.program import Program
 
 
-def lint(program: Program, has_one_root: bool) -> list[Diagnostic]:
-    """Warnings about a program without errors. ``has_one_root``: it is surely a scene, not a file of definitions for
-    others to import."""
+def lint(program: Program, is_scene: Callable[[], bool]) -> list[Diagnostic]:
+    """Warnings about a program without errors. ``is_scene()``: it is surely a scene, not a file of definitions for
+    others to import; asked only where it matters."""
     own = [each for each in program.facts if not _is_library(each.form)]
     found = word_warnings(program)
     for each in own:
         found += each.local
     found += unreachable_words(program)
-    if has_one_root:
-        found += _unused_globals(program, own)
-    return found
+    unused = list(_unused_globals(program, own))
+    return [*found, *unused] if unused and is_scene() else found
+
+
+def lint_of_forms(program: Program) -> list[Diagnostic]:
+    """Warnings about single forms, for a program that has errors elsewhere."""
+    return [warning for each in program.facts if not _is_library(each.form) for warning in each.local]
 
 
 def _is_library(form: Any) -> bool:
@@ -45,7 +49,7 @@ def _unused_globals(program: Program, own: Sequence[Facts]) -> Iterator[Diagnost
             if used or len(each.defined) > 1 or not is_written(variable) or variable.name.startswith("_"):
                 continue
             if not _is_mentioned(program, variable.name):
-                fixes = (remove(each.form),) if can_go(each.form) else ()
+                fixes = (remove(each.form, safe=False),) if can_go(each.form) else ()  # who may import it?
                 yield Diagnostic("unused", f"`{variable.name}` is never used", variable.span, fixes=fixes)
 
 

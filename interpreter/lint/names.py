@@ -75,9 +75,9 @@ def can_go(form: Any) -> bool:
     return type(form.value) is ast.Lambda or all(type(part) in pure for part in walk(form.value))
 
 
-def remove(form: Any) -> Fix:
+def remove(form: Any, safe: bool = True) -> Fix:
     """The fix that takes out a definition."""
-    return Fix("Remove it", (Edit(form.span, ""),), safe=True)
+    return Fix("Remove it", (Edit(form.span, ""),), safe)
 
 
 def _unused(variable: Variable, used: set[Any], what: str, fixes: tuple[Fix, ...] = ()) -> Iterator[Diagnostic]:

@@ -18,20 +18,21 @@ _WIDTH = 30
 
 
 def use_color(arguments: argparse.Namespace, stream: TextIO) -> bool:
-    return stream.isatty() and not arguments.no_color and "NO_COLOR" not in os.environ
+    return stream.isatty() and not getattr(arguments, "no_color", False) and "NO_COLOR" not in os.environ
 
 
 def report(arguments: argparse.Namespace, diagnostics: Iterable[Diagnostic], stream: TextIO | None = None) -> None:
     """Print diagnostics: errors always, warnings unless quiet; with ``--json`` one list."""
-    shown = [d for d in diagnostics if d.is_error or not arguments.quiet]
+    quiet = getattr(arguments, "quiet", False)
+    shown = [d for d in diagnostics if d.is_error or not quiet]
     stream = stream or sys.stderr
-    if arguments.json:
+    if getattr(arguments, "json", False):
         print(json.dumps([to_json(d) for d in shown]), file=stream)
         return
     for diagnostic in shown:
         print(render_text(diagnostic, use_color(arguments, stream)), file=stream)
     without_hint = sorted({diagnostic.code for diagnostic in shown if not diagnostic.hint})
-    if without_hint and stream.isatty() and not arguments.quiet:  # people read here, not programs
+    if without_hint and stream.isatty() and not quiet:  # people read here, not programs
         print(f"  more: scenelang explain {' '.join(without_hint)}", file=stream)
 
 

@@ -11,6 +11,7 @@ from typing import Any
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Atom, Datum, Symbol
 from scenelang.grammar.source import Span
+from scenelang.interpreter.analyse import pattern_variables
 from scenelang.interpreter.expand import Use
 from scenelang.interpreter.incremental import Piece, Version
 from scenelang.interpreter.library import STD
@@ -64,8 +65,11 @@ class Names:
         best: Use | None = None
         for use in uses_of(piece.form):
             if use.span.source is piece.source and use.span.start + start <= offset <= use.span.end + start:
-                if best is None or not isinstance(use.binding, PaperForm):
-                    best = use
+                if (
+                    best is None
+                    or getattr(use.binding, "name", None) == piece.source.text[use.span.start : use.span.end]
+                ):
+                    best = use  # of the names that a record makes, the one that stands there
         return best and Use(self.version.place(best.span), best.binding, best.defines)
 
     def word_at(self, offset: int) -> Word | None:
@@ -97,6 +101,28 @@ class Names:
                 for word in words_of(piece.form.datums):
                     if word.text == text:
                         yield replace(word, span=self.version.place(word.span))
+
+    def bindings_named(self, name: str) -> list[Any]:
+        """The bindings that were defined as ``name`` and stand in the text, with or without a prefix."""
+        found = {}
+        for _, piece in self.version.pieces:
+            if name in piece.text:
+                for use in uses_of(piece.form):
+                    binding = use.binding.variable if isinstance(use.binding, PaperForm) else use.binding
+                    if isinstance(binding, (Variable, Macro)) and binding.name == name:
+                        found[id(use.binding)] = use.binding
+        return list(found.values())
+
+    @cached_property
+    def made_by_records(self) -> set[str]:
+        """The names of records and of the procedures that their definitions make."""
+        forms = self.version.program.forms
+        made = (form.target for form in forms if type(form) is ast.Define and isinstance(form.target, tuple))
+        spans: dict[Any, set[str]] = {}
+        for target in made:
+            for variable in pattern_variables(target):
+                spans.setdefault(variable.span, set()).add(variable.name)
+        return {name for names in spans.values() if len(names) > 1 for name in names}
 
     @cached_property
     def definitions(self) -> dict[Any, Any]:

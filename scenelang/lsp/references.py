@@ -1,4 +1,4 @@
-"""Definitions, references and renaming of names and words, over the files of a program."""
+"""Definitions and references of names and words, over the files of a program."""
 
 from __future__ import annotations
 
@@ -6,31 +6,40 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from scenelang.editing import Editing
 from scenelang.grammar.source import Source, Span
-from scenelang.interpreter.scope import Macro, Variable
+from scenelang.interpreter.scope import PaperForm, Variable
 from scenelang.lsp.documents import Document, Documents
-from scenelang.lsp.names import Names, Word, file_of
+from scenelang.lsp.names import Names, file_of
 from scenelang.session import Options, Session
 
 _MOST_FILES = 300
 _LARGEST = 2_000_000
 _IMPORT = re.compile(r'\(import\s+"([^"\n]*)"')
-_NAME = re.compile(r"[^\s()\[\]\";'`,:<#0-9][^\s()\[\]\";'`,]*\Z")
+
+Definition = tuple[Path, int]  # the file and the offset of what defines a name: the same wherever the name is met
 
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """What is asked about: a word, or the definition of a name by its file and offset. ``span`` is where it stands;
-    ``name`` how it was defined."""
+    """What is asked about: a word, or a name by its ``definition``. ``span`` is where it stands, ``name`` how it was
+    defined; ``made``: a record's definition made it, whose own name is another."""
 
     span: Span
     name: str
     word: bool
-    definition: tuple[Path, int] | None = None
+    definition: Definition | None = None
     is_local: bool = False
+    made: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a target stands; of a word what is between the quotes."""
+
+    span: Span
+    defines: bool
 
 
 def target_at(document: Document, cursor: int) -> Target | None:
@@ -45,8 +54,14 @@ def target_at(document: Document, cursor: int) -> Target | None:
     place = names.definition_of(use.binding) if use is not None else None
     if use is None or place is None:
         return None
-    local = isinstance(use.binding, Variable) and not use.binding.is_global
-    return Target(use.span, use.binding.name, False, _key(names, use.binding, place), local)
+    binding = use.binding.variable if isinstance(use.binding, PaperForm) else use.binding
+    local = isinstance(binding, Variable) and not binding.is_global
+    made = isinstance(binding, Variable) and binding.name in names.made_by_records
+    return Target(use.span, binding.name, False, key_of(place), local, made)
+
+
+def key_of(place: Span) -> Definition:
+    return file_of(place).resolve(), place.start
 
 
 def definition(document: Document, cursor: int) -> list[Span]:
@@ -79,71 +94,52 @@ def _import_at(document: Document, names: Names, cursor: int) -> Span | None:
     return None
 
 
-def _key(names: Names, binding: Any, place: Span) -> tuple[Path, int]:
-    """The same for a name in whatever file it is met."""
-    if isinstance(binding, Macro):  # its span is the whole definition
-        for use in names.uses_of_binding(binding):
-            if use.defines:
-                return file_of(use.span).resolve(), use.span.start
-    return file_of(place).resolve(), place.start
-
-
-# --- references ------------------------------------------------------------------------------------------------------
-
-
-def references(documents: Documents, document: Document, target: Target) -> list[Span]:
+def references(documents: Documents, document: Document, target: Target) -> list[Place]:
     """Every place of a name or word in the files of the workspace that belong to the same programs."""
+    assert document.names is not None
     if target.is_local:
-        assert document.names is not None
         return list(places(document.names, target))
-    found: dict[tuple[str, int], Span] = {}
-    for names in _connected(documents, document, target):
-        for span in places(names, target):
-            found.setdefault((str(file_of(span)), span.start), span)
+    found: dict[tuple[Path, int], Place] = {}
+    for names in connected(documents, document):
+        for place in places(names, target):
+            found.setdefault((file_of(place.span).resolve(), place.span.start), place)
     return list(found.values())
 
 
-def places(names: Names, target: Target) -> Iterator[Span]:
-    """Where a name or word stands in one text; of a word what is between the quotes."""
+def places(names: Names, target: Target) -> Iterator[Place]:
+    """Where a target stands in one text."""
     if target.word:
-        yield from (_inside(word) for word in names.uses_of_word(target.name))
+        for word in names.uses_of_word(target.name):
+            yield Place(Span(word.span.source, word.span.start + 1, word.span.end - 1), word.defines)
         return
-    bindings = {}
-    for _, piece in names.version.pieces:
-        if target.name in piece.text:
-            for step in (piece.form.scan, piece.form.expansion):
-                for use in step.uses if step is not None else ():
-                    bindings[id(use.binding)] = use.binding
-    for binding in bindings.values():
+    for binding in names.bindings_named(target.name):
         place = names.definition_of(binding)
-        if place is not None and _key(names, binding, place) == target.definition and binding.name == target.name:
-            yield from (use.span for use in names.uses_of_binding(binding))
+        if place is not None and key_of(place) == target.definition:
+            yield from (Place(use.span, use.defines) for use in names.uses_of_binding(binding))
 
 
-def _inside(word: Word) -> Span:
-    """The text between the quotes."""
-    return Span(word.span.source, word.span.start + 1, word.span.end - 1)
+# --- the files of a workspace ----------------------------------------------------------------------------------------
 
 
-def _connected(documents: Documents, document: Document, target: Target) -> Iterator[Names]:
-    """The files that the document imports, and those of the workspace that import it or a file that it imports."""
+def connected(documents: Documents, document: Document) -> Iterator[Names]:
+    """The text itself, the files that it imports, and those of the workspace that import one of these."""
     assert document.names is not None
     yield document.names
-    session = document.editing.session
-    mine = {file_of(Span(source, 0, 0)).resolve() for source in document.names.version.program.sources}
+    mine = _files(document.names)
     seen = {document.path.resolve()}
     for path in [*sorted(mine), *_workspace_files(documents, document)]:
         resolved = path.resolve()
-        if resolved in seen or "scenelang/stdlib" in path.as_posix() or path.suffix != ".scene":
+        if resolved in seen or path.suffix != ".scene" or resolved.parent.name == "stdlib":
             continue
         seen.add(resolved)
         opened = documents.get(path)
-        names = opened.names if opened is not None else _names_of(path, documents, session)
-        if names is None:
-            continue
-        theirs = {file_of(Span(source, 0, 0)).resolve() for source in names.version.program.sources}
-        if resolved in mine or theirs & mine:
+        names = opened.names if opened is not None else _names_of(path, documents)
+        if names is not None and (resolved in mine or _files(names) & mine):
             yield names
+
+
+def _files(names: Names) -> set[Path]:
+    return {file_of(Span(source, 0, 0)).resolve() for source in names.version.program.sources}
 
 
 def _workspace_files(documents: Documents, document: Document) -> list[Path]:
@@ -159,93 +155,19 @@ def _workspace_files(documents: Documents, document: Document) -> list[Path]:
     return sorted(found)
 
 
-def _names_of(path: Path, documents: Documents, session: Session) -> Names | None:
+def _names_of(path: Path, documents: Documents) -> Names | None:
+    """The names of a file that is not open."""
     try:
         if path.stat().st_size > _LARGEST:
             return None
-        text = path.read_text("utf-8")
+        text = path.read_text("utf-8-sig")
     except (OSError, ValueError):
         return None
-    project = documents.root if documents.root is not None and path.is_relative_to(documents.root) else None
-    editing = Editing(Session(Options(project=project)), documents.texts)
-    version = editing.check(Source(str(path), text)).version
+    version = Editing(session_for(path, documents), documents.texts).check(Source(str(path), text)).version
     return Names(version) if version is not None else None
 
 
-# --- renaming --------------------------------------------------------------------------------------------------------
-
-
-def is_definition(target: Target, span: Span) -> bool:
-    """Whether a reference is where the target is defined."""
-    if target.word:
-        return bool(re.search(r"\(bind\s+\"$", span.source.text[: span.start][-40:]))
-    return (file_of(span).resolve(), span.start) == target.definition
-
-
-def renamed_part(target: Target) -> Span:
-    """What a person edits to rename the target: no quotes, colon or annotation."""
-    span, text = target.span, target.span.text
-    if target.word:
-        return Span(span.source, span.start + 1, span.end - 1)
-    start = text.find(target.name)
-    return span if start < 0 else Span(span.source, span.start + start, span.start + start + len(target.name))
-
-
-class RenameRefusedError(Exception):
-    """Why something cannot be renamed, in one line."""
-
-
-def renaming(documents: Documents, document: Document, cursor: int, new: str) -> dict[Path, list[tuple[Span, str]]]:
-    """The edits that rename what stands at a cursor, by file. Raises RenameRefusedError."""
-    target = target_at(document, cursor)
-    if target is None:
-        raise RenameRefusedError("nothing here has a name that could be changed")
-    if not target.word and target.definition is not None and "stdlib" in target.definition[0].parts[-2:]:
-        raise RenameRefusedError(f"`{target.name}` belongs to the standard library")
-    if not target.word and not _NAME.match(new):
-        raise RenameRefusedError(f"`{new}` is no name")
-    if target.word and ('"' in new or "\\" in new or "\n" in new or not new):
-        raise RenameRefusedError("a word may not hold quotes, backslashes or line ends")
-    edits: dict[Path, list[tuple[Span, str]]] = {}
-    for span in references(documents, document, target):
-        old = span.text
-        replaced = _renamed(old, target, new)
-        if replaced is not None:
-            edits.setdefault(file_of(span), []).append((span, replaced))
-    _check_renaming(document, target, edits, new)
-    return edits
-
-
-def _renamed(old: str, target: Target, new: str) -> str | None:
-    """The new spelling: prefixes of imports, colons of keyword parameters and annotations stay."""
-    if target.word:
-        return new
-    body, sign, annotation = old.partition("::")
-    if body.startswith(":"):
-        return f":{new}{sign}{annotation}" if body[1:] == target.name else None
-    if body.endswith(target.name):
-        return f"{body[: len(body) - len(target.name)]}{new}{sign}{annotation}"
-    return None
-
-
-def _check_renaming(document: Document, target: Target, edits: dict[Path, list[tuple[Span, str]]], new: str) -> None:
-    """Refuse a renaming after which the names of the document would mean something else."""
-    mine = sorted(edits.get(document.path, ()), key=lambda edit: edit[0].start)
-    text, moved, shift = document.source.text, [], 0
-    for span, replaced in mine:
-        text = text[: span.start + shift] + replaced + text[span.end + shift :]
-        moved.append(span.start + shift)
-        shift += len(replaced) - (span.end - span.start)
-    after = Editing(document.editing.session, {}).check(Source(document.source.name, text))
-    before = document.analyse()
-    if sum(d.is_error for d in after.diagnostics) > sum(d.is_error for d in before.diagnostics):
-        problem = next(d for d in after.diagnostics if d.is_error)
-        if problem.name not in ("file", "unbound") or len(edits) == 1:
-            raise RenameRefusedError(f"`{new}` cannot stand there: {problem.message}")
-    if after.version is None or not moved or target.word:
-        return
-    names = Names(after.version)
-    use = names.use_at(moved[0] + 1)
-    places = sorted(other.span.start for other in names.uses_of_binding(use.binding)) if use is not None else []
-    if places != moved and places != sorted(set(moved)):
-        raise RenameRefusedError(f"`{new}` has a meaning there already")
+def session_for(path: Path, documents: Documents) -> Session:
+    """A session whose programs may import from the workspace."""
+    inside = documents.root is not None and path.is_relative_to(documents.root)
+    return Session(Options(project=documents.root if inside else None))

@@ -15,7 +15,7 @@ from pygls.lsp.server import LanguageServer
 from scenelang.formatting import indents_of
 from scenelang.grammar.formatter import UnreadableError, edit_between, format_range, format_text
 from scenelang.grammar.source import Span
-from scenelang.lsp import actions, completion, references, signatures, symbols
+from scenelang.lsp import actions, completion, references, renaming, signatures, symbols
 from scenelang.lsp.describe import of_binding, of_word
 from scenelang.lsp.diagnostics import shown
 from scenelang.lsp.documents import Document, Documents
@@ -32,11 +32,23 @@ class Server(LanguageServer):
         super().__init__("scenelang", version)
         self.documents = Documents()
         self.asked: Document | None = None  # the text of the last completion, for the documentation of its items
+        self._uris: dict[Path, str] = {}  # open texts by the name that the editor gave them
         self._waiting: dict[str, asyncio.TimerHandle] = {}
 
-    def document(self, uri: str) -> Document:
-        """An open text as it is now."""
-        return self.documents.change(path_of(uri), self.workspace.get_text_document(uri).source)
+    def opened(self, uri: str) -> None:
+        self._uris[path_of(uri)] = uri
+        self.changed(uri)
+
+    def document(self, uri: str) -> Document | None:
+        """An open text as it is now; None for one that is not open."""
+        path = path_of(uri)
+        if path not in self._uris:
+            return None
+        return self.documents.change(path, self.workspace.get_text_document(uri).source)
+
+    def uri(self, path: Path) -> str:
+        """The editor's own name for a file that is open there."""
+        return self._uris.get(path) or uri_of(path)
 
     def changed(self, uri: str) -> None:
         """Analyse a text soon, unless it changes again before."""
@@ -55,22 +67,38 @@ class Server(LanguageServer):
             imported = version.program.sources[1:] if version is not None else ()
             if document.path.resolve() != path and any(file_of(Span(s, 0, 0)).resolve() == path for s in imported):
                 document.forget()
-                self.publish(uri_of(document.path))
+                self.publish(self.uri(document.path))
 
     def publish(self, uri: str) -> None:
-        if uri not in self.workspace.text_documents:
-            return
         document = self.document(uri)
-        found = [shown(diagnostic, document.source) for diagnostic in document.analyse().diagnostics]
-        version = self.workspace.get_text_document(uri).version
-        self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, found, version))
+        if document is not None:
+            found = [shown(diagnostic, document.source) for diagnostic in document.analyse().diagnostics]
+            version = self.workspace.get_text_document(uri).version
+            self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, found, version))
 
     def closed(self, uri: str) -> None:
         waiting = self._waiting.pop(uri, None)
         if waiting is not None:
             waiting.cancel()
+        self._uris.pop(path_of(uri), None)
         self.documents.close(path_of(uri))
         self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, []))
+
+    def answers(self, feature: str, options: Any = None) -> Callable[[Handler], Handler]:
+        """Register a handler of requests about one text; of a text that is not open there is nothing to say."""
+
+        def register(handler: Handler) -> Handler:
+            @self.feature(feature, options)
+            def answer(params: Any) -> Any:
+                document = self.document(params.text_document.uri)
+                return None if document is None else handler(document, params)
+
+            return handler
+
+        return register
+
+
+Handler = Callable[[Document, Any], Any]
 
 
 def build_server(version: str) -> Server:
@@ -93,7 +121,7 @@ def _lifecycle(server: Server) -> None:
 
     @server.feature(lsp.TEXT_DOCUMENT_DID_OPEN)
     def did_open(params: lsp.DidOpenTextDocumentParams) -> None:
-        server.changed(params.text_document.uri)
+        server.opened(params.text_document.uri)
 
     @server.feature(lsp.TEXT_DOCUMENT_DID_CHANGE)
     def did_change(params: lsp.DidChangeTextDocumentParams) -> None:
@@ -109,23 +137,23 @@ def _lifecycle(server: Server) -> None:
 
 
 def _reading(server: Server) -> None:
-    @server.feature(lsp.TEXT_DOCUMENT_HOVER)
-    def hover(params: lsp.HoverParams) -> lsp.Hover | None:
-        document = server.document(params.text_document.uri)
+    @server.answers(lsp.TEXT_DOCUMENT_HOVER)
+    def hover(document: Document, params: lsp.HoverParams) -> lsp.Hover | None:
         cursor, names = _cursor(document, params.position), document.names
         if names is None:
             return None
         word, use = names.word_at(cursor), names.use_at(cursor)
         if word is not None:
             return _hover(of_word(names, word.text), word.span)
-        return _hover(of_binding(names, use.binding, use.span.text), use.span) if use is not None else None
+        if use is not None:
+            return _hover(of_binding(names, use.binding, use.span.text), use.span)
+        return None
 
-    @server.feature(
+    @server.answers(
         lsp.TEXT_DOCUMENT_COMPLETION,
         lsp.CompletionOptions(trigger_characters=["(", '"', ":", "<"], resolve_provider=True),
     )
-    def complete(params: lsp.CompletionParams) -> lsp.CompletionList:
-        document = server.document(params.text_document.uri)
+    def complete(document: Document, params: lsp.CompletionParams) -> lsp.CompletionList:
         server.asked = document
         return completion.complete(document, _cursor(document, params.position))
 
@@ -133,28 +161,24 @@ def _reading(server: Server) -> None:
     def resolve(item: lsp.CompletionItem) -> lsp.CompletionItem:
         return completion.resolve(server.asked, item)
 
-    @server.feature(
+    @server.answers(
         lsp.TEXT_DOCUMENT_SIGNATURE_HELP,
         lsp.SignatureHelpOptions(trigger_characters=["(", " "], retrigger_characters=[":", " "]),
     )
-    def signature_help(params: lsp.SignatureHelpParams) -> lsp.SignatureHelp | None:
-        document = server.document(params.text_document.uri)
+    def signature_help(document: Document, params: lsp.SignatureHelpParams) -> lsp.SignatureHelp | None:
         return signatures.signature_help(document, _cursor(document, params.position))
 
-    @server.feature(lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL)
-    def document_symbol(params: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
-        names = server.document(params.text_document.uri).names
-        return symbols.outline(names) if names is not None else []
+    @server.answers(lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL)
+    def document_symbol(document: Document, params: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
+        return symbols.outline(document.names) if document.names is not None else []
 
-    @server.feature(lsp.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL, symbols.LEGEND)
-    def tokens(params: lsp.SemanticTokensParams) -> lsp.SemanticTokens:
-        names = server.document(params.text_document.uri).names
-        return lsp.SemanticTokens(symbols.semantic_tokens(names) if names is not None else [])
+    @server.answers(lsp.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL, symbols.LEGEND)
+    def tokens(document: Document, params: lsp.SemanticTokensParams) -> lsp.SemanticTokens:
+        return lsp.SemanticTokens(symbols.semantic_tokens(document.names) if document.names is not None else [])
 
-    @server.feature(lsp.TEXT_DOCUMENT_SEMANTIC_TOKENS_RANGE, symbols.LEGEND)
-    def range_tokens(params: lsp.SemanticTokensRangeParams) -> lsp.SemanticTokens:
-        names = server.document(params.text_document.uri).names
-        lines = params.range.start.line, params.range.end.line
+    @server.answers(lsp.TEXT_DOCUMENT_SEMANTIC_TOKENS_RANGE, symbols.LEGEND)
+    def range_tokens(document: Document, params: lsp.SemanticTokensRangeParams) -> lsp.SemanticTokens:
+        names, lines = document.names, (params.range.start.line, params.range.end.line)
         return lsp.SemanticTokens(symbols.semantic_tokens(names, *lines) if names is not None else [])
 
 
@@ -163,80 +187,68 @@ def _hover(text: str, span: Span) -> lsp.Hover:
 
 
 def _navigation(server: Server) -> None:
-    @server.feature(lsp.TEXT_DOCUMENT_DEFINITION)
-    def definition(params: lsp.DefinitionParams) -> list[lsp.Location]:
-        document = server.document(params.text_document.uri)
+    def target_at(document: Document, params: Any) -> references.Target | None:
+        return references.target_at(document, _cursor(document, params.position))
+
+    @server.answers(lsp.TEXT_DOCUMENT_DEFINITION)
+    def definition(document: Document, params: lsp.DefinitionParams) -> list[lsp.Location]:
         return [_location(server, span) for span in references.definition(document, _cursor(document, params.position))]
 
-    @server.feature(lsp.TEXT_DOCUMENT_REFERENCES)
-    def all_references(params: lsp.ReferenceParams) -> list[lsp.Location]:
-        document = server.document(params.text_document.uri)
-        target = references.target_at(document, _cursor(document, params.position))
+    @server.answers(lsp.TEXT_DOCUMENT_REFERENCES)
+    def all_references(document: Document, params: lsp.ReferenceParams) -> list[lsp.Location]:
+        target = target_at(document, params)
         if target is None:
             return []
         found = references.references(server.documents, document, target)
-        if not params.context.include_declaration:
-            found = [span for span in found if not references.is_definition(target, span)]
-        return [_location(server, span) for span in found]
+        with_definition = params.context.include_declaration
+        return [_location(server, place.span) for place in found if with_definition or not place.defines]
 
-    @server.feature(lsp.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT)
-    def highlight(params: lsp.DocumentHighlightParams) -> list[lsp.DocumentHighlight]:
-        document = server.document(params.text_document.uri)
-        target = references.target_at(document, _cursor(document, params.position))
+    @server.answers(lsp.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT)
+    def highlight(document: Document, params: lsp.DocumentHighlightParams) -> list[lsp.DocumentHighlight]:
+        target = target_at(document, params)
         if target is None or document.names is None:
             return []
-        return [lsp.DocumentHighlight(range_of(span)) for span in references.places(document.names, target)]
+        return [lsp.DocumentHighlight(range_of(place.span)) for place in references.places(document.names, target)]
 
-    @server.feature(lsp.TEXT_DOCUMENT_PREPARE_RENAME)
-    def prepare_rename(params: lsp.PrepareRenameParams) -> lsp.Range | None:
-        document = server.document(params.text_document.uri)
-        target = references.target_at(document, _cursor(document, params.position))
-        return range_of(references.renamed_part(target)) if target is not None else None
+    @server.answers(lsp.TEXT_DOCUMENT_PREPARE_RENAME)
+    def prepare_rename(document: Document, params: lsp.PrepareRenameParams) -> lsp.Range | None:
+        target = target_at(document, params)
+        if target is None or renaming.refusal(target) is not None:
+            return None
+        return range_of(renaming.renamed_part(target))
 
-    @server.feature(lsp.TEXT_DOCUMENT_RENAME, lsp.RenameOptions(prepare_provider=True))
-    def rename(params: lsp.RenameParams) -> lsp.WorkspaceEdit:
-        document = server.document(params.text_document.uri)
+    @server.answers(lsp.TEXT_DOCUMENT_RENAME, lsp.RenameOptions(prepare_provider=True))
+    def rename(document: Document, params: lsp.RenameParams) -> lsp.WorkspaceEdit:
         try:
-            edits = references.renaming(server.documents, document, _cursor(document, params.position), params.new_name)
-        except references.RenameRefusedError as refused:
+            edits = renaming.renamed(server.documents, document, _cursor(document, params.position), params.new_name)
+        except renaming.RefusedError as refused:
             raise JsonRpcInvalidParams(str(refused)) from None
         return lsp.WorkspaceEdit(
-            {_uri(server, path): [lsp.TextEdit(range_of(span), text) for span, text in changes]
+            {server.uri(path): [lsp.TextEdit(range_of(span), text) for span, text in changes]
              for path, changes in edits.items()}
         )  # fmt: skip
 
 
-def _uri(server: Server, path: Path) -> str:
-    """The editor's own name for a file that is open there."""
-    for uri in server.workspace.text_documents:
-        if path_of(uri) == path:
-            return str(uri)
-    return uri_of(path)
-
-
 def _location(server: Server, span: Span) -> lsp.Location:
-    return lsp.Location(_uri(server, file_of(span)), range_of(span))
+    return lsp.Location(server.uri(file_of(span)), range_of(span))
 
 
 def _changing(server: Server) -> None:
-    @server.feature(lsp.TEXT_DOCUMENT_FORMATTING)
-    def formatting(params: lsp.DocumentFormattingParams) -> list[lsp.TextEdit] | None:
-        return _formatted(server.document(params.text_document.uri), format_text)
+    @server.answers(lsp.TEXT_DOCUMENT_FORMATTING)
+    def formatting(document: Document, params: lsp.DocumentFormattingParams) -> list[lsp.TextEdit] | None:
+        return _formatted(document, format_text)
 
-    @server.feature(lsp.TEXT_DOCUMENT_RANGE_FORMATTING)
-    def range_formatting(params: lsp.DocumentRangeFormattingParams) -> list[lsp.TextEdit] | None:
+    @server.answers(lsp.TEXT_DOCUMENT_RANGE_FORMATTING)
+    def range_formatting(document: Document, params: lsp.DocumentRangeFormattingParams) -> list[lsp.TextEdit] | None:
         first, last = params.range.start.line + 1, params.range.end.line + 1
-        return _formatted(
-            server.document(params.text_document.uri), lambda text, indents: format_range(text, first, last, indents)
-        )
+        return _formatted(document, lambda text, indents: format_range(text, first, last, indents))
 
-    @server.feature(
+    @server.answers(
         lsp.TEXT_DOCUMENT_CODE_ACTION,
         lsp.CodeActionOptions([lsp.CodeActionKind.QuickFix, lsp.CodeActionKind.SourceFixAll]),
     )
-    def code_action(params: lsp.CodeActionParams) -> list[lsp.CodeAction]:
-        uri = params.text_document.uri
-        return actions.code_actions(server.document(uri), uri, params)
+    def code_action(document: Document, params: lsp.CodeActionParams) -> list[lsp.CodeAction]:
+        return actions.code_actions(document, params.text_document.uri, params)
 
 
 def _formatted(document: Document, format_: Callable[[str, Any], str]) -> list[lsp.TextEdit] | None:

@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scenelang.editing import Editing
+from scenelang.grammar.chunks import split, split_again
 from scenelang.grammar.diagnostics import to_json
 from scenelang.grammar.source import Source
 from scenelang.session import Session
@@ -135,3 +136,15 @@ def test_several_mistakes_of_broken_text_are_found() -> None:
         for d in session.check(Source("a", text)).diagnostics
     ]
     assert found == [("E102", 1), ("E101", 2), ("E103", 4)]
+
+
+@settings(max_examples=150, deadline=None)
+@given(seed=st.integers(0, 1 << 30))
+def test_pieces_after_an_edit_are_those_of_the_text(seed: int) -> None:
+    chance = random.Random(seed)
+    before, chunks = PROGRAM, split(PROGRAM)
+    for _ in range(12):
+        text = edited(before, chance)
+        chunks = split_again(text, before, chunks)
+        assert chunks == split(text), (before, text)
+        before = text

@@ -41,6 +41,13 @@ FLOOR = '(transform (call "cube" :scale [20 1 20]) (translate [0 -.5 0]))'
         (at(0, 0.5, 0) + at(0, 9, 0), []),  # that is meant to fly
         ("".join(at(i, 0.5, 0) for i in range(6)) + at(0, 0, 3), ["below-ground"]),
         ("".join(at(i, 0.5, 0) for i in range(6)) + at(0, 0, 3, '(call "sphere" :radius .5)'), []),  # a rock
+        ("".join(at(i, 0.5, 0) for i in range(7)) + at(3, -1, 3, '(call "sphere" :radius .2)'), ["below-ground"]),
+        ("".join(at(i, 0.5, 0) for i in range(6)) + at(0, -3, 3), ["below-ground"]),
+        (at(0, 0.5, 0) + at(3, 0.5, 0) + at(6, -0.1, 0), ["below-ground"]),
+        (at(0, 0.5, 0) + at(0, 0.5, 0, '(call "sphere" :radius .2)'), ["overlap"]),
+        (at(0, 0.5, 0) + at(0, 0.95, 0, '(call "sphere" :radius .04)'), []),  # in a joint
+        (FLOOR + at(0, 0.5, 0, '(call "cube" :scale .4)'), ["floating"]),
+        (at(0, 0.5, 0, '(call "cloud" :scale .4)') + at(0, 5, 0), []),
         (FLOOR + "".join(at(i, 0.5, 0) for i in range(6)), []),
         (at(0, 0.5, 0, '(call "cube" :color [1 0 0])') + at(0.5, 0.5, 0.2, '(call "cube" :color [0 0 1])'),
          ["coincident-faces"]),
@@ -50,6 +57,14 @@ FLOOR = '(transform (call "cube" :scale [20 1 20]) (translate [0 -.5 0]))'
 )  # fmt: skip
 def test_findings(parts: str, names: list[str]) -> None:
     assert found(parts) == names
+
+
+def test_neighbours_of_a_word_with_one_solid() -> None:
+    box = '(bind "box" (lambda () (call "cube"))) (bind "row" (lambda () (union (call "box") (transform (call "box") (translate [{} 0 0])))))'
+    near, apart = (session.check_geometry(Source("a.scene", box.format(x))) for x in (".58", ".9"))
+    assert [d.name for d in near] == ["overlap"]
+    assert "0.42 deep" in near[0].message
+    assert apart == []
 
 
 def test_the_move_that_is_proposed_mends() -> None:

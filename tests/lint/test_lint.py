@@ -127,12 +127,12 @@ def test_comments_allow_warnings_but_no_errors() -> None:
 def test_fixes_are_safe_and_complete(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "a.scene"
     path.write_bytes(
-        b"\xef\xbb\xbf(define spare 1)\r\n(bind part\r\n  (lambda ()\r\n    (define one 1)\r\n    (define two one)\r\n"
+        b"\xef\xbb\xbf; a part\r\n(bind part\r\n  (lambda ()\r\n    (define one 1)\r\n    (define two one)\r\n"
         b'    (let ([half 1/2])\r\n      (if #t (call "cube" :scale half) (call "sphere")))))\r\n'
     )
     assert main(["check", "--fix", str(path)]) == 0
     assert path.read_bytes() == (
-        b'\xef\xbb\xbf(bind "part"\r\n  (lambda ()\r\n    (let ((half (/ 1 2)))\r\n      (call "cube" :scale half))))\r\n'
+        b'\xef\xbb\xbf; a part\r\n(bind "part"\r\n  (lambda ()\r\n    (let ((half (/ 1 2)))\r\n      (call "cube" :scale half))))\r\n'
     )
     assert "fixes applied" in capsys.readouterr().err
     assert main(["check", "--fix", str(path)]) == 0
@@ -146,3 +146,29 @@ def test_what_a_fix_could_change_stays(tmp_path: Path) -> None:
     assert main(["check", "--fix", str(path)]) == 1
     assert path.read_text() == text
     assert main(["check", "--fix", "-"]) == 2
+
+
+def test_fixes_keep_definitions_that_others_may_import_and_comments(tmp_path: Path) -> None:
+    path = tmp_path / "a.scene"
+    for text in (
+        '(define oak 1)\n(bind "a" (lambda () (call "cube")))\n',
+        scene('(define w ; why\n 3)\n (call "cube")'),
+        scene('(if #t #|keep|# (call "cube") ; why\n (call "sphere"))'),
+    ):
+        path.write_text(text)
+        assert main(["check", "--fix", str(path)]) == 0
+        assert path.read_text() == text
+
+
+def test_a_file_that_another_imports_is_no_scene(tmp_path: Path) -> None:
+    part = tmp_path / "parts" / "part.scene"
+    part.parent.mkdir()
+    part.write_text('(define oak 1) (bind "a" (lambda () (call "cube")))')
+    assert [d.name for d in session.check(session.source(str(part))).diagnostics] == ["unused"]
+    (tmp_path / "whole.scene").write_text('(import "parts/part.scene") (bind "b" (lambda () (call "a" :n oak)))')
+    assert session.check(session.source(str(part))).diagnostics == ()
+
+
+def test_forms_are_looked_at_although_others_are_wrong() -> None:
+    program = scene('(define x 1) (call "cube")') + "\n(nowhere)"
+    assert [name for name, _ in warned(program)] == ["unused", "unbound"]

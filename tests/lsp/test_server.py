@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,8 @@ from lsp_editor import Editor, applied
 from lsprotocol import types as lsp
 from pygls.exceptions import JsonRpcException
 from pytest_lsp import LanguageClient
+
+from scenelang.cli.main import main
 
 CHAIR = """\
 ; How high a seat is.
@@ -332,3 +335,113 @@ async def test_a_long_file_stays_fast(client: LanguageClient) -> None:
     assert best["completion"] < 0.05, best
     assert best["hover"] < 0.05, best
     assert best["diagnostics"] < 0.25, best
+
+
+@pytest.mark.asyncio
+@pytest.mark.parametrize("name", ["my dir/a b.scene", "café.scene", "a+b.scene"])
+async def test_names_of_files_may_hold_anything(client: LanguageClient, name: str) -> None:
+    editor = Editor(client, name, "(define y zz)")
+    assert [d.code for d in await editor.diagnostics()] == ["E301"]
+    found = await client.text_document_references_async(
+        lsp.ReferenceParams(
+            context=lsp.ReferenceContext(True), text_document=editor.document, position=editor.at("y", 0)
+        )
+    )
+    assert [place.uri for place in found] == [editor.uri]
+
+
+LIBRARY = """\
+(define oak 1)
+(define-syntax place (syntax-rules () ((_ x) (transform x (translate [0 1 0])))))
+(define-record pt x y)
+(define (leg height) (pt-x (pt height oak)))
+(bind "pole" (lambda () (place (call "cylinder" :p1 [0 (leg 1) 0]))))
+"""
+USER = """\
+(import "{}" :prefix f/)
+(define elm 2)
+(bind "tent" (lambda () (union (f/place (call "pole")) (call "cube" :scale (+ (f/leg 2) f/oak elm)))))
+(bind "camp" (lambda () (call "tent")))
+"""
+
+
+async def renamed(editor: Editor, needle: str, new: str, inside: int = 1) -> dict[str, str]:
+    """The files of the workspace after a renaming, by name."""
+    parameters = lsp.RenameParams(editor.document, editor.at(needle, inside), new)
+    edit = await editor.client.text_document_rename_async(parameters)
+    assert edit.changes is not None
+    folder = editor.path.parent
+    return {
+        Path(uri).name: applied((folder / Path(uri).name).read_text(), edits) for uri, edits in edit.changes.items()
+    }
+
+
+def workspace(client: LanguageClient, name: str) -> tuple[Editor, Editor]:
+    library, user = Path(client.root, f"{name}-lib.scene"), Path(client.root, f"{name}.scene")
+    library.write_text(LIBRARY)
+    user.write_text(USER.format(library.name))
+    return Editor(client, library.name, LIBRARY), Editor(client, user.name, user.read_text())
+
+
+@pytest.mark.asyncio
+async def test_imported_names_are_renamed_from_either_side(client: LanguageClient) -> None:
+    library, user = workspace(client, "sides")
+    await user.diagnostics()
+    after = await renamed(user, "f/leg", "foot", 3)
+    assert after["sides.scene"] == user.text.replace("f/leg", "f/foot")
+    assert after["sides-lib.scene"] == LIBRARY.replace("(leg", "(foot")
+    for editor, needle, inside in ((library, "place (syntax", 1), (user, "f/place", 3)):
+        after = await renamed(editor, needle, "put", inside)
+        assert after["sides.scene"] == user.text.replace("f/place", "f/put")
+        assert after["sides-lib.scene"] == LIBRARY.replace("place", "put")
+
+
+@pytest.mark.asyncio
+async def test_renamings_that_would_change_a_meaning_are_refused(client: LanguageClient) -> None:
+    library, user = workspace(client, "refused")
+    other = Path(client.root, "capture.scene")
+    other.write_text('(import "refused-lib.scene")(define (f pine) (list pine oak))(define elm 2)(list (f 1) elm oak)')
+    await user.diagnostics()
+    for editor, needle, new, inside in [
+        (library, "oak 1", "pine", 1),  # a parameter of another file would capture it
+        (library, "oak 1", "elm", 1),
+        (library, "oak 1", "leg", 1),
+        (library, "pt x y", "point", 1),
+        (user, "(+ (f", "plus", 1),
+        (user, "union", "join", 1),
+        (user, '"tent"', "camp", 2),
+        (user, '"tent"', "cube", 2),
+    ]:
+        with pytest.raises(JsonRpcException):
+            await renamed(editor, needle, new, inside)
+
+
+@pytest.mark.asyncio
+async def test_the_papers_forms_and_closed_texts_are_no_trouble(client: LanguageClient) -> None:
+    editor = Editor(client, "paper.scene", '(bind "a" (lambda () (union (call "cube") (call "cone"))))')
+    await editor.diagnostics()
+    for needle in ("union", "call"):
+        place = lsp.TextDocumentPositionParams(editor.document, editor.at(needle, 1))
+        marks = await client.text_document_document_highlight_async(
+            lsp.DocumentHighlightParams(place.text_document, place.position)
+        )
+        assert len(marks) == editor.text.count(needle)
+        assert (
+            await client.text_document_prepare_rename_async(
+                lsp.PrepareRenameParams(place.text_document, place.position)
+            )
+            is None
+        )
+    unknown = lsp.TextDocumentIdentifier("untitled:Untitled-1")
+    assert await client.text_document_hover_async(lsp.HoverParams(unknown, lsp.Position(0, 0))) is None
+    assert await client.text_document_document_symbol_async(lsp.DocumentSymbolParams(unknown)) is None
+
+
+def test_without_its_package_one_line_says_so(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "pygls", None)
+    assert main(["lsp"]) == 1
+    said = capsys.readouterr().err
+    assert "pip install 'scenelang[lsp]'" in said
+    assert "Traceback" not in said
