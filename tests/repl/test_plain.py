@@ -13,10 +13,6 @@ import pytest
 from PIL import Image
 
 from scenelang.cli.main import main as cli
-from scenelang.repl.evaluation import Evaluation
-from scenelang.repl.loop import Repl
-from scenelang.repl.screen import Screen
-from scenelang.session import Options, Session
 
 FILE = """; A leg of the table.
 (bind "leg" (lambda ((:height 2)) (call "cube" :scale [1 height 1])))
@@ -192,38 +188,6 @@ def test_save_writes_to_files_only(tmp_path: Path) -> None:
     result = drive("(define k 1)\n,save -\n,save! -\n,save ./-\n", cwd=tmp_path)
     assert result.stderr.count("`,save` writes to a file") == 2
     assert [path.name for path in tmp_path.iterdir()] == ["-"]
-
-
-INTERRUPTED = [
-    (',render (call "cube") -o {}/a.png', "PIL.Image.Image.save"),
-    (",export {}/a.glb", "scenelang.backends.files._move_all"),
-]
-
-
-@pytest.mark.parametrize(("command", "interrupted"), INTERRUPTED)
-def test_ctrl_c_ends_a_command_and_leaves_no_file(
-    command: str, interrupted: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The signal comes when the file is being written or is to be moved to its place."""
-    reached: list[str] = []
-
-    def interrupt(*_: object, **__: object) -> None:
-        reached.append(interrupted)
-        raise KeyboardInterrupt
-
-    said: list[str] = []
-    complained: list[str] = []
-    repl = Repl(Evaluation(Session(Options())), Screen(said.append, complained.append))
-    repl.feed('(bind "a" (lambda () (call "cube")))')
-    with monkeypatch.context() as patched:
-        patched.setattr(interrupted, interrupt)
-        outcome = repl.feed(command.format(tmp_path))
-    assert reached
-    assert [d.name for d in outcome.diagnostics] == ["interrupted"]
-    assert f"`{command.split()[0]}` was interrupted" in complained[0]
-    assert list(tmp_path.iterdir()) == []
-    repl.feed("(+ 40 2)")
-    assert said == ["42"]
 
 
 def test_render_and_export(program: Path, tmp_path: Path) -> None:
