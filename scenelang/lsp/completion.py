@@ -8,7 +8,7 @@ from typing import Any
 
 from lsprotocol import types as lsp
 
-from scenelang.backends.appearance import READ
+from scenelang.attributes import attribute_doc, attributes_of
 from scenelang.grammar import ast
 from scenelang.grammar.source import Span
 from scenelang.interpreter.forms import FORMS
@@ -204,8 +204,7 @@ def _attributes(document: Document, word: str) -> Iterator[tuple[str, str]]:
                 default = parameter.default
                 yield parameter.name, f"default {default.span.text}" if default is not None else "required"
         return
-    yield from ((name, f"geometry of {quoted(word)}") for name in GEOMETRY.get(word, ()))
-    yield from ((name, "material") for name in ("color", *READ))
+    yield from ((name, attribute_doc(word, name) or "") for name in attributes_of(word))
 
 
 def _types(document: Document) -> Iterator[lsp.CompletionItem]:

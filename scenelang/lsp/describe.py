@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
+from scenelang.attributes import attribute_doc, attributes_of
 from scenelang.grammar import ast
 from scenelang.grammar.source import Source, Span
 from scenelang.interpreter.library import Builtin
 from scenelang.interpreter.params import Param
 from scenelang.interpreter.scope import ConstantBinding, Macro, PaperForm, Special, Variable
-from scenelang.interpreter.shapes import GEOMETRY
+from scenelang.interpreter.shapes import PRIMITIVES
 from scenelang.lsp.names import Names
 from scenelang.stdlib.reference import Record, lookup
 
@@ -62,13 +63,27 @@ def of_word(names: Names, word: str) -> str:
     """The Markdown of a word: how it is called, what the program says above its function, where it is used."""
     form = names.definitions.get(word)
     if form is None:
-        if word in GEOMETRY:
-            attributes = " ".join(f":{name}" for name in GEOMETRY[word])
-            return f"{code(f'(call {quoted(word)} ... {attributes})')}\n\na primitive with geometry"
+        if word in PRIMITIVES:
+            shape = f"(call {quoted(word)} {' '.join(f':{name}' for name in attributes_of(word))})"
+            rows = [f"- `:{name}`: {attribute_doc(word, name)}" for name in attributes_of(word)]
+            return "\n\n".join([code(shape), PRIMITIVES[word], "\n".join(rows)])
         return f"{code(f'(call {quoted(word)} ...)')}\n\na word that nothing binds: a primitive of its own"
     uses = sum(1 for use in names.uses_of_word(word) if not use.defines)
     times = "once" if uses == 1 else f"{uses} times"
     return "\n\n".join([code(call_shape(word, form.function)), *_comment(names, form.span), f"used {times} here"])
+
+
+def of_attribute(names: Names, word: str, name: str) -> str | None:
+    """The Markdown of an attribute in a call of a word."""
+    form = names.definitions.get(word)
+    if form is None:
+        doc = attribute_doc(word, name)
+        return f"{code(f':{name}')}\n\n{doc}" if doc is not None else None
+    function = form.function
+    for parameter in function.parameters if type(function) is ast.Lambda else ():
+        if parameter.kind == "keyword" and parameter.name == name:
+            return f"{code(_parameter_text(parameter))}\n\na parameter of {quoted(word)}"
+    return None
 
 
 def quoted(word: str) -> str:

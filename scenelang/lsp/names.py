@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from scenelang.grammar import ast
-from scenelang.grammar.datum import Atom, Datum, Symbol
+from scenelang.grammar.datum import Atom, Datum, Keyword, ListDatum, Symbol, walk
 from scenelang.grammar.source import Span
 from scenelang.interpreter.analyse import pattern_variables
 from scenelang.interpreter.expand import Use
@@ -82,6 +82,22 @@ class Names:
             if word.span.start + start <= offset <= word.span.end + start:
                 if word.sure or word.text in self.version.program.all_words:
                     return replace(word, span=self.version.place(word.span))
+        return None
+
+    def attribute_at(self, offset: int) -> tuple[Span, str, str] | None:
+        """The attribute of a call at an offset: where it stands, the word that is called, its name."""
+        found = self.piece_at(offset)
+        start, piece = found if found is not None else (0, None)
+        for datum in walk(*piece.form.datums) if piece is not None else ():
+            items = datum.items if isinstance(datum, ListDatum) else ()
+            if len(items) < 3 or not isinstance(items[1], Atom) or type(items[1].value) is not str:
+                continue
+            if not isinstance(items[0], Atom) or items[0].value not in ("call", "primitive"):
+                continue
+            for item in items[2:]:
+                if isinstance(item, Atom) and isinstance(item.value, Keyword):
+                    if item.span.start + start <= offset <= item.span.end + start:
+                        return self.version.place(item.span), items[1].value, str(item.value)
         return None
 
     def uses_of_binding(self, binding: Any) -> Iterator[Use]:

@@ -16,7 +16,7 @@ from scenelang.formatting import indents_of
 from scenelang.grammar.formatter import UnreadableError, edit_between, format_range, format_text
 from scenelang.grammar.source import Span
 from scenelang.lsp import actions, completion, references, renaming, signatures, symbols
-from scenelang.lsp.describe import of_binding, of_word
+from scenelang.lsp.describe import of_attribute, of_binding, of_word
 from scenelang.lsp.diagnostics import shown
 from scenelang.lsp.documents import Document, Documents
 from scenelang.lsp.names import file_of
@@ -147,7 +147,9 @@ def _reading(server: Server) -> None:
             return _hover(of_word(names, word.text), word.span)
         if use is not None:
             return _hover(of_binding(names, use.binding, use.span.text), use.span)
-        return None
+        attribute = names.attribute_at(cursor)
+        text = of_attribute(names, *attribute[1:]) if attribute is not None else None
+        return _hover(text, attribute[0]) if text is not None and attribute is not None else None
 
     @server.answers(
         lsp.TEXT_DOCUMENT_COMPLETION,
