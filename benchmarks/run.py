@@ -23,13 +23,13 @@ from programs import CHESSBOARD, FIB, LOOP, PLACED, SPONGE, TAK, reader_text
 
 from scenelang.backends.picture import PictureOptions, render
 from scenelang.editing import Editing
-from scenelang.formatting import FORM_INDENTS
 from scenelang.grammar.formatter import format_text
 from scenelang.grammar.reader import read
 from scenelang.grammar.source import Source
 from scenelang.interpreter.entity import Scene
 from scenelang.interpreter.evaluate import Run
 from scenelang.interpreter.flatten import flatten_entity
+from scenelang.interpreter.forms import INDENTS
 from scenelang.interpreter.runtime import Runtime
 from scenelang.interpreter.transpile.translate import translate
 from scenelang.session import Session, run_with_room
@@ -169,7 +169,7 @@ def bench_editing(session: Session) -> None:
     ours = best(lambda: editing.check(changed()))
     row("check after an edit, 3,000 lines", ours, best(lambda: session.check(changed()), 2), "from scratch", "< 0.1")
     text = changed().text
-    shaping = best(lambda: format_text(text, FORM_INDENTS), 2)
+    shaping = best(lambda: format_text(text, INDENTS), 2)
     row("format 3,000 lines", shaping, best(lambda: session.check(changed()), 2), "check", "< 2")
 
 

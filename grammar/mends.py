@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from scenelang.grammar.codes import CODES
+
 _READING = {
     "unclosed": 'Close what the message points at: add the missing `)`, `]`, `"` or `|#` where the form is to end.',
     "extra-close": "Remove the closer, close with the one that fits the opener, or find the opener that is missing.",
@@ -133,3 +135,15 @@ _WARNINGS = {
 MENDS: Mapping[str, str] = {
     **_READING, **_FORMS, **_NAMES, **_RUNNING, **_LIMITS, **_SCENES, **_FILES, **_PYTHON, **_WARNINGS
 }  # fmt: skip
+
+
+def diagnostic_named(asked: str) -> str | None:
+    """The name of the diagnostic that a code or name means; None where there is none."""
+    by_code = {entry.code: name for name, entry in CODES.items()}
+    name = by_code.get(asked.upper(), asked.lower())
+    return name if name in CODES else None
+
+
+def explanation(name: str) -> tuple[str, str, str]:
+    """A diagnostic for people: code and name, why it arises, how it is mended."""
+    return f"{CODES[name].code} {name}", f"  {CODES[name].why}", f"  {MENDS[name]}"

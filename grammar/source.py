@@ -41,6 +41,16 @@ class Source:
         return self.text[starts[number - 1] : end].rstrip("\r\n")
 
 
+def comment_above(source: Source, offset: int) -> list[str]:
+    """The lines of comment that end directly above the line of ``offset``, as they are written."""
+    number = source.position(offset)[0] - 1
+    found: list[str] = []
+    while number >= 1 and (line := source.line(number).strip()).startswith(";"):
+        found.insert(0, line)
+        number -= 1
+    return found
+
+
 class Expansion(NamedTuple):
     """A macro use that made a piece of program: the macro, its definition, and the expansion around it."""
 

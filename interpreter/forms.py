@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 
@@ -94,6 +95,8 @@ _FORMS = [
 ]
 
 FORMS: dict[str, Form] = {form.name: form for form in _FORMS}
+
+INDENTS: Mapping[str, int | None] = {form.name: form.indent for form in _FORMS}  # as layout and formatter take them
 
 # Scheme's features that are left out on purpose, with what to do instead.
 ABSENT: dict[str, str] = {

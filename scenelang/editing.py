@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from scenelang.grammar.diagnostics import Diagnostic
 from scenelang.grammar.source import Source, Span
 from scenelang.interpreter.evaluate import macro_runner
 from scenelang.interpreter.incremental import Version, Versions
-from scenelang.interpreter.limits import Limits
 from scenelang.interpreter.prelude import prelude_of
-from scenelang.session import Session, run_with_room, settled
+from scenelang.session import EXPANSION_DEPTH, MACRO_LIMITS, Session, run_with_room, settled
 
-_MACRO_LIMITS = Limits(steps=2_000_000, seconds=2.0, depth=20_000)
-_DEPTH = 60_000
+_MACRO_LIMITS = replace(MACRO_LIMITS, seconds=2.0)  # somebody waits
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,7 +35,7 @@ class Editing:
     def check(self, source: Source) -> Analysis:
         """Analyse the next version; never raises for a mistake in the program."""
         try:
-            return run_with_room(lambda: self._check(source), _DEPTH)
+            return run_with_room(lambda: self._check(source), EXPANSION_DEPTH)
         except RecursionError:
             self._versions = Versions(prelude_of(self.session.library))
             problem = Diagnostic("nesting", "the program is nested too deeply", Span(source, 0, 1))

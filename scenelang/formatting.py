@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from scenelang.grammar.datum import Atom, Datum, Keyword, ListDatum
@@ -10,9 +10,8 @@ from scenelang.grammar.layout_rules import head_of
 from scenelang.grammar.macro_indents import learnt_indents
 from scenelang.grammar.reader import read
 from scenelang.grammar.source import Source
-from scenelang.interpreter.forms import FORMS
+from scenelang.interpreter.forms import INDENTS
 
-FORM_INDENTS: Mapping[str, int | None] = {name: form.indent for name, form in FORMS.items()}
 _MOST_FILES = 200
 _LARGEST_FILE = 4_000_000  # bytes
 
@@ -20,7 +19,7 @@ _LARGEST_FILE = 4_000_000  # bytes
 def indents_of(text: str, folder: Path | None) -> dict[str, int | None]:
     """How forms and the macros of imported files are indented, for ``format_text``. ``folder``: where the text's
     imports are looked for. What cannot be found or read is left out."""
-    known = dict(FORM_INDENTS)
+    known = dict(INDENTS)
     if folder is not None and "import" in text:
         _learn(known, Source("<text>", text.removeprefix("\ufeff")), folder, set())
     return known
@@ -37,10 +36,10 @@ def _learn(known: dict[str, int | None], source: Source, folder: Path, seen: set
         if text is None:
             continue
         imported = Source(name, text)
-        inner = dict(FORM_INDENTS)
+        inner = dict(INDENTS)
         _learn(inner, imported, path.parent, seen)
         for macro, indent in learnt_indents(read(imported).forms, inner).items():
-            if macro not in FORM_INDENTS:
+            if macro not in INDENTS:
                 known[prefix + macro] = indent
 
 

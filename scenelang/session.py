@@ -41,12 +41,12 @@ if TYPE_CHECKING:
     from scenelang.interpreter.transpile.translate import Translation
 
 T = TypeVar("T")
-_IMPORT = re.compile(r'\(import\s+"([^"\n]*)"')
+IMPORT_FORM = re.compile(r'\(import\s+"([^"\n]*)"')
 _REGISTERS = re.compile(r"^[ \t]*@register", re.M)
 _STACK = 512 * 1024 * 1024
 _LARGEST_FILE = 16_000_000
-_MACRO_LIMITS = Limits(steps=2_000_000, seconds=10.0, depth=20_000)
-_EXPANSION_DEPTH = 60_000
+MACRO_LIMITS = Limits(steps=2_000_000, seconds=10.0, depth=20_000)
+EXPANSION_DEPTH = 60_000
 _KEPT_FRAMES = 400
 _FIX_ROUNDS = 20
 _MOST_IMPORTERS = 300
@@ -187,7 +187,7 @@ class Session:
         if is_scene_file(source):
             return Checked(None, self._read_scene(source).diagnostics)
         try:
-            return run_with_room(lambda: self._check(source, self._translation(source)), _EXPANSION_DEPTH)
+            return run_with_room(lambda: self._check(source, self._translation(source)), EXPANSION_DEPTH)
         except RecursionError:
             return Checked(None, (Diagnostic("nesting", "the program is nested too deeply", Span(source, 0, 1)),))
 
@@ -211,7 +211,7 @@ class Session:
             return translation.checked(checked.diagnostics)
 
         try:
-            return run_with_room(work, _EXPANSION_DEPTH)
+            return run_with_room(work, EXPANSION_DEPTH)
         except RecursionError:
             problem = Diagnostic("nesting", "the Python is nested too deeply", Span(source, 0, 1))
             return Translation((), "", (problem,))
@@ -235,7 +235,7 @@ class Session:
             return Checked(None, found)
         datums = translation.forms if translation is not None else None
         program = load_program(
-            source, self.library, self.importer(source), macro_runner(self.library, _MACRO_LIMITS), overrides, datums
+            source, self.library, self.importer(source), macro_runner(self.library, MACRO_LIMITS), overrides, datums
         )
         diagnostics = [*found, *program.diagnostics]
         if self.options.strict and program.ok:
@@ -329,7 +329,7 @@ class Session:
         overrides = {name: _value_datum(name, text) for name, text in options.defines.items()}
         assets = AssetFiles(self._folder(main), self._project(main), options.allow_outside)
         runtime = JournaledRuntime(library, options.limits, options.seed, options.z_entries, asset=assets.measure)
-        new_macros = lambda: macro_runner(library, _MACRO_LIMITS, started)
+        new_macros = lambda: macro_runner(library, MACRO_LIMITS, started)
         return TopLevel(library, runtime, main, self.importer(main), new_macros, overrides)
 
     def problem_of(self, error: BaseException) -> Diagnostic | None:
@@ -470,7 +470,7 @@ def _imports(path: Path, names: set[str]) -> bool:
         text = path.read_text("utf-8") if path.stat().st_size <= _LARGEST_IMPORTER else ""
     except (OSError, ValueError):
         return False
-    return any(match[1].removeprefix("./") in names for match in _IMPORT.finditer(text))
+    return any(match[1].removeprefix("./") in names for match in IMPORT_FORM.finditer(text))
 
 
 def _read_source(path: str, shown: str) -> Source:

@@ -7,6 +7,7 @@ under ``docs/reference`` (``make docs``) read these records.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
@@ -14,7 +15,7 @@ from functools import cache
 
 from scenelang.grammar.printer import print_datum
 from scenelang.grammar.reader import read
-from scenelang.grammar.source import Source
+from scenelang.grammar.source import Source, comment_above
 from scenelang.interpreter.form_examples import FORM_EXAMPLES
 from scenelang.interpreter.forms import FORMS
 from scenelang.interpreter.library import STD, Builtin
@@ -23,6 +24,9 @@ from scenelang.stdlib.constants import CONSTANTS
 from scenelang.stdlib.library import build_library
 
 COMBINATORS = "combinators.scene"
+
+
+_KEYWORD = re.compile(r"(?<![^\s(\[]):([^\s()\[\]:]+)")
 
 
 class Kind(Enum):
@@ -54,6 +58,11 @@ class Record:
     topic: str
     module: str | None = None
     picture: str | None = None
+
+    @property
+    def keywords(self) -> tuple[str, ...]:
+        """The names of its keyword parameters."""
+        return tuple(dict.fromkeys(_KEYWORD.findall(self.signature)))
 
 
 # The topics in the order of the reference: title and what a reader should know first.
@@ -225,7 +234,7 @@ def combinators() -> tuple[Record, ...]:
     source = Source(COMBINATORS, text)
     found = []
     for datum in read(source).forms:
-        comment = _comment_above(text, datum.span.start)
+        comment = _documentation(comment_above(source, datum.span.start))
         if comment:
             head = datum.items[1]  # type: ignore[union-attr]
             found.append(_combinator(str(head.items[0].value), print_datum(head), comment))
@@ -247,10 +256,9 @@ def _combinator(name: str, head: str, comment: list[str]) -> Record:
     )
 
 
-def _comment_above(text: str, start: int) -> list[str]:
-    """The lines ``;;; ...`` that end directly before offset ``start``, without their semicolons."""
-    lines = text[:start].splitlines()
-    comment: list[str] = []
-    while lines and lines[-1].startswith(";;; "):
-        comment.insert(0, lines.pop()[4:].strip())
-    return comment
+def _documentation(lines: list[str]) -> list[str]:
+    """The lines ``;;; ...`` that a comment ends with, without their semicolons."""
+    found: list[str] = []
+    for line in lines:
+        found = [*found, line[4:].strip()] if line.startswith(";;; ") else []
+    return found

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from scenelang.grammar.source import Span
 from scenelang.interpreter.entity import Entity, Scene, descendants
+from scenelang.interpreter.library import STD
 from scenelang.interpreter.numbering import number_scene
 from scenelang.interpreter.show import show
 from scenelang.interpreter.values import Embedding
@@ -97,7 +98,7 @@ def _definition(entity: Entity, definitions: Mapping[str, Span]) -> tuple[Span, 
 
 def _places(table: _Table, spans: Sequence[Span]) -> int:
     """The number of a list of places, -1 where there is none outside the standard library."""
-    own = [span for span in spans if not span.source.name.startswith("std/")]
+    own = [span for span in spans if not span.source.name.startswith(STD)]
     if not own:
         return -1
     key = tuple((id(span.source), span.start) for span in own)

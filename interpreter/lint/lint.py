@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from scenelang.grammar.diagnostics import Diagnostic
+from scenelang.interpreter.library import STD
 from scenelang.interpreter.lint.facts import Facts
 from scenelang.interpreter.lint.names import can_go, is_written, remove
 from scenelang.interpreter.lint.words import unreachable_words, word_warnings
@@ -31,7 +32,7 @@ def lint_of_forms(program: Program) -> list[Diagnostic]:
 
 
 def _is_library(form: Any) -> bool:
-    return str(form.span.source.name).startswith("std/")
+    return str(form.span.source.name).startswith(STD)
 
 
 def _unused_globals(program: Program, own: Sequence[Facts]) -> Iterator[Diagnostic]:

@@ -22,13 +22,13 @@ def add_explain(subparsers: Any) -> None:
 
 
 def explain(arguments: argparse.Namespace) -> int:
-    from scenelang.grammar.mends import MENDS
+    from scenelang.grammar.mends import MENDS, explanation
 
     names = [name_of(asked) for asked in arguments.codes]
     if arguments.json:
         print_json([_facts(name, MENDS[name]) for name in names or _in_order()])
     elif names:
-        print("\n\n".join(f"{CODES[name].code} {name}\n  {CODES[name].why}\n  {MENDS[name]}" for name in names))
+        print("\n\n".join("\n".join(explanation(name)) for name in names))
     else:
         print("\n".join(f"{CODES[name].code} {name}: {CODES[name].why}" for name in _in_order()))
     return 0
@@ -37,12 +37,14 @@ def explain(arguments: argparse.Namespace) -> int:
 def name_of(asked: str) -> str:
     """The name of the diagnostic that a code or name means; raises UsageError for one that there is not."""
     from scenelang.grammar.diagnostics import suggest
+    from scenelang.grammar.mends import diagnostic_named
 
-    by_code = {entry.code: name for name, entry in CODES.items()}
-    name = by_code.get(asked.upper(), asked.lower())
-    if name in CODES:
+    name = diagnostic_named(asked)
+    if name is not None:
         return name
-    hint = suggest(asked, [*by_code, *CODES]) or "`scenelang explain` lists all of them"
+    hint = (
+        suggest(asked, [*(entry.code for entry in CODES.values()), *CODES]) or "`scenelang explain` lists all of them"
+    )
     raise UsageError("value", f"there is no code or name `{asked[:80]}`", hint)
 
 

@@ -132,7 +132,7 @@ def expand(arguments: argparse.Namespace) -> int:
     from scenelang.grammar.layout import layout
     from scenelang.grammar.reader import read
     from scenelang.grammar.source import Source
-    from scenelang.interpreter.forms import FORMS
+    from scenelang.interpreter.forms import INDENTS
     from scenelang.interpreter.unparse import unparse
 
     session = session_of(arguments)
@@ -156,8 +156,7 @@ def expand(arguments: argparse.Namespace) -> int:
         elif form is program.scene and isinstance(datum, ListDatum):
             datum = ListDatum((Atom(Symbol("scene"), datum.span), *datum.items[1:]), None, datum.span)
         datums.append(datum)
-    indents = {name: form.indent for name, form in FORMS.items()}
-    print(layout(datums, indents=indents, spelling=spelling), end="")
+    print(layout(datums, indents=INDENTS, spelling=spelling), end="")
     return 0
 
 

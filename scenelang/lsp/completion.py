@@ -179,7 +179,7 @@ def _keyword_names(document: Document, around: Context) -> Iterator[tuple[str, s
     elif inner is not None:
         record = lookup(inner.head)
         if record is not None:
-            yield from ((name, record.signature) for name in keywords_in(record.signature))
+            yield from ((name, record.signature) for name in record.keywords)
         for binding, form in document.definitions().items():
             if isinstance(binding, Variable) and binding.name == inner.head and type(form.value) is ast.Lambda:
                 yield from ((p.name, "") for p in form.value.parameters if p.kind == "keyword")
@@ -189,11 +189,6 @@ def _keyword_names(document: Document, around: Context) -> Iterator[tuple[str, s
 
 def _is_loop(around: Around) -> bool:
     return around.head.startswith("for")
-
-
-def keywords_in(signature_: str) -> list[str]:
-    """The keyword parameters of a signature as the registry writes it."""
-    return [part.lstrip("[:").partition("::")[0].rstrip("])") for part in signature_.split() if part.startswith("[:")]
 
 
 def _attributes(document: Document, word: str) -> Iterator[tuple[str, str]]:

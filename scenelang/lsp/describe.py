@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 from scenelang.attributes import attribute_doc, attributes_of
 from scenelang.grammar import ast
-from scenelang.grammar.source import Source, Span
-from scenelang.interpreter.library import Builtin
+from scenelang.grammar.source import Span, comment_above
+from scenelang.interpreter.library import STD, Builtin
 from scenelang.interpreter.params import Param
 from scenelang.interpreter.scope import ConstantBinding, Macro, PaperForm, Special, Variable
 from scenelang.interpreter.shapes import PRIMITIVES
@@ -35,8 +36,8 @@ def of_library(binding: Any, name: str) -> Record | None:
     if isinstance(binding, Special):
         return lookup(binding.name)
     if isinstance(binding, (PaperForm, ConstantBinding)):
-        return lookup(name.removeprefix("std/"))
-    if isinstance(binding, Variable) and binding.span is not None and binding.span.source.name.startswith("std/"):
+        return lookup(name.removeprefix(STD))
+    if isinstance(binding, Variable) and binding.span is not None and binding.span.source.name.startswith(STD):
         return lookup(binding.name)
     return None
 
@@ -133,17 +134,13 @@ def _comment(names: Names, span: Span | None) -> list[str]:
     if span is None:
         return []
     place = names.version.place(span)
-    comment = comment_above(place.source, place.start)
+    comment = _comment_text(comment_above(place.source, place.start))
     return [comment] if comment else []
 
 
-def comment_above(source: Source, offset: int) -> str:
-    """The lines of comment that end directly above the line of ``offset``, without their semicolons."""
-    line = source.position(offset)[0] - 1
+def _comment_text(lines: Iterable[str]) -> str:
+    """The text of comment lines below the last rule that divides the file."""
     found: list[str] = []
-    while line >= 1 and (text := source.line(line).strip()).startswith(";"):
-        if set(text) <= {";", "-", " ", "="}:
-            break  # a rule that divides the file
-        found.insert(0, text.lstrip("; "))
-        line -= 1
+    for line in lines:
+        found = [] if set(line) <= {";", "-", " ", "="} else [*found, line.lstrip("; ")]
     return "\n".join(found)

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from scenelang.editing import Editing
 from scenelang.grammar.source import Source, Span
+from scenelang.interpreter.library import STD
 from scenelang.interpreter.scope import PaperForm, Variable
 from scenelang.lsp.documents import Document, Documents
 from scenelang.lsp.names import Names, file_of
-from scenelang.session import Options, Session
+from scenelang.session import IMPORT_FORM, Options, Session
 
 _MOST_FILES = 300
 _LARGEST = 2_000_000
-_IMPORT = re.compile(r'\(import\s+"([^"\n]*)"')
 
 Definition = tuple[Path, int]  # the file and the offset of what defines a name: the same wherever the name is met
 
@@ -84,10 +83,10 @@ def definition(document: Document, cursor: int) -> list[Span]:
 def _import_at(document: Document, names: Names, cursor: int) -> Span | None:
     """The beginning of the file whose name stands at a cursor in an ``import``."""
     start, end = document.form_around(cursor)
-    match = _IMPORT.search(document.source.text, start, end)
+    match = IMPORT_FORM.search(document.source.text, start, end)
     if match is None or not match.start(1) <= cursor <= match.end(1) + 1:
         return None
-    wanted = match[1] if match[1].startswith("std/") else str((document.path.parent / match[1]).resolve())
+    wanted = match[1] if match[1].startswith(STD) else str((document.path.parent / match[1]).resolve())
     for source in names.version.program.sources:
         if wanted in (source.name, str(file_of(Span(source, 0, 0)).resolve())):
             return Span(source, 0, 0)

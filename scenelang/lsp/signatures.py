@@ -7,6 +7,7 @@ import re
 from lsprotocol import types as lsp
 
 from scenelang.grammar import ast
+from scenelang.interpreter.library import STD
 from scenelang.interpreter.scope import Variable
 from scenelang.interpreter.shapes import GEOMETRY
 from scenelang.lsp.context import Around, Context, context
@@ -47,7 +48,7 @@ def _signature(document: Document, around: Context, list_: Around) -> tuple[str,
     for binding, form in document.definitions().items():
         if isinstance(binding, Variable) and binding.name == head and type(form.value) is ast.Lambda:
             return signature(head, form.value), None
-    record = lookup(head.removeprefix("std/"))
+    record = lookup(head.removeprefix(STD))
     return (record.signature.split(" or (")[0], record.doc) if record is not None and "(" in record.signature else None
 
 

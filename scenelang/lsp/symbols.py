@@ -9,7 +9,7 @@ from lsprotocol import types as lsp
 
 from scenelang.grammar.datum import Atom, Datum, Handle, Keyword, ListDatum, walk
 from scenelang.interpreter.incremental import Piece
-from scenelang.interpreter.library import Builtin
+from scenelang.interpreter.library import STD, Builtin
 from scenelang.interpreter.scope import ConstantBinding, Macro, PaperForm, Special, Variable
 from scenelang.lsp.names import Names, uses_of, words_of
 from scenelang.lsp.texts import range_of
@@ -132,6 +132,6 @@ def _kind_of(binding: Any, names: Names) -> tuple[int, int]:
         return TYPES.index("variable"), _LIBRARY | _READONLY
     assert isinstance(binding, Variable)
     form = names.definitions.get(binding)
-    library = _LIBRARY if binding.span is not None and binding.span.source.name.startswith("std/") else 0
+    library = _LIBRARY if binding.span is not None and binding.span.source.name.startswith(STD) else 0
     is_function = library or (form is not None and type(form.value).__name__ == "Lambda")
     return TYPES.index("function" if is_function else "variable"), library

@@ -10,7 +10,7 @@ from scenelang.repl.commands import Command, commands, find, table, wanted
 from scenelang.repl.descriptions import description, known_names
 from scenelang.repl.display import signature_of
 from scenelang.repl.loop import Quit, Repl
-from scenelang.repl.saving import comment_above
+from scenelang.repl.saving import comment_of
 from scenelang.repl.tracing import function_of
 
 _MOST_FOUND = 40
@@ -63,7 +63,7 @@ def _source(repl: Repl, rest: str) -> None:
     top = repl.evaluation.top
     form = top.definition_of(name) or top.definition_of(f'"{name.strip(chr(34))}"')
     if form is not None:
-        repl.screen.rows([*comment_above(form), *(line for d in form.datums for line in d.span.text.split("\n"))])
+        repl.screen.rows([*comment_of(form), *(line for d in form.datums for line in d.span.text.split("\n"))])
         return
     text = _library_source(repl, name)
     if text is None:
@@ -95,13 +95,13 @@ def _library_source(repl: Repl, name: str) -> str | None:
 
 def _expand(repl: Repl, rest: str) -> None:
     from scenelang.grammar.layout import layout
-    from scenelang.interpreter.forms import FORMS
+    from scenelang.interpreter.forms import INDENTS
     from scenelang.interpreter.unparse import unparse
 
     evaluation = repl.evaluation
     source = evaluation.source(wanted(rest, "expand", "a form"))
     trees = evaluation.run(lambda: evaluation.top.expansion(source))
-    text = layout(unparse(trees), indents={name: form.indent for name, form in FORMS.items()})
+    text = layout(unparse(trees), indents=INDENTS)
     repl.screen.rows(text.rstrip("\n").split("\n"))
 
 

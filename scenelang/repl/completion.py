@@ -22,12 +22,12 @@ from scenelang.repl.tracing import function_of
 
 if TYPE_CHECKING:
     from scenelang.repl.evaluation import Evaluation
+    from scenelang.stdlib.reference import Record
 
 _SYMBOL = re.compile(r"[^\s()\[\]\"';`,]*\Z")
 _WORD_PLACE = re.compile(r"\(\s*(?:call|bind|retrieve|scene|primitive|bound\?)\s+\Z")
 _CALLED = re.compile(r'\(\s*(?:call|primitive)\s+"((?:[^"\\]|\\.)*)"')
 _HEAD = re.compile(r"\(\s*([^\s()\[\]\"';`,]+)")
-_KEYWORD = re.compile(r"(?<![^\s(\[]):([^\s()\[\]:]+)")
 _LONGEST_META = 80
 
 
@@ -108,9 +108,9 @@ class SceneCompleter(Completer):
         if own is not None:
             yield from ((f":{p.name}", _type(p)) for p in own.code.parameters if p.kind == "keyword")
             return
-        for name, doc, signature in _library():
-            if name == head[1]:
-                yield from ((f":{keyword}", doc) for keyword in dict.fromkeys(_KEYWORD.findall(signature)))
+        for record in _library():
+            if record.name == head[1]:
+                yield from ((f":{keyword}", record.doc) for keyword in record.keywords)
 
     def _names(self) -> Iterator[tuple[str, str]]:
         top = self._evaluation.top
@@ -122,16 +122,15 @@ class SceneCompleter(Completer):
             function = function_of(top, name)
             kind = "macro" if isinstance(binding, Macro) else "of this session"
             yield name, signature_of(function) if function is not None else kind
-        yield from ((name, doc) for name, doc, _ in _library() if name not in seen)
+        yield from ((record.name, record.doc) for record in _library() if record.name not in seen)
 
 
 @cache
-def _library() -> tuple[tuple[str, str, str], ...]:
-    """Name, doc and signature of all that programs see without importing it."""
+def _library() -> tuple[Record, ...]:
+    """All that programs see without importing it."""
     from scenelang.stdlib.reference import Kind, records
 
-    known = [record for record in records() if record.module is None and record.kind is not Kind.TYPE]
-    return tuple((record.name, record.doc, record.signature) for record in known)
+    return tuple(record for record in records() if record.module is None and record.kind is not Kind.TYPE)
 
 
 def _type(parameter: Any) -> str:

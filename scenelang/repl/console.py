@@ -23,10 +23,10 @@ from prompt_toolkit.lexers import PygmentsLexer
 from prompt_toolkit.patch_stdout import patch_stdout
 from prompt_toolkit.styles import Style
 
-from scenelang.formatting import FORM_INDENTS
 from scenelang.grammar.reader import Completeness, read
 from scenelang.grammar.source import Source
 from scenelang.highlight import SceneLexer
+from scenelang.interpreter.forms import INDENTS
 from scenelang.repl.brackets import scan
 from scenelang.repl.commands import is_command
 from scenelang.repl.completion import SceneCompleter
@@ -103,13 +103,13 @@ def _keys() -> KeyBindings:
         if is_finished(buffer.text):
             buffer.validate_and_handle()
         else:
-            columns = indentation(buffer.document.text_before_cursor, FORM_INDENTS)
+            columns = indentation(buffer.document.text_before_cursor, INDENTS)
             buffer.insert_text("\n" + " " * columns)
 
     @keys.add("escape", "enter")
     def _(event: KeyPressEvent) -> None:
         buffer = event.current_buffer
-        buffer.insert_text("\n" + " " * indentation(buffer.document.text_before_cursor, FORM_INDENTS))
+        buffer.insert_text("\n" + " " * indentation(buffer.document.text_before_cursor, INDENTS))
 
     return keys
 

@@ -8,10 +8,11 @@ from itertools import chain
 from scenelang.attributes import attribute_doc, attribute_names, attributes_of
 from scenelang.grammar.codes import CODES
 from scenelang.interpreter.interactive import TopLevel
+from scenelang.interpreter.library import STD
 from scenelang.interpreter.scope import Macro
 from scenelang.interpreter.shapes import PRIMITIVES, READ
 from scenelang.repl.display import displayed, signature_of
-from scenelang.repl.saving import comment_above
+from scenelang.repl.saving import comment_of
 from scenelang.repl.tracing import function_of
 
 
@@ -42,7 +43,7 @@ def _own(top: TopLevel, name: str) -> Iterator[str]:
             continue
         function = function_of(top, key)
         yield _signature(top, key) if function is None else signature_of(function)
-        for line in comment_above(form):
+        for line in comment_of(form):
             yield f"  {line.lstrip('; ').rstrip()}"
         yield f"  defined in {form.datums[0].span.source.name}"
         return
@@ -62,7 +63,7 @@ def _signature(top: TopLevel, key: str) -> str:
 def _of_library(name: str) -> Iterator[str]:
     from scenelang.stdlib.reference import lookup
 
-    record = lookup(name.removeprefix("std/"))
+    record = lookup(name.removeprefix(STD))
     if record is None:
         return
     yield record.signature
@@ -95,12 +96,11 @@ def _of_attribute(name: str) -> Iterator[str]:
 
 def _of_diagnostic(name: str) -> Iterator[str]:
     """What `scenelang explain` says of a code or of a diagnostic's name."""
-    from scenelang.grammar.mends import MENDS
+    from scenelang.grammar.mends import diagnostic_named, explanation
 
-    by_code = {entry.code: key for key, entry in CODES.items()}
-    key = by_code.get(name.upper(), name.lower())
-    if key in CODES:
-        yield from (f"{CODES[key].code} {key}", f"  {CODES[key].why}", f"  {MENDS[key]}")
+    key = diagnostic_named(name)
+    if key is not None:
+        yield from explanation(key)
 
 
 def _bare(name: str) -> str:

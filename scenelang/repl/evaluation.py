@@ -17,10 +17,9 @@ from scenelang.interpreter.lint.words import find_root
 from scenelang.interpreter.parts import parts_of
 from scenelang.interpreter.runtime import Runtime
 from scenelang.repl.tracing import Tracer
-from scenelang.session import Session, run_with_room, settled
+from scenelang.session import EXPANSION_DEPTH, Session, run_with_room, settled
 
 T = TypeVar("T")
-_EXPANSION_DEPTH = 60_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -134,7 +133,7 @@ class Evaluation:
         rt = self.top.rt
         rt.renew()
         self.tracer.attach(self.top)
-        depth = max(_EXPANSION_DEPTH, self.session.options.limits.depth)
+        depth = max(EXPANSION_DEPTH, self.session.options.limits.depth)
         return run_with_room(action, depth, self._cancel)
 
     def _cancel(self) -> None:

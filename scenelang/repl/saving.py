@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.grammar.source import Source
+from scenelang.grammar.source import Source, comment_above
 from scenelang.interpreter.interactive import TopLevel
 from scenelang.interpreter.replacing import is_assignment, names_of
 from scenelang.interpreter.top_forms import TopForm
@@ -39,20 +39,16 @@ def checked_program(session: Session, top: TopLevel, name: str) -> str:
 
 def formatted(text: str) -> str:
     """A program in the one style of the language."""
-    from scenelang.formatting import FORM_INDENTS
     from scenelang.grammar.formatter import format_text
+    from scenelang.interpreter.forms import INDENTS
 
-    return format_text(text, FORM_INDENTS)
+    return format_text(text, INDENTS)
 
 
-def comment_above(form: TopForm) -> list[str]:
+def comment_of(form: TopForm) -> list[str]:
     """The lines of comment directly above a form, as they are written."""
     span = form.datums[0].span
-    lines = span.source.text[: span.start].split("\n")[:-1]
-    found: list[str] = []
-    while lines and lines[-1].lstrip().startswith(";"):
-        found.insert(0, lines.pop().strip())
-    return found
+    return comment_above(span.source, span.start)
 
 
 def _with_comment(form: TopForm, seen: set[str]) -> str:
@@ -60,4 +56,4 @@ def _with_comment(form: TopForm, seen: set[str]) -> str:
     texts: Sequence[str] = [datum.span.text for datum in form.datums]
     if is_assignment(form) and names_of(form) <= seen:
         texts = [re.sub(r"define", "set!", texts[0], count=1)]
-    return "\n".join([*comment_above(form), *texts])
+    return "\n".join([*comment_of(form), *texts])

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.entity import Scene, primitive_count
+from scenelang.interpreter.library import STD
 from scenelang.repl.display import clean
 from scenelang.repl.loop import Repl
 from scenelang.viewer.stamps import stamps_of
@@ -33,7 +34,7 @@ class Watch:
 
     def _names(self) -> list[str]:
         files = self._repl.evaluation.top.file.imports
-        return [self.path, *(file.source.name for file in files if not file.source.name.startswith(("<", "std/")))]
+        return [self.path, *(file.source.name for file in files if not file.source.name.startswith(("<", STD)))]
 
     def _look(self) -> None:
         while not self._ended.wait(_POLL):

@@ -19,6 +19,7 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.printer import atom_text
 from scenelang.grammar.reader import read
 from scenelang.grammar.source import Source, Span
+from scenelang.interpreter.library import STD
 from scenelang.interpreter.params import Param
 from scenelang.stdlib.colors import registry as colors
 
@@ -76,7 +77,7 @@ def _control(param: Param) -> Control:
         reason = "A macro made it, so it can be tried out, not saved."
     elif kind == "computed":
         reason = "Its value is computed, so it is changed in the program."
-    elif name.startswith(("<", "std/")) or not Path(name).is_file():
+    elif name.startswith(("<", STD)) or not Path(name).is_file():
         reason = "It does not come from a file, so it can be tried out, not saved."
     return Control(param, kind, value, datum.span if datum is not None and reason is None else None, reason)
 

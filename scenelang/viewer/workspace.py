@@ -12,6 +12,7 @@ from scenelang.backends.viewer.packet import packet_of
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, render_text
 from scenelang.grammar.source import Source
 from scenelang.interpreter.entity import Scene, descendants
+from scenelang.interpreter.library import STD
 from scenelang.interpreter.program import Program
 from scenelang.session import Session
 from scenelang.viewer.params import Control, controls_of, write_back
@@ -150,7 +151,7 @@ def _stamps(path: str, program: Program | None, scene: Scene | None, found: Sequ
     """The stamps of everything that a program was made of."""
     names = [path, str(Path(path).with_suffix(".z.safetensors"))]
     if program is not None:
-        names += [source.name for source in program.sources if not source.name.startswith(("<", "std/"))]
+        names += [source.name for source in program.sources if not source.name.startswith(("<", STD))]
     if scene is not None:
         shapes = (entity.shape for entity in descendants(*scene.frames))
         names += [shape.file for shape in shapes if shape is not None and shape.file is not None]

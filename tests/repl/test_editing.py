@@ -8,9 +8,10 @@ import pytest
 from prompt_toolkit.completion import CompleteEvent
 from prompt_toolkit.document import Document
 
-from scenelang.formatting import FORM_INDENTS, indents_of
+from scenelang.formatting import indents_of
 from scenelang.grammar.reader import read
 from scenelang.grammar.source import Source
+from scenelang.interpreter.forms import INDENTS
 from scenelang.repl.brackets import scan
 from scenelang.repl.completion import SceneCompleter
 from scenelang.repl.console import is_finished
@@ -31,7 +32,7 @@ INDENTED = [
 
 @pytest.mark.parametrize(("text", "columns"), INDENTED)
 def test_indentation(text: str, columns: int) -> None:
-    assert indentation(text, FORM_INDENTS) == columns
+    assert indentation(text, INDENTS) == columns
 
 
 def test_indentation_is_nearly_always_the_formatters() -> None:

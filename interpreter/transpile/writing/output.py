@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Symbol
 from scenelang.grammar.formatter import settled
 from scenelang.grammar.layout import layout
 from scenelang.grammar.source import Span
 from scenelang.grammar.trivia import Trivia, line_comment
-from scenelang.interpreter.forms import FORMS
+from scenelang.interpreter.forms import INDENTS
 from scenelang.interpreter.transpile.writing.code import ArgumentName, Brackets, Code, Form, Key, Literal, Name, Ref
 from scenelang.interpreter.transpile.writing.naming import Namer
-
-_INDENTS: Mapping[str, int | None] = {name: form.indent for name, form in FORMS.items()}
 
 
 class Output:
@@ -63,8 +61,8 @@ class Output:
             first = trivia.get(id(forms[0]), Trivia())
             before = (*_comments(header), None, *first.before)
             trivia[id(forms[0])] = Trivia(before, first.after, first.blank, first.end)
-        text = layout(forms, indents=_INDENTS, trivia=trivia, spelling=self.spelling, end=_comments(footer))
-        return settled(text, _INDENTS)
+        text = layout(forms, indents=INDENTS, trivia=trivia, spelling=self.spelling, end=_comments(footer))
+        return settled(text, INDENTS)
 
 
 def _comments(texts: Sequence[str | None]) -> tuple[str | None, ...]:
