@@ -102,7 +102,11 @@ def near_names(name: str, candidates: Iterable[str]) -> list[str]:
 
 def suggest(name: str, candidates: Iterable[str]) -> str | None:
     """The hint "did you mean ...?" with the nearest candidates, or None when none is near."""
-    near = near_names(name, candidates)
+    return did_you_mean(near_names(name, candidates))
+
+
+def did_you_mean(near: Sequence[str]) -> str | None:
+    """The hint that offers near names; None when there are none."""
     return f"did you mean {' or '.join(f'`{other}`' for other in near)}?" if near else None
 
 

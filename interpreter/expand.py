@@ -13,7 +13,16 @@ from typing import Any, TypeGuard
 from scenelang.grammar import ast
 from scenelang.grammar.core import Head, Opaque
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Symbol
-from scenelang.grammar.diagnostics import Diagnostic, LimitError, Note, SceneError, near_names, renamings, suggest
+from scenelang.grammar.diagnostics import (
+    Diagnostic,
+    LimitError,
+    Note,
+    SceneError,
+    did_you_mean,
+    near_names,
+    renamings,
+    suggest,
+)
 from scenelang.grammar.source import Span
 from scenelang.interpreter.forms import ABSENT, FORMS
 from scenelang.interpreter.library import Builtin
@@ -123,19 +132,19 @@ class Expander:
         if name in self.bound_words():
             return SceneError("unbound", f"`{name}` is no function", f'a word is called: `(call "{name}")`', atom.span)
         module = self.importable_from(name)
-        candidates = {*scope.names(), *self.known_names(), *FORMS}
-        if module is not None:
-            hint: str | None = f'`(import "{module}")` brings it'
-        else:
-            hint = suggest(name, candidates)
+        near: list[str] = []
+        hint: str | None
         if "::" in name:
             hint = "annotations belong to parameters: `(lambda (x::Type) ...)`"
         elif name.startswith("..."):
             hint = "`...` stands for something left out; write it"
-        error = SceneError("unbound", f"`{name}` is not defined", hint, atom.span)
-        if hint is not None and hint.startswith("did you mean"):
-            error.fixes = renamings(atom.span, name, near_names(name, candidates))
-        return error
+        elif module is not None:
+            hint = f'`(import "{module}")` brings it'
+        else:
+            near = near_names(name, {*scope.names(), *self.known_names(), *FORMS})
+            hint = did_you_mean(near)
+        fixes = renamings(atom.span, name, near)
+        return SceneError("unbound", f"`{name}` is not defined", hint, atom.span, fixes=fixes)
 
     def known_names(self) -> Iterable[str]:
         """Names of builtins and prelude, for suggestions; the program's loader overrides this."""

@@ -383,5 +383,6 @@ class TopLevel:
 def error_of(diagnostic: Diagnostic) -> SceneError:
     """A diagnostic as an error again."""
     return SceneError(
-        diagnostic.name, diagnostic.message, diagnostic.hint, diagnostic.span, diagnostic.notes, list(diagnostic.chain)
-    )
+        diagnostic.name, diagnostic.message, diagnostic.hint, diagnostic.span, diagnostic.notes, list(diagnostic.chain),
+        fixes=diagnostic.fixes,
+    )  # fmt: skip
