@@ -92,6 +92,17 @@ CODES: dict[str, Code] = {
     "python-unsupported": Code("E803", "A feature of Python that the translation does not know."),
     "python-name": Code("E804", "A name of the Python has no definition."),
     "python-call": Code("E805", "A call in the Python does not fit what it calls."),
+    # E9xx: language models
+    "model-key": Code("E901", "There is no key for a language model's service, or the service does not accept it."),
+    "model-offline": Code("E902", "A language model's service cannot be reached."),
+    "model-request": Code("E903", "A language model's service does not accept a request, or fails."),
+    "model-cost": Code("E904", "The next request could cost more than is left of --max-cost."),
+    "model-price": Code("E905", "The price of a model is not known."),
+    "model-refusal": Code("E906", "The model declines to answer."),
+    "model-answer": Code("E907", "The model's answers came to no program that works."),
+    "listing": Code("E908", "The list of primitives in a model's answer is malformed."),
+    "prompt": Code("E909", "A prompt's file is missing, or has a place for which there is no text."),
+    "run": Code("E910", "There is no such run, or its folder is damaged or in use."),
     # W
     "undefined-word": Code("W301", "A word is called at top level before its `bind`."),
     "shadowed-macro": Code("W302", "One of the paper's four macros is shadowed."),

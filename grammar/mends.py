@@ -100,6 +100,19 @@ _PYTHON = {
     "python-call": "Pass the arguments that the function has.",
 }
 
+_MODELS = {
+    "model-key": "Set the key in the environment, or write it into the configuration file, which only you may read.",
+    "model-offline": "Connect the machine, or check the base URL; `--dry-run` needs no network.",
+    "model-request": "Read what the service says; wait and continue with `--resume` where it has too much to do.",
+    "model-cost": "Raise `--max-cost`, or ask for less: `--max-tokens`, `-n`, `--critique`.",
+    "model-price": "Give it with `--price INPUT,OUTPUT`, or in the configuration file, or take a model that is known.",
+    "model-refusal": "Word the task differently.",
+    "model-answer": "Allow more tries with `--repair`, take another model or more `--effort`, or ask for less.",
+    "listing": "Ask again: items want `shape`, `attributes` and `pose`.",
+    "prompt": "Correct the place's name, or remove the file so that the package's own prompt is used.",
+    "run": "`scenelang runs` lists the runs that there are.",
+}
+
 _WARNINGS = {
     "undefined-word": "Move the `bind` above the call, or call the word inside a function.",
     "shadowed-macro": "Choose another name, or write `std/union` for the paper's.",
@@ -133,7 +146,7 @@ _WARNINGS = {
 }
 
 MENDS: Mapping[str, str] = {
-    **_READING, **_FORMS, **_NAMES, **_RUNNING, **_LIMITS, **_SCENES, **_FILES, **_PYTHON, **_WARNINGS
+    **_READING, **_FORMS, **_NAMES, **_RUNNING, **_LIMITS, **_SCENES, **_FILES, **_PYTHON, **_MODELS, **_WARNINGS
 }  # fmt: skip
 
 

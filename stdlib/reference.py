@@ -119,7 +119,7 @@ _PAPER: tuple[tuple[str, str, Example | None], ...] = (
     ),
     (
         "(union members ...) -> Parts",
-        "One list of parts from entities, pairs (entity . matrix) and lists of these to any depth.",
+        "Joins members into one list of parts: entities, pairs (entity . matrix) and lists of these to any depth.",
         Example('(length (union (call "cube") (list (call "cone") (call "sphere"))))', "3"),
     ),
     (

@@ -7,12 +7,6 @@ import builtins
 
 from scenelang.interpreter.transpile.analysis.scopes import Names
 
-HELPERS = frozenset({
-    "register", "register_animation", "library_call", "primitive_call", "loop", "concat_shapes", "transform_shape",
-    "translation_matrix", "rotation_matrix", "scale_matrix", "reflection_matrix", "identity_matrix",
-    "compute_shape_center", "compute_shape_min", "compute_shape_max", "compute_shape_sizes",
-})  # fmt: skip
-
 MODULES = {
     "np": "numpy", "numpy": "numpy", "math": "math", "random": "random", "helper": "helper", "itertools": "itertools",
     "functools": "functools", "collections": "collections", "colorsys": "colorsys", "operator": "operator",

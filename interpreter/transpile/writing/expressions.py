@@ -19,8 +19,9 @@ from scenelang.interpreter.transpile.analysis.domain import (
     UNKNOWN,
 )
 from scenelang.interpreter.transpile.analysis.known import RESULTS
-from scenelang.interpreter.transpile.analysis.paths import ANNOTATIONS, BUILTINS, FORBIDDEN, HELPERS, is_module
+from scenelang.interpreter.transpile.analysis.paths import ANNOTATIONS, BUILTINS, FORBIDDEN, is_module
 from scenelang.interpreter.transpile.analysis.scopes import Function, Variable
+from scenelang.interpreter.transpile.helper_api import HELPERS
 from scenelang.interpreter.transpile.writing import operators, texts
 from scenelang.interpreter.transpile.writing.calls import CALLS, CONSTANTS, VALUES
 from scenelang.interpreter.transpile.writing.code import (
@@ -140,7 +141,7 @@ class ExpressionWriter(Flows):
             raise self.error(
                 "python-unsupported", f"`{self.text.text(node)}` is not known here", node, suggest(name, near)
             )
-        visible = {v.name for v in self.names.variables.values()} | HELPERS | BUILTINS
+        visible = {v.name for v in self.names.variables.values()} | set(HELPERS) | BUILTINS
         raise self.error("python-name", f"the name `{path}` is not defined", node, suggest(path, sorted(visible)))
 
     def _Attribute(self, node: ast.Attribute) -> Code:

@@ -12,6 +12,7 @@ from scenelang.interpreter.shapes import BLOCK_WORDS, GEOMETRY
 from scenelang.interpreter.transpile.analysis.domain import SEQUENCES, SHAPE
 from scenelang.interpreter.transpile.analysis.scopes import Function, Variable
 from scenelang.interpreter.transpile.analysis.syntax import is_none
+from scenelang.interpreter.transpile.helper_api import HELPERS
 from scenelang.interpreter.transpile.writing.arguments import arguments_of, expanded, is_ones, is_zero_vector
 from scenelang.interpreter.transpile.writing.code import (
     ArgumentName,
@@ -181,7 +182,7 @@ def check_named(w: ExpressionWriter, node: ast.Call, target: Function, keywords:
 
 def primitive_call(w: ExpressionWriter, node: ast.Call) -> Code:
     """A primitive; its attributes come from ``shape_kwargs`` and from keywords, in the order they are written in."""
-    positional = ("name", "shape_kwargs", "color")
+    positional = [name.rstrip("?") for name in HELPERS["primitive_call"].parameters.split()]
     given: list[tuple[str, ast.expr]] = []
     for position, argument in enumerate(expanded(w, node.args)):
         if isinstance(argument, ast.Starred) or position >= len(positional):
@@ -358,15 +359,20 @@ def _is_united(w: ExpressionWriter, argument: ast.expr) -> bool:
     return variable is not None and variable in w.united
 
 
+def _given(w: ExpressionWriter, node: ast.Call, name: str) -> dict[str, ast.expr]:
+    """The arguments of a call of a helper by parameter."""
+    return arguments_of(w, node, HELPERS[name].parameters, name)
+
+
 def transform_shape(w: ExpressionWriter, node: ast.Call) -> Code:
-    given = arguments_of(w, node, "shape pose", "transform_shape")
+    given = _given(w, node, "transform_shape")
     return in_order(
         w, node, [given["shape"], given["pose"]], [w.expr, w.expr], lambda shape, pose: form("transform", shape, pose)
     )
 
 
 def loop(w: ExpressionWriter, node: ast.Call) -> Code:
-    given = arguments_of(w, node, "n fn", "loop")
+    given = _given(w, node, "loop")
     function = w.type(given["fn"])
     if any(_may_be_no_shape(w, f) for f in function.functions):
         raise w.error("python-call", "the function of this `loop` returns no shape", given["fn"])
@@ -398,12 +404,12 @@ def in_order(w: ExpressionWriter, node: ast.Call, values: list[ast.expr], writer
 
 
 def translation_matrix(w: ExpressionWriter, node: ast.Call) -> Code:
-    given = arguments_of(w, node, "offset", "translation_matrix")
+    given = _given(w, node, "translation_matrix")
     return form("translate", w.vector(given["offset"]))
 
 
 def rotation_matrix(w: ExpressionWriter, node: ast.Call) -> Code:
-    given = arguments_of(w, node, "angle direction point?", "rotation_matrix")
+    given = _given(w, node, "rotation_matrix")
     values = [given["angle"], given["direction"]]
     if not is_zero_vector(given.get("point")):
         values.append(given["point"])
@@ -412,7 +418,7 @@ def rotation_matrix(w: ExpressionWriter, node: ast.Call) -> Code:
 
 
 def scale_matrix(w: ExpressionWriter, node: ast.Call) -> Code:
-    given = arguments_of(w, node, "scale origin?", "scale_matrix")
+    given = _given(w, node, "scale_matrix")
     values = [given["scale"]]
     if not is_zero_vector(given.get("origin")):
         values.append(given["origin"])
@@ -420,7 +426,7 @@ def scale_matrix(w: ExpressionWriter, node: ast.Call) -> Code:
 
 
 def reflection_matrix(w: ExpressionWriter, node: ast.Call) -> Code:
-    given = arguments_of(w, node, "point normal", "reflection_matrix")
+    given = _given(w, node, "reflection_matrix")
     if is_zero_vector(given["point"]):
         return form("reflect", w.vector(given["normal"]))
     values = [given["point"], given["normal"]]
@@ -428,13 +434,13 @@ def reflection_matrix(w: ExpressionWriter, node: ast.Call) -> Code:
 
 
 def identity_matrix(w: ExpressionWriter, node: ast.Call) -> Code:
-    arguments_of(w, node, "", "identity_matrix")
+    _given(w, node, "identity_matrix")
     return form("identity-pose")
 
 
 def box(name: str) -> Callable[[ExpressionWriter, ast.Call], Code]:
     def write(w: ExpressionWriter, node: ast.Call) -> Code:
-        given = arguments_of(w, node, "shape", f"compute_shape_{name}")
+        given = _given(w, node, f"compute_shape_{name}")
         return form(f"compute-shape-{name}", w.expr(given["shape"]))
 
     return write

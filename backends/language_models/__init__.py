@@ -1,0 +1,1 @@
+"""Language models as a service: requests and replies, providers, prices, spending, kept replies."""

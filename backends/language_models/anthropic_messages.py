@@ -1,0 +1,198 @@
+"""Claude by the Messages API, through the ``anthropic`` package."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from scenelang.backends.language_models.conversation import (
+    Blocks,
+    Part,
+    Picture,
+    Reply,
+    Request,
+    Stop,
+    Text,
+    Turn,
+    Usage,
+)
+from scenelang.backends.language_models.credentials import NO_KEY, Account
+from scenelang.backends.language_models.estimate import tokens_at_most, upper_estimate
+from scenelang.backends.language_models.provider import Watch, failure, unreachable
+from scenelang.grammar.diagnostics import SceneError
+
+if TYPE_CHECKING:
+    from anthropic import Anthropic
+
+_STOPS = {
+    "end_turn": Stop.END,
+    "stop_sequence": Stop.END,
+    "tool_use": Stop.END,
+    "max_tokens": Stop.CUT,
+    "model_context_window_exceeded": Stop.FULL,
+    "refusal": Stop.REFUSED,
+    "pause_turn": Stop.PAUSED,
+}
+_KEPT = {"type": "ephemeral"}
+
+
+class AnthropicMessages:
+    """Sends by streaming; the SDK retries what it knows to be safe, and nothing else does."""
+
+    name = "anthropic"
+
+    def __init__(self, account: Account) -> None:
+        try:
+            from anthropic import Anthropic
+        except ImportError:
+            hint = "pip install 'scenelang[lm]'"
+            raise SceneError("model-request", "language models need the package `anthropic`", hint) from None
+        self._account = account
+        self._client: Anthropic = Anthropic(api_key=account.key or NO_KEY, base_url=account.address)
+
+    @property
+    def address(self) -> str:
+        return self._account.shown_address
+
+    def clean(self, text: str) -> str:
+        return self._account.clean(text)
+
+    def payload(self, request: Request) -> dict[str, Any]:
+        payload = self._prompt(request) | {"max_tokens": request.max_tokens}
+        if request.effort is not None:
+            payload["output_config"] = {"effort": request.effort}
+        return payload
+
+    def _prompt(self, request: Request) -> dict[str, Any]:
+        """What of a request counts as its prompt."""
+        prompt: dict[str, Any] = {
+            "model": request.model,
+            "system": [_block(request.system)],
+            "messages": [_message(turn) for turn in request.turns],
+        }
+        if request.thinking is not None:
+            prompt["thinking"] = {"type": request.thinking}
+        return prompt
+
+    def count(self, request: Request) -> int:
+        prompt = self._prompt(request)
+        try:
+            with self._told():
+                return int(self._client.messages.count_tokens(**prompt).input_tokens)
+        except SceneError as error:
+            if error.name != "model-request":
+                raise
+            return upper_estimate(request)  # gateways do not all count
+
+    def send(self, request: Request, watch: Watch) -> Reply:
+        import anthropic
+
+        received: list[str] = []
+        usage = Usage()
+        with self._told(), self._client.messages.stream(**self.payload(request)) as stream:
+            try:
+                for event in stream:
+                    if event.type == "text":
+                        received.append(event.text)
+                        watch(event.text)
+                    elif event.type == "message_start":
+                        usage = _usage(event.message.usage)
+                message = stream.get_final_message()
+            except (anthropic.APIError, OSError, AssertionError) as error:
+                return self._broken(request, received, usage, str(error))
+            except Exception as error:  # what the HTTP library raises has no class in common with the SDK's
+                if not type(error).__module__.startswith("httpx"):
+                    raise
+                return self._broken(request, received, usage, str(error))
+        if message.stop_reason is None:
+            return self._broken(request, received, usage, "the stream ended early")
+        return self._reply(message)
+
+    def _broken(self, request: Request, received: list[str], usage: Usage, why: str) -> Reply:
+        """An answer that broke off; what it cost beyond the prompt is not known, so its length is an estimate."""
+        text = "".join(received)
+        answered = max(usage.answered, tokens_at_most(text))
+        usage = Usage(usage.sent, usage.cache_read, usage.cache_written, answered)
+        return Reply(self._account.clean(text), Stop.BROKEN, usage, request.model, self._account.clean(why)[:200])
+
+    def _reply(self, message: Any) -> Reply:
+        stop = _STOPS.get(message.stop_reason, Stop.BROKEN)
+        text = self._account.clean("".join(block.text for block in message.content if block.type == "text"))
+        blocks: tuple[Mapping[str, Any], ...] = ()
+        if stop is Stop.PAUSED:
+            blocks = tuple(block.to_dict() for block in message.content)
+        return Reply(text, stop, _usage(message.usage), message.model, self._account.clean(_note(message)), blocks)
+
+    # --- batches -----------------------------------------------------------------------------------------------
+
+    def submit(self, requests: Mapping[str, Request]) -> str:
+        listed: Any = [{"custom_id": name, "params": self.payload(request)} for name, request in requests.items()]
+        with self._told():
+            return str(self._client.messages.batches.create(requests=listed).id)
+
+    def pending(self, batch: str) -> int:
+        with self._told():
+            found = self._client.messages.batches.retrieve(batch)
+        return 0 if found.processing_status == "ended" else max(1, found.request_counts.processing)
+
+    def collect(self, batch: str) -> dict[str, Reply | SceneError]:
+        found: dict[str, Reply | SceneError] = {}
+        with self._told():
+            for line in self._client.messages.batches.results(batch):
+                found[line.custom_id] = self._result(line.result)
+        return found
+
+    def _result(self, result: Any) -> Reply | SceneError:
+        if result.type == "succeeded":
+            return self._reply(result.message)
+        said = getattr(getattr(getattr(result, "error", None), "error", None), "message", "") or result.type
+        return failure(None, f"the batch's request did not succeed: {said}", self._account)
+
+    @contextmanager
+    def _told(self) -> Iterator[None]:
+        """Turns the SDK's exceptions into errors in users' words."""
+        import anthropic
+
+        try:
+            yield
+        except anthropic.APIStatusError as error:
+            raise failure(error.status_code, error.api_message or error.message, self._account) from None
+        except anthropic.APIConnectionError as error:
+            raise unreachable(self._account, str(error.__cause__ or error)) from None
+        except anthropic.AnthropicError as error:
+            raise failure(None, str(error), self._account) from None
+
+
+def _message(turn: Turn) -> dict[str, Any]:
+    content: list[Any] = []
+    for part in turn.parts:
+        content += [dict(block) for block in part.blocks] if isinstance(part, Blocks) else [_block(part)]
+    return {"role": turn.role, "content": content}
+
+
+def _block(part: Part) -> dict[str, Any]:
+    if isinstance(part, Picture):
+        data = base64.standard_b64encode(part.data).decode("ascii")
+        return {"type": "image", "source": {"type": "base64", "media_type": part.media_type, "data": data}}
+    assert isinstance(part, Text)
+    block: dict[str, Any] = {"type": "text", "text": part.text}
+    return block | {"cache_control": _KEPT} if part.is_fixed else block
+
+
+def _usage(usage: Any) -> Usage:
+    return Usage(
+        usage.input_tokens or 0,
+        usage.cache_read_input_tokens or 0,
+        usage.cache_creation_input_tokens or 0,
+        usage.output_tokens or 0,
+    )
+
+
+def _note(message: Any) -> str:
+    """What a refusal says of itself."""
+    details = getattr(message, "stop_details", None)
+    if details is None:
+        return ""
+    return str(getattr(details, "explanation", None) or getattr(details, "category", None) or "")

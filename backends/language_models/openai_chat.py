@@ -1,0 +1,179 @@
+"""Servers of OpenAI's chat completions, through the ``openai`` package: vLLM, llama.cpp, Ollama and others.
+
+Which of them a server is decides how it takes a grammar; it is asked once, by the addresses that only it answers.
+"""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+from urllib.parse import urlsplit, urlunsplit
+
+from scenelang.backends.language_models.conversation import Part, Picture, Reply, Request, Stop, Text, Turn, Usage
+from scenelang.backends.language_models.credentials import NO_KEY, Account
+from scenelang.backends.language_models.estimate import tokens_at_most, upper_estimate
+from scenelang.backends.language_models.provider import Watch, failure, unreachable
+from scenelang.grammar.diagnostics import SceneError
+
+if TYPE_CHECKING:
+    from openai import OpenAI
+
+_STOPS = {"stop": Stop.END, "tool_calls": Stop.END, "length": Stop.CUT, "content_filter": Stop.REFUSED}
+_DIALECTS = ("llama.cpp", "vllm", "none")
+_PROBES = (("/props", "default_generation_settings", "llama.cpp"), ("/version", "version", "vllm"))
+_PATIENCE = 3.0  # seconds for a server to say what it is
+
+
+class OpenAIChat:
+    """Sends by streaming; retries are the package's own. A server on this machine needs no key."""
+
+    name = "openai"
+
+    def __init__(self, account: Account) -> None:
+        try:
+            from openai import OpenAI
+        except ImportError:
+            hint = "pip install 'scenelang[lm]'"
+            raise SceneError("model-request", "this provider needs the package `openai`", hint) from None
+        self._account = account
+        self._client: OpenAI = OpenAI(api_key=account.key or NO_KEY, base_url=account.address)
+
+    @property
+    def address(self) -> str:
+        return self._account.shown_address
+
+    def clean(self, text: str) -> str:
+        return self._account.clean(text)
+
+    @cached_property
+    def dialect(self) -> str:
+        """How the server takes a grammar: the configuration's ``grammar``, else what the server says that it is."""
+        wanted = self._account.settings.get("grammar")
+        if wanted is not None:
+            if wanted not in _DIALECTS:
+                raise SceneError("value", f"`grammar` of [openai] is one of {', '.join(_DIALECTS)}")
+            return str(wanted)
+        parts = urlsplit(self._account.address)
+        root = urlunsplit((parts.scheme, parts.netloc, parts.path.removesuffix("/v1"), "", ""))
+        for path, field, dialect in _PROBES:
+            answer = self._probe(root + path)
+            if isinstance(answer, dict) and field in answer:
+                return dialect
+        return "none"
+
+    def _probe(self, url: str) -> Any:
+        """What a server answers at an address that it may not have; None where it has none."""
+        import openai
+
+        try:
+            return self._client.with_options(timeout=_PATIENCE, max_retries=0).get(url, cast_to=object)
+        except (openai.OpenAIError, ValueError):
+            return None
+
+    def payload(self, request: Request) -> dict[str, Any]:
+        system = {"role": "system", "content": request.system.text}
+        payload: dict[str, Any] = {
+            "model": request.model,
+            "messages": [system, *(_message(turn) for turn in request.turns)],
+            "max_tokens": request.max_tokens,
+        }
+        if request.effort is not None:
+            payload["reasoning_effort"] = request.effort
+        if request.grammar is not None:
+            payload |= self._grammar(request.grammar)
+        return payload
+
+    def _grammar(self, grammar: str) -> dict[str, Any]:
+        if self.dialect == "llama.cpp":
+            return {"grammar": grammar}
+        return {"structured_outputs": {"grammar": grammar}} if self.dialect == "vllm" else {}
+
+    def count(self, request: Request) -> int:
+        return upper_estimate(request)  # the protocol has no way to ask
+
+    def send(self, request: Request, watch: Watch) -> Reply:
+        import openai
+
+        payload = self.payload(request)
+        extra = {name: payload.pop(name) for name in ("grammar", "structured_outputs") if name in payload}
+        received = _Received()
+        with self._told():
+            stream = self._client.chat.completions.create(
+                **payload, stream=True, stream_options={"include_usage": True}, extra_body=extra or None
+            )
+            try:
+                for chunk in stream:
+                    received.take(chunk, watch)
+            except (openai.OpenAIError, OSError) as error:
+                received.note = str(error)
+            except Exception as error:  # what the HTTP library raises has no class in common with the package's
+                if not type(error).__module__.startswith("httpx"):
+                    raise
+                received.note = str(error)
+        return self._reply(request, received)
+
+    def _reply(self, request: Request, received: _Received) -> Reply:
+        stop = _STOPS.get(received.stop or "", Stop.BROKEN)
+        text = "".join(received.texts)
+        usage = received.usage
+        if usage == Usage():
+            usage = Usage(upper_estimate(request), answered=tokens_at_most(text))
+        clean = self._account.clean
+        return Reply(clean(text), stop, usage, received.model or request.model, clean(received.note)[:200])
+
+    @contextmanager
+    def _told(self) -> Iterator[None]:
+        """Turns the package's exceptions into errors in users' words."""
+        import openai
+
+        try:
+            yield
+        except openai.APIStatusError as error:
+            raise failure(error.status_code, error.message, self._account) from None
+        except openai.APIConnectionError as error:
+            raise unreachable(self._account, str(error.__cause__ or error)) from None
+        except openai.OpenAIError as error:
+            raise failure(None, str(error), self._account) from None
+
+
+class _Received:
+    """What has arrived of an answer."""
+
+    def __init__(self) -> None:
+        self.texts: list[str] = []
+        self.stop: str | None = None
+        self.usage = Usage()
+        self.model = ""
+        self.note = ""
+
+    def take(self, chunk: Any, watch: Watch) -> None:
+        self.model = chunk.model or self.model
+        if chunk.usage is not None:
+            cached = getattr(chunk.usage.prompt_tokens_details, "cached_tokens", None) or 0
+            sent, answered = chunk.usage.prompt_tokens or 0, chunk.usage.completion_tokens or 0
+            self.usage = Usage(max(0, sent - cached), cached, 0, answered)
+        for choice in chunk.choices:
+            self.stop = choice.finish_reason or self.stop
+            self.note = getattr(choice.delta, "refusal", None) or self.note
+            if choice.delta.content:
+                self.texts.append(choice.delta.content)
+                watch(choice.delta.content)
+
+
+def _message(turn: Turn) -> dict[str, Any]:
+    texts = [part.text for part in turn.parts if isinstance(part, Text)]
+    if len(texts) == len(turn.parts):
+        return {"role": turn.role, "content": "\n\n".join(texts)}
+    return {"role": turn.role, "content": [_part(part) for part in turn.parts]}
+
+
+def _part(part: Part) -> dict[str, Any]:
+    if isinstance(part, Picture):
+        data = base64.standard_b64encode(part.data).decode("ascii")
+        return {"type": "image_url", "image_url": {"url": f"data:{part.media_type};base64,{data}"}}
+    if isinstance(part, Text):
+        return {"type": "text", "text": part.text}
+    raise SceneError("model-request", "this service cannot take a paused answer back")

@@ -1,0 +1,142 @@
+"""What a provider of language models is, which there are, and what goes wrong with them in users' words."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from scenelang.backends.language_models.conversation import Reply, Request
+from scenelang.backends.language_models.credentials import Account, account
+from scenelang.grammar.diagnostics import SceneError, suggest
+
+Watch = Callable[[str], None]  # told of every piece of text as it arrives; raises to stop
+
+
+class Provider(Protocol):
+    """A family of models behind a service. Its methods raise SceneError: ``model-offline``, ``model-key``,
+    ``model-request``."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def address(self) -> str:
+        """Where requests go, without anything secret."""
+
+    def clean(self, text: str) -> str:
+        """A text without the key and other secrets."""
+
+    def payload(self, request: Request) -> dict[str, Any]:
+        """What is sent for a request, as JSON data."""
+
+    def count(self, request: Request) -> int:
+        """The tokens of what is sent, as the service counts them or as an upper estimate."""
+
+    def send(self, request: Request, watch: Watch) -> Reply:
+        """Send a request and read the answer as it comes. An answer that breaks off has ``Stop.BROKEN``."""
+
+
+class BatchProvider(Provider, Protocol):
+    """A provider that also takes many requests at once, cheaper and later."""
+
+    def submit(self, requests: Mapping[str, Request]) -> str:
+        """Send requests by name; the batch's identifier."""
+
+    def pending(self, batch: str) -> int:
+        """How many requests of a batch are not done yet."""
+
+    def collect(self, batch: str) -> dict[str, Reply | SceneError]:
+        """The answers of a batch that is done, by name."""
+
+
+@dataclass(frozen=True, slots=True)
+class Family:
+    """A provider before it is connected: where its key and address come from, and how it is made."""
+
+    name: str
+    doc: str
+    default_model: str | None
+    connect: Callable[[Account], Provider]
+    key_variables: tuple[str, ...]
+    address_variable: str
+    default_address: str
+    needs_key: bool = True
+
+
+def _anthropic(account: Account) -> Provider:
+    from scenelang.backends.language_models.anthropic_messages import AnthropicMessages
+
+    return AnthropicMessages(account)
+
+
+def _openai(account: Account) -> Provider:
+    from scenelang.backends.language_models.openai_chat import OpenAIChat
+
+    return OpenAIChat(account)
+
+
+FAMILIES = (
+    Family(
+        "anthropic", "Claude, by the Messages API", "claude-opus-5-5", _anthropic,
+        ("ANTHROPIC_API_KEY",), "ANTHROPIC_BASE_URL", "https://api.anthropic.com",
+    ),
+    Family(
+        "openai", "any server of OpenAI's chat completions: vLLM, llama.cpp, Ollama", None, _openai,
+        ("OPENAI_API_KEY",), "OPENAI_BASE_URL", "http://localhost:8000/v1", needs_key=False,
+    ),
+)  # fmt: skip
+
+
+def family(name: str) -> Family:
+    """The family of a name; raises SceneError with the nearest one."""
+    for found in FAMILIES:
+        if found.name == name:
+            return found
+    known = [found.name for found in FAMILIES]
+    raise SceneError("value", f"there is no provider `{name}`", suggest(name, known) or f"there are {', '.join(known)}")
+
+
+def connect(name: str) -> Provider:
+    """The provider of a name, with its key and address from the environment or the configuration. Raises SceneError."""
+    found = family(name)
+    return found.connect(
+        account(found.name, found.key_variables, found.address_variable, found.default_address, found.needs_key)
+    )
+
+
+def unconnected(name: str) -> Provider:
+    """The provider of a name for what needs no service: it has no key, and nothing may be sent through it."""
+    found = family(name)
+    return found.connect(account(found.name, (), found.address_variable, found.default_address, needs_key=False))
+
+
+def failure(status: int | None, said: str, account: Account) -> SceneError:
+    """What a service's refusal of a request means, by its HTTP status."""
+    name, message, hint = _FAILURES.get(status or 0, ("model-request", "the service failed", None))
+    if status is not None and status >= 500 and status not in _FAILURES:
+        message, hint = "the service failed", "try again later"
+    shown = account.clean(" ".join(said.split()))[:300]
+    code = f" ({status})" if status else ""
+    return SceneError(name, f"{message}{code}" + (f": {shown}" if shown else ""), hint)
+
+
+_FAILURES: dict[int, tuple[str, str, str | None]] = {
+    400: ("model-request", "the service does not accept the request", None),
+    401: ("model-key", "the service does not accept the key", "check the key in the environment or the configuration"),
+    402: ("model-key", "the account has no credit", None),
+    403: ("model-key", "the key may not do this", None),
+    404: ("model-request", "the service does not know the model or the address", "check --model and the base URL"),
+    413: ("model-request", "the request is too large", "send smaller or fewer pictures"),
+    429: ("model-request", "too many requests for this account", "wait a while, then continue with --resume"),
+    529: ("model-request", "the service is overloaded", "wait a while, then continue with --resume"),
+}
+
+
+def unreachable(account: Account, reason: str) -> SceneError:
+    """The one line for a machine that is offline, or a service that is down."""
+    shown = account.clean(" ".join(reason.split()))[:160]
+    return SceneError(
+        "model-offline", f"cannot reach {account.shown_address}" + (f": {shown}" if shown else ""),
+        "is this machine offline? `--dry-run` shows what would be sent",
+    )  # fmt: skip

@@ -1,0 +1,151 @@
+"""The command generate: a scene from words and pictures, by a language model."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from scenelang.backends.files import written_whole
+from scenelang.cli.model_options import (
+    ablation_of,
+    add_model_options,
+    connected,
+    evaluation_options,
+    played,
+    recorded,
+    report_result,
+    result_data,
+    resumed,
+    settings_from,
+    show_dry_run,
+)
+from scenelang.cli.options import UsageError
+from scenelang.cli.output import print_json, progress
+from scenelang.cli.pictures import check_folder, done
+
+if TYPE_CHECKING:
+    from scenelang.inference.inference import Inference
+    from scenelang.inference.records import Run
+    from scenelang.inference.task import Task
+    from scenelang.interpreter.entity import Scene
+
+_PICTURE_SIZE = 768
+_LONGEST_TASK = 100_000  # characters
+_MOST_PICTURES = 20
+
+
+def add_generate(subparsers: Any) -> None:
+    parser = subparsers.add_parser(
+        "generate",
+        help="make a scene of words and pictures, by a language model",
+        description="Ask a language model for a scene, check and evaluate its program, have mistakes mended, and "
+        "write the program. What the model answers is never executed as Python.",
+    )
+    parser.add_argument(
+        "task", metavar="TASK", nargs="?", help='what the scene shows, such as "a chessboard at game start"'
+    )
+    parser.add_argument(
+        "-o", "--output", metavar="OUT.scene", help="where to write the program (default: standard output)"
+    )
+    parser.add_argument(
+        "--image",
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="a picture to reconstruct; may be given several times",
+    )
+    kind = parser.add_mutually_exclusive_group()
+    kind.add_argument("--animate", action="store_true", help="a scene that moves")
+    kind.add_argument("--minecraft", action="store_true", help="a build of Minecraft's blocks")
+    parser.add_argument("--dsl", action="store_true", help="ask for the language itself in place of Python")
+    parser.add_argument("--render", action="store_true", help="also draw it, beside the program")
+    add_model_options(parser)
+    parser.set_defaults(run=generate)
+
+
+def generate(arguments: argparse.Namespace) -> int:
+    from scenelang.inference.inference import Inference, inference_of
+    from scenelang.inference.records import find_run, new_run, runs_folder
+
+    folder = runs_folder(arguments.runs)
+    if arguments.resume is not None:
+        run = resumed(arguments, find_run(folder, arguments.resume), "generate")
+        return _finish(arguments, inference_of(run), run)
+    inference = Inference(_task(arguments), settings_from(arguments), evaluation_options(arguments))
+    if arguments.output is not None:
+        check_folder(Path(arguments.output))
+    elif arguments.render:
+        raise UsageError("value", "--render draws beside the program: say where that is with -o")
+    if arguments.dry_run:
+        return show_dry_run(arguments, inference)
+    client = connected(inference)
+    run = new_run(folder, arguments.task or "reconstruction", client.clean)
+    output = str(Path(arguments.output).resolve()) if arguments.output else None
+    inference.begin(run, "generate", output=output, render=arguments.render)
+    return _finish(arguments, inference, run)
+
+
+def _finish(arguments: argparse.Namespace, inference: Inference, run: Run) -> int:
+    """Run to the end, write the program and draw it."""
+    with recorded(arguments, run):
+        run, result = played(arguments, inference, run)
+    facts = run.facts
+    output = Path(facts["output"]) if facts.get("output") else None
+    if arguments.json:
+        print_json(result_data(run, result))
+    report_result(arguments, run, result)
+    if output is not None:
+        with written_whole(output) as temporary:
+            temporary.write_text(result.best.program, "utf-8")
+        done(arguments, output)
+    elif not arguments.json:
+        sys.stdout.write(result.best.program)
+    if output is not None and facts.get("render") and result.best.scene is not None:
+        _draw(arguments, result.best.scene, output)
+    return 0
+
+
+def _draw(arguments: argparse.Namespace, scene: Scene, output: Path) -> None:
+    """A draft beside the program: a picture, of a film a GIF."""
+    from scenelang.backends.film import FPS, save_film
+    from scenelang.backends.picture import PictureOptions, painters, picture_backend, save_picture
+    from scenelang.backends.shots import film, still
+    from scenelang.backends.viewpoint import Viewpoint
+
+    options = PictureOptions(width=_PICTURE_SIZE, height=_PICTURE_SIZE, progress=progress(arguments, "rendering"))
+    backends = [picture_backend("draft")]
+    if scene.animated:
+        path = output.with_suffix(".gif")
+        shots = film(scene, Viewpoint(), _PICTURE_SIZE // 2, _PICTURE_SIZE // 2, None, None)
+        save_film(painters(scene, options, backends, shots), shots, path, FPS, options.progress)
+    else:
+        path = output.with_suffix(".png")
+        shot = still(scene, Viewpoint(), None, _PICTURE_SIZE, _PICTURE_SIZE)
+        (painter,) = painters(scene, options, backends, [shot])
+        save_picture(painter.paint(shot, options.progress).picture, path)
+    done(arguments, path)
+
+
+def _task(arguments: argparse.Namespace) -> Task:
+    from scenelang.inference.input_pictures import read_picture
+    from scenelang.inference.task import Kind, Notation, Task
+
+    text = (arguments.task or "").strip()
+    if not text and not arguments.image:
+        raise UsageError("value", "say what the scene shows, or give a picture with --image")
+    if len(text) > _LONGEST_TASK or len(arguments.image) > _MOST_PICTURES:
+        raise UsageError("value", f"a task has at most {_LONGEST_TASK:,} characters and {_MOST_PICTURES} pictures")
+    ablation = ablation_of(arguments)
+    if ablation.takes_program and arguments.dsl:
+        raise UsageError("value", "--dsl asks for a program, which --ablate P takes away")
+    kind = Kind.FILM if arguments.animate else Kind.BLOCKS if arguments.minecraft else Kind.STILL
+    notation = Notation.LANGUAGE if arguments.dsl else Notation.PYTHON
+    if ablation.takes_program:
+        notation = Notation.LIST
+    pictures = tuple(read_picture(path) for path in arguments.image)
+    return Task(text, kind, notation, ablation, pictures, None, arguments.seed)
+
+
+COMMANDS = (add_generate,)

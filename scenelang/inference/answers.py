@@ -1,0 +1,131 @@
+"""A model's answer on its way to a scene: read, checked, evaluated with limits; nothing of it is executed as Python."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from threading import Lock
+
+from scenelang.grammar.diagnostics import Diagnostic, SceneError, render_text
+from scenelang.grammar.source import Source
+from scenelang.inference.brief import Brief
+from scenelang.inference.listing import program_of
+from scenelang.inference.task import Kind, Notation
+from scenelang.interpreter.entity import Scene, count_words, primitive_count
+from scenelang.interpreter.shapes import BLOCK_WORDS
+from scenelang.session import Options, Session
+
+_FENCE = re.compile(r"^[ \t]*(?:```|~~~)[ \t]*([\w+-]*)[^\n]*\n(.*?)(?:^[ \t]*(?:```|~~~)[ \t]*$|\Z)", re.M | re.S)
+_MOST_TOLD = 12  # diagnostics that go back to the model
+_LONGEST_ANSWER = 2_000_000  # characters
+_EVALUATING = Lock()  # evaluation sets limits of the whole interpreter, so answers are read one at a time
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Verdict:
+    """What an answer came to. ``program`` is its program in the language, empty where there is none; ``findings`` are
+    what is odd about the scene's geometry."""
+
+    program: str
+    scene: Scene | None
+    diagnostics: tuple[Diagnostic, ...]
+    findings: tuple[Diagnostic, ...] = ()
+
+    @property
+    def is_usable(self) -> bool:
+        return self.scene is not None and not any(d.is_error for d in self.diagnostics)
+
+    def told(self) -> str:
+        """The diagnostics as people see them: errors first, a few of many."""
+        ordered = sorted(self.diagnostics, key=lambda d: not d.is_error)
+        texts = [render_text(d, color=False) for d in ordered[:_MOST_TOLD]]
+        if len(ordered) > _MOST_TOLD:
+            texts.append(f"... and {len(ordered) - _MOST_TOLD} more")
+        return "\n\n".join(texts)
+
+
+@dataclass(frozen=True, slots=True)
+class Reader:
+    """Reads answers to one brief. ``name`` is what diagnostics call the program, a file beside which it may import;
+    ``options`` bound its evaluation."""
+
+    brief: Brief
+    options: Options
+    name: str = "answer.scene"
+
+    def read(self, answer: str) -> Verdict:
+        """The verdict on an answer; never raises for a mistake in it."""
+        if len(answer) > _LONGEST_ANSWER:
+            return _refused("model-answer", f"the answer is longer than {_LONGEST_ANSWER:,} characters")
+        if not answer.strip():
+            return _refused("model-answer", "the answer is empty")
+        with _EVALUATING:
+            return self._read(self.brief.restored(answer))
+
+    def _read(self, answer: str) -> Verdict:
+        session = Session(self.options)
+        notation = self.brief.task.notation
+        try:
+            program = _program(session, answer, notation, self.brief.task.text)
+        except SceneError as error:
+            return Verdict("", None, (error.diagnostic,))
+        is_python = notation is Notation.PYTHON
+        source = Source("answer.txt", answer) if is_python else Source(self.name, program)
+        result = session.evaluate(source)
+        diagnostics = [*result.diagnostics]
+        scene = result.scene
+        if scene is not None:
+            diagnostics += _unlike(scene, self.brief.task.kind)
+        findings = _findings(scene) if scene is not None and self.brief.task.kind is not Kind.BLOCKS else ()
+        return Verdict(program, scene, tuple(diagnostics), findings)
+
+
+def _program(session: Session, answer: str, notation: Notation, task: str) -> str:
+    """The program of an answer in the language. Raises SceneError for a list that is none."""
+    if notation is Notation.PYTHON:
+        return session.transpile(Source("answer.txt", answer)).text
+    text = program_of(answer, task) if notation is Notation.LIST else program_text(answer)
+    return _formatted(text)
+
+
+def program_text(answer: str) -> str:
+    """The program in an answer: its first block that is fenced as one or as nothing, else all of it."""
+    blocks = [(match[1].lower(), match[2]) for match in _FENCE.finditer(answer)]
+    named = [text for name, text in blocks if name in ("scene", "scenelang", "lisp", "scheme", "")]
+    chosen = named or [text for _, text in blocks] or [answer]
+    return max(chosen, key=len).strip() + "\n"
+
+
+def _formatted(text: str) -> str:
+    from scenelang.grammar.formatter import format_text
+    from scenelang.interpreter.forms import INDENTS
+
+    try:
+        return format_text(text, INDENTS)
+    except SceneError:
+        return text
+
+
+def _unlike(scene: Scene, kind: Kind) -> list[Diagnostic]:
+    """What a scene lacks to be of its kind."""
+    if not any(primitive_count(frame) for frame in scene.frames):
+        return [Diagnostic("empty-scene", "the scene has no primitives", None)]
+    if kind is Kind.FILM and not scene.animated:
+        hint = "a film's last function yields one shape for every frame"
+        return [Diagnostic("model-answer", "the scene does not move: it has one frame", None, hint)]
+    if kind is Kind.BLOCKS and not any(word in count_words(frame) for frame in scene.frames for word in BLOCK_WORDS):
+        return [Diagnostic("model-answer", "the scene has no blocks", None, "blocks are made by set_cuboid")]
+    return []
+
+
+def _findings(scene: Scene) -> tuple[Diagnostic, ...]:
+    from scenelang.backends.solidity.check import check_geometry
+
+    try:
+        return tuple(check_geometry(scene))
+    except SceneError:
+        return ()
+
+
+def _refused(name: str, message: str) -> Verdict:
+    return Verdict("", None, (Diagnostic(name, message, None),))

@@ -1,0 +1,159 @@
+"""A task as the turns of a conversation: what is said first, and what is said of an answer."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from scenelang.backends.language_models.conversation import Picture, Text, Turn, said
+from scenelang.grammar.source import Source
+from scenelang.inference.prompts import Prompts
+from scenelang.inference.renaming import Renamed, rename_language, rename_python
+from scenelang.inference.task import Ablation, Kind, Notation, Task
+from scenelang.interpreter.shapes import ATTRIBUTES, BLOCK_WORDS, GEOMETRY, PRIMITIVES, READ
+from scenelang.interpreter.transpile.helper_api import HELPERS
+from scenelang.interpreter.transpile.response import find_code
+from scenelang.session import Session
+from scenelang.stdlib.helper_stubs import helper_header
+from scenelang.stdlib.primer import primer
+
+NO_CHANGES = "NO CHANGES"
+_FENCES = {Notation.PYTHON: "python", Notation.LANGUAGE: "scene", Notation.LIST: "json"}
+_TURNED = ("rotation_matrix", "reflection_matrix")  # what blocks cannot do
+_TURNED_HERE = ("rotate", "reflect", "ring", "mirror", "jitter", "scatter")
+_FIELDS = {
+    "word": "what it belongs to, a name such as \"chair\"; parts of one thing have one name",
+    "shape": "the kind of primitive",
+    "attributes": "an object with the primitive's attributes",
+    "pose": "the upper three rows of its 4x4 matrix in the world, three lists of four numbers",
+}  # fmt: skip
+
+
+def helpers_of(kind: Kind) -> tuple[str, ...]:
+    """The helpers that programs of a kind are told of."""
+    left_out = {"identity_matrix"}
+    if kind is not Kind.FILM:
+        left_out.add("register_animation")
+    if kind is Kind.BLOCKS:
+        left_out |= {*_TURNED}
+    return tuple(name for name in HELPERS if name not in left_out)
+
+
+def words_of(kind: Kind) -> tuple[str, ...]:
+    """The primitives that programs of a kind are told of."""
+    return BLOCK_WORDS if kind is Kind.BLOCKS else tuple(GEOMETRY)
+
+
+def fenced(text: str, notation: Notation) -> str:
+    """A program as a model is shown it."""
+    return f"```{_FENCES[notation]}\n{text.strip()}\n```"
+
+
+@dataclass(frozen=True)
+class Brief:
+    """What is said to the model about one task, from the prompts' files."""
+
+    task: Task
+    prompts: Prompts
+
+    @cached_property
+    def system(self) -> str:
+        """The system prompt: the notation and the rules. An edit has the same as what it edits."""
+        task = self.task
+        rules = self.prompts.text(f"rules.{task.kind.value}.md", **self._of_frames())
+        if task.ablation is Ablation.W and not task.is_edit:
+            rules = f"{rules}\n\n{self.prompts.text('names.md')}"
+        if task.notation is Notation.PYTHON:
+            header = helper_header(helpers_of(task.kind), words_of(task.kind)).strip()
+            return self.prompts.text("system.python.md", header=header, rules=rules)
+        if task.notation is Notation.LANGUAGE:
+            without = _TURNED_HERE if task.kind is Kind.BLOCKS else ()
+            text = primer(words_of(task.kind), without if task.kind is Kind.FILM else (*without, "frames"))
+            return self.prompts.text("system.language.md", primer=text, rules=rules)
+        return self.prompts.text("system.list.md", fields=self._fields(), primitives=self._primitives(), rules=rules)
+
+    def _of_frames(self) -> dict[str, str]:
+        if self.task.kind is not Kind.FILM:
+            return {}
+        return {"frames": self.prompts.text(f"frames.{self.task.notation.value}.md")}
+
+    def _fields(self) -> str:
+        names = [name for name in _FIELDS if not (name == "word" and self.task.ablation.takes_words)]
+        return "\n".join(f"- `{name}`: {_FIELDS[name]}" for name in names)
+
+    def _primitives(self) -> str:
+        words = words_of(self.task.kind)
+        lines = [f'- "{word}": {PRIMITIVES[word]}; takes {", ".join(READ[word])}' for word in words]
+        names = dict.fromkeys(name for word in words for name in READ[word])
+        return "\n".join([*lines, *(f"- {name}: {ATTRIBUTES[name]}" for name in names)])
+
+    @cached_property
+    def first(self) -> Turn:
+        """The task. Its end is fixed: samples, repairs and critiques all say the same up to here."""
+        task, pictures = self.task, self.task.pictures
+        if task.program is not None:
+            program = fenced(self.renamed.text if self.renamed else task.program, task.notation)
+            text = self.prompts.text("user.edit.md", program=program, instruction=task.text)
+        else:
+            name = "user.image.md" if pictures else "user.text.md"
+            text = self.prompts.text(name, example=self.example, task=task.text)
+        return Turn("user", (*pictures, Text(text.strip(), is_fixed=True)))
+
+    @cached_property
+    def example(self) -> str:
+        """A program that is right, in the task's notation; of a list, its first primitives."""
+        task = self.task
+        answer = self.prompts.text(f"example.{task.kind.value}.md")
+        source = Source("example.txt", answer)
+        if task.notation is Notation.LIST:
+            return f'An example, "{_docstring(answer)}":\n\n{fenced(_example_list(source, task), task.notation)}'
+        text = _code(answer) if task.notation is Notation.PYTHON else Session().transpile(source).text
+        if task.ablation.takes_words:
+            rename = rename_python if task.notation is Notation.PYTHON else rename_language
+            text = rename(text, task.seed).text
+        return f"An example of a program:\n\n{fenced(text, task.notation)}"
+
+    @cached_property
+    def renamed(self) -> Renamed | None:
+        """The program that is edited under random names, None where it keeps its words."""
+        task = self.task
+        if task.program is None or task.ablation is not Ablation.W:
+            return None
+        return (rename_python if task.notation is Notation.PYTHON else rename_language)(task.program, task.seed)
+
+    def restored(self, answer: str) -> str:
+        """An answer with words in place of the random names that it was given."""
+        return self.renamed.restored(answer) if self.renamed is not None else answer
+
+    # --- about an answer ------------------------------------------------------------------------------------------
+
+    def repair(self, diagnostics: str) -> Turn:
+        return said("user", self.prompts.text("repair.md", diagnostics=diagnostics))
+
+    def cut(self, tokens: int) -> Turn:
+        return said("user", self.prompts.text("cut.md", tokens=f"{tokens:,}"))
+
+    def critique(self, views: Sequence[tuple[str, Picture]], findings: str) -> Turn:
+        """Pictures with a caption each, then what to do with them."""
+        parts = [part for caption, picture in views for part in (Text(caption), picture)]
+        told = f"The checker noticed:\n\n{findings}" if findings else ""
+        return Turn("user", (*parts, Text(self.prompts.text("critique.md", findings=told))))
+
+
+def _code(answer: str) -> str:
+    found = find_code(answer)
+    return answer[found.start : found.end].strip()
+
+
+def _docstring(answer: str) -> str:
+    return _code(answer).split('"""')[1].strip()
+
+
+def _example_list(source: Source, task: Task) -> str:
+    from scenelang.inference.listing import listing
+
+    scene = Session().evaluate(source).scene
+    assert scene is not None, "the example of the prompts is a right program"
+    lines = listing(scene, not task.ablation.takes_words).splitlines()
+    return "\n".join([*lines[:9], "...", "]"]) if len(lines) > 12 else "\n".join(lines)

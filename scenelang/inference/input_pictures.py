@@ -1,0 +1,38 @@
+"""Pictures of users, as models take them."""
+
+from __future__ import annotations
+
+from io import BytesIO
+from pathlib import Path
+
+from scenelang.backends.language_models.conversation import Picture
+from scenelang.grammar.diagnostics import SceneError
+
+ENDINGS = {"image/png": "png", "image/jpeg": "jpg", "image/webp": "webp", "image/gif": "gif"}  # what models take
+_LARGEST_SIDE = 1568  # pixels; services make larger ones smaller
+_LARGEST_FILE = 3_500_000  # bytes, before they are written in base 64
+_MOST_BYTES = 100_000_000
+
+
+def read_picture(path: str) -> Picture:
+    """A picture file as models take it: as it is where its format and size allow, else smaller and as PNG. Raises
+    SceneError for a file that is none."""
+    from PIL import Image, UnidentifiedImageError
+
+    try:
+        if Path(path).stat().st_size > _MOST_BYTES:
+            raise SceneError("file", f"the picture {path} is larger than {_MOST_BYTES:,} bytes")
+        data = Path(path).read_bytes()
+        with Image.open(BytesIO(data)) as image:
+            image.load()
+            media_type = Image.MIME.get(image.format or "", "")
+            fits = max(image.size) <= _LARGEST_SIDE and len(data) <= _LARGEST_FILE
+            if fits and media_type in ENDINGS:
+                return Picture(media_type, data)
+            image.thumbnail((_LARGEST_SIDE, _LARGEST_SIDE))
+            buffer = BytesIO()
+            image.convert("RGB").save(buffer, "PNG", optimize=True)
+    except (OSError, ValueError, UnidentifiedImageError, Image.DecompressionBombError, SyntaxError) as error:
+        reason = getattr(error, "strerror", None) or "it is no picture"
+        raise SceneError("file", f"cannot read the picture {path}: {reason}") from None
+    return Picture("image/png", buffer.getvalue())

@@ -1,0 +1,179 @@
+"""A scene as the flat list of its primitives with words and poses, and such a list as a scene (the paper's No-P).
+
+One item is ``{"word": ..., "shape": ..., "attributes": {...}, "pose": [[...], [...], [...]]}``: ``word`` names what the
+primitive belongs to, ``pose`` are the upper three rows of its matrix in the world. A film is a list of such lists.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NoReturn
+
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.printer import number_text, string_text
+from scenelang.grammar.reader import read
+from scenelang.grammar.source import Source
+from scenelang.interpreter.entity import Entity, Scene
+from scenelang.interpreter.flatten import FlatFrame, flatten
+from scenelang.interpreter.plain import primitive_attributes
+from scenelang.interpreter.shapes import WORDS
+
+MOST_ITEMS = 5_000
+_FENCE = re.compile(r"^[ \t]*```[ \t]*(?:json)?[ \t]*\n(.*?)^[ \t]*```", re.M | re.S)
+_DIGITS = 6
+_DEEPEST = 20
+_ROOT = "scene"
+
+
+def listing(scene: Scene, with_words: bool) -> str:
+    """The primitives of a scene as JSON, one in a line. Raises SceneError for more than ``MOST_ITEMS``."""
+    flat = flatten(scene, MOST_ITEMS)
+    frames = [_frame(frame, with_words) for frame in flat.frames]
+    return _lines(frames[0]) if not flat.animated else "[\n" + ",\n".join(map(_lines, frames)) + "\n]"
+
+
+def _lines(items: Sequence[Mapping[str, Any]]) -> str:
+    return "[\n" + ",\n".join(json.dumps(item, ensure_ascii=False) for item in items) + "\n]"
+
+
+def _frame(frame: FlatFrame, with_words: bool) -> list[dict[str, Any]]:
+    found = []
+    for i in range(len(frame)):
+        entity, path = frame.primitives[frame.index[i]], frame.paths[frame.path_index[i]]
+        found.append(_item(entity, path, frame.matrices[i].tolist(), with_words))
+    return found
+
+
+def _item(entity: Entity, path: tuple[str, ...], matrix: list[list[float]], with_words: bool) -> dict[str, Any]:
+    has_geometry = entity.word in WORDS
+    word = path[-1] if has_geometry and path else entity.word
+    item: dict[str, Any] = {"word": word} if with_words else {}
+    item["shape"] = entity.word if has_geometry else "box"
+    item["attributes"] = {name: _rounded(value) for name, value in primitive_attributes(entity).items()}
+    if with_words and entity.embedding.text:
+        item["text"] = entity.embedding.text
+    return item | {"pose": _rounded(matrix)}
+
+
+def _rounded(value: Any) -> Any:
+    """Numbers with few digits: the model reads every one."""
+    if isinstance(value, float):
+        return int(value) if value == round(value) and abs(value) < 1e9 else float(f"{value:.{_DIGITS}g}")
+    if isinstance(value, list):
+        return [_rounded(item) for item in value]
+    return {name: _rounded(item) for name, item in value.items()} if isinstance(value, dict) else value
+
+
+# --- reading a list back -------------------------------------------------------------------------------------------
+
+
+def program_of(answer: str, task: str) -> str:
+    """The program of the scene that a list describes, in an answer that may hold more. Raises SceneError("listing")."""
+    frames = _frames(_parsed(answer))
+    header = "".join(f"; {line}\n" for line in task.splitlines() if line.strip())
+    scenes = ["(union" + "".join(f"\n  {line}" for line in map(_part, frame)) + ")" for frame in frames]
+    body = scenes[0] if len(scenes) == 1 else "(frames (list\n" + "\n".join(scenes) + "))"
+    return f"{header}\n(bind {string_text(_ROOT)} (lambda () {body}))\n"
+
+
+def _parsed(answer: str) -> Any:
+    fenced = _FENCE.search(answer)
+    text = fenced[1] if fenced is not None else answer[answer.find("[") : answer.rfind("]") + 1]
+    try:
+        return json.loads(text, parse_constant=_refuse, parse_int=_whole)
+    except json.JSONDecodeError as error:
+        raise SceneError("listing", f"the answer holds no list in JSON: {error.msg} (line {error.lineno})") from None
+    except (ValueError, RecursionError) as error:
+        raise SceneError("listing", f"the list cannot be read: {str(error)[:80]}") from None
+
+
+def _refuse(constant: str) -> NoReturn:
+    raise ValueError(f"{constant} is no number of JSON")
+
+
+def _whole(text: str) -> int:
+    if len(text) > 18:
+        raise ValueError(f"{text[:20]} is too large")
+    return int(text)
+
+
+def _frames(data: Any) -> list[list[Any]]:
+    if not isinstance(data, list) or not data:
+        raise SceneError("listing", "the answer is no list of primitives")
+    frames = data if all(isinstance(item, list) for item in data) else [data]
+    if sum(map(len, frames)) > MOST_ITEMS:
+        raise SceneError("listing", f"the list has more than {MOST_ITEMS:,} primitives")
+    return frames
+
+
+def _part(item: Any) -> str:
+    """An item as a form: its primitive under its pose, inside an entity of its word."""
+    if not isinstance(item, dict):
+        raise SceneError("listing", f"an item of the list is no object: {json.dumps(item)[:60]}")
+    shape, word = item.get("shape"), item.get("word")
+    if not isinstance(shape, str) or not shape or not (word is None or isinstance(word, str)):
+        raise SceneError("listing", f"an item lacks `shape`, a name: {json.dumps(item)[:80]}")
+    is_semantic = shape not in WORDS
+    name = word if is_semantic and word else shape
+    text = f" {string_text(item['text'])}" if isinstance(item.get("text"), str) else ""
+    primitive = f"(call {string_text(name)}{text}{''.join(_attributes(item))})"
+    if word and not is_semantic and word != shape:
+        primitive = f"(make-entity {string_text(word)} (embedding) {primitive})"
+    return f"(transform {primitive} {_pose(item)})"
+
+
+def _attributes(item: Mapping[str, Any]) -> Iterator[str]:
+    attributes = item.get("attributes", {})
+    if not isinstance(attributes, dict):
+        raise SceneError("listing", f"`attributes` of an item is no object: {json.dumps(item)[:80]}")
+    for name, value in attributes.items():
+        if not _is_name(name):
+            raise SceneError("listing", f"`{name[:40]}` is no name of an attribute")
+        if value is not None:
+            yield f" :{name} {_literal(value)}"
+
+
+def _is_name(text: str) -> bool:
+    """Whether ``:text`` reads as one keyword."""
+    result = read(Source("<attribute>", f":{text}"))
+    return len(result.forms) == 1 and not result.diagnostics and result.forms[0].span.end == len(text) + 1
+
+
+def _literal(value: Any, depth: int = 0) -> str:
+    """JSON data as an expression of the language: arrays of numbers, lists, association lists."""
+    if depth > _DEEPEST:
+        raise SceneError("listing", "an attribute of the list is nested too deeply")
+    if isinstance(value, bool):
+        return "#t" if value else "#f"
+    if isinstance(value, (int, float)):
+        return _number(value)
+    if isinstance(value, str):
+        return string_text(value)
+    if value is None:
+        return "none"
+    if isinstance(value, dict):
+        pairs = (f" (list {string_text(name)} {_literal(item, depth + 1)})" for name, item in value.items())
+        return f"(list{''.join(pairs)})"
+    inner = [_literal(item, depth + 1) for item in value]
+    are_numbers = bool(value) and all(isinstance(item, (int, float)) and not isinstance(item, bool) for item in value)
+    return f"[{' '.join(inner)}]" if are_numbers else f"(list{''.join(f' {text}' for text in inner)})"
+
+
+def _number(value: float) -> str:
+    if not math.isfinite(value):
+        raise SceneError("listing", "a number of the list is too large")
+    return number_text(value)
+
+
+def _pose(item: Mapping[str, Any]) -> str:
+    rows = item.get("pose")
+    if isinstance(rows, list) and len(rows) == 4 and rows[3] in ([0, 0, 0, 1], [0.0, 0.0, 0.0, 1.0]):
+        rows = rows[:3]
+    is_pose = isinstance(rows, list) and len(rows) == 3 and all(isinstance(r, list) and len(r) == 4 for r in rows)
+    if not is_pose or not all(isinstance(x, (int, float)) and not isinstance(x, bool) for row in rows for x in row):
+        raise SceneError("listing", f"`pose` of an item is not three rows of four numbers: {json.dumps(item)[:80]}")
+    written = [f"[{' '.join(map(_number, row))}]" for row in [*rows, [0, 0, 0, 1]]]
+    return f"(pose [{' '.join(written)}])"

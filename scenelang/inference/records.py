@@ -1,0 +1,252 @@
+"""Run folders: every question, answer and verdict of one run, so that it can be read and continued.
+
+run.json                  what was asked for, how it stands
+input-1.png               pictures that came with the task
+sample-1/01-draft/        request.json, picture-1.png ..., reply.json, answer.txt, program.scene, diagnostics.txt
+best.scene                what the run came to
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import os
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from scenelang.backends.files import write_json, written_whole
+from scenelang.backends.language_models.client import Answer
+from scenelang.backends.language_models.replies import reply_data, reply_of
+from scenelang.grammar.diagnostics import SceneError, suggest, to_json
+from scenelang.inference.answers import Verdict
+
+_PRIVATE = 0o700
+_VERSION = 1
+_SLUG = re.compile(r"[^a-z0-9]+")
+_LONGEST_SLUG = 40
+_ATTEMPT = re.compile(r"(\d+)-([a-z]+)\Z")
+
+
+def runs_folder(chosen: str | None) -> Path:
+    """Where runs are kept: the folder that was chosen, SCENELANG_RUNS, else the user's state folder."""
+    given = chosen or os.environ.get("SCENELANG_RUNS")
+    if given:
+        return Path(given)
+    base = os.environ.get("XDG_STATE_HOME") or str(Path.home() / ".local" / "state")
+    return Path(base) / "scenelang" / "runs"
+
+
+@dataclass(frozen=True, slots=True)
+class Attempt:
+    """One question of a run as it is recorded."""
+
+    sample: int
+    number: int
+    purpose: str
+    facts: Mapping[str, Any]
+
+    @property
+    def cost(self) -> float:
+        return float(self.facts.get("cost", 0.0))
+
+
+class Run:
+    """One run's folder. ``clean`` takes secrets out of all that is written."""
+
+    def __init__(self, path: Path, clean: Callable[[str], str] = str) -> None:
+        self.path = path
+        self._clean = clean
+
+    # --- the run ---------------------------------------------------------------------------------------------------
+
+    @property
+    def name(self) -> str:
+        return self.path.name
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """What run.json says. Raises SceneError for a folder that is no run."""
+        try:
+            data = json.loads((self.path / "run.json").read_text("utf-8"))
+        except (OSError, ValueError, RecursionError):
+            raise SceneError("run", f"{self.path} is no folder of a run") from None
+        if not isinstance(data, dict) or data.get("version") != _VERSION:
+            raise SceneError("run", f"{self.path} was written by another version")
+        return data
+
+    def note(self, **facts: Any) -> None:
+        """Change what run.json says."""
+        path = self.path / "run.json"
+        old = self.facts if path.exists() else {"version": _VERSION}
+        write_json(path, json.loads(self._clean(json.dumps({**old, **facts}))))
+
+    def keep(self, name: str, data: bytes) -> None:
+        """Write a file of the run, whole or not at all."""
+        path = self.path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with written_whole(path) as temporary:
+            temporary.write_bytes(data)
+
+    def keep_text(self, name: str, text: str) -> None:
+        """Write a text of the run without secrets."""
+        self.keep(name, self._clean(text).encode("utf-8", "replace"))
+
+    # --- attempts --------------------------------------------------------------------------------------------------
+
+    def recorded(self, sample: int, number: int, key: str) -> Answer | None:
+        """The answer that this run got to a question already."""
+        facts = self._reply_facts(sample, number)
+        if facts is None or facts.get("key") != key:
+            return None
+        try:
+            return Answer(reply_of(facts), float(facts["cost"]), bool(facts["was_kept"]))
+        except (KeyError, TypeError, ValueError, AttributeError):
+            return None
+
+    def _reply_facts(self, sample: int, number: int) -> dict[str, Any] | None:
+        for folder in self._folder(sample).glob(f"{number:02d}-*"):
+            try:
+                found = json.loads((folder / "reply.json").read_text("utf-8"))
+            except (OSError, ValueError):
+                continue
+            return found if isinstance(found, dict) else None
+        return None
+
+    def asked(self, sample: int, number: int, purpose: str, payload: Mapping[str, Any]) -> None:
+        """Record a question before it is sent; its pictures become files."""
+        folder = self._attempt(sample, number, purpose)
+        pictures: list[bytes] = []
+        data = _without_pictures(payload, pictures)
+        for position, picture in enumerate(pictures, 1):
+            self.keep(f"{folder}/picture-{position}.png", picture)
+        self.keep_text(f"{folder}/request.json", json.dumps(data, indent=1, ensure_ascii=False))
+
+    def answered(self, sample: int, number: int, purpose: str, key: str, answer: Answer) -> None:
+        """Record an answer."""
+        folder = self._attempt(sample, number, purpose)
+        facts = reply_data(answer.reply) | {"key": key, "cost": answer.cost, "was_kept": answer.was_kept}
+        self.keep_text(f"{folder}/answer.txt", answer.reply.text)
+        self.keep_text(f"{folder}/reply.json", json.dumps(facts))
+
+    def judged(self, sample: int, number: int, purpose: str, verdict: Verdict) -> None:
+        """Record what became of an answer."""
+        folder = self._attempt(sample, number, purpose)
+        self.keep_text(f"{folder}/program.scene", verdict.program)
+        self.keep_text(f"{folder}/diagnostics.txt", verdict.told())
+        facts = {
+            "usable": verdict.is_usable,
+            "diagnostics": [to_json(d) for d in verdict.diagnostics],
+            "findings": [to_json(d) for d in verdict.findings],
+        }
+        self.keep_text(f"{folder}/verdict.json", json.dumps(facts))
+
+    def attempts(self) -> Iterator[Attempt]:
+        """All that was answered, by sample and number."""
+        for folder in sorted(self.path.glob("sample-*/*")):
+            match = _ATTEMPT.fullmatch(folder.name)
+            sample = folder.parent.name.removeprefix("sample-")
+            facts = self._reply_facts(int(sample), int(match[1])) if match and sample.isdecimal() else None
+            if match is not None and facts is not None:
+                yield Attempt(int(sample), int(match[1]), match[2], facts | self._verdict_facts(folder))
+
+    @staticmethod
+    def _verdict_facts(folder: Path) -> dict[str, Any]:
+        try:
+            found = json.loads((folder / "verdict.json").read_text("utf-8"))
+        except (OSError, ValueError):
+            return {}
+        return found if isinstance(found, dict) else {}
+
+    @property
+    def spent(self) -> float:
+        """US dollars."""
+        return sum(attempt.cost for attempt in self.attempts())
+
+    def _folder(self, sample: int) -> Path:
+        return self.path / f"sample-{sample}"
+
+    @staticmethod
+    def _attempt(sample: int, number: int, purpose: str) -> str:
+        return f"sample-{sample}/{number:02d}-{purpose}"
+
+    # --- one process at a time -------------------------------------------------------------------------------------
+
+    def claim(self) -> None:
+        """Hold the run as long as this process lives. Raises SceneError where another process has it."""
+        try:
+            import fcntl
+        except ImportError:
+            return
+        file = os.open(self.path / ".lock", os.O_RDWR | os.O_CREAT, 0o600)
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            os.close(file)
+            raise SceneError("run", f"another process is at work on the run {self.name}") from None
+
+
+def _without_pictures(data: Any, pictures: list[bytes]) -> Any:
+    """A payload with the name of a file in place of each picture's data."""
+    if isinstance(data, Mapping):
+        return {name: _without_pictures(value, pictures) for name, value in data.items()}
+    if isinstance(data, list):
+        return [_without_pictures(item, pictures) for item in data]
+    if isinstance(data, str) and len(data) > 2_000:
+        encoded = data.rpartition(";base64,")[2] if data.startswith("data:") else data
+        try:
+            picture = base64.b64decode(encoded, validate=True)
+        except ValueError:
+            return data
+        pictures.append(picture)
+        return f"picture-{len(pictures)}.png, sha256 {hashlib.sha256(picture).hexdigest()}"
+    return data
+
+
+# --- many runs -----------------------------------------------------------------------------------------------------
+
+
+def new_run(folder: Path, text: str, clean: Callable[[str], str]) -> Run:
+    """A new folder for a run, named by the time and its task. Raises SceneError where it cannot be made."""
+    slug = _SLUG.sub("-", text.lower()).strip("-")[:_LONGEST_SLUG].rstrip("-") or "run"
+    stamp = datetime.now().strftime("%Y%m%d-%H%M%S")
+    try:
+        folder.mkdir(mode=_PRIVATE, parents=True, exist_ok=True)
+        for number in range(1, 1000):
+            path = folder / (f"{stamp}-{slug}" if number == 1 else f"{stamp}-{slug}-{number}")
+            try:
+                path.mkdir(mode=_PRIVATE)
+            except FileExistsError:
+                continue
+            return Run(path, clean)
+    except OSError as error:
+        raise SceneError("file", f"no run can be kept in {folder}: {error.strerror or error}") from None
+    raise SceneError("file", f"no run can be kept in {folder}: too many begin at once")
+
+
+def all_runs(folder: Path) -> list[Run]:
+    """The runs in a folder, oldest first."""
+    if not folder.is_dir():
+        return []
+    return [Run(path) for path in sorted(folder.iterdir()) if (path / "run.json").is_file()]
+
+
+def find_run(folder: Path, name: str, clean: Callable[[str], str] = str) -> Run:
+    """The run of a name, of an unambiguous beginning of one, of a path, or the ``last`` one. Raises SceneError."""
+    if (Path(name) / "run.json").is_file():
+        return Run(Path(name), clean)
+    runs = all_runs(folder)
+    if name == "last" and runs:
+        return Run(runs[-1].path, clean)
+    exact = [run for run in runs if run.name == name]
+    found = exact or [run for run in runs if run.name.startswith(name)]
+    if len(found) == 1:
+        return Run(found[0].path, clean)
+    if found:
+        raise SceneError("run", f"`{name[:60]}` could be {', '.join(run.name for run in found[:5])}")
+    hint = suggest(name, [run.name for run in runs]) or f"`scenelang runs` lists those in {folder}"
+    raise SceneError("run", f"there is no run `{name[:60]}`", hint)

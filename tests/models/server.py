@@ -1,0 +1,221 @@
+"""A local server that speaks the Messages API, enough for the SDK: streams, images, errors, batches, broken lines.
+
+What it answers is scripted: a list of answers, one for each request that is not a count of tokens.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from threading import Lock, Thread
+from typing import Any
+
+RESPONSES_PER_PIECE = 64  # characters in one event of a stream
+
+
+@dataclass(frozen=True)
+class Said:
+    """An answer. ``status`` other than 200 is an error; ``breaks_after`` closes the connection after so many characters;
+    ``thinks`` puts a block of thinking before the text."""
+
+    text: str = ""
+    stop: str = "end_turn"
+    status: int = 200
+    breaks_after: int | None = None
+    is_error_event: bool = False
+    thinks: bool = False
+    usage: dict[str, int] = field(default_factory=dict)
+    details: dict[str, Any] | None = None
+
+
+Script = Sequence[Said] | Callable[[dict[str, Any]], Said]
+
+
+class ModelServer:
+    """``requests`` are the bodies of all questions, ``counted`` those whose tokens were counted."""
+
+    def __init__(self, script: Script) -> None:
+        self.script = script
+        self.requests: list[dict[str, Any]] = []
+        self.counted: list[dict[str, Any]] = []
+        self.headers: list[dict[str, str]] = []
+        self.batches: dict[str, list[dict[str, Any]]] = {}
+        self.polls = 0
+        self.url = ""
+        self._next = 0
+        self._lock = Lock()
+
+    def answer(self, body: dict[str, Any]) -> Said:
+        with self._lock:
+            self.requests.append(body)
+            if callable(self.script):
+                return self.script(body)
+            position, self._next = self._next, self._next + 1
+            assert position < len(self.script), f"the model is asked {position + 1} times"
+            return self.script[position]
+
+
+@contextmanager
+def serving(script: Script) -> Iterator[ModelServer]:
+    """A server on this machine for the time of the block."""
+    state = ModelServer(script)
+
+    class Handler(BaseHTTPRequestHandler):
+        protocol_version = "HTTP/1.1"
+
+        def do_POST(self) -> None:
+            body = json.loads(self.rfile.read(int(self.headers["content-length"])))
+            state.headers.append({name.lower(): value for name, value in self.headers.items()})
+            if self.path.startswith("/v1/messages/count_tokens"):
+                state.counted.append(body)
+                self._json({"input_tokens": len(json.dumps(body)) // 4})
+            elif self.path.startswith("/v1/messages/batches"):
+                self._batch(body)
+            else:
+                self._say(state.answer(body), body)
+
+        def do_GET(self) -> None:
+            name = self.path.split("/")[4].split("?")[0] if self.path.count("/") >= 4 else ""
+            if self.path.endswith("/results"):
+                lines = [self._result(entry) for entry in state.batches[name]]
+                self._send(200, "\n".join(map(json.dumps, lines)).encode(), "application/x-jsonl")
+            elif name in state.batches:
+                state.polls += 1
+                self._json(batch(name, "ended" if state.polls > 1 else "in_progress", self))
+            else:
+                self._json({"type": "error", "error": {"type": "not_found_error", "message": "no such thing"}}, 404)
+
+        def _batch(self, body: dict[str, Any]) -> None:
+            name = f"msgbatch_{len(state.batches)}"
+            state.batches[name] = body["requests"]
+            state.polls = 0
+            self._json(batch(name, "in_progress", self))
+
+        def _result(self, entry: dict[str, Any]) -> dict[str, Any]:
+            said = state.answer(entry["params"])
+            if said.status != 200:
+                error = {"type": "error", "error": {"type": "invalid_request_error", "message": said.text}}
+                return {"custom_id": entry["custom_id"], "result": {"type": "errored", "error": error}}
+            result = {"type": "succeeded", "message": message(said, entry["params"])}
+            return {"custom_id": entry["custom_id"], "result": result}
+
+        def _say(self, said: Said, body: dict[str, Any]) -> None:
+            if said.status != 200:
+                kinds = {400: "invalid_request_error", 401: "authentication_error", 429: "rate_limit_error", 529: "overloaded_error"}
+                kind = kinds.get(said.status, "api_error")
+                self._json({"type": "error", "error": {"type": kind, "message": said.text}}, said.status)
+                return
+            if not body.get("stream"):
+                self._json(message(said, body))
+                return
+            self.send_response(200)
+            self.send_header("content-type", "text/event-stream")
+            self.send_header("transfer-encoding", "chunked")
+            self.end_headers()
+            for event in events(said, body):
+                if event is None:
+                    self.wfile.flush()
+                    self.close_connection = True
+                    self.connection.close()
+                    return
+                text = f"event: {event['type']}\ndata: {json.dumps(event)}\n\n".encode()
+                self.wfile.write(f"{len(text):x}\r\n".encode() + text + b"\r\n")
+            self.wfile.write(b"0\r\n\r\n")
+
+        def _json(self, data: Any, status: int = 200) -> None:
+            self._send(status, json.dumps(data).encode(), "application/json")
+
+        def _send(self, status: int, data: bytes, kind: str) -> None:
+            self.send_response(status)
+            self.send_header("content-type", kind)
+            self.send_header("retry-after", "0")
+            self.send_header("content-length", str(len(data)))
+            self.end_headers()
+            self.wfile.write(data)
+
+        def log_message(self, *_: object) -> None:
+            pass
+
+    server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+    server.daemon_threads = True
+    state.url = f"http://127.0.0.1:{server.server_address[1]}"
+    thread = Thread(target=server.serve_forever, args=(0.05,), daemon=True)
+    thread.start()
+    try:
+        yield state
+    finally:
+        server.shutdown()
+        server.server_close()
+
+
+def batch(name: str, status: str, handler: BaseHTTPRequestHandler) -> dict[str, Any]:
+    host = handler.headers["host"]
+    return {
+        "id": name,
+        "type": "message_batch",
+        "processing_status": status,
+        "request_counts": {"processing": 1, "succeeded": 0, "errored": 0, "canceled": 0, "expired": 0},
+        "created_at": "2026-11-22T00:00:00Z",
+        "expires_at": "2026-11-23T00:00:00Z",
+        "ended_at": None,
+        "archived_at": None,
+        "cancel_initiated_at": None,
+        "results_url": f"http://{host}/v1/messages/batches/{name}/results" if status == "ended" else None,
+    }
+
+
+def usage(said: Said) -> dict[str, Any]:
+    tokens = {"input_tokens": 1000, "output_tokens": max(1, len(said.text) // 4)}
+    return {**tokens, "cache_read_input_tokens": 0, "cache_creation_input_tokens": 0, **said.usage}
+
+
+def message(said: Said, body: dict[str, Any]) -> dict[str, Any]:
+    content = [{"type": "text", "text": said.text}] if said.text else []
+    found = {
+        "id": "msg_1", "type": "message", "role": "assistant", "model": body["model"], "content": content,
+        "stop_reason": said.stop, "stop_sequence": None, "usage": usage(said),
+    }  # fmt: skip
+    return found | ({"stop_details": said.details} if said.details else {})
+
+
+def events(said: Said, body: dict[str, Any]) -> Iterator[dict[str, Any] | None]:
+    """The events of a stream; None where the connection breaks."""
+    start = message(said, body) | {"content": [], "stop_reason": None}
+    start.pop("stop_details", None)
+    start["usage"] = {**usage(said), "output_tokens": 1}
+    yield {"type": "message_start", "message": start}
+    index = 0
+    if said.thinks:
+        yield {"type": "content_block_start", "index": 0, "content_block": {"type": "thinking", "thinking": "", "signature": ""}}
+        yield {"type": "content_block_delta", "index": 0, "delta": {"type": "thinking_delta", "thinking": "hm"}}
+        yield {"type": "content_block_delta", "index": 0, "delta": {"type": "signature_delta", "signature": "c2ln"}}
+        yield {"type": "content_block_stop", "index": 0}
+        index = 1
+    yield {"type": "ping"}
+    yield {"type": "content_block_start", "index": index, "content_block": {"type": "text", "text": ""}}
+    sent = 0
+    for start_of_piece in range(0, len(said.text), RESPONSES_PER_PIECE):
+        if said.breaks_after is not None and sent >= said.breaks_after:
+            yield from _break(said)
+            return
+        piece = said.text[start_of_piece : start_of_piece + RESPONSES_PER_PIECE]
+        yield {"type": "content_block_delta", "index": index, "delta": {"type": "text_delta", "text": piece}}
+        sent += len(piece)
+    if said.breaks_after is not None:
+        yield from _break(said)
+        return
+    yield {"type": "content_block_stop", "index": index}
+    delta = {"stop_reason": said.stop, "stop_sequence": None}
+    if said.details:
+        delta["stop_details"] = said.details
+    yield {"type": "message_delta", "delta": delta, "usage": usage(said)}
+    yield {"type": "message_stop"}
+
+
+def _break(said: Said) -> Iterator[dict[str, Any] | None]:
+    if said.is_error_event:
+        yield {"type": "error", "error": {"type": "overloaded_error", "message": "overloaded in mid-stream"}}
+    yield None
