@@ -83,6 +83,11 @@ def add_common(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument("--z", metavar="FILE", help="embeddings (default: FILE.z.safetensors beside the program)")
     group.add_argument("--allow-outside", action="store_true", help="let files import from outside the project folder")
+    add_limits(parser)
+
+
+def add_limits(parser: argparse.ArgumentParser) -> None:
+    """What an evaluation may use."""
     limits = parser.add_argument_group("limits")
     for field in fields(Limits):
         if field.name in _LIMIT_HELP:
