@@ -141,10 +141,9 @@ class Session:
 
     # --- sources ---------------------------------------------------------------------------------------------------
 
-    def source(self, path: str, shown: str | None = None) -> Source:
-        """The text of a file, ``-`` for standard input, under the name ``shown`` (its path where None); raises SceneError
-        when it cannot be read."""
-        return _read_source(path, path if shown is None else shown)
+    def source(self, path: str) -> Source:
+        """The text of a file, ``-`` for standard input; raises SceneError when it cannot be read."""
+        return _read_source(path, path)
 
     @staticmethod
     def _folder(main: Source) -> Path:

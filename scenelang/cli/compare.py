@@ -47,7 +47,8 @@ def diff(arguments: argparse.Namespace) -> int:
         if sheets is None:
             return 1
         sides.append(sheets)
-    found = changes_between(*sides, arguments.tolerance)
+    frames_a, frames_b = sides
+    found = changes_between(frames_a, frames_b, arguments.tolerance)
     if arguments.json:
         print_json(found.data())
     else:

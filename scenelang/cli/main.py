@@ -21,6 +21,7 @@ from scenelang.cli import (
     graph,
     lsp,
     maps,
+    mcp,
     pictures,
     programs,
     repl,
@@ -46,6 +47,7 @@ _MODULES = (
     embeddings,
     grammar,
     lsp,
+    mcp,
     doctor,
     completion,
 )
