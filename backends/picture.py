@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -152,6 +153,13 @@ def save_picture(picture: Picture, path: Path | str) -> None:
     image = need("PIL.Image", "pillow").fromarray(picture)
     with written_whole(target) as temporary:
         image.save(temporary, quality=92)
+
+
+def png_of(picture: Picture) -> bytes:
+    """``picture`` (H, W, 3) as PNG; raises SceneError("backend") without pillow."""
+    data = io.BytesIO()
+    need("PIL.Image", "pillow").fromarray(picture).save(data, "PNG")
+    return data.getvalue()
 
 
 def save_radiance(radiance: npt.NDArray[np.float32], path: Path | str) -> None:

@@ -6,14 +6,10 @@ door gives them these methods (``install``) when it makes the first scene.
 
 from __future__ import annotations
 
-import io
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.entity import Entity, Scene
-
-if TYPE_CHECKING:
-    from scenelang.backends.picture import Picture
 
 _WIDTH, _HEIGHT = 480, 360
 
@@ -56,16 +52,12 @@ def install() -> None:
 
 def _png(self: Entity | Scene) -> bytes | None:
     """A draft picture as PNG; None, so that the notebook shows the text, where there is nothing to draw."""
-    from scenelang.backends.base import need
-    from scenelang.backends.picture import PictureOptions, render
+    from scenelang.backends.picture import PictureOptions, png_of, render
 
     try:
-        picture: Picture = render(_scene_of(self), PictureOptions(width=_WIDTH, height=_HEIGHT))
+        return png_of(render(_scene_of(self), PictureOptions(width=_WIDTH, height=_HEIGHT)))
     except SceneError:
         return None
-    data = io.BytesIO()
-    need("PIL.Image", "pillow").fromarray(picture).save(data, "PNG")
-    return data.getvalue()
 
 
 def _scene_of(value: Entity | Scene) -> Scene:

@@ -55,7 +55,7 @@ def test_checking_a_program_imports_nothing_heavy(tmp_path: Path) -> None:
     code = (
         "import sys; from scenelang.cli.main import main\n"
         f"assert main(['check', {str(program)!r}]) == 0\n"
-        f"print(sorted({HEAVY | {'PIL', 'rich', 'prompt_toolkit', 'safetensors'}!r} & set(sys.modules)))"
+        f"print(sorted({HEAVY | {'PIL', 'rich', 'prompt_toolkit', 'safetensors', 'mcp', 'pydantic'}!r} & set(sys.modules)))"
     )
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path, check=True)
     assert result.stdout.strip() == "[]"

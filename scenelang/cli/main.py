@@ -22,6 +22,7 @@ from scenelang.cli import (
     graph,
     lsp,
     maps,
+    mcp,
     pictures,
     programs,
     repl,
@@ -48,6 +49,7 @@ _MODULES = (
     embeddings,
     grammar,
     lsp,
+    mcp,
     doctor,
     completion,
 )

@@ -13,8 +13,9 @@ from scenelang.cli.options import UsageError, add_common, add_file, session_of, 
 from scenelang.cli.output import print_json, report, report_run, table
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.grammar.source import Source
-from scenelang.interpreter.entity import Scene, count_words, descendants, primitive_count
+from scenelang.interpreter.entity import count_words
 from scenelang.session import Evaluated, Session
+from scenelang.summary import summary, summary_rows
 
 
 def evaluated(arguments: argparse.Namespace) -> Evaluated:
@@ -89,35 +90,12 @@ def run(arguments: argparse.Namespace) -> int:
     report_run(arguments, result)
     if result.scene is None:
         return 1
-    facts = summary(result.scene, seconds)
+    facts = summary(result.scene)
     if arguments.json:
-        print_json(facts)
-        return 0
-    box = facts.pop("bounds")
-    rows = [(name, f"{value:,}" if isinstance(value, int) else str(value)) for name, value in facts.items()]
-    rows[-1] = ("time", f"{seconds:.3f} s")
-    if box is not None:
-        for name in ("min", "max"):
-            rows.insert(-1, (name, "[" + " ".join(f"{x:.6g}" for x in box[name]) + "]"))
-    print(table(rows, (False, False)))
+        print_json(facts | {"seconds": seconds})
+    else:
+        print(table([*summary_rows(facts), ("time", f"{seconds:.3f} s")], (False, False)))
     return 0
-
-
-def summary(scene: Scene, seconds: float) -> dict[str, Any]:
-    """What ``run`` says of a scene: of all frames of a 4D scene together."""
-    from scenelang.interpreter.selection import word_box
-
-    box = word_box(scene, None)
-    facts: dict[str, Any] = {"root": scene.word}
-    if scene.animated:
-        facts["frames"] = len(scene.frames)
-    return facts | {
-        "entities": sum(1 for _ in descendants(*scene.frames)),
-        "instances": sum(sum(count_words(root).values()) for root in scene.frames),
-        "primitives": sum(primitive_count(root) for root in scene.frames),
-        "bounds": {"min": list(box[:3]), "max": list(box[3:])} if box is not None else None,
-        "seconds": seconds,
-    }
 
 
 def add_expand(subparsers: Any) -> None:

@@ -14,9 +14,9 @@ from scenelang.inference.task import Ablation, Kind, Notation, Task
 from scenelang.interpreter.shapes import ATTRIBUTES, BLOCK_WORDS, GEOMETRY, PRIMITIVES, READ
 from scenelang.interpreter.transpile.helper_api import HELPERS
 from scenelang.interpreter.transpile.response import find_code
+from scenelang.primer import primer
 from scenelang.session import Session
 from scenelang.stdlib.helper_stubs import helper_header
-from scenelang.stdlib.primer import primer
 
 NO_CHANGES = "NO CHANGES"
 _FENCES = {Notation.PYTHON: "python", Notation.LANGUAGE: "scene", Notation.LIST: "json"}

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-import io
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from scenelang.backends.language_models.conversation import Picture as Encoded
 from scenelang.grammar.diagnostics import SceneError
@@ -55,8 +57,6 @@ def best_view(scene: Scene) -> Picture:
 
 def contact_sheet(scenes: Sequence[Scene]) -> Encoded:
     """One view of each scene in a grid, with its number from 1."""
-    import math
-
     from PIL import Image as Pillow
     from PIL import ImageDraw, ImageFont
 
@@ -71,17 +71,11 @@ def contact_sheet(scenes: Sequence[Scene]) -> Encoded:
         draw = ImageDraw.Draw(sheet)
         place = (corner[0] + 10, corner[1] + 6)
         draw.text(place, str(number + 1), fill="black", font=font, stroke_width=4, stroke_fill="white")
-    return _png(sheet)
+    return encoded(np.asarray(sheet))
 
 
 def encoded(picture: Picture) -> Encoded:
-    """A picture as PNG."""
-    from PIL import Image as Pillow
+    """A picture as models take it."""
+    from scenelang.backends.picture import png_of
 
-    return _png(Pillow.fromarray(picture))
-
-
-def _png(image: object) -> Encoded:
-    buffer = io.BytesIO()
-    image.save(buffer, "PNG", optimize=True)  # type: ignore[attr-defined]
-    return Encoded("image/png", buffer.getvalue())
+    return Encoded("image/png", png_of(picture))

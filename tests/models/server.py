@@ -104,7 +104,12 @@ def serving(script: Script) -> Iterator[ModelServer]:
 
         def _say(self, said: Said, body: dict[str, Any]) -> None:
             if said.status != 200:
-                kinds = {400: "invalid_request_error", 401: "authentication_error", 429: "rate_limit_error", 529: "overloaded_error"}
+                kinds = {
+                    400: "invalid_request_error",
+                    401: "authentication_error",
+                    429: "rate_limit_error",
+                    529: "overloaded_error",
+                }
                 kind = kinds.get(said.status, "api_error")
                 self._json({"type": "error", "error": {"type": kind, "message": said.text}}, said.status)
                 return
@@ -189,7 +194,11 @@ def events(said: Said, body: dict[str, Any]) -> Iterator[dict[str, Any] | None]:
     yield {"type": "message_start", "message": start}
     index = 0
     if said.thinks:
-        yield {"type": "content_block_start", "index": 0, "content_block": {"type": "thinking", "thinking": "", "signature": ""}}
+        yield {
+            "type": "content_block_start",
+            "index": 0,
+            "content_block": {"type": "thinking", "thinking": "", "signature": ""},
+        }
         yield {"type": "content_block_delta", "index": 0, "delta": {"type": "thinking_delta", "thinking": "hm"}}
         yield {"type": "content_block_delta", "index": 0, "delta": {"type": "signature_delta", "signature": "c2ln"}}
         yield {"type": "content_block_stop", "index": 0}
