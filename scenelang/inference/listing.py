@@ -157,7 +157,8 @@ def _literal(value: Any, depth: int = 0) -> str:
     if isinstance(value, dict):
         pairs = (f" (list {string_text(name)} {_literal(item, depth + 1)})" for name, item in value.items())
         return f"(list{''.join(pairs)})"
-    inner = [_literal(item, depth + 1) for item in value]
+    items: list[Any] = value
+    inner = [_literal(item, depth + 1) for item in items]
     are_numbers = bool(value) and all(isinstance(item, (int, float)) and not isinstance(item, bool) for item in value)
     return f"[{' '.join(inner)}]" if are_numbers else f"(list{''.join(f' {text}' for text in inner)})"
 
