@@ -9,10 +9,9 @@ from functools import cache
 _NAMES = """
 white:ffffff, ivory:fffff0:f4f4f4:f6f3ea:efefed, cream:fff6d0, eggshell:f0ead6, pearl:eae6df, bone:e3dac9,
 light grey:d6d6d6:c9c9c9:bcbcbc, silver:c0c0c0, grey:a8a8a8:9a9a9a:919191:8a8a8a:808080, stone grey:8d897c,
-ash grey:b5b8b1, dark grey:707070:606060:525252, charcoal:3d3d3d:333537, graphite:292b2e, soot:201f1d,
-black:000000:0b0b0b:151515, very light grey:e4e4e4, slate grey:708090, warm grey:aba39a, gunmetal:4a545c,
-steel grey:6f7a83,
-pale blue grey:c3ccd6, dark slate:3a4752,
+ash grey:b5b8b1, dark grey:707070:606060:525252, charcoal:454545:3d3d3d:333537, graphite:292b2e, soot:201f1d,
+black:000000:0b0b0b:151515, very light grey:e4e4e4:eaeaea, slate grey:708090, warm grey:aba39a, gunmetal:4a545c,
+steel grey:6f7a83, pale blue grey:c3ccd6, dark slate:3a4752,
 
 red:ff0000:e60000, light red:f05a5a, dark red:8b0000, deep red:b00000, crimson:dc143c, scarlet:ff2400:f03010,
 cherry red:c8102e, ruby:9b111e, brick red:a8402f, blood red:7a0a0a, maroon:5e0a14, burgundy:6e0f2c, wine red:722f37,
@@ -54,7 +53,7 @@ cyan:00ffff:1de9ee, dark cyan:0a8a93, light cyan:d5fbff, aqua:3fd9e8, aquamarine
 petrol:0f5a68, verdigris:43a39a, lagoon blue:1fa6c0,
 
 blue:0000ff:1a34f0, bright blue:0a65ff, dark blue:00008b, light blue:add8e6:9cc8f0, sky blue:87ceeb:75bbfd,
-navy:000060, navy blue:0c2148, midnight blue:141a52, royal blue:2f55d4, cobalt blue:0047ab, azure:0a84f0,
+navy:000060:000080, navy blue:0c2148, midnight blue:141a52, royal blue:2f55d4, cobalt blue:0047ab, azure:0a84f0,
 baby blue:bfe2fb, powder blue:c3dfe6, pale blue:dcecfb, ice blue:e6f6ff, steel blue:4682b4, denim blue:3f5f8f,
 slate blue:5b74a0, cornflower blue:6495ed, ocean blue:1a6c9c, deep blue:0a2c78, electric blue:2a9cff, cerulean:1f8fcf,
 indigo:3c0a82, periwinkle:9a9cf5, ultramarine:2a12b0, sapphire:1848b0, dusty blue:7d9ebf, greyish blue:8097b3,

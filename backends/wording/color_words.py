@@ -69,4 +69,4 @@ def names_color(text: str) -> bool:
 @cache
 def _anywhere() -> re.Pattern[str]:
     names = {name for name, _ in color_names()} | set(named_colors()) | {"gray", "golden", "colourful", "colorful"}
-    return re.compile(rf"\b(?:{'|'.join(map(re.escape, sorted(names, key=len, reverse=True)))})(?:ish)?\b")
+    return re.compile(rf"\b(?:{'|'.join(map(re.escape, sorted(names, key=len, reverse=True)))})(?:d?ish)?\b")

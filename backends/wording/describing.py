@@ -5,6 +5,7 @@ What the program says comes first. What has no words, in no attribute either, is
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -127,6 +128,11 @@ def _joined(start: str, parts: Iterable[str]) -> str:
     text = start
     for part in parts:
         longer = f"{text}, {part}" if text else part
-        if part.lower() not in text.lower() and len(longer) <= MAX_TEXT:
+        if not _says(text, part) and len(longer) <= MAX_TEXT:
             text = longer
     return text
+
+
+def _says(text: str, part: str) -> bool:
+    """Whether ``part`` stands in ``text`` as words of its own: "red" is not in "weathered"."""
+    return re.search(rf"(?<!\w){re.escape(part.lower())}(?!\w)", text.lower()) is not None
