@@ -26,6 +26,7 @@ DOCUMENTS = (
     "docs/maps.md",
     "docs/grammar.md",
     "docs/editors.md",
+    "docs/embeddings.md",
     "docs/reference/stdlib.md",
     "docs/reference/diagnostics.md",
     "docs/reference/cli.md",
