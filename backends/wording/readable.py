@@ -13,6 +13,8 @@ from scenelang.interpreter.shapes import WORDS
 MAX_PART = 80  # characters of one part of a text that comes from an attribute
 _LARGEST = 1e15  # what is beyond is no number that a person would read
 
+_NAMESPACED = re.compile(r"[a-z_]+:[a-z0-9_]+(\[.*)?\Z")
+
 _MEANINGS = {"set-cuboid": "block", "asset": "object"}
 
 
@@ -39,10 +41,13 @@ def block(kind: str) -> str:
 
 
 def said(value: Any) -> str | None:
-    """A string or symbol as it is, on one line; None for any other value, and for one that says nothing."""
-    if isinstance(value, (str, Symbol, Keyword)):
-        return " ".join(str(value).split())[:MAX_PART].strip() or None
-    return None
+    """A string or symbol as it is, on one line, a name such as `minecraft:stone` as blocks have it; None for any other
+    value, and for one that says nothing: a single letter is an axis or a label."""
+    if not isinstance(value, (str, Symbol, Keyword)):
+        return None
+    text = " ".join(str(value).split())
+    text = block(text) if _NAMESPACED.match(text) else text[:MAX_PART].strip()
+    return text if len(text) > 1 else None
 
 
 def measured(name: str, value: Any) -> str | None:

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.wording.describing import Describe, Description, Member, describe_all
-from scenelang.backends.wording.handles import in_order
+from scenelang.backends.wording.handles import MAX_HANDLES, in_order
 from scenelang.backends.wording.readable import has_meaning, thing
 from scenelang.backends.wording.templates import DEFAULT, template_for
 from scenelang.grammar.diagnostics import SceneError
@@ -22,7 +22,7 @@ from scenelang.interpreter.entity import Entity, Scene
 from scenelang.interpreter.flatten import flatten
 from scenelang.interpreter.numbering import number_scene, primitive_handles
 
-LIMIT = 1_000_000  # primitives of all frames together
+LIMIT = 1_000_000  # primitives of all frames together, unless more are asked for
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +50,7 @@ def wording_of(scene: Scene, template: str = DEFAULT, describe: Describe | None 
 
     Raises SceneError: LimitError beyond ``limit`` primitives, "empty-scene", "attribute".
     """
-    handles = primitive_handles(scene, flatten(scene, min(limit, LIMIT)))
+    handles = primitive_handles(scene, flatten(scene, min(limit, MAX_HANDLES)))
     frames = [_members(root) for root in scene.frames]
     described = iter(describe_all([member for members, _ in frames for member in members], describe))
     texts: dict[str, str] = {}

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scenelang.cli.options import UsageError, add_common, add_file, limits_of, session_of, usage_errors, z_path
+from scenelang.cli.options import UsageError, add_common, add_file, session_of, usage_errors, z_path
 from scenelang.cli.output import print_json, report_run, table
 from scenelang.cli.programs import evaluated
 from scenelang.grammar.diagnostics import SceneError
@@ -43,7 +43,7 @@ def add_embed(subparsers: Any) -> None:
 
 def embed(arguments: argparse.Namespace) -> int:
     from scenelang.backends.wording.templates import DEFAULT, check_template
-    from scenelang.backends.wording.wording import merged, wording_of
+    from scenelang.backends.wording.wording import LIMIT, merged, wording_of
     from scenelang.zfile import read_wording, write_wording
 
     template = DEFAULT if arguments.template is None else arguments.template
@@ -55,7 +55,7 @@ def embed(arguments: argparse.Namespace) -> int:
     result = _evaluated_without_z(arguments) if is_new else evaluated(arguments)
     if result.scene is None:
         return 1
-    wording = wording_of(result.scene, template, limit=limits_of(arguments).primitives)
+    wording = wording_of(result.scene, template, limit=int(arguments.max_primitives or LIMIT))
     old = None if path is None or is_new or arguments.force else read_wording(path)
     wording, known = (wording, 0) if old is None else merged(old, wording)
     if target is not None:

@@ -69,6 +69,10 @@ def test_the_papers_pawn() -> None:
         ('(call "set-cuboid" :block-type "minecraft:oak_planks")', ("room", "oak planks")),
         ('(call "set-cuboid" :block-type "minecraft:red_wool" :color [1 0 0])', ("room", "red wool")),
         ('(call "lamp" :kind \'brass)', ("lamp", "brass")),
+        (
+            '(call "set-cuboid" :block-type "minecraft:stone" :kind "minecraft:stone[axis=x]" :axis "x")',
+            ("room", "stone"),
+        ),
         ('(call "tower" :n 1e300)', ("tower", UNDESCRIBED)),
     ],
 )
