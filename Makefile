@@ -6,7 +6,7 @@ BIN    := $(VENV)/bin
 SCENE  := examples/chessboard.scene
 ROOMS  := grammar interpreter stdlib backends scenelang
 
-.PHONY: demo test test-blender lint install bench gallery docs viewer editors chromium wheel test-gpu test-grammar test-slow clean
+.PHONY: demo test test-blender lint install bench eval-recorded gallery docs viewer editors chromium wheel test-gpu test-grammar test-slow clean
 
 # What the package needs, then the tools of development; redone when the project's files change.
 $(VENV)/.run: pyproject.toml constraints.txt
@@ -97,6 +97,10 @@ wheel: $(VENV)/.dev
 
 bench: install
 	$(BIN)/python benchmarks/run.py
+
+# The numbers that tasks state, counted in the responses of language models that the tests keep.
+eval-recorded: install
+	$(BIN)/python benchmarks/recorded.py
 
 gallery: install
 	$(BIN)/python docs/gallery.py
