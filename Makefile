@@ -19,7 +19,7 @@ $(VENV)/.dev: $(VENV)/.run
 	touch $@
 
 SOURCES := $(shell find $(ROOMS) -name node_modules -prune -o \( -name '*.py' -o -name '*.lark' -o -name '*.scene' \
-  -o -name 'py.typed' -o -path '*/viewer/static/*' \) -print)
+  -o -name 'py.typed' -o -name 'catalogue.toml' -o -path '*/inference/prompts/*' -o -path '*/viewer/static/*' \) -print)
 
 # The package itself, installed as users get it (no editable install), so that packaging is tested too.
 $(VENV)/.package: $(VENV)/.run $(SOURCES)
