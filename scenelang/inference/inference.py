@@ -95,7 +95,7 @@ class Inference:
         if len(found) < 2:
             return found[0] if found else None
         verdicts = [outcomes[sample].verdict for sample in found]
-        steps = judge_steps(self.brief.prompts, speaker, self.task.text, verdicts)
+        steps = judge_steps(self.brief.prompts, speaker, self.task, verdicts)
         chosen = conductor.singly({_JUDGE: steps})[_JUDGE]
         if isinstance(chosen, SceneError):
             return found[0]  # no judge, no choice: the first is as good as any

@@ -57,7 +57,8 @@ class Place:
         except SystemExit as end:
             code = int(end.code or 0)
         captured = self._capsys.readouterr()
-        assert "Traceback" not in captured.err and "internal error" not in captured.err, captured.err
+        for word in ("Traceback", "internal error"):
+            assert word not in captured.err, captured.err
         return Done(code, captured.out, captured.err)
 
     def generate(self, *words: str) -> Done:

@@ -138,7 +138,8 @@ def test_files_that_are_no_pictures_are_not_sent(place: Place) -> None:
     for name in names:
         done = place.run("generate", "a", "--image", name)
         assert done.code == 1, name
-        assert done.err.count("\n") <= 2 and f"cannot read the picture {name}" in done.err, done.err
+        assert f"cannot read the picture {name}" in done.err, done.err
+        assert done.err.count("\n") <= 2, done.err
     assert not server.requests
     assert not place.runs.exists()
 
@@ -178,8 +179,10 @@ def test_minecraft(place: Place) -> None:
     server = place.serve(answers(cubes(), recorded("n24-castle")))
     place.generate("a castle", "--minecraft", "-o", "out.scene")
     first, second = server.requests
-    assert "rotation_matrix" not in system(first) and "reflection_matrix" not in system(first)
-    assert "'set_cuboid'" in system(first) and "'sphere'" not in system(first)
+    assert "rotation_matrix" not in system(first)
+    assert "reflection_matrix" not in system(first)
+    assert "'set_cuboid'" in system(first)
+    assert "'sphere'" not in system(first)
     assert "a small stone bridge" in texts(first["messages"][0])
     assert "the scene has no blocks" in texts(second["messages"][-1])
     assert not place.differs(place.work / "out.scene", GOLDEN / "n24-castle.json")
@@ -274,9 +277,12 @@ def test_dry_run_prints_what_would_be_sent(place: Place, monkeypatch: pytest.Mon
     place.generate(*words)
     sent = {name: value for name, value in server.requests[0].items() if name != "stream"}
     assert dry["request"] == sent
-    assert system(sent) in shown and texts(sent["messages"][0]) in shown
-    assert "[a picture, " in shown and 'output_config: {"effort": "low"}' in shown
-    assert dry["tokens"] >= len(json.dumps(sent)) / 4 and dry["cost"] > 0
+    assert system(sent) in shown
+    assert texts(sent["messages"][0]) in shown
+    assert "[a picture, " in shown
+    assert 'output_config: {"effort": "low"}' in shown
+    assert dry["tokens"] >= len(json.dumps(sent)) / 4
+    assert dry["cost"] > 0
 
 
 # --- prompts of the user's -----------------------------------------------------------------------------------------
@@ -295,12 +301,17 @@ def test_prompts_that_cannot_be_filled(place: Place) -> None:
     (place.work / "mine").mkdir()
     (place.work / "mine" / "user.text.md").write_text("{{tusk}}")
     done = place.run("generate", "a cube", "--prompt-dir", "mine")
-    assert done.code == 1 and "{{tusk}}" in done.err and "task" in done.err
+    assert done.code == 1
+    assert "{{tusk}}" in done.err
+    assert "task" in done.err
     (place.work / "mine" / "user.text.md").rename(place.work / "mine" / "user.txet.md")
     done = place.run("generate", "a cube", "--prompt-dir", "mine")
-    assert done.code == 1 and "user.txet.md is no prompt that is read" in done.err and "user.text.md" in done.err
+    assert done.code == 1
+    assert "user.txet.md is no prompt that is read" in done.err
+    assert "user.text.md" in done.err
     done = place.run("generate", "a cube", "--prompt-dir", "nowhere")
-    assert done.code == 1 and "there is no folder nowhere" in done.err
+    assert done.code == 1
+    assert "there is no folder nowhere" in done.err
     assert not server.requests
 
 
@@ -333,19 +344,25 @@ def test_wrong_usage(place: Place, words: list[str], said: str) -> None:
     done = place.run("generate", *words)
     assert done.code == 2, done.err
     assert said in done.err
-    assert not server.requests and not place.runs.exists()
+    assert not server.requests
+    assert not place.runs.exists()
 
 
 def test_what_cannot_be_asked(place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
     server = place.serve([])
     done = place.run("generate", "a", "--model", "claude-opus-9")
-    assert done.code in (1, 2) and "price of the model `claude-opus-9` is not known" in done.err
+    assert done.code in (1, 2)
+    assert "price of the model `claude-opus-9` is not known" in done.err
     done = place.run("generate", "a", "-o", "nowhere/out.scene")
-    assert done.code in (1, 2) and "nowhere" in done.err
+    assert done.code in (1, 2)
+    assert "nowhere" in done.err
     monkeypatch.delenv("ANTHROPIC_API_KEY")
     done = place.run("generate", "a")
-    assert done.code == 1 and "there is no key: set ANTHROPIC_API_KEY" in done.err
-    assert not server.requests and not server.counted and not place.runs.exists()
+    assert done.code == 1
+    assert "there is no key: set ANTHROPIC_API_KEY" in done.err
+    assert not server.requests
+    assert not server.counted
+    assert not place.runs.exists()
 
 
 def test_a_machine_that_is_offline_says_so_in_one_line(place: Place) -> None:
@@ -359,6 +376,8 @@ def test_errors_of_the_service(place: Place) -> None:
     for status, said in ((400, "does not accept the request"), (401, "does not accept the key")):
         server = place.serve([Said("never", status=status)])
         done = place.run("generate", f"a cube {status}", "-o", "out.scene")
-        assert done.code == 1 and said in done.err and f"({status})" in done.err
+        assert done.code == 1
+        assert said in done.err
+        assert f"({status})" in done.err
         assert len(server.requests) == 1
     assert not (place.work / "out.scene").exists()

@@ -43,7 +43,8 @@ def test_what_a_person_sees_goes_back(place: Place) -> None:
     assert texts(second["messages"][1]) == WRONG
     (place.work / "answer.txt").write_text(WRONG)
     seen = place.run("count", "answer.txt", "--no-color").err.strip()
-    assert "pillar" in seen and "answer.txt:" in seen
+    assert "pillar" in seen
+    assert "answer.txt:" in seen
     assert seen in texts(second["messages"][2])
     assert count(place)["cube"] == 2
 
@@ -62,7 +63,8 @@ def test_only_the_last_answer_goes_back(place: Place) -> None:
     third = server.requests[2]
     assert roles(third) == ["user", "assistant", "user"]
     assert texts(third["messages"][1]) == other
-    assert "column" in texts(third["messages"][2]) and "pillar" not in texts(third["messages"][2])
+    assert "column" in texts(third["messages"][2])
+    assert "pillar" not in texts(third["messages"][2])
 
 
 def test_an_empty_answer_is_asked_for_anew(place: Place) -> None:
@@ -79,7 +81,8 @@ def test_at_the_limit_of_repairs_the_mistakes_are_shown(place: Place) -> None:
     done = place.run("generate", "a cube", "--repair", "2", "-o", "out.scene")
     assert done.code == 1
     assert len(server.requests) == 3
-    assert "pillar" in done.err and "no answer came to a program that works" in done.err
+    assert "pillar" in done.err
+    assert "no answer came to a program that works" in done.err
     assert f"the run is kept in {place.run_folder()}" in done.err
     assert (place.work / "out.scene").read_text() == "; mine\n"
     assert "pillar" in (place.run_folder() / "sample-1" / "03-repair" / "diagnostics.txt").read_text()
@@ -103,15 +106,19 @@ def test_pictures_go_back_and_an_improvement_is_taken(place: Place) -> None:
     draft, critique, last = server.requests
     turn = critique["messages"][-1]
     sent = pictures(turn)
-    assert len(sent) == 4 and len({picture["data"] for picture in sent}) == 4
+    assert len(sent) == 4
+    assert len({picture["data"] for picture in sent}) == 4
     with Image.open(BytesIO(base64.b64decode(sent[0]["data"]))) as image:
         assert len(set(image.convert("RGB").tobytes())) > 4, "the picture shows something"
     assert [part["type"] for part in turn["content"][:2]] == ["text", "image"]
     assert turn["content"][0]["text"] == "The scene from the front:"
     assert "NO CHANGES" in texts(turn)
-    assert "The checker noticed" in texts(turn) and "W612" in texts(turn)
-    assert texts(critique["messages"][1]) == FLOATING and critique["messages"][0] == draft["messages"][0]
-    assert texts(last["messages"][1]) == better and roles(last) == ["user", "assistant", "user"]
+    assert "The checker noticed" in texts(turn)
+    assert "W612" in texts(turn)
+    assert texts(critique["messages"][1]) == FLOATING
+    assert critique["messages"][0] == draft["messages"][0]
+    assert texts(last["messages"][1]) == better
+    assert roles(last) == ["user", "assistant", "user"]
     assert "The checker noticed" not in texts(last["messages"][2])
     assert count(place)["cube"] == 3
 
@@ -160,7 +167,8 @@ def test_a_film_is_shown_at_several_times(place: Place) -> None:
     turn = server.requests[1]["messages"][-1]
     captions = [part["text"] for part in turn["content"] if part["type"] == "text"][:-1]
     assert len(captions) == len(pictures(turn)) == 4
-    assert captions[0].startswith("The scene frame 0 of ") and len(set(captions)) == 4
+    assert captions[0].startswith("The scene frame 0 of ")
+    assert len(set(captions)) == 4
 
 
 # --- samples -------------------------------------------------------------------------------------------------------
@@ -188,10 +196,22 @@ def test_the_judge_looks_at_a_contact_sheet(place: Place, verdict: str, best: in
     (sheet,) = pictures(turn)
     with Image.open(BytesIO(base64.b64decode(sheet["data"]))) as image:
         assert image.size == (2 * 56 + 8, 2 * 56 + 8)
-    assert "3 scenes" in texts(turn) and "many cubes" in texts(turn)
+    assert "3 scenes" in texts(turn)
+    assert "many cubes" in texts(turn)
     assert "You compare pictures" in system(judge)
     assert count(place)["cube"] == best
     assert f"sample {best};" in done.err
+
+
+@pytest.mark.usefixtures("small_pictures")
+def test_the_judge_sees_the_pictures_of_the_task(place: Place) -> None:
+    Image.new("RGB", (20, 20), "red").save(place.work / "a.png")
+    server = place.serve(answers(cubes(1), cubes(2), "BEST: 2"))
+    place.generate("--image", "a.png", "-n", "2", "--jobs", "1", "-o", "out.scene")
+    (turn,) = server.requests[2]["messages"]
+    assert pictures(turn)[0] == pictures(server.requests[0]["messages"][0])[0]
+    assert len(pictures(turn)) == 2
+    assert "Reconstruct the scene of the pictures before." in texts(turn)
 
 
 @pytest.mark.usefixtures("small_pictures")
@@ -223,7 +243,8 @@ def test_what_was_asked_before_is_not_sent_again(place: Place) -> None:
     server = place.serve(answers(WRONG, cubes(2)))
     place.generate("two cubes", "-o", "one.scene")
     done = place.generate("two cubes", "-o", "two.scene")
-    assert len(server.requests) == 2 and len(server.counted) == 2
+    assert len(server.requests) == 2
+    assert len(server.counted) == 2
     assert (place.work / "one.scene").read_text() == (place.work / "two.scene").read_text()
     assert "0 tokens sent, 0 answered, $0.0000" in done.err
 
@@ -260,7 +281,8 @@ def test_a_cut_answer_gets_more_room_then_is_to_be_shorter(place: Place) -> None
     assert [request["max_tokens"] for request in server.requests] == [32_000, 64_000, 128_000, 128_000]
     assert [len(request["messages"]) for request in server.requests] == [1, 1, 1, 3]
     told = texts(server.requests[3]["messages"][-1])
-    assert "cut off after 128,000 tokens" in told and "more compactly" in told
+    assert "cut off after 128,000 tokens" in told
+    assert "more compactly" in told
     assert texts(server.requests[3]["messages"][1]) == cut.text
     assert count(place)["cube"] == 2
 
@@ -275,7 +297,8 @@ def test_a_length_that_was_chosen_is_not_exceeded(place: Place) -> None:
 def test_answers_that_stay_cut(place: Place) -> None:
     place.serve([Said("x", stop="max_tokens")] * 2)
     done = place.run("generate", "cubes", "--max-tokens", "900", "--repair", "1")
-    assert done.code == 1 and "the answer was cut off after 900 tokens" in done.err
+    assert done.code == 1
+    assert "the answer was cut off after 900 tokens" in done.err
 
 
 def test_a_refusal_is_told(place: Place) -> None:
@@ -283,14 +306,17 @@ def test_a_refusal_is_told(place: Place) -> None:
         [Said("", stop="refusal", details={"type": "refusal", "category": "bio", "explanation": "no"})]
     )
     done = place.run("generate", "cubes", "-o", "out.scene")
-    assert done.code == 1 and "the model declines to answer" in done.err
-    assert len(server.requests) == 1 and not (place.work / "out.scene").exists()
+    assert done.code == 1
+    assert "the model declines to answer" in done.err
+    assert len(server.requests) == 1
+    assert not (place.work / "out.scene").exists()
 
 
 def test_a_full_context_is_told(place: Place) -> None:
     place.serve([Said("x", stop="model_context_window_exceeded")])
     done = place.run("generate", "cubes")
-    assert done.code == 1 and "the model's context is full" in done.err
+    assert done.code == 1
+    assert "the model's context is full" in done.err
 
 
 def test_a_broken_stream_is_a_new_attempt(place: Place) -> None:
@@ -299,17 +325,20 @@ def test_a_broken_stream_is_a_new_attempt(place: Place) -> None:
         [Said(answer, breaks_after=300), Said(answer, breaks_after=900, is_error_event=True), Said(answer)]
     )
     place.generate("moai", "-o", "out.scene")
-    assert len(server.requests) == 3 and server.requests[0] == server.requests[2]
+    assert len(server.requests) == 3
+    assert server.requests[0] == server.requests[2]
     attempts = sorted(path.name for path in (place.run_folder() / "sample-1").iterdir())
     assert attempts == ["01-draft", "02-draft", "03-draft"]
     kept = (place.run_folder() / "sample-1" / "01-draft" / "answer.txt").read_text()
-    assert answer.startswith(kept) and 300 <= len(kept) < len(answer)
+    assert answer.startswith(kept)
+    assert 300 <= len(kept) < len(answer)
 
 
 def test_streams_that_keep_breaking(place: Place) -> None:
     server = place.serve([Said(cubes(), breaks_after=64)] * 3)
     done = place.run("generate", "cubes", "--max-cost", "50")
-    assert done.code == 1 and "the answer broke off 3 times" in done.err
+    assert done.code == 1
+    assert "the answer broke off 3 times" in done.err
     assert len(server.requests) == 3
 
 
@@ -334,8 +363,11 @@ def test_thinking_is_no_part_of_the_answer(place: Place) -> None:
 def test_the_limit_is_kept_before_the_first_request(place: Place) -> None:
     server = place.serve([])
     done = place.run("generate", "a cube", "--max-cost", "0.10")
-    assert done.code == 1 and "the next request could cost $0.6" in done.err and "--max-cost" in done.err
-    assert not server.requests and len(server.counted) == 1
+    assert done.code == 1
+    assert "the next request could cost $0.6" in done.err
+    assert "--max-cost" in done.err
+    assert not server.requests
+    assert len(server.counted) == 1
 
 
 @pytest.mark.usefixtures("small_pictures")
@@ -365,4 +397,5 @@ def test_batches_ask_all_samples_at_once(place: Place) -> None:
     assert [len(batch) for batch in server.batches.values()] == [2, 1]
     ids = [entry["custom_id"] for batch in server.batches.values() for entry in batch]
     assert ids == ["sample-1-1", "sample-2-1", "sample-1-2"]
-    assert "sample 1;" in done.err and count(place)["cube"] == 2
+    assert "sample 1;" in done.err
+    assert count(place)["cube"] == 2
