@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -14,6 +15,8 @@ if TYPE_CHECKING:
 
 TOLERANCE = 1e-5  # of the scene's size
 _KINDS = ("moved", "recoloured", "missing", "extra")
+_AS_IT_IS: Mapping[str, str] = MappingProxyType({kind: kind for kind in _KINDS})
+OF_AN_EDIT: Mapping[str, str] = MappingProxyType({**_AS_IT_IS, "missing": "removed", "extra": "added"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,14 +121,15 @@ def _side(sheet: Sheet, row: int, label: str, place: Any) -> dict[str, Any]:
 # --- saying it ---------------------------------------------------------------------------------------------------
 
 
-def change_lines(found: Changes, limit: int) -> Iterator[str]:
-    """The comparison as people read it, with at most ``limit`` changes, by word."""
+def change_lines(found: Changes, limit: int, names: Mapping[str, str] = _AS_IT_IS) -> Iterator[str]:
+    """The comparison as people read it, with at most ``limit`` changes, by word. ``names`` says what kinds of change
+    are called."""
     frames, changes, counts = found.frames, found.changes, found.counts
     of_frames = f" in {frames[0]} frames" if frames[0] == frames[1] > 1 else ""
     if found.equal:
         yield f"equal: {found.matched:,} primitives{of_frames}"
         return
-    told = [f"{found.matched:,} matched", *(f"{counts[kind]:,} {kind}" for kind in _KINDS if counts[kind])]
+    told = [f"{found.matched:,} matched", *(f"{counts[kind]:,} {names[kind]}" for kind in _KINDS if counts[kind])]
     yield f"different: {', '.join(told)}{of_frames}"
     if frames[0] != frames[1]:
         yield f"A has {frames[0]:,} frame{_s(frames[0])}, B has {frames[1]:,}; the first {min(frames):,} were compared"
@@ -136,7 +140,7 @@ def change_lines(found: Changes, limit: int) -> Iterator[str]:
             word = change.word
             yield _clean(word)
         label = f"frame {change.frame}: " if max(frames) > 1 else ""
-        yield f"  {label}{_told(change)}"
+        yield f"  {label}{_told(change, names[change.kind])}"
     if len(changes) > limit:
         yield f"... and {len(changes) - limit:,} more"
 
@@ -145,10 +149,10 @@ def _s(count: int) -> str:
     return "" if count == 1 else "s"
 
 
-def _told(change: Change) -> str:
+def _told(change: Change, kind: str) -> str:
     """A change in one line, such as ``moved tower/step[3]: [0 1 0] -> [0 2 0]``."""
     side = change.before or change.after or {}
-    start = f"{change.kind} {_clean(side['path'])}"
+    start = f"{kind} {_clean(side['path'])}"
     if change.before is None or change.after is None:
         return f"{start} at {_point(side['at'])}"
     if change.kind == "recoloured":

@@ -27,6 +27,7 @@ DOCUMENTS = (
     "docs/grammar.md",
     "docs/editors.md",
     "docs/mcp.md",
+    "docs/language-models.md",
     "docs/embeddings.md",
     "docs/reference/stdlib.md",
     "docs/reference/diagnostics.md",

@@ -25,6 +25,7 @@ FAMILIES = {
     "E6": "Scenes",
     "E7": "Files",
     "E8": "A language model's Python",
+    "E9": "Language models",
     "W": "Warnings",
 }
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from scenelang.cli.model_options import add_spending, describer
 from scenelang.cli.options import UsageError, add_common, add_file, session_of, usage_errors, z_path
 from scenelang.cli.output import print_json, report_run, table
 from scenelang.cli.programs import evaluated
@@ -35,6 +36,10 @@ def add_embed(subparsers: Any) -> None:
         help="the sentence about a primitive; {embedding}, {word} and {style} stand for its handle, what it is and the "
         "root's handle (default: a {embedding} {word}, in the style of {style}, 3D model)",
     )
+    parser.add_argument(
+        "--model", nargs="?", const="", metavar="NAME", help="let a language model find the words (default: a table)"
+    )
+    add_spending(parser)
     parser.add_argument("--force", action="store_true", help="describe anew what Z describes already")
     parser.add_argument("--print", action="store_true", dest="only_print", help="show the words, write nothing")
     add_common(parser)
@@ -55,7 +60,8 @@ def embed(arguments: argparse.Namespace) -> int:
     result = _evaluated_without_z(arguments) if is_new else evaluated(arguments)
     if result.scene is None:
         return 1
-    wording = wording_of(result.scene, template, limit=int(arguments.max_primitives or LIMIT))
+    describe = None if arguments.model is None else describer(arguments)
+    wording = wording_of(result.scene, template, describe, int(arguments.max_primitives or LIMIT))
     old = None if path is None or is_new or arguments.force else read_wording(path)
     wording, known = (wording, 0) if old is None else merged(old, wording)
     if target is not None:

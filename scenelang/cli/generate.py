@@ -7,11 +7,10 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scenelang.backends.files import written_whole
 from scenelang.cli.model_options import (
     ablation_of,
     add_model_options,
-    connected,
+    begun,
     evaluation_options,
     played,
     recorded,
@@ -49,6 +48,14 @@ def add_generate(subparsers: Any) -> None:
     parser.add_argument(
         "-o", "--output", metavar="OUT.scene", help="where to write the program (default: standard output)"
     )
+    add_kind(parser)
+    parser.add_argument("--render", action="store_true", help="also draw it, beside the program")
+    add_model_options(parser)
+    parser.set_defaults(run=generate)
+
+
+def add_kind(parser: argparse.ArgumentParser) -> None:
+    """What sort of scene is asked for, and in what notation."""
     parser.add_argument(
         "--image",
         action="append",
@@ -60,35 +67,30 @@ def add_generate(subparsers: Any) -> None:
     kind.add_argument("--animate", action="store_true", help="a scene that moves")
     kind.add_argument("--minecraft", action="store_true", help="a build of Minecraft's blocks")
     parser.add_argument("--dsl", action="store_true", help="ask for the language itself in place of Python")
-    parser.add_argument("--render", action="store_true", help="also draw it, beside the program")
-    add_model_options(parser)
-    parser.set_defaults(run=generate)
 
 
 def generate(arguments: argparse.Namespace) -> int:
     from scenelang.inference.inference import Inference, inference_of
-    from scenelang.inference.records import find_run, new_run, runs_folder
 
-    folder = runs_folder(arguments.runs)
     if arguments.resume is not None:
-        run = resumed(arguments, find_run(folder, arguments.resume), "generate")
+        run = resumed(arguments, "generate")
         return _finish(arguments, inference_of(run), run)
-    inference = Inference(_task(arguments), settings_from(arguments), evaluation_options(arguments))
+    inference = Inference(task_of(arguments), settings_from(arguments), evaluation_options(arguments))
     if arguments.output is not None:
         check_folder(Path(arguments.output))
     elif arguments.render:
         raise UsageError("value", "--render draws beside the program: say where that is with -o")
     if arguments.dry_run:
         return show_dry_run(arguments, inference)
-    client = connected(inference)
-    run = new_run(folder, arguments.task or "reconstruction", client.clean)
     output = str(Path(arguments.output).resolve()) if arguments.output else None
-    inference.begin(run, "generate", output=output, render=arguments.render)
+    run = begun(arguments, inference, arguments.task or "reconstruction", output=output, render=arguments.render)
     return _finish(arguments, inference, run)
 
 
 def _finish(arguments: argparse.Namespace, inference: Inference, run: Run) -> int:
     """Run to the end, write the program and draw it."""
+    from scenelang.backends.files import written_whole
+
     with recorded(arguments, run):
         run, result = played(arguments, inference, run)
     facts = run.facts
@@ -134,7 +136,8 @@ def _written(arguments: argparse.Namespace, path: Path) -> None:
         done(arguments, path)
 
 
-def _task(arguments: argparse.Namespace) -> Task:
+def task_of(arguments: argparse.Namespace) -> Task:
+    """The task that a command's options and text give. Raises UsageError, and SceneError for a bad picture."""
     from scenelang.inference.input_pictures import read_picture
     from scenelang.inference.task import Kind, Notation, Task
 

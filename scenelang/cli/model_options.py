@@ -14,12 +14,16 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.session import Options
 
 if TYPE_CHECKING:
-    from scenelang.backends.language_models.client import Client
+    from scenelang.inference.describing import Describer
     from scenelang.inference.inference import Inference, Result
     from scenelang.inference.records import Run
     from scenelang.inference.settings import Settings
     from scenelang.inference.task import Ablation
 
+_PROVIDER_HELP = "anthropic (default), or openai: any server of chat completions"
+_PRICE_HELP = "dollars per million tokens, for a model whose price is not known"
+_PROMPTS_HELP = "prompts that replace the package's, file by file"
+_TOKENS_OF_WORDS = 8_000
 _MOST_SAMPLES = 64
 _MOST_ROUNDS = 20
 
@@ -31,7 +35,7 @@ def add_model_options(parser: argparse.ArgumentParser) -> None:
         "--provider",
         default="anthropic",
         metavar="NAME",
-        help="anthropic (default) or openai: any server of chat completions",
+        help=_PROVIDER_HELP,
     )
     model.add_argument("--model", metavar="NAME", help="the model (default: the provider's)")
     model.add_argument(
@@ -43,12 +47,8 @@ def add_model_options(parser: argparse.ArgumentParser) -> None:
     model.add_argument(
         "--max-cost", type=dollars, default=5.0, metavar="DOLLARS", help="what the run may cost (default 5)"
     )
-    model.add_argument(
-        "--price", metavar="IN,OUT", help="dollars per million tokens, for a model whose price is not known"
-    )
-    model.add_argument(
-        "--prompt-dir", metavar="DIR", help="prompts that replace the package's, file by file (docs/language-models.md)"
-    )
+    model.add_argument("--price", metavar="IN,OUT", help=_PRICE_HELP)
+    model.add_argument("--prompt-dir", metavar="DIR", help=_PROMPTS_HELP)
     model.add_argument("--no-cache", action="store_true", help="ask anew what was asked before")
     loop = parser.add_argument_group("tries")
     loop.add_argument(
@@ -75,6 +75,36 @@ def add_model_options(parser: argparse.ArgumentParser) -> None:
     evaluation.add_argument("--seed", type=int, default=0, metavar="N", help="seed of the random streams (default 0)")
     add_output(parser)
     add_limits(parser)
+
+
+def add_spending(parser: argparse.ArgumentParser) -> None:
+    """What a command that may ask a model on the side understands."""
+    group = parser.add_argument_group("language model")
+    group.add_argument("--provider", default="anthropic", metavar="NAME", help=_PROVIDER_HELP)
+    group.add_argument("--max-cost", type=dollars, default=1.0, metavar="DOLLARS", help="what it may cost (default 1)")
+    group.add_argument("--price", metavar="IN,OUT", help=_PRICE_HELP)
+    group.add_argument("--prompt-dir", metavar="DIR", help=_PROMPTS_HELP)
+
+
+def describer(arguments: argparse.Namespace) -> Describer:
+    """What asks a model how things look, as a command's options say. Raises SceneError."""
+    from scenelang.inference.describing import Describer
+    from scenelang.inference.live_count import LiveCount
+    from scenelang.inference.prompts import Prompts
+    from scenelang.inference.settings import Settings
+    from scenelang.inference.task import Notation
+
+    settings = Settings(
+        provider=arguments.provider,
+        model=arguments.model or None,
+        price=arguments.price,
+        max_tokens=_TOKENS_OF_WORDS,
+        max_cost=arguments.max_cost,
+        prompt_dir=arguments.prompt_dir,
+    )
+    client = settings.client()
+    speaker = settings.speaker(client.model, Notation.PYTHON)
+    return Describer(client, Prompts(settings.prompts_folder), speaker, LiveCount(live_stream(arguments)))
 
 
 def dollars(text: str) -> float:
@@ -171,23 +201,29 @@ def show_dry_run(arguments: argparse.Namespace, inference: Inference) -> int:
     return 0
 
 
-def connected(inference: Inference) -> Client:
-    """A client for a new run. What the model or the provider cannot do is wrong usage, and costs nothing yet."""
+def begun(arguments: argparse.Namespace, inference: Inference, name: str, **facts: Any) -> Run:
+    """A new run's folder. What the model or the provider cannot do is wrong usage, and is said before."""
+    from scenelang.inference.records import new_run, runs_folder
+
     client = inference.settings.client()
     with usage_errors():
         inference.settings.speaker(client.model, inference.task.notation)
         if inference.settings.is_batch:
             client.batches()
-    return client
+    run = new_run(runs_folder(arguments.runs), name, client.clean)
+    inference.begin(run, arguments.command, **facts)
+    return run
 
 
-def resumed(arguments: argparse.Namespace, run: Run, command: str) -> Run:
-    """A run to continue. Raises UsageError for one of another command."""
+def resumed(arguments: argparse.Namespace, command: str) -> Run:
+    """The run to continue. Raises UsageError for one of another command."""
+    from scenelang.inference.records import find_run, runs_folder
+
+    run = find_run(runs_folder(arguments.runs), arguments.resume)
     made_by = run.facts.get("command")
     if made_by != command:
-        raise UsageError(
-            "run", f"the run {run.name} was made by `{made_by}`", f"scenelang {made_by} --resume {run.name}"
-        )
+        hint = f"scenelang {made_by} --resume {run.name}"
+        raise UsageError("run", f"the run {run.name} was made by `{made_by}`", hint)
     return run
 
 
@@ -197,7 +233,6 @@ def played(arguments: argparse.Namespace, inference: Inference, run: Run) -> tup
 
     client = inference.settings.client(run.spent)
     run = Run(run.path, client.clean)
-    run.claim()
     result = inference.run(run, client, live_stream(arguments))
     run.keep_text("best.scene", result.best.program)
     run.note(state="done", sample=result.sample, cost=result.spent)
@@ -206,22 +241,24 @@ def played(arguments: argparse.Namespace, inference: Inference, run: Run) -> tup
 
 @contextmanager
 def recorded(arguments: argparse.Namespace, run: Run) -> Iterator[None]:
-    """Notes in a run's folder how it ends."""
+    """Holds a run, and notes in its folder how it ends."""
     from scenelang.inference.inference import NoProgram
 
-    try:
-        yield
-    except KeyboardInterrupt:
-        run.note(state="interrupted")
-        print(f"interrupted; to continue: {_continuation(arguments, run)}", file=sys.stderr)
-        raise
-    except SceneError as error:
-        run.note(state="failed", error=error.message)
-        if isinstance(error, NoProgram) and not arguments.json:
-            report(arguments, error.verdict.diagnostics)
-        if not arguments.quiet and not arguments.json:
-            print(f"the run is kept in {run.path}; to continue: {_continuation(arguments, run)}", file=sys.stderr)
-        raise
+    with run.claimed():
+        try:
+            run.note(state="running")
+            yield
+        except KeyboardInterrupt:
+            run.note(state="interrupted")
+            print(f"interrupted; to continue: {_continuation(arguments, run)}", file=sys.stderr)
+            raise
+        except SceneError as error:
+            run.note(state="failed", error=error.message)
+            if isinstance(error, NoProgram) and not arguments.json:
+                report(arguments, error.verdict.diagnostics)
+            if not arguments.quiet and not arguments.json:
+                print(f"the run is kept in {run.path}; to continue: {_continuation(arguments, run)}", file=sys.stderr)
+            raise
 
 
 def _continuation(arguments: argparse.Namespace, run: Run) -> str:

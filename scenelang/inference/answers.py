@@ -13,6 +13,7 @@ from scenelang.inference.listing import program_of
 from scenelang.inference.task import Kind, Notation
 from scenelang.interpreter.entity import Scene, count_words, primitive_count
 from scenelang.interpreter.shapes import BLOCK_WORDS
+from scenelang.interpreter.transpile.response import find_code
 from scenelang.session import Options, Session
 
 _FENCE = re.compile(r"^[ \t]*(?:```|~~~)[ \t]*([\w+-]*)[^\n]*\n(.*?)(?:^[ \t]*(?:```|~~~)[ \t]*$|\Z)", re.M | re.S)
@@ -23,13 +24,14 @@ _EVALUATING = Lock()  # evaluation sets limits of the whole interpreter, so answ
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Verdict:
-    """What an answer came to. ``program`` is its program in the language, empty where there is none; ``findings`` are
-    what is odd about the scene's geometry."""
+    """What an answer came to. ``program`` is its program in the language, formatted, empty where there is none;
+    ``findings`` are what is odd about the scene's geometry. ``code`` is the program as the model wrote it."""
 
     program: str
     scene: Scene | None
     diagnostics: tuple[Diagnostic, ...]
     findings: tuple[Diagnostic, ...] = ()
+    code: str = ""
 
     @property
     def is_usable(self) -> bool:
@@ -64,32 +66,34 @@ class Reader:
 
     def _read(self, answer: str) -> Verdict:
         session = Session(self.options)
-        notation = self.brief.task.notation
+        task = self.brief.task
+        source = Source("answer.txt", answer)
         try:
-            program = _program(session, answer, notation, self.brief.task.text)
+            code = _code(answer, task.notation, task.text)
         except SceneError as error:
             return Verdict("", None, (error.diagnostic,))
-        is_python = notation is Notation.PYTHON
-        source = Source("answer.txt", answer) if is_python else Source(self.name, program)
+        if task.notation is Notation.PYTHON:
+            program = session.transpile(source).text
+        else:
+            program, source = _formatted(code), Source(self.name, code)
         result = session.evaluate(source)
-        diagnostics = [*result.diagnostics]
         scene = result.scene
-        if scene is not None:
-            diagnostics += _unlike(scene, self.brief.task.kind)
-        findings = _findings(scene) if scene is not None and self.brief.task.kind is not Kind.BLOCKS else ()
-        return Verdict(program, scene, tuple(diagnostics), findings)
+        unlike = _unlike(scene, task.kind) if scene is not None else []
+        findings = geometry_findings(scene) if scene is not None and task.kind is not Kind.BLOCKS else ()
+        return Verdict(program, scene, (*result.diagnostics, *unlike), findings, code)
 
 
-def _program(session: Session, answer: str, notation: Notation, task: str) -> str:
-    """The program of an answer in the language. Raises SceneError for a list that is none."""
+def _code(answer: str, notation: Notation, task: str) -> str:
+    """The program of an answer as the model wrote it; of a list, the program that it stands for. Raises SceneError for
+    a list that is none."""
     if notation is Notation.PYTHON:
-        return session.transpile(Source("answer.txt", answer)).text
-    text = program_of(answer, task) if notation is Notation.LIST else program_text(answer)
-    return _formatted(text)
+        found = find_code(answer)
+        return answer[found.start : found.end].strip() + "\n"
+    return program_of(answer, task) if notation is Notation.LIST else program_text(answer)
 
 
 def program_text(answer: str) -> str:
-    """The program in an answer: its first block that is fenced as one or as nothing, else all of it."""
+    """The program in an answer: its longest block that is fenced as one or as nothing, else all of it."""
     blocks = [(match[1].lower(), match[2]) for match in _FENCE.finditer(answer)]
     named = [text for name, text in blocks if name in ("scene", "scenelang", "lisp", "scheme", "")]
     chosen = named or [text for _, text in blocks] or [answer]
@@ -118,7 +122,8 @@ def _unlike(scene: Scene, kind: Kind) -> list[Diagnostic]:
     return []
 
 
-def _findings(scene: Scene) -> tuple[Diagnostic, ...]:
+def geometry_findings(scene: Scene) -> tuple[Diagnostic, ...]:
+    """What is odd about a scene's geometry; nothing for one that cannot be looked at."""
     from scenelang.backends.solidity.check import check_geometry
 
     try:

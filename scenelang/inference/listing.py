@@ -154,20 +154,20 @@ def _literal(value: Any, depth: int = 0) -> str:
     """JSON data as an expression of the language: arrays of numbers, lists, association lists."""
     if depth > _DEEPEST:
         raise SceneError("listing", "an attribute of the list is nested too deeply")
+    if value is None:
+        return "none"
     if isinstance(value, bool):
         return "#t" if value else "#f"
     if isinstance(value, (int, float)):
         return _number(value)
     if isinstance(value, str):
         return string_text(value)
-    if value is None:
-        return "none"
     if isinstance(value, dict):
         pairs = (f" (list {string_text(name)} {_literal(item, depth + 1)})" for name, item in value.items())
         return f"(list{''.join(pairs)})"
     items: list[Any] = value
     inner = [_literal(item, depth + 1) for item in items]
-    are_numbers = bool(value) and all(isinstance(item, (int, float)) and not isinstance(item, bool) for item in value)
+    are_numbers = bool(items) and all(isinstance(item, (int, float)) and not isinstance(item, bool) for item in items)
     return f"[{' '.join(inner)}]" if are_numbers else f"(list{''.join(f' {text}' for text in inner)})"
 
 
@@ -179,10 +179,16 @@ def _number(value: float) -> str:
 
 def _pose(item: Mapping[str, Any]) -> str:
     rows = item.get("pose")
-    if isinstance(rows, list) and len(rows) == 4 and rows[3] in ([0, 0, 0, 1], [0.0, 0.0, 0.0, 1.0]):
-        rows = rows[:3]
-    is_pose = isinstance(rows, list) and len(rows) == 3 and all(isinstance(r, list) and len(r) == 4 for r in rows)
-    if not is_pose or not all(isinstance(x, (int, float)) and not isinstance(x, bool) for row in rows for x in row):
+    if not isinstance(rows, list) or not _is_matrix(rows):
         raise SceneError("listing", f"`pose` of an item is not three rows of four numbers: {json.dumps(item)[:80]}")
-    written = [f"[{' '.join(map(_number, row))}]" for row in [*rows, [0, 0, 0, 1]]]
+    written = [f"[{' '.join(map(_number, row))}]" for row in [*rows[:3], [0, 0, 0, 1]]]
     return f"(pose [{' '.join(written)}])"
+
+
+def _is_matrix(rows: list[Any]) -> bool:
+    """Whether rows are the upper three of a pose's matrix, or all four."""
+    if len(rows) not in (3, 4) or not all(isinstance(row, list) and len(row) == 4 for row in rows):
+        return False
+    if not all(isinstance(x, (int, float)) and not isinstance(x, bool) for row in rows for x in row):
+        return False
+    return len(rows) == 3 or rows[3] == [0, 0, 0, 1]

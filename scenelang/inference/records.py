@@ -14,6 +14,7 @@ import json
 import os
 import re
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -176,18 +177,35 @@ class Run:
 
     # --- one process at a time -------------------------------------------------------------------------------------
 
-    def claim(self) -> None:
-        """Hold the run as long as this process lives. Raises SceneError where another process has it."""
+    @property
+    def state(self) -> str:
+        """How the run stands: one that says that it is running, and that no process holds, was interrupted."""
+        state = str(self.facts.get("state", "?"))
+        if state != "running":
+            return state
+        try:
+            with self.claimed():
+                return "interrupted"
+        except SceneError:
+            return state
+
+    @contextmanager
+    def claimed(self) -> Iterator[None]:
+        """Hold the run for this block. Raises SceneError where another process has it."""
         try:
             import fcntl
         except ImportError:
+            yield
             return
         file = os.open(self.path / ".lock", os.O_RDWR | os.O_CREAT, 0o600)
         try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                raise SceneError("run", f"another process is at work on the run {self.name}") from None
+            yield
+        finally:
             os.close(file)
-            raise SceneError("run", f"another process is at work on the run {self.name}") from None
 
 
 def _without_pictures(data: Any, pictures: list[bytes]) -> Any:

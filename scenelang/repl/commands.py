@@ -27,15 +27,16 @@ class Command:
 @cache
 def commands() -> tuple[Command, ...]:
     """Every command, in the order of the help."""
-    from scenelang.repl import about_commands, file_commands, scene_commands
+    from scenelang.repl import about_commands, file_commands, model_commands, scene_commands
 
-    found = (*about_commands.COMMANDS, *scene_commands.COMMANDS, *file_commands.COMMANDS)
+    tables = (about_commands, scene_commands, file_commands, model_commands)
+    found = [command for table in tables for command in table.COMMANDS]
     order = _ORDER.split()
     return tuple(sorted(found, key=lambda command: order.index(command.name)))
 
 
-_ORDER = """help doc apropos source tree count bounds expand time trace load reload watch render view export seed
-transpile reset save quit"""
+_ORDER = """help doc apropos source tree count bounds expand time trace load reload watch render view export generate
+edit seed transpile reset save quit"""
 
 
 def is_command(text: str) -> bool:

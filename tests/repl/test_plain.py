@@ -100,8 +100,8 @@ def test_only_what_makes_sense_is_warned_about() -> None:
 
 
 def test_help_lists_every_command() -> None:
-    wanted = """help doc apropos source tree count bounds expand time trace load reload watch render view export seed
-    transpile reset save quit"""
+    wanted = """help doc apropos source tree count bounds expand time trace load reload watch render view export generate
+    edit seed transpile reset save quit"""
     found = [line.split()[0].lstrip(",") for line in lines(",help") if line.startswith(",")]
     assert found == wanted.split()
     assert lines(",he ,quit") == [",quit  leave"]
