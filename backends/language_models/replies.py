@@ -60,7 +60,7 @@ class Replies:
         """The reply that is kept under a digest; one that cannot be read counts as none."""
         try:
             return reply_of(json.loads(self._path(key).read_text("utf-8")))
-        except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
             return None
 
     def keep(self, key: str, reply: Reply) -> None:

@@ -48,6 +48,12 @@ class ModelServer:
         self._next = 0
         self._lock = Lock()
 
+    def renew(self, script: Script) -> None:
+        """Answer from another script, and forget what was asked."""
+        with self._lock:
+            self.script, self._next, self.polls = script, 0, 0
+            self.requests, self.counted, self.headers, self.batches = [], [], [], {}
+
     def answer(self, body: dict[str, Any]) -> Said:
         with self._lock:
             self.requests.append(body)
@@ -147,6 +153,7 @@ def serving(script: Script) -> Iterator[ModelServer]:
 
     server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
     server.daemon_threads = True
+    server.handle_error = lambda request, client_address: None  # a client that was killed hears nothing more
     state.url = f"http://127.0.0.1:{server.server_address[1]}"
     thread = Thread(target=server.serve_forever, args=(0.05,), daemon=True)
     thread.start()

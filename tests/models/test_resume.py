@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import signal
 import subprocess
 import sys
@@ -13,10 +14,10 @@ from threading import Event
 from typing import Any
 
 import pytest
+from support import interruptible
 
 from models.conftest import WRONG, Place, answers, cubes, texts
-from models.server import ModelServer, Said
-from support import interruptible
+from models.server import Said
 
 PATIENCE = 60.0  # seconds, for a process that starts on a busy machine
 
@@ -32,31 +33,23 @@ class Slow:
     """Answers in order; the answer of ``number`` waits until it is let go."""
 
     def __init__(self, number: int, *texts_: str) -> None:
-        self.number, self.texts, self.asked, self.let_go = number, texts_, 0, Event()
+        self.asked, self.let_go = 0, Event()
+        self._number, self._texts = number, texts_
 
     def __call__(self, body: dict[str, Any]) -> Said:
         self.asked += 1
-        return Said(self.texts[self.asked - 1])
+        if self.asked == self._number:
+            self.let_go.wait(PATIENCE)
+        return Said(self._texts[self.asked - 1])
 
-    def waiting(self, server: ModelServer) -> bool:
-        return len(server.requests) >= self.number
+    @property
+    def is_waiting(self) -> bool:
+        return self.asked >= self._number
 
 
-def held(place: Place, number: int, *texts_: str) -> tuple[ModelServer, Slow]:
-    """A server that holds its answer to one question back until the test ends."""
-    script = Slow(number, *texts_)
-    server = place.serve([])
-    answer = server.answer
-
-    def slowly(body: dict[str, Any]) -> Said:
-        server.script = script
-        said = answer(body)
-        if len(server.requests) == number:
-            script.let_go.wait(PATIENCE)
-        return said
-
-    server.answer = slowly  # type: ignore[method-assign]
-    return server, script
+def forget_replies(place: Place) -> None:
+    for kept in (place.folder / "cache").rglob("*.json"):
+        kept.unlink()
 
 
 COMMAND = [sys.executable, "-m", "scenelang.cli.main", "generate", "cubes", "-n", "2", "--jobs", "1", "-o", "out.scene"]
@@ -64,9 +57,10 @@ COMMAND = [sys.executable, "-m", "scenelang.cli.main", "generate", "cubes", "-n"
 
 def kill_at_second(place: Place) -> None:
     """Run until the second sample's first answer is under way, then kill the process."""
-    server, script = held(place, 3, WRONG, cubes(2), cubes(3))
+    script = Slow(3, WRONG, cubes(2), cubes(3))
+    server = place.serve(script)
     with subprocess.Popen(COMMAND, cwd=place.work, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as running:
-        waits(lambda: script.waiting(server))
+        waits(lambda: script.is_waiting)
         running.send_signal(signal.SIGKILL)
         assert running.wait(PATIENCE) == -signal.SIGKILL
     script.let_go.set()
@@ -82,8 +76,7 @@ def test_a_run_goes_on_after_a_kill(place: Place) -> None:
     assert (run / "sample-2" / "01-draft" / "request.json").exists()
     assert not (run / "sample-2" / "01-draft" / "reply.json").exists()
     sent = json.loads((run / "sample-2" / "01-draft" / "request.json").read_text())
-    for kept in (place.folder / "cache").rglob("*.json"):
-        kept.unlink()  # the run itself is enough
+    forget_replies(place)  # the run itself is enough
     server = place.serve(answers(cubes(3), "BEST: 2"))
     done = place.generate("--resume", "last")
     draft, judge = server.requests
@@ -113,10 +106,11 @@ def test_money_that_was_spent_before_counts(place: Place) -> None:
 
 
 def test_ctrl_c_leaves_a_run_that_can_go_on(place: Place) -> None:
-    server, script = held(place, 2, WRONG, cubes(2))
+    script = Slow(2, WRONG, cubes(2))
+    server = place.serve(script)
     words = [*COMMAND[:4], "cubes", "-o", "out.scene"]
     with interruptible(words, place.work) as running:
-        waits(lambda: script.waiting(server))
+        waits(lambda: script.is_waiting)
         running.send_signal(signal.SIGINT)
         _, err = running.communicate(timeout=PATIENCE)
         assert running.returncode == 130
@@ -133,11 +127,12 @@ def test_ctrl_c_leaves_a_run_that_can_go_on(place: Place) -> None:
 
 
 def test_two_processes_cannot_work_on_one_run(place: Place) -> None:
-    server, script = held(place, 1, cubes(2))
+    script = Slow(1, cubes(2))
+    server = place.serve(script)
     with subprocess.Popen(
         [*COMMAND[:4], "cubes", "-o", "out.scene"], cwd=place.work, stdout=subprocess.PIPE, stderr=subprocess.PIPE
     ) as running:
-        waits(lambda: script.waiting(server))
+        waits(lambda: script.is_waiting)
         done = place.run("generate", "--resume", "last")
         assert done.code == 1
         assert "another process is at work on the run" in done.err
@@ -146,6 +141,7 @@ def test_two_processes_cannot_work_on_one_run(place: Place) -> None:
         assert running.returncode == 0
     assert len(server.requests) == 1
     assert json.loads((place.run_folder() / "run.json").read_text())["state"] == "done"
+    assert (place.work / "out.scene").exists()
 
 
 # --- finding a run -------------------------------------------------------------------------------------------------
@@ -163,8 +159,7 @@ def finished(place: Place) -> tuple[Place, Path]:
 @pytest.mark.parametrize("how", ["name", "prefix", "last", "path"])
 def test_a_finished_run_is_written_again_for_nothing(finished: tuple[Place, Path], how: str) -> None:
     place, run = finished
-    for kept in (place.folder / "cache").rglob("*.json"):
-        kept.unlink()
+    forget_replies(place)
     server = place.serve([])
     name = {"name": run.name, "prefix": run.name[:12], "last": "last", "path": str(run)}[how]
     done = place.generate("--resume", name)
@@ -212,6 +207,9 @@ DAMAGED = {
     "limits": lambda text: text.replace('"steps"', '"leaps"'),
     "setting": lambda text: text.replace('"samples"', '"simples"'),
     "samples": lambda text: text.replace('"samples": 1', '"samples": "many"'),
+    "steps": lambda text: re.sub(r'"steps": \d+', '"steps": "many"', text),
+    "seed": lambda text: text.replace('"seed": 0', '"seed": []'),
+    "program": lambda text: text.replace('"program": null', '"program": 3'),
     "picture": lambda text: text.replace('"pictures": []', '"pictures": ["image/png"]'),
     "task": lambda text: text.replace('"task"', '"tusk"'),
 }
@@ -233,16 +231,19 @@ def test_a_damaged_run_is_told(finished: tuple[Place, Path], damage: str) -> Non
 
 def test_an_answer_that_is_damaged_is_asked_anew(finished: tuple[Place, Path]) -> None:
     place, run = finished
-    for kept in (place.folder / "cache").rglob("*.json"):
-        kept.unlink()
+    forget_replies(place)
     reply = run / "sample-1" / "01-draft" / "reply.json"
-    for number, text in enumerate((reply.read_text()[:40], '{"key": 3}', "[" * 100_000, "[]"), 3):
+    whole = reply.read_text()
+    wrong = ('"cost": "much"', '"cost": NaN', '"cost": -5.0', '"cost": {}')
+    damaged = [whole[:40], '{"key": 3}', "[" * 100_000, "[]", *(re.sub(r'"cost": [\d.e-]+', x, whole) for x in wrong)]
+    for number, text in enumerate(damaged, 3):
+        assert text != whole
         reply.write_text(text)
         server = place.serve(answers(cubes(number)))
         place.generate("--resume", run.name, "-q")
-        assert len(server.requests) == 1
-        for kept in (place.folder / "cache").rglob("*.json"):
-            kept.unlink()
+        assert len(server.requests) == 1, text[:60]
+        assert json.loads(place.run("count", "out.scene", "--json").out)["cube"] == number
+        forget_replies(place)
 
 
 def test_a_run_is_of_one_command(finished: tuple[Place, Path]) -> None:
@@ -265,9 +266,8 @@ def test_a_batch_under_way_is_waited_for(place: Place) -> None:
     facts = json.loads((run / "run.json").read_text())
     facts |= {"state": "running", "batch": {"id": "msgbatch_0", "reserved": 0.1, "keys": {"sample-1-1": key}}}
     (run / "run.json").write_text(json.dumps(facts))
-    for kept in (place.folder / "cache").rglob("*.json"):
-        kept.unlink()
+    forget_replies(place)
     server.script = answers(cubes(2), cubes(5))
     place.generate("--resume", "last")
-    assert len(server.batches) == 1
+    assert list(server.batches) == ["msgbatch_0"]
     assert json.loads(place.run("count", "out.scene", "--json").out)["cube"] == 5
