@@ -123,7 +123,8 @@ class AnthropicMessages:
         blocks: tuple[Mapping[str, Any], ...] = ()
         if stop is Stop.PAUSED:
             blocks = tuple(block.to_dict() for block in message.content)
-        return Reply(text, stop, _usage(message.usage), message.model, self._account.clean(_note(message)), blocks)
+        model, note = self._account.clean(message.model), self._account.clean(_note(message))
+        return Reply(text, stop, _usage(message.usage), model, note, blocks)
 
     # --- batches -----------------------------------------------------------------------------------------------
 

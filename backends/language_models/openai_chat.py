@@ -122,7 +122,7 @@ class OpenAIChat:
         if usage == Usage():
             usage = Usage(upper_estimate(request), answered=tokens_at_most(text))
         clean = self._account.clean
-        return Reply(clean(text), stop, usage, received.model or request.model, clean(received.note)[:200])
+        return Reply(clean(text), stop, usage, clean(received.model or request.model), clean(received.note)[:200])
 
     @contextmanager
     def _told(self) -> Iterator[None]:

@@ -10,6 +10,7 @@ import json
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
 from typing import Any, NoReturn
 
 from scenelang.grammar.diagnostics import SceneError
@@ -22,7 +23,7 @@ from scenelang.interpreter.plain import primitive_attributes
 from scenelang.interpreter.shapes import WORDS
 
 MOST_ITEMS = 5_000
-_FENCE = re.compile(r"^[ \t]*```[ \t]*(?:json)?[ \t]*\n(.*?)^[ \t]*```", re.M | re.S)
+_FENCE = re.compile(r"^[ \t]*+```[ \t]*+(?:json)?[ \t]*+\n(.*?)^[ \t]*+```", re.M | re.S)
 _DIGITS = 6
 _NOTHING = 1e-12  # what turning by a quarter leaves of a zero
 _DEEPEST = 20
@@ -144,6 +145,7 @@ def _attributes(item: Mapping[str, Any]) -> Iterator[str]:
             yield f" :{name} {_literal(value)}"
 
 
+@lru_cache(1024)
 def _is_name(text: str) -> bool:
     """Whether ``:text`` reads as one keyword."""
     result = read(Source("<attribute>", f":{text}"))

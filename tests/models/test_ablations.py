@@ -68,8 +68,10 @@ def test_generate_without_programs(place: Place, ablation: str) -> None:
 
 @pytest.mark.parametrize("words", [(), ("--dsl",)])
 def test_generate_without_words(place: Place, words: tuple[str, ...]) -> None:
-    answer = "```scene\n(bind \"qwertyui\" (lambda () (call \"cube\")))\n```" if words else python(
-        "@register()\ndef qwertyui() -> Shape:\n    return primitive_call('cube', {})"
+    answer = (
+        '```scene\n(bind "qwertyui" (lambda () (call "cube")))\n```'
+        if words
+        else python("@register()\ndef qwertyui() -> Shape:\n    return primitive_call('cube', {})")
     )
     server = place.serve(answers(answer))
     place.generate("a cube", "--ablate", "W", "-o", "out.scene", *words)
@@ -147,12 +149,11 @@ def texts_of(chosen: Brief) -> str:
 
 
 @pytest.mark.parametrize("path", sorted(RESPONSES.glob("*.txt")), ids=lambda path: path.stem)
-@pytest.mark.parametrize("with_words", [True, False])
-def test_lists_of_the_corpus_round_trip(path: Path, with_words: bool) -> None:
+def test_lists_of_the_corpus_round_trip(path: Path) -> None:
     before = scene_of(path.stem)
     if sum(primitive_count(frame) for frame in before.frames) > MOST_ITEMS:
         pytest.skip("a list holds fewer primitives")
-    result = Session().evaluate(Source("list.scene", program_of(listing(before, with_words), "a task")))
+    result = Session().evaluate(Source("list.scene", program_of(listing(before, True), "a task")))
     assert result.scene is not None, [d.message for d in result.diagnostics]
     assert changes(before, result.scene).equal
 
