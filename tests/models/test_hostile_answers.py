@@ -6,7 +6,6 @@ import base64
 import builtins
 import json
 import os
-import pickle
 import subprocess
 import time
 from pathlib import Path
@@ -33,7 +32,7 @@ LIMITS = Limits(steps=200_000, size=200_000, primitives=20_000, entities=20_000,
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A project beside which lies what no program may reach; whatever would execute anything fails the test."""
     (tmp_path / "secret.txt").write_text("swordfish")
-    (tmp_path / "secret.scene").write_text('(define swordfish (call "cube"))')
+    (tmp_path / "secret.scene").write_text('(define opener (call "cube" "swordfish"))')
     (tmp_path / "secret.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     (tmp_path / "project").mkdir()
     monkeypatch.chdir(tmp_path / "project")
@@ -57,7 +56,7 @@ def read(folder: Path, answer: str, notation: Notation = Notation.PYTHON, kind: 
     assert {path: path.stat().st_mtime_ns for path in folder.rglob("*")} == before
     told = verdict.told()
     assert len(told) < 50_000
-    assert "swordfish" not in told.replace("swordfish.", "")
+    assert "swordfish" not in told + verdict.program
     assert "Traceback" not in told
     return verdict
 
@@ -132,9 +131,9 @@ def scene(body: str) -> str:
 
 
 REACHING = {
-    "import": '(import "../secret.scene") (bind "x" (lambda () swordfish))',
+    "import": '(import "../secret.scene") (bind "x" (lambda () opener))',
     "absolute import": '(import "/etc/passwd") (bind "x" (lambda () (call "cube")))',
-    "deep import": '(import "a/../../secret.scene") (bind "x" (lambda () swordfish))',
+    "deep import": '(import "a/../../secret.scene") (bind "x" (lambda () opener))',
     "itself": '(import "answer.scene") (bind "x" (lambda () (call "cube")))',
     "device": '(import "/dev/zero") (bind "x" (lambda () (call "cube")))',
     "address": '(import "http://127.0.0.1:9/x.scene") (bind "x" (lambda () (call "cube")))',
@@ -150,7 +149,7 @@ def test_the_language_reaches_no_file_outside(folder: Path, name: str) -> None:
 
 def test_a_link_leads_nowhere_else(folder: Path) -> None:
     (folder / "project" / "link.scene").symlink_to(folder / "secret.scene")
-    verdict = read(folder, scene('(import "link.scene") (bind "x" (lambda () swordfish))'), Notation.LANGUAGE)
+    verdict = read(folder, scene('(import "link.scene") (bind "x" (lambda () opener))'), Notation.LANGUAGE)
     assert not verdict.is_usable
 
 
@@ -281,11 +280,7 @@ def test_words_of_lists_stay_words(folder: Path, word: str) -> None:
 
 
 def test_a_pickle_is_no_answer(folder: Path) -> None:
-    class Bomb:
-        def __reduce__(self) -> tuple[object, tuple[str]]:
-            return os.system, ("touch pwned",)
-
-    data = pickle.dumps(Bomb())
+    data = b"cos\nsystem\n(S'touch pwned'\ntR."
     for text in (data.decode("latin-1"), base64.b64encode(data).decode()):
         for notation in Notation:
             assert not read(folder, text, notation).is_usable
