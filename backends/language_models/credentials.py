@@ -89,8 +89,8 @@ def account(
     if key is not None and (not isinstance(key, str) or not key.strip() or not key.strip().isprintable()):
         raise SceneError("model-key", f"the key for `{family}` is no text that a key can be")
     if key is None and needs_key:
-        hint = f"or write it into {config_file()} under [{family}] as api_key, a file that only you may read"
-        raise SceneError("model-key", f"there is no key: set {key_variables[0]} in the environment", hint)
+        message = f"there is no key for `{family}`: neither in the environment nor in {config_file()}"
+        raise SceneError("model-key", message, f"export {key_variables[0]}=...")
     address = os.environ.get(address_variable) or table.get("base_url") or default_address
     if (
         not isinstance(address, str)

@@ -100,9 +100,13 @@ def family(name: str) -> Family:
 def connect(name: str) -> Provider:
     """The provider of a name, with its key and address from the environment or the configuration. Raises SceneError."""
     found = family(name)
-    return found.connect(
-        account(found.name, found.key_variables, found.address_variable, found.default_address, found.needs_key)
-    )
+    return found.connect(connection(found))
+
+
+def connection(family: Family) -> Account:
+    """The key and the address of a family, from the environment or the configuration. Raises SceneError."""
+    variables = family.key_variables
+    return account(family.name, variables, family.address_variable, family.default_address, family.needs_key)
 
 
 def unconnected(name: str) -> Provider:

@@ -123,7 +123,7 @@ def test_an_edit_that_fails_is_mended(place: Place, tower: Path) -> None:
     assert [turn["role"] for turn in turns] == ["user", "assistant", "user"]
     assert turns[0] == server.requests[0]["messages"][0]
     assert "error[E301]" in texts(turns[2])
-    assert "did you mean `translate`?" in texts(turns[2])
+    assert "did you mean `translate`" in texts(turns[2])
     assert (place.work / "new.scene").read_text() == TALLER
 
 
