@@ -140,3 +140,17 @@ def test_a_bare_machine(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def _no_browser() -> None:
     raise machine.webbrowser.Error("none")
+
+
+def test_services_tell_of_keys_and_show_none(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    from scenelang.doctor.services import service_checks
+
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    for name in ("ANTHROPIC_API_KEY", "ANTHROPIC_BASE_URL", "OPENAI_API_KEY", "OPENAI_BASE_URL"):
+        monkeypatch.delenv(name, raising=False)
+    first, second = service_checks()
+    assert (first.name, first.state, first.remedy) == ("anthropic", State.MISSING, "export ANTHROPIC_API_KEY=...")
+    assert (second.name, second.state) == ("openai", State.NOTE)
+    monkeypatch.setenv("ANTHROPIC_API_KEY", "sk-secret-secret")
+    first, _ = service_checks()
+    assert (first.state, first.detail) == (State.NOTE, "a key for https://api.anthropic.com; not asked")

@@ -18,6 +18,7 @@ _TITLES = {
     "works": "What works",
     "packages": "Packages",
     "extras": "Extras",
+    "services": "Services",
     "folders": "Folders",
     "terminal": "Terminal and browser",
 }
