@@ -146,4 +146,7 @@ def _model(name: str, row: Mapping[str, Any]) -> Model:
 def _prices(row: Mapping[str, Any]) -> Prices:
     """Prices of a row. What it leaves out is no lower than it can be: writing to a cache costs a quarter more."""
     sent, answered = float(row["input"]), float(row["output"])
-    return Prices(sent, answered, float(row.get("cache_write", 1.25 * sent)), float(row.get("cache_read", sent)))
+    prices = (sent, answered, float(row.get("cache_write", 1.25 * sent)), float(row.get("cache_read", sent)))
+    if not all(isfinite(price) and price >= 0 for price in prices):
+        raise ValueError("a price is no amount of dollars")
+    return Prices(*prices)

@@ -123,6 +123,8 @@ class Client:
         return found
 
     def _in_batch(self, reply: Reply) -> Answer:
+        if reply.stop is Stop.PAUSED:  # a batch cannot go on with it
+            reply = replace(reply, stop=Stop.BROKEN, note="the model paused", blocks=())
         return Answer(reply, self.model.cost(reply.usage, is_batch=True))
 
     def batches(self) -> BatchProvider:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -113,6 +113,19 @@ def unconnected(name: str) -> Provider:
     """The provider of a name for what needs no service: it has no key, and nothing may be sent through it."""
     found = family(name)
     return found.connect(account(found.name, (), found.address_variable, found.default_address, needs_key=False))
+
+
+class BrokenStream(Exception):
+    """An answer ended too early, or made no sense on its way."""
+
+
+def arriving(pieces: Iterator[str]) -> Iterator[str]:
+    """The pieces of an answer. Whatever goes wrong while they are read, which libraries have no common class for, is a
+    BrokenStream; what goes wrong where they are used is not."""
+    try:
+        yield from pieces
+    except Exception as error:
+        raise BrokenStream(getattr(error, "api_message", None) or str(error) or "the stream ended early") from None
 
 
 def failure(status: int | None, said: str, account: Account) -> SceneError:
