@@ -91,13 +91,23 @@ class AnthropicMessages:
         received = _Received()
         with self._told(), self._client.messages.stream(**self.payload(request)) as stream:
             try:
-                for text in arriving(received.pieces(stream)):
+                for text in arriving(self._pieces(stream, received)):
                     watch(text)
             except BrokenStream as error:
                 return self._broken(request, received, str(error))
-        if received.message.stop_reason is None:
-            return self._broken(request, received, "the stream ended early")
-        return self._reply(received.message)
+        return received.reply or self._broken(request, received, "the stream ended early")
+
+    def _pieces(self, stream: Any, received: _Received) -> Iterator[str]:
+        """Read a stream to its end; its texts as they come."""
+        for event in stream:
+            if event.type == "text":
+                received.texts.append(event.text)
+                yield event.text
+            elif event.type == "message_start":
+                received.usage = _usage(event.message.usage)
+        message = stream.get_final_message()
+        if message.stop_reason is not None:
+            received.reply = self._reply(message)
 
     def _broken(self, request: Request, received: _Received, why: str) -> Reply:
         """An answer that broke off; what it cost beyond the prompt is not known, so its length is an estimate."""
@@ -112,7 +122,7 @@ class AnthropicMessages:
         blocks: tuple[Mapping[str, Any], ...] = ()
         if stop is Stop.PAUSED:
             blocks = tuple(block.to_dict() for block in message.content)
-        return Reply(clean(text), stop, _usage(message.usage), clean(message.model), clean(note)[:200], blocks)
+        return Reply(clean(text), stop, _usage(message.usage), clean(str(message.model)), clean(note)[:200], blocks)
 
     # --- batches -----------------------------------------------------------------------------------------------
 
@@ -129,8 +139,13 @@ class AnthropicMessages:
     def collect(self, batch: str) -> dict[str, Reply | SceneError]:
         found: dict[str, Reply | SceneError] = {}
         with self._told():
-            for line in self._client.messages.batches.results(batch):
-                found[line.custom_id] = self._result(line.result)
+            lines = self._client.messages.batches.results(batch)
+            try:
+                for name, reply in arriving((line.custom_id, self._result(line.result)) for line in lines):
+                    found[name] = reply
+            except BrokenStream as error:
+                said = f"the answers of the batch cannot be read: {error}"
+                raise failure(None, said, self._account) from None
         return found
 
     def _result(self, result: Any) -> Reply | SceneError:
@@ -155,22 +170,12 @@ class AnthropicMessages:
 
 
 class _Received:
-    """What has arrived of an answer."""
+    """What has arrived of an answer; ``reply`` once it is complete."""
 
     def __init__(self) -> None:
         self.texts: list[str] = []
         self.usage = Usage()
-        self.message: Any = None
-
-    def pieces(self, stream: Any) -> Iterator[str]:
-        """Read a stream to its end; its texts as they come."""
-        for event in stream:
-            if event.type == "text":
-                self.texts.append(event.text)
-                yield event.text
-            elif event.type == "message_start":
-                self.usage = _usage(event.message.usage)
-        self.message = stream.get_final_message()
+        self.reply: Reply | None = None
 
 
 def _message(turn: Turn) -> dict[str, Any]:
@@ -191,10 +196,10 @@ def _block(part: Part) -> dict[str, Any]:
 
 def _usage(usage: Any) -> Usage:
     return Usage(
-        usage.input_tokens or 0,
-        usage.cache_read_input_tokens or 0,
-        usage.cache_creation_input_tokens or 0,
-        usage.output_tokens or 0,
+        int(usage.input_tokens or 0),
+        int(usage.cache_read_input_tokens or 0),
+        int(usage.cache_creation_input_tokens or 0),
+        int(usage.output_tokens or 0),
     )
 
 

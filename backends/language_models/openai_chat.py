@@ -149,14 +149,15 @@ class _Received:
     def pieces(self, stream: Any) -> Iterator[str]:
         """Read a stream to its end; its texts as they come. Servers leave out what they have nothing to say about."""
         for chunk in stream:
-            self.model = getattr(chunk, "model", None) or self.model
+            self.model = str(getattr(chunk, "model", None) or self.model)
             self.usage = _usage(getattr(chunk, "usage", None)) or self.usage
             for choice in getattr(chunk, "choices", None) or ():
-                self.stop = getattr(choice, "finish_reason", None) or self.stop
-                delta = getattr(choice, "delta", None)
-                if refusal := getattr(delta, "refusal", None):
+                reason, delta = getattr(choice, "finish_reason", None), getattr(choice, "delta", None)
+                self.stop = str(reason) if reason else self.stop
+                refusal, text = getattr(delta, "refusal", None), getattr(delta, "content", None)
+                if refusal and isinstance(refusal, str):
                     self.refusals.append(refusal)
-                if text := getattr(delta, "content", None):
+                if text and isinstance(text, str):
                     self.texts.append(text)
                     yield text
 
@@ -164,9 +165,9 @@ class _Received:
 def _usage(usage: Any) -> Usage | None:
     if usage is None:
         return None
-    cached = getattr(getattr(usage, "prompt_tokens_details", None), "cached_tokens", None) or 0
-    sent = getattr(usage, "prompt_tokens", None) or 0
-    return Usage(max(0, sent - cached), cached, 0, getattr(usage, "completion_tokens", None) or 0)
+    cached = int(getattr(getattr(usage, "prompt_tokens_details", None), "cached_tokens", None) or 0)
+    sent, answered = getattr(usage, "prompt_tokens", None) or 0, getattr(usage, "completion_tokens", None) or 0
+    return Usage(max(0, int(sent) - cached), cached, 0, int(answered))
 
 
 def _message(turn: Turn) -> dict[str, Any]:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 from scenelang.backends.language_models.conversation import Reply, Request
 from scenelang.backends.language_models.credentials import Account, account
 from scenelang.grammar.diagnostics import SceneError, suggest
 
+Piece = TypeVar("Piece")
 Watch = Callable[[str], None]  # told of every piece of text as it arrives; raises to stop
 
 
@@ -119,7 +120,7 @@ class BrokenStream(Exception):
     """An answer ended too early, or made no sense on its way."""
 
 
-def arriving(pieces: Iterator[str]) -> Iterator[str]:
+def arriving(pieces: Iterable[Piece]) -> Iterator[Piece]:
     """The pieces of an answer. Whatever goes wrong while they are read, which libraries have no common class for, is a
     BrokenStream; what goes wrong where they are used is not."""
     try:

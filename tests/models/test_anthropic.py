@@ -223,6 +223,7 @@ GARBLED = [
     'event: content_block_delta\ndata: {"type": "content_block_delta", "index": 77, "delta": {"type": "text_delta", "text": "x"}}\n\n',
     'event: content_block_delta\ndata: {"type": "content_block_delta"}\n\n',
     'event: message_delta\ndata: {"type": "message_delta"}\n\n',
+    'event: message_delta\ndata: {"type": "message_delta", "delta": {"stop_reason": "end_turn", "stop_sequence": null}, "usage": {"output_tokens": "x"}}\n\nevent: message_stop\ndata: {"type": "message_stop"}\n\n',
     'event: message_delta\ndata: [1, 2]\n\n',
     'event: message_delta\ndata: "text"\n\n',
     "\ufffd\x00\n\n",

@@ -223,7 +223,8 @@ BROKEN = [
     Chat(LONG, breaks_after=64, last_words="data: {broken\n\n"),
     Chat(LONG, breaks_after=64, last_words='data: {"error": {"message": "out of memory"}}\n\n'),
     Chat(LONG, breaks_after=64, last_words='data: {"choices": [{"delta": {"content": 5}}]}\n\n'),
-    Chat(LONG, breaks_after=64, last_words='data: {"usage": {"prompt_tokens": "many"}}\n\n'),
+    Chat(LONG, breaks_after=64, last_words='data: {"usage": {"completion_tokens": "many"}}\n\n'),
+    Chat(LONG, breaks_after=64, last_words='data: {"model": 5, "choices": [{"finish_reason": {"a": []}}]}\n\n'),
 ]
 
 
