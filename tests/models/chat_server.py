@@ -107,6 +107,4 @@ def _chunks(chat: Chat, body: dict[str, Any]) -> Iterator[str | None]:
 def _chunk(chat: Chat, body: dict[str, Any], delta: dict[str, Any], stop: str | None) -> str:
     choice = {"index": 0, "delta": delta, "finish_reason": stop}
     model = chat.model or body["model"]
-    return json.dumps(
-        {"id": "c", "object": "chat.completion.chunk", "created": 0, "model": model, "choices": [choice]}
-    )
+    return json.dumps({"id": "c", "object": "chat.completion.chunk", "created": 0, "model": model, "choices": [choice]})

@@ -45,7 +45,7 @@ Script = Sequence[Said] | Callable[[dict[str, Any]], Said]
 class ModelServer:
     """``requests`` are the bodies of all questions, ``counted`` those whose tokens were counted, ``polled`` the batches
     that were asked after. ``count`` is how counting is answered: tokens, or the status of an error below 0. A batch is
-    done once it was asked after more than ``patience`` times."""
+    done once it was asked after more than ``patience`` times; ``tail`` follows its results."""
 
     def __init__(self, script: Script) -> None:
         self.script = script
@@ -56,6 +56,7 @@ class ModelServer:
         self.polled: list[str] = []
         self.count: Callable[[dict[str, Any]], int] = lambda body: len(json.dumps(body)) // 4
         self.patience = 1
+        self.tail = ""
         self.url = ""
         self._next = 0
         self._lock = Lock()
@@ -92,7 +93,7 @@ def serving(script: Script) -> Iterator[ModelServer]:
             name = self.path.split("/")[4].split("?")[0] if self.path.count("/") >= 4 else ""
             if self.path.endswith("/results"):
                 lines = [self._result(entry) for entry in state.batches[name]][::-1]  # in any order
-                self._send(200, "\n".join(map(json.dumps, lines)).encode(), "application/x-jsonl")
+                self._send(200, ("\n".join(map(json.dumps, lines)) + state.tail).encode(), "application/x-jsonl")
             elif name in state.batches:
                 state.polled.append(name)
                 is_done = state.polled.count(name) > state.patience

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -224,7 +223,7 @@ GARBLED = [
     'event: content_block_delta\ndata: {"type": "content_block_delta"}\n\n',
     'event: message_delta\ndata: {"type": "message_delta"}\n\n',
     'event: message_delta\ndata: {"type": "message_delta", "delta": {"stop_reason": "end_turn", "stop_sequence": null}, "usage": {"output_tokens": "x"}}\n\nevent: message_stop\ndata: {"type": "message_stop"}\n\n',
-    'event: message_delta\ndata: [1, 2]\n\n',
+    "event: message_delta\ndata: [1, 2]\n\n",
     'event: message_delta\ndata: "text"\n\n',
     "\ufffd\x00\n\n",
 ]
@@ -349,8 +348,8 @@ def test_pauses_stop_where_the_money_does(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 @pytest.fixture
-def echo() -> Iterator[dict[str, str]]:
-    yield {"request-id": KEY, "x-api-key": KEY}
+def echo() -> dict[str, str]:
+    return {"request-id": KEY, "x-api-key": KEY}
 
 
 def test_an_echoed_key_is_not_in_an_answer(echo: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> None:

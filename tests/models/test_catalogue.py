@@ -108,7 +108,12 @@ def test_a_batch_is_half_the_price() -> None:
 def test_no_usage_costs_more_than_the_highest_cost(name: str) -> None:
     found = model(name)
     for prompt in (0, 10, 99_999, 100_000, 100_001, 900_000):
-        for usage in (Usage(prompt), Usage(0, prompt), Usage(0, 0, prompt), Usage(prompt // 2, 0, prompt - prompt // 2)):
+        for usage in (
+            Usage(prompt),
+            Usage(0, prompt),
+            Usage(0, 0, prompt),
+            Usage(prompt // 2, 0, prompt - prompt // 2),
+        ):
             cost = found.cost(Usage(usage.sent, usage.cache_read, usage.cache_written, 700))
             assert cost <= found.highest_cost(prompt, 700) + 1e-12
 
@@ -123,7 +128,9 @@ def test_an_unknown_model_is_refused() -> None:
     assert "--price" in (error.hint or "")
 
 
-@pytest.mark.parametrize("name", ["claude-opus-5-5-2025100", "claude-opus-5-5-20251001-v2", "claude-opus", "", "x" * 5000])
+@pytest.mark.parametrize(
+    "name", ["claude-opus-5-5-2025100", "claude-opus-5-5-20251001-v2", "claude-opus", "", "x" * 5000]
+)
 def test_a_name_that_only_looks_like_a_known_one_is_refused(name: str) -> None:
     assert refused(name).name == "model-price"
 
@@ -150,7 +157,7 @@ def test_models_can_be_configured(tmp_path: Path) -> None:
     configure(
         tmp_path,
         '[models.house-model]\ninput = 1\noutput = 2\nmax_output = 4096\nefforts = ["low"]\n'
-        'over = { tokens = 10, input = 3, output = 4 }\n[models.claude-opus-5-5]\ninput = 9\noutput = 99\n',
+        "over = { tokens = 10, input = 3, output = 4 }\n[models.claude-opus-5-5]\ninput = 9\noutput = 99\n",
     )
     found = model("house-model")
     assert (found.prices, found.max_output, found.efforts) == (Prices(1.0, 2.0, 1.25, 1.0), 4096, ("low",))

@@ -91,7 +91,17 @@ def test_white_space_around_a_key_is_left_out(key: str, monkeypatch: pytest.Monk
 
 
 @pytest.mark.parametrize(
-    "key", ["  ", f"{KEY}\n{KEY}", f"{KEY}\r\nx-other: 1", f"{KEY} {KEY}", "schlüssel-1234", "\x1b[31mkey", 'k"ey-12345', "k\\ey"]
+    "key",
+    [
+        "  ",
+        f"{KEY}\n{KEY}",
+        f"{KEY}\r\nx-other: 1",
+        f"{KEY} {KEY}",
+        "schlüssel-1234",
+        "\x1b[31mkey",
+        'k"ey-12345',
+        "k\\ey",
+    ],
 )
 def test_what_is_no_key_is_refused(key: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ANTHROPIC_API_KEY", key)

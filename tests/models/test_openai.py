@@ -116,7 +116,11 @@ def test_a_grammar_goes_where_the_server_takes_it(
 
 @pytest.mark.parametrize(("kind", "path"), DIALECTS)
 def test_the_language_is_asked_for_with_its_grammar(
-    kind: str, path: list[str] | None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    kind: str,
+    path: list[str] | None,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     answer = '```scene\n(bind "box" (lambda () (primitive "cube")))\n```'.replace("primitive", "call")
     with chatting([Chat(answer)], kind) as server:
@@ -296,7 +300,9 @@ def test_a_server_on_this_machine_needs_neither_key_nor_price(monkeypatch: pytes
     assert client.highest_cost(ASKED) == 0.0
 
 
-@pytest.mark.parametrize("address", ["https://models.example.com/v1", "http://192.168.1.7/v1", "http://localhost.example.com"])
+@pytest.mark.parametrize(
+    "address", ["https://models.example.com/v1", "http://192.168.1.7/v1", "http://localhost.example.com"]
+)
 def test_other_servers_have_a_price(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("OPENAI_BASE_URL", address)
     with pytest.raises(SceneError) as caught:
@@ -312,6 +318,8 @@ def test_a_model_has_to_be_named() -> None:
 
 
 def test_there_are_no_batches(monkeypatch: pytest.MonkeyPatch) -> None:
-    client = Client(connect("openai"), Settings(provider="openai", model="q", price="1,2").known_model(None), Spending(5), None)
+    client = Client(
+        connect("openai"), Settings(provider="openai", model="q", price="1,2").known_model(None), Spending(5), None
+    )
     with pytest.raises(SceneError, match="has no batches"):
         client.batches()
