@@ -67,8 +67,8 @@ def test_without_a_key_it_says_where_one_goes(monkeypatch: pytest.MonkeyPatch, t
     monkeypatch.delenv("ANTHROPIC_API_KEY")
     error = refused()
     assert error.name == "model-key"
-    assert "ANTHROPIC_API_KEY" in error.message
-    assert str(tmp_path / "config" / "scenelang" / "config.toml") in (error.hint or "")
+    assert "ANTHROPIC_API_KEY" in (error.hint or "")
+    assert str(tmp_path / "config" / "scenelang" / "config.toml") in error.message
 
 
 def test_what_is_not_sent_needs_no_key(monkeypatch: pytest.MonkeyPatch) -> None:
