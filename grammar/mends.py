@@ -110,7 +110,7 @@ _MODELS = {
     "model-answer": "Allow more tries with `--repair`, take another model or more `--effort`, or ask for less.",
     "listing": "Ask again: items want `shape`, `attributes` and `pose`.",
     "prompt": "Correct the place's name, or remove the file so that the package's own prompt is used.",
-    "run": "`scenelang runs` lists the runs that there are.",
+    "run": "Take one that `scenelang runs` lists, and wait until no other process is at work on it.",
 }
 
 _WARNINGS = {

@@ -30,7 +30,9 @@ def test_it_tells_what_works_in_a_few_seconds(capsys: pytest.CaptureFixture[str]
     for name in ("language", "draft", "viewer", *(backend.name for backend in base.every(Work.EXPORT))):
         assert ("works", name) in by_name
     assert by_name["works", "language"]["state"] in ("ok", "note")
-    assert {"system", "works", "packages", "extras", "folders", "terminal"} == {topic for topic, _ in by_name}
+    assert {"system", "works", "packages", "extras", "services", "folders", "terminal"} == {
+        topic for topic, _ in by_name
+    }
 
 
 def test_as_text(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
@@ -140,3 +142,17 @@ def test_a_bare_machine(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def _no_browser() -> None:
     raise machine.webbrowser.Error("none")
+
+
+def test_services_tell_of_keys_and_show_none(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    from scenelang.doctor.services import service_checks
+
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    for name in ("ANTHROPIC_API_KEY", "ANTHROPIC_BASE_URL", "OPENAI_API_KEY", "OPENAI_BASE_URL"):
+        monkeypatch.delenv(name, raising=False)
+    first, second = service_checks()
+    assert (first.name, first.state, first.remedy) == ("anthropic", State.MISSING, "export ANTHROPIC_API_KEY=...")
+    assert (second.name, second.state) == ("openai", State.NOTE)
+    monkeypatch.setenv("ANTHROPIC_API_KEY", "sk-secret-secret")
+    first, _ = service_checks()
+    assert (first.state, first.detail) == (State.NOTE, "a key for https://api.anthropic.com; not asked")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from scenelang.backends.language_models.conversation import (
@@ -20,7 +21,7 @@ from scenelang.backends.language_models.conversation import (
 )
 from scenelang.backends.language_models.credentials import NO_KEY, Account
 from scenelang.backends.language_models.estimate import tokens_at_most, upper_estimate
-from scenelang.backends.language_models.provider import Watch, failure, unreachable
+from scenelang.backends.language_models.provider import BrokenStream, Watch, arriving, failure, unreachable
 from scenelang.grammar.diagnostics import SceneError
 
 if TYPE_CHECKING:
@@ -87,44 +88,41 @@ class AnthropicMessages:
             return upper_estimate(request)  # gateways do not all count
 
     def send(self, request: Request, watch: Watch) -> Reply:
-        import anthropic
-
-        received: list[str] = []
-        usage = Usage()
+        received = _Received()
         with self._told(), self._client.messages.stream(**self.payload(request)) as stream:
             try:
-                for event in stream:
-                    if event.type == "text":
-                        received.append(event.text)
-                        watch(event.text)
-                    elif event.type == "message_start":
-                        usage = _usage(event.message.usage)
-                message = stream.get_final_message()
-            except (anthropic.APIError, OSError, AssertionError) as error:
-                return self._broken(request, received, usage, str(error))
-            except Exception as error:  # what the HTTP library raises has no class in common with the SDK's
-                if not type(error).__module__.startswith("httpx"):
-                    raise
-                return self._broken(request, received, usage, str(error))
-        if message.stop_reason is None:
-            return self._broken(request, received, usage, "the stream ended early")
-        return self._reply(message)
+                for text in arriving(self._pieces(stream, received)):
+                    watch(text)
+            except BrokenStream as error:
+                return self._broken(request, received, str(error))
+        return received.reply or self._broken(request, received, "the stream ended early")
 
-    def _broken(self, request: Request, received: list[str], usage: Usage, why: str) -> Reply:
+    def _pieces(self, stream: Any, received: _Received) -> Iterator[str]:
+        """Read a stream to its end; its texts as they come."""
+        for event in stream:
+            if event.type == "text":
+                received.texts.append(event.text)
+                yield event.text
+            elif event.type == "message_start":
+                received.usage = _usage(event.message.usage)
+        message = stream.get_final_message()
+        if message.stop_reason is not None:
+            received.reply = self._reply(message)
+
+    def _broken(self, request: Request, received: _Received, why: str) -> Reply:
         """An answer that broke off; what it cost beyond the prompt is not known, so its length is an estimate."""
-        text = "".join(received)
-        answered = max(usage.answered, tokens_at_most(text))
-        usage = Usage(usage.sent, usage.cache_read, usage.cache_written, answered)
-        return Reply(self._account.clean(text), Stop.BROKEN, usage, request.model, self._account.clean(why)[:200])
+        text = self._account.clean("".join(received.texts))
+        usage = replace(received.usage, answered=max(received.usage.answered, tokens_at_most(text)))
+        return Reply(text, Stop.BROKEN, usage, request.model, self._account.clean(why)[:200])
 
     def _reply(self, message: Any) -> Reply:
-        stop = _STOPS.get(message.stop_reason, Stop.BROKEN)
-        text = self._account.clean("".join(block.text for block in message.content if block.type == "text"))
+        stop, clean = _STOPS.get(message.stop_reason, Stop.BROKEN), self._account.clean
+        text = "".join(block.text for block in message.content if block.type == "text")
+        note = _note(message) if stop is not Stop.BROKEN else f"it stopped for `{message.stop_reason}`"
         blocks: tuple[Mapping[str, Any], ...] = ()
         if stop is Stop.PAUSED:
             blocks = tuple(block.to_dict() for block in message.content)
-        model, note = self._account.clean(message.model), self._account.clean(_note(message))
-        return Reply(text, stop, _usage(message.usage), model, note, blocks)
+        return Reply(clean(text), stop, _usage(message.usage), clean(str(message.model)), clean(note)[:200], blocks)
 
     # --- batches -----------------------------------------------------------------------------------------------
 
@@ -141,8 +139,13 @@ class AnthropicMessages:
     def collect(self, batch: str) -> dict[str, Reply | SceneError]:
         found: dict[str, Reply | SceneError] = {}
         with self._told():
-            for line in self._client.messages.batches.results(batch):
-                found[line.custom_id] = self._result(line.result)
+            lines = self._client.messages.batches.results(batch)
+            try:
+                for name, reply in arriving((line.custom_id, self._result(line.result)) for line in lines):
+                    found[name] = reply
+            except BrokenStream as error:
+                said = f"the answers of the batch cannot be read: {error}"
+                raise failure(None, said, self._account) from None
         return found
 
     def _result(self, result: Any) -> Reply | SceneError:
@@ -166,6 +169,15 @@ class AnthropicMessages:
             raise failure(None, str(error), self._account) from None
 
 
+class _Received:
+    """What has arrived of an answer; ``reply`` once it is complete."""
+
+    def __init__(self) -> None:
+        self.texts: list[str] = []
+        self.usage = Usage()
+        self.reply: Reply | None = None
+
+
 def _message(turn: Turn) -> dict[str, Any]:
     content: list[Any] = []
     for part in turn.parts:
@@ -184,10 +196,10 @@ def _block(part: Part) -> dict[str, Any]:
 
 def _usage(usage: Any) -> Usage:
     return Usage(
-        usage.input_tokens or 0,
-        usage.cache_read_input_tokens or 0,
-        usage.cache_creation_input_tokens or 0,
-        usage.output_tokens or 0,
+        int(usage.input_tokens or 0),
+        int(usage.cache_read_input_tokens or 0),
+        int(usage.cache_creation_input_tokens or 0),
+        int(usage.output_tokens or 0),
     )
 
 

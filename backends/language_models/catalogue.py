@@ -128,22 +128,33 @@ def _given(text: str) -> dict[str, float]:
 
 
 def _model(name: str, row: Mapping[str, Any]) -> Model:
-    over = row.get("over")
     try:
+        thinking, efforts, over = row.get("thinking"), row.get("efforts", []), row.get("over")
+        if not isinstance(efforts, list) or not all(isinstance(word, str) for word in [*efforts, thinking or ""]):
+            raise ValueError("`thinking` is a word and `efforts` a list of words")
         return Model(
             name,
             _prices(row),
-            int(row.get("max_output", _MAX_OUTPUT)),
-            row.get("thinking"),
-            tuple(row.get("efforts", ())),
-            int(over["tokens"]) if over else None,
+            _tokens(row.get("max_output", _MAX_OUTPUT)),
+            thinking,
+            tuple(efforts),
+            _tokens(over["tokens"]) if over else None,
             _prices(over) if over else None,
         )
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
         raise SceneError("file", f"{config_file()}: the model `{name}` is malformed: {error}") from None
+
+
+def _tokens(number: Any) -> int:
+    if int(number) < 1:
+        raise ValueError(f"{number} is no number of tokens")
+    return int(number)
 
 
 def _prices(row: Mapping[str, Any]) -> Prices:
     """Prices of a row. What it leaves out is no lower than it can be: writing to a cache costs a quarter more."""
     sent, answered = float(row["input"]), float(row["output"])
-    return Prices(sent, answered, float(row.get("cache_write", 1.25 * sent)), float(row.get("cache_read", sent)))
+    prices = (sent, answered, float(row.get("cache_write", 1.25 * sent)), float(row.get("cache_read", sent)))
+    if not all(isfinite(price) and price >= 0 for price in prices):
+        raise ValueError("a price is no amount of dollars")
+    return Prices(*prices)

@@ -102,27 +102,31 @@ class Client:
 
     # --- many at once --------------------------------------------------------------------------------------------
 
-    def submit(self, requests: Mapping[str, Request]) -> tuple[str, float]:
-        """Send requests by name as one batch: its identifier, and the dollars that are set aside until ``collect``.
-        Raises SceneError where the provider has no batches."""
+    def submit(self, requests: Mapping[str, Request]) -> tuple[str, dict[str, float]]:
+        """Send requests by name as one batch: its identifier, and the dollars that are set aside for each until
+        ``collect``. Raises SceneError where the provider has no batches."""
         provider = self.batches()
-        reserved = sum(self.highest_cost(request, is_batch=True) for request in requests.values())
-        self.spending.reserve(reserved)
+        reserved = {name: self.highest_cost(request, is_batch=True) for name, request in requests.items()}
+        self.spending.reserve(sum(reserved.values()))
         try:
             return provider.submit(requests), reserved
         except SceneError:
-            self.spending.settle(reserved, 0.0)
+            self.spending.settle(sum(reserved.values()), 0.0)
             raise
 
-    def collect(self, batch: str, reserved: float) -> dict[str, Answer | SceneError]:
-        """The answers of a batch that is done, by name; what was set aside for it becomes what they cost."""
+    def collect(self, batch: str, reserved: Mapping[str, float]) -> dict[str, Answer | SceneError]:
+        """The answers of a batch that is done to the questions that money is ``reserved`` for, by name; it becomes what
+        they cost."""
         found: dict[str, Answer | SceneError] = {}
         for name, reply in self.batches().collect(batch).items():
-            found[name] = reply if isinstance(reply, SceneError) else self._in_batch(reply)
-        self.spending.settle(reserved, sum(a.cost for a in found.values() if isinstance(a, Answer)))
+            if name in reserved:
+                found[name] = reply if isinstance(reply, SceneError) else self._in_batch(reply)
+        self.spending.settle(sum(reserved.values()), sum(a.cost for a in found.values() if isinstance(a, Answer)))
         return found
 
     def _in_batch(self, reply: Reply) -> Answer:
+        if reply.stop is Stop.PAUSED:  # a batch cannot go on with it
+            reply = replace(reply, stop=Stop.BROKEN, note="the model paused", blocks=())
         return Answer(reply, self.model.cost(reply.usage, is_batch=True))
 
     def batches(self) -> BatchProvider:

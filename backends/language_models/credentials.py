@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import os
+import re
 import stat
 import tomllib
-from collections.abc import Mapping, Sequence
+from base64 import b64encode
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
-from urllib.parse import urlsplit, urlunsplit
+from urllib.parse import SplitResult, unquote, urlsplit, urlunsplit
 
 from scenelang.grammar.diagnostics import SceneError
 
 _SHORTEST_SECRET = 8  # a shorter key would blot out ordinary text
 _LARGEST_FILE = 1_000_000
 _HIDDEN = "[key]"
+_KEY = re.compile(r"[!#-\[\]-~]+")  # what headers can carry and JSON writes as it is
 NO_KEY = "none"  # what the packages are given where a service wants no key
 
 
@@ -42,7 +45,8 @@ class Account:
 
 
 def cleaned(text: str, secrets: Sequence[str]) -> str:
-    """A text with every secret blotted out."""
+    """A text with every secret blotted out, and without half characters, which JSON can carry and no file can hold."""
+    text = text.encode("utf-16", "surrogatepass").decode("utf-16", "replace")
     for secret in secrets:
         text = text.replace(secret, _HIDDEN)
     return text
@@ -71,6 +75,8 @@ def configuration() -> dict[str, Any]:
         found = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise SceneError("file", f"{path} is no TOML: {error}") from None
+    except RecursionError:
+        raise SceneError("file", f"{path} is nested too deeply") from None
     holds_key = any(isinstance(table, dict) and "api_key" in table for table in found.values())
     if holds_key and os.name == "posix" and stat.S_IMODE(mode) & 0o077:
         raise SceneError("model-key", f"{path} holds a key and others may read it", f"chmod 600 {path}")
@@ -86,24 +92,44 @@ def account(
     if not isinstance(table, dict):
         raise SceneError("file", f"{config_file()}: `{family}` is no table")
     key = next((os.environ[name] for name in key_variables if os.environ.get(name)), None) or table.get("api_key")
-    if key is not None and (not isinstance(key, str) or not key.strip() or not key.strip().isprintable()):
+    if key is not None and not (isinstance(key, str) and _KEY.fullmatch(key.strip())):
         raise SceneError("model-key", f"the key for `{family}` is no text that a key can be")
     if key is None and needs_key:
-        hint = f"or write it into {config_file()} under [{family}] as api_key, a file that only you may read"
-        raise SceneError("model-key", f"there is no key: set {key_variables[0]} in the environment", hint)
+        message = f"there is no key for `{family}`: neither in the environment nor in {config_file()}"
+        raise SceneError("model-key", message, f"export {key_variables[0]}=...")
     address = os.environ.get(address_variable) or table.get("base_url") or default_address
-    if (
-        not isinstance(address, str)
-        or urlsplit(address).scheme not in ("http", "https")
-        or not urlsplit(address).hostname
-    ):
+    if not isinstance(address, str) or not _is_address(address.strip()):
         raise SceneError("value", f"the base URL for `{family}` is no address", "it begins with http:// or https://")
-    key = key.strip() if key is not None else None
-    return Account(key, address.rstrip("/"), table, _secrets(key, address))
+    key, address = key.strip() if key is not None else None, address.strip().rstrip("/")
+    return Account(key, address, table, _secrets(key, address))
+
+
+def _is_address(text: str) -> bool:
+    try:
+        parts = urlsplit(text)
+        return parts.scheme in ("http", "https") and bool(parts.hostname) and parts.port != 0 and text.isprintable()
+    except ValueError:
+        return False
 
 
 def _secrets(key: str | None, address: str) -> tuple[str, ...]:
     parts = urlsplit(address)
-    found = [key, parts.password, parts.query or None, *os.environ.get("ANTHROPIC_CUSTOM_HEADERS", "").split()]
+    found = {key, parts.query, *_login(parts), *_sent_along()}
     kept = {secret for secret in found if secret and len(secret) >= _SHORTEST_SECRET}
     return tuple(sorted(kept, key=len, reverse=True))
+
+
+def _login(parts: SplitResult) -> Iterator[str]:
+    """What of an address lets people in, in every form that it is sent in."""
+    name, password = parts.username or "", parts.password or ""
+    alone = password or name  # some services take a token as the name
+    yield from (alone, unquote(alone))
+    if alone:
+        yield b64encode(f"{unquote(name)}:{unquote(password)}".encode()).decode()
+
+
+def _sent_along() -> Iterator[str]:
+    """The values of the headers that the environment adds to requests, and their words, such as a token's."""
+    for line in os.environ.get("ANTHROPIC_CUSTOM_HEADERS", "").splitlines():
+        value = line.partition(":")[2].strip()
+        yield from (value, *value.split())

@@ -15,7 +15,7 @@ from urllib.parse import urlsplit, urlunsplit
 from scenelang.backends.language_models.conversation import Part, Picture, Reply, Request, Stop, Text, Turn, Usage
 from scenelang.backends.language_models.credentials import NO_KEY, Account
 from scenelang.backends.language_models.estimate import tokens_at_most, upper_estimate
-from scenelang.backends.language_models.provider import Watch, failure, unreachable
+from scenelang.backends.language_models.provider import BrokenStream, Watch, arriving, failure, unreachable
 from scenelang.grammar.diagnostics import SceneError
 
 if TYPE_CHECKING:
@@ -95,8 +95,6 @@ class OpenAIChat:
         return upper_estimate(request)  # the protocol has no way to ask
 
     def send(self, request: Request, watch: Watch) -> Reply:
-        import openai
-
         payload = self.payload(request)
         extra = {name: payload.pop(name) for name in ("grammar", "structured_outputs") if name in payload}
         received = _Received()
@@ -105,24 +103,23 @@ class OpenAIChat:
                 **payload, stream=True, stream_options={"include_usage": True}, extra_body=extra or None
             )
             try:
-                for chunk in stream:
-                    received.take(chunk, watch)
-            except (openai.OpenAIError, OSError) as error:
-                received.note = str(error)
-            except Exception as error:  # what the HTTP library raises has no class in common with the package's
-                if not type(error).__module__.startswith("httpx"):
-                    raise
-                received.note = str(error)
-        return self._reply(request, received)
-
-    def _reply(self, request: Request, received: _Received) -> Reply:
+                with stream:
+                    for text in arriving(received.pieces(stream)):
+                        watch(text)
+            except BrokenStream as error:
+                return self._reply(request, received, Stop.BROKEN, str(error))
+        if received.refusals:
+            return self._reply(request, received, Stop.REFUSED, "".join(received.refusals))
         stop = _STOPS.get(received.stop or "", Stop.BROKEN)
-        text = "".join(received.texts)
-        usage = received.usage
+        said = f"it stopped for `{received.stop}`" if received.stop else "the stream ended early"
+        return self._reply(request, received, stop, said if stop is Stop.BROKEN else "")
+
+    def _reply(self, request: Request, received: _Received, stop: Stop, note: str) -> Reply:
+        clean = self._account.clean
+        text, usage = clean("".join(received.texts)), received.usage
         if usage == Usage():
             usage = Usage(upper_estimate(request), answered=tokens_at_most(text))
-        clean = self._account.clean
-        return Reply(clean(text), stop, usage, clean(received.model or request.model), clean(received.note)[:200])
+        return Reply(text, stop, usage, clean(received.model) or request.model, clean(note)[:200])
 
     @contextmanager
     def _told(self) -> Iterator[None]:
@@ -144,23 +141,33 @@ class _Received:
 
     def __init__(self) -> None:
         self.texts: list[str] = []
+        self.refusals: list[str] = []
         self.stop: str | None = None
         self.usage = Usage()
         self.model = ""
-        self.note = ""
 
-    def take(self, chunk: Any, watch: Watch) -> None:
-        self.model = chunk.model or self.model
-        if chunk.usage is not None:
-            cached = getattr(chunk.usage.prompt_tokens_details, "cached_tokens", None) or 0
-            sent, answered = chunk.usage.prompt_tokens or 0, chunk.usage.completion_tokens or 0
-            self.usage = Usage(max(0, sent - cached), cached, 0, answered)
-        for choice in chunk.choices:
-            self.stop = choice.finish_reason or self.stop
-            self.note = getattr(choice.delta, "refusal", None) or self.note
-            if choice.delta.content:
-                self.texts.append(choice.delta.content)
-                watch(choice.delta.content)
+    def pieces(self, stream: Any) -> Iterator[str]:
+        """Read a stream to its end; its texts as they come. Servers leave out what they have nothing to say about."""
+        for chunk in stream:
+            self.model = str(getattr(chunk, "model", None) or self.model)
+            self.usage = _usage(getattr(chunk, "usage", None)) or self.usage
+            for choice in getattr(chunk, "choices", None) or ():
+                reason, delta = getattr(choice, "finish_reason", None), getattr(choice, "delta", None)
+                self.stop = str(reason) if reason else self.stop
+                refusal, text = getattr(delta, "refusal", None), getattr(delta, "content", None)
+                if refusal and isinstance(refusal, str):
+                    self.refusals.append(refusal)
+                if text and isinstance(text, str):
+                    self.texts.append(text)
+                    yield text
+
+
+def _usage(usage: Any) -> Usage | None:
+    if usage is None:
+        return None
+    cached = int(getattr(getattr(usage, "prompt_tokens_details", None), "cached_tokens", None) or 0)
+    sent, answered = getattr(usage, "prompt_tokens", None) or 0, getattr(usage, "completion_tokens", None) or 0
+    return Usage(max(0, int(sent) - cached), cached, 0, int(answered))
 
 
 def _message(turn: Turn) -> dict[str, Any]:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 from scenelang.backends.language_models.conversation import Reply, Request
 from scenelang.backends.language_models.credentials import Account, account
 from scenelang.grammar.diagnostics import SceneError, suggest
 
+Piece = TypeVar("Piece")
 Watch = Callable[[str], None]  # told of every piece of text as it arrives; raises to stop
 
 
@@ -100,15 +101,32 @@ def family(name: str) -> Family:
 def connect(name: str) -> Provider:
     """The provider of a name, with its key and address from the environment or the configuration. Raises SceneError."""
     found = family(name)
-    return found.connect(
-        account(found.name, found.key_variables, found.address_variable, found.default_address, found.needs_key)
-    )
+    return found.connect(connection(found))
+
+
+def connection(family: Family) -> Account:
+    """The key and the address of a family, from the environment or the configuration. Raises SceneError."""
+    variables = family.key_variables
+    return account(family.name, variables, family.address_variable, family.default_address, family.needs_key)
 
 
 def unconnected(name: str) -> Provider:
     """The provider of a name for what needs no service: it has no key, and nothing may be sent through it."""
     found = family(name)
     return found.connect(account(found.name, (), found.address_variable, found.default_address, needs_key=False))
+
+
+class BrokenStream(Exception):
+    """An answer ended too early, or made no sense on its way."""
+
+
+def arriving(pieces: Iterable[Piece]) -> Iterator[Piece]:
+    """The pieces of an answer. Whatever goes wrong while they are read, which libraries have no common class for, is a
+    BrokenStream; what goes wrong where they are used is not."""
+    try:
+        yield from pieces
+    except Exception as error:
+        raise BrokenStream(getattr(error, "api_message", None) or str(error) or "the stream ended early") from None
 
 
 def failure(status: int | None, said: str, account: Account) -> SceneError:

@@ -60,7 +60,7 @@ class Replies:
         """The reply that is kept under a digest; one that cannot be read counts as none."""
         try:
             return reply_of(json.loads(self._path(key).read_text("utf-8")))
-        except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        except (OSError, ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError):
             return None
 
     def keep(self, key: str, reply: Reply) -> None:
@@ -68,27 +68,48 @@ class Replies:
         if reply.stop is not Stop.END:
             return
         try:
+            self._make_folder()
             with written_whole(self._path(key), mode=_PRIVATE) as temporary:
                 temporary.write_text(json.dumps(reply_data(reply)), "utf-8")
-        except SceneError:
+        except (SceneError, OSError):
             return
 
     @contextmanager
     def asking(self, key: str) -> Iterator[None]:
         """Only one process asks a question at a time; without locks on this system they ask side by side."""
+        path = self._path(key).with_suffix(".lock")
         try:
-            import fcntl
-
-            self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-            file = os.open(self._path(key).with_suffix(".lock"), os.O_RDWR | os.O_CREAT, _PRIVATE)
+            self._make_folder()
+            file = _locked(path)
         except (ImportError, OSError):
             yield
             return
         try:
-            fcntl.flock(file, fcntl.LOCK_EX)
             yield
         finally:
+            path.unlink(missing_ok=True)
             os.close(file)  # lets go of the lock too
+
+    def _make_folder(self) -> None:
+        self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
 
     def _path(self, key: str) -> Path:
         return self._folder / f"{key}.json"
+
+
+def _locked(path: Path) -> int:
+    """A file that this process holds alone, as a descriptor. Raises ImportError or OSError where there are no locks."""
+    import fcntl
+
+    while True:
+        file = os.open(path, os.O_RDWR | os.O_CREAT, _PRIVATE)
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX)
+            if os.path.samestat(os.fstat(file), path.stat()):
+                return file
+        except FileNotFoundError:
+            pass
+        except OSError:
+            os.close(file)
+            raise
+        os.close(file)  # whoever held it before took it away

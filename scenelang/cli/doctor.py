@@ -18,6 +18,7 @@ _TITLES = {
     "works": "What works",
     "packages": "Packages",
     "extras": "Extras",
+    "services": "Services",
     "folders": "Folders",
     "terminal": "Terminal and browser",
 }
@@ -50,12 +51,14 @@ def checks() -> Iterator[Check]:
     from scenelang.doctor.check import Check, State
     from scenelang.doctor.machine import folder_checks, system_checks, terminal_checks
     from scenelang.doctor.packages import package_checks
+    from scenelang.doctor.services import service_checks
     from scenelang.doctor.works import work_checks
 
     groups: tuple[tuple[str, Callable[[], Iterable[Check]]], ...] = (
         ("system", system_checks),
         ("works", work_checks),
         ("packages", package_checks),
+        ("services", service_checks),
         ("folders", folder_checks),
         ("terminal", terminal_checks),
     )

@@ -25,8 +25,8 @@ _EVALUATING = Lock()  # evaluation sets limits of the whole interpreter, so answ
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Verdict:
-    """What an answer came to. ``program`` is its program in the language, formatted where it works, empty where there is
-    none; ``findings`` are what is odd about the scene's geometry. ``code`` is the program as the model wrote it."""
+    """What an answer came to. ``program`` is its program in the language, formatted where it works, empty where there
+    is none; ``findings`` are what is odd about the scene's geometry. ``code`` is the program as the model wrote it."""
 
     program: str
     scene: Scene | None

@@ -158,8 +158,9 @@ class Brief:
     def critique(self, views: Sequence[tuple[str, Picture]], findings: str) -> Turn:
         """Pictures with a caption each, then what to do with them."""
         parts = [part for caption, picture in views for part in (Text(caption), picture)]
-        told = f"The checker noticed:\n\n{findings}" if findings else ""
-        text = _GAP.sub("\n\n", self.prompts.text("critique.md", findings=told))
+        notes = [self.prompts.text("blocks.md")] if self.task.kind is Kind.BLOCKS else []
+        notes += [f"The checker noticed:\n\n{findings}"] if findings else []
+        text = _GAP.sub("\n\n", self.prompts.text("critique.md", notes="\n\n".join(notes)))
         return Turn("user", (*parts, Text(text)))
 
 

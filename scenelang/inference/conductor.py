@@ -181,12 +181,13 @@ class Conductor:
                 self._take(progress, ask, key, answer)
         self._run.note(batch=None)
 
-    def _submitted(self, keys: Mapping[str, str], asks: Mapping[str, Ask]) -> tuple[str, float]:
-        """A batch under way: the one that was sent before the run was interrupted, else a new one."""
+    def _submitted(self, keys: Mapping[str, str], asks: Mapping[str, Ask]) -> tuple[str, dict[str, float]]:
+        """A batch under way: the one that was sent before the run was interrupted, maybe amid its answers, else a new
+        one; and the dollars that are set aside for each question."""
         sent = self._run.facts.get("batch")
-        if isinstance(sent, dict) and sent.get("keys") == keys:
-            reserved = float(sent["reserved"])
-            self._client.spending.reserve(reserved)
+        if isinstance(sent, dict) and keys.items() <= sent["keys"].items():
+            reserved = {name: float(sent["reserved"][name]) for name in keys}
+            self._client.spending.reserve(sum(reserved.values()))
             return str(sent["id"]), reserved
         for name, ask in asks.items():
             sample, number = (int(piece) for piece in name.split("-")[1:])

@@ -238,7 +238,7 @@ def _without_pictures(data: Any, pictures: list[bytes]) -> Any:
 def new_run(folder: Path, text: str, clean: Callable[[str], str]) -> Run:
     """A new folder for a run, named by the time and its task. Raises SceneError where it cannot be made."""
     slug = _SLUG.sub("-", clean(text).lower()).strip("-")[:_LONGEST_SLUG].rstrip("-") or "run"
-    stamp = datetime.now().strftime("%Y%m%d-%H%M%S")
+    stamp = datetime.now().strftime("%Y%m%d-%H%M%S-%f")[:-3]  # milliseconds, so that names sort by time
     try:
         folder.mkdir(mode=_PRIVATE, parents=True, exist_ok=True)
         for number in range(1, 1000):

@@ -23,7 +23,7 @@ _STILL = (
     ("from above", "top"),
 )
 _FILM_VIEW = "azimuth=30,elevation=20"
-_MOST_FRAMES = 4
+_MOMENTS = (0.0, 0.13, 0.41, 0.77)  # of a film; no fractions at which things that go round look as they began
 _MARGIN = 8
 
 
@@ -33,10 +33,10 @@ def views(scene: Scene) -> list[tuple[str, Encoded]]:
     shown: list[tuple[str, str, int | None]] = [(caption, view, None) for caption, view in _STILL]
     if scene.animated:
         count = len(scene.frames)
-        chosen = sorted({round(i * (count - 1) / max(1, _MOST_FRAMES - 1)) for i in range(_MOST_FRAMES)})
+        chosen = sorted({int(moment * count) for moment in _MOMENTS})
         shown = [(f"frame {frame} of {count}", _FILM_VIEW, frame) for frame in chosen]
     try:
-        return [(f"The scene {caption}:", encoded(picture(scene, view, frame))) for caption, view, frame in shown]
+        return [(f"The scene, {caption}:", encoded(picture(scene, view, frame))) for caption, view, frame in shown]
     except SceneError:
         return []
 

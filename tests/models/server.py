@@ -6,7 +6,8 @@ What it answers is scripted: a list of answers, one for each request that is not
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Sequence
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -14,12 +15,14 @@ from threading import Lock, Thread
 from typing import Any
 
 RESPONSES_PER_PIECE = 64  # characters in one event of a stream
+NONE: Mapping[str, str] = {}
 
 
 @dataclass(frozen=True)
 class Said:
-    """An answer. ``status`` other than 200 is an error; ``breaks_after`` closes the connection after so many characters;
-    ``thinks`` puts a block of thinking before the text."""
+    """An answer. ``status`` other than 200 is an error; ``breaks_after`` closes the connection after so many characters,
+    with ``last_words`` before that as they stand; ``drops`` closes it before anything is said; ``waits`` are seconds
+    before the answer; ``thinks`` puts a block of thinking before the text; ``model`` is the one that says it answers."""
 
     text: str = ""
     stop: str = "end_turn"
@@ -29,13 +32,20 @@ class Said:
     thinks: bool = False
     usage: dict[str, int] = field(default_factory=dict)
     details: dict[str, Any] | None = None
+    last_words: str = ""
+    drops: bool = False
+    waits: float = 0.0
+    model: str | None = None
+    headers: dict[str, str] = field(default_factory=dict)
 
 
 Script = Sequence[Said] | Callable[[dict[str, Any]], Said]
 
 
 class ModelServer:
-    """``requests`` are the bodies of all questions, ``counted`` those whose tokens were counted."""
+    """``requests`` are the bodies of all questions, ``counted`` those whose tokens were counted, ``polled`` the batches
+    that were asked after. ``count`` is how counting is answered: tokens, or the status of an error below 0. A batch is
+    done once it was asked after more than ``patience`` times; ``tail`` follows its results."""
 
     def __init__(self, script: Script) -> None:
         self.script = script
@@ -43,7 +53,10 @@ class ModelServer:
         self.counted: list[dict[str, Any]] = []
         self.headers: list[dict[str, str]] = []
         self.batches: dict[str, list[dict[str, Any]]] = {}
-        self.polls = 0
+        self.polled: list[str] = []
+        self.count: Callable[[dict[str, Any]], int] = lambda body: len(json.dumps(body)) // 4
+        self.patience = 1
+        self.tail = ""
         self.url = ""
         self._next = 0
         self._lock = Lock()
@@ -51,7 +64,7 @@ class ModelServer:
     def renew(self, script: Script) -> None:
         """Answer from another script, and forget what was asked."""
         with self._lock:
-            self.script, self._next, self.polls = script, 0, 0
+            self.script, self._next, self.polled = script, 0, []
             self.requests, self.counted, self.headers, self.batches = [], [], [], {}
 
     def answer(self, body: dict[str, Any]) -> Said:
@@ -70,15 +83,14 @@ def serving(script: Script) -> Iterator[ModelServer]:
     """A server on this machine for the time of the block."""
     state = ModelServer(script)
 
-    class Handler(BaseHTTPRequestHandler):
-        protocol_version = "HTTP/1.1"
-
+    class Handler(Speaking):
         def do_POST(self) -> None:
             body = json.loads(self.rfile.read(int(self.headers["content-length"])))
             state.headers.append({name.lower(): value for name, value in self.headers.items()})
             if self.path.startswith("/v1/messages/count_tokens"):
                 state.counted.append(body)
-                self._json({"input_tokens": len(json.dumps(body)) // 4})
+                tokens = state.count(body)
+                self._json({"input_tokens": tokens}) if tokens >= 0 else self._refuse(Said("no counts", status=-tokens))
             elif self.path.startswith("/v1/messages/batches"):
                 self._batch(body)
             else:
@@ -87,18 +99,18 @@ def serving(script: Script) -> Iterator[ModelServer]:
         def do_GET(self) -> None:
             name = self.path.split("/")[4].split("?")[0] if self.path.count("/") >= 4 else ""
             if self.path.endswith("/results"):
-                lines = [self._result(entry) for entry in state.batches[name]]
-                self._send(200, "\n".join(map(json.dumps, lines)).encode(), "application/x-jsonl")
+                lines = [self._result(entry) for entry in state.batches[name]][::-1]  # in any order
+                self._send(200, ("\n".join(map(json.dumps, lines)) + state.tail).encode(), "application/x-jsonl")
             elif name in state.batches:
-                state.polls += 1
-                self._json(batch(name, "ended" if state.polls > 1 else "in_progress", self))
+                state.polled.append(name)
+                is_done = state.polled.count(name) > state.patience
+                self._json(batch(name, "ended" if is_done else "in_progress", self))
             else:
                 self._json({"type": "error", "error": {"type": "not_found_error", "message": "no such thing"}}, 404)
 
         def _batch(self, body: dict[str, Any]) -> None:
             name = f"msgbatch_{len(state.batches)}"
             state.batches[name] = body["requests"]
-            state.polls = 0
             self._json(batch(name, "in_progress", self))
 
         def _result(self, entry: dict[str, Any]) -> dict[str, Any]:
@@ -110,55 +122,75 @@ def serving(script: Script) -> Iterator[ModelServer]:
             return {"custom_id": entry["custom_id"], "result": result}
 
         def _say(self, said: Said, body: dict[str, Any]) -> None:
-            if said.status != 200:
-                kinds = {
-                    400: "invalid_request_error",
-                    401: "authentication_error",
-                    429: "rate_limit_error",
-                    529: "overloaded_error",
-                }
-                kind = kinds.get(said.status, "api_error")
-                self._json({"type": "error", "error": {"type": kind, "message": said.text}}, said.status)
-                return
-            if not body.get("stream"):
+            time.sleep(said.waits)
+            if said.drops:
+                self.close_connection = True
+            elif said.status != 200:
+                self._refuse(said)
+            elif not body.get("stream"):
                 self._json(message(said, body))
+            else:
+                self._stream(lines(said, body), said.headers)
+
+        def _refuse(self, said: Said) -> None:
+            kind = KINDS.get(said.status, "api_error")
+            error = {"type": "error", "error": {"type": kind, "message": said.text}}
+            self._json(error, said.status, said.headers)
+
+    with running(Handler) as state.url:
+        yield state
+
+
+KINDS = {
+    400: "invalid_request_error", 401: "authentication_error", 403: "permission_error", 404: "not_found_error",
+    413: "request_too_large", 429: "rate_limit_error", 529: "overloaded_error",
+}  # fmt: skip
+
+
+class Speaking(BaseHTTPRequestHandler):
+    """What servers have in common: JSON and streams of events; clients that try again need not wait."""
+
+    protocol_version = "HTTP/1.1"
+
+    def _json(self, data: Any, status: int = 200, headers: Mapping[str, str] = NONE) -> None:
+        self._send(status, json.dumps(data).encode(), "application/json", headers)
+
+    def _send(self, status: int, data: bytes, kind: str, headers: Mapping[str, str] = NONE) -> None:
+        more = {"content-type": kind, "content-length": str(len(data)), "retry-after-ms": "1"}
+        self._head(status, {**more, **headers})
+        self.wfile.write(data)
+
+    def _stream(self, pieces: Iterator[str | None], headers: Mapping[str, str] = NONE) -> None:
+        """Send a stream piece by piece; None breaks the connection."""
+        self._head(200, {"content-type": "text/event-stream", "transfer-encoding": "chunked", **headers})
+        for piece in pieces:
+            if piece is None:
+                self.close_connection = True
                 return
-            self.send_response(200)
-            self.send_header("content-type", "text/event-stream")
-            self.send_header("transfer-encoding", "chunked")
-            self.end_headers()
-            for event in events(said, body):
-                if event is None:
-                    self.wfile.flush()
-                    self.close_connection = True
-                    self.connection.close()
-                    return
-                text = f"event: {event['type']}\ndata: {json.dumps(event)}\n\n".encode()
-                self.wfile.write(f"{len(text):x}\r\n".encode() + text + b"\r\n")
-            self.wfile.write(b"0\r\n\r\n")
+            data = piece.encode()
+            self.wfile.write(f"{len(data):x}\r\n".encode() + data + b"\r\n")
+        self.wfile.write(b"0\r\n\r\n")
 
-        def _json(self, data: Any, status: int = 200) -> None:
-            self._send(status, json.dumps(data).encode(), "application/json")
+    def _head(self, status: int, headers: Mapping[str, str]) -> None:
+        self.send_response(status)
+        for name, value in headers.items():
+            self.send_header(name, value)
+        self.end_headers()
 
-        def _send(self, status: int, data: bytes, kind: str) -> None:
-            self.send_response(status)
-            self.send_header("content-type", kind)
-            self.send_header("retry-after", "0")
-            self.send_header("content-length", str(len(data)))
-            self.end_headers()
-            self.wfile.write(data)
+    def log_message(self, *_: object) -> None:
+        pass
 
-        def log_message(self, *_: object) -> None:
-            pass
 
-    server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+@contextmanager
+def running(handler: type[BaseHTTPRequestHandler]) -> Iterator[str]:
+    """The address of a server on this machine for the time of the block."""
+    server = ThreadingHTTPServer(("127.0.0.1", 0), handler)
     server.daemon_threads = True
     server.handle_error = lambda request, client_address: None  # a client that was killed hears nothing more
-    state.url = f"http://127.0.0.1:{server.server_address[1]}"
-    thread = Thread(target=server.serve_forever, args=(0.05,), daemon=True)
+    thread = Thread(target=server.serve_forever, args=(0.01,), daemon=True)
     thread.start()
     try:
-        yield state
+        yield f"http://127.0.0.1:{server.server_address[1]}"
     finally:
         server.shutdown()
         server.server_close()
@@ -188,10 +220,18 @@ def usage(said: Said) -> dict[str, Any]:
 def message(said: Said, body: dict[str, Any]) -> dict[str, Any]:
     content = [{"type": "text", "text": said.text}] if said.text else []
     found = {
-        "id": "msg_1", "type": "message", "role": "assistant", "model": body["model"], "content": content,
+        "id": "msg_1", "type": "message", "role": "assistant", "model": said.model or body["model"], "content": content,
         "stop_reason": said.stop, "stop_sequence": None, "usage": usage(said),
     }  # fmt: skip
     return found | ({"stop_details": said.details} if said.details else {})
+
+
+def lines(said: Said, body: dict[str, Any]) -> Iterator[str | None]:
+    """The events of a stream as they are sent."""
+    for event in events(said, body):
+        if event is None and said.last_words:
+            yield said.last_words
+        yield f"event: {event['type']}\ndata: {json.dumps(event)}\n\n" if event is not None else None
 
 
 def events(said: Said, body: dict[str, Any]) -> Iterator[dict[str, Any] | None]:

@@ -392,7 +392,7 @@ def test_the_limit_between_samples(place: Place) -> None:
 
 
 def test_batches_ask_all_samples_at_once(place: Place) -> None:
-    server = place.serve(answers(WRONG, FLOATING, cubes(2)))
+    server = place.serve(answers(FLOATING, WRONG, cubes(2)))  # results of a batch come in any order
     done = place.generate("cubes", "-n", "2", "--batch", "-o", "out.scene")
     assert [len(batch) for batch in server.batches.values()] == [2, 1]
     ids = [entry["custom_id"] for batch in server.batches.values() for entry in batch]
