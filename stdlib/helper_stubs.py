@@ -23,6 +23,9 @@ _WORDS: Mapping[str, str] = {
     "an association list or table": "a dictionary", "#t": "True", "#f": "False",
 }  # fmt: skip
 
+# What the language calls otherwise than JSON does.
+_JSON_WORDS: Mapping[str, str] = {"an association list or table": "an object", "#t": "true", "#f": "false"}
+
 _HEAD = """import math
 import random
 from collections.abc import Callable, Generator
@@ -47,6 +50,14 @@ def helper_header(names: Sequence[str], words: Sequence[str]) -> str:
         )
         pieces.append(_stub(helper, signature, doc))
     return "\n\n".join(pieces)
+
+
+def in_json(text: str) -> str:
+    """What the registry says of a primitive or attribute, in the words of JSON."""
+    text = _without_lisp(_without_colons(text))
+    for words, others in _JSON_WORDS.items():
+        text = text.replace(words, others)
+    return _ARRAY.sub(lambda match: f"[{', '.join(match[1].split())}]", text)
 
 
 def python_word(word: str) -> str:
@@ -97,7 +108,11 @@ def _without_lisp(text: str) -> str:
 
 
 def _plain(text: str) -> str:
-    return _in_python(re.sub(r":(p0|p1)\b", r"\1", text))
+    return _in_python(_without_colons(text))
+
+
+def _without_colons(text: str) -> str:
+    return re.sub(r":(p0|p1)\b", r"\1", text)
 
 
 def _block_signature() -> str:

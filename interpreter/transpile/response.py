@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 from typing import TypeAlias
 
-_FENCE = re.compile(r"^[ \t]*(?:```+|~~~+)[ \t]*([\w+-]*)[^\n`]*$", re.M)
+_FENCE = re.compile(r"^[ \t]*+(?:```++|~~~++)[ \t]*+([\w+-]*+)[^\n`]*+$", re.M)
 _PYTHON_FENCE = re.compile(r"^[ \t]*(?:```|~~~)[ \t]*(?:python3?|py)[ \t]*$", re.M | re.I)
 _CLOSING = re.compile(r"^[ \t]*(?:```|~~~)", re.M)
 _REGISTERS = re.compile(r"^[ \t]*@register", re.M)
@@ -49,7 +49,8 @@ def _python_blocks(text: str) -> list[Block]:
         start = _next_line(text, opening)
         closing = _CLOSING.search(text, start)
         end = closing.start() if closing else len(text)
-        position = text.find("\n", end) if closing and "\n" in text[end:] else len(text)
+        line_end = text.find("\n", end) if closing else -1
+        position = line_end if line_end >= 0 else len(text)
         found.append((opening.start(), start, end, position))
     return found
 

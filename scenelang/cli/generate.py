@@ -101,7 +101,7 @@ def _finish(arguments: argparse.Namespace, inference: Inference, run: Run) -> in
     if output is not None:
         with written_whole(output) as temporary:
             temporary.write_text(result.best.program, "utf-8")
-        done(arguments, output)
+        _written(arguments, output)
     elif not arguments.json:
         sys.stdout.write(result.best.program)
     if output is not None and facts.get("render") and result.best.scene is not None:
@@ -127,7 +127,13 @@ def _draw(arguments: argparse.Namespace, scene: Scene, output: Path) -> None:
         shot = still(scene, Viewpoint(), None, _PICTURE_SIZE, _PICTURE_SIZE)
         (painter,) = painters(scene, options, backends, [shot])
         save_picture(painter.paint(shot, options.progress).picture, path)
-    done(arguments, path)
+    _written(arguments, path)
+
+
+def _written(arguments: argparse.Namespace, path: Path) -> None:
+    """Say what was written; with ``--json`` standard output is one document."""
+    if not arguments.json:
+        done(arguments, path)
 
 
 def task_of(arguments: argparse.Namespace) -> Task:

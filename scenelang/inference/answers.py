@@ -16,16 +16,17 @@ from scenelang.interpreter.shapes import BLOCK_WORDS
 from scenelang.interpreter.transpile.response import find_code
 from scenelang.session import Options, Session
 
-_FENCE = re.compile(r"^[ \t]*(?:```|~~~)[ \t]*([\w+-]*)[^\n]*\n(.*?)(?:^[ \t]*(?:```|~~~)[ \t]*$|\Z)", re.M | re.S)
+_FENCE = re.compile(r"^[ \t]*+(?:```|~~~)[ \t]*+([\w+-]*+)[^\n]*+\n(.*?)(?:^[ \t]*(?:```|~~~)[ \t]*$|\Z)", re.M | re.S)
 _MOST_TOLD = 12  # diagnostics that go back to the model
-_LONGEST_ANSWER = 2_000_000  # characters
+_LONGEST_ANSWER = 500_000  # characters; the longest answers of models have fewer
+_LONGEST_LINE = 500  # characters of a line that goes back
 _EVALUATING = Lock()  # evaluation sets limits of the whole interpreter, so answers are read one at a time
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Verdict:
-    """What an answer came to. ``program`` is its program in the language, formatted, empty where there is none;
-    ``findings`` are what is odd about the scene's geometry. ``code`` is the program as the model wrote it."""
+    """What an answer came to. ``program`` is its program in the language, formatted where it works, empty where there
+    is none; ``findings`` are what is odd about the scene's geometry. ``code`` is the program as the model wrote it."""
 
     program: str
     scene: Scene | None
@@ -40,10 +41,14 @@ class Verdict:
     def told(self) -> str:
         """The diagnostics as people see them: errors first, a few of many."""
         ordered = sorted(self.diagnostics, key=lambda d: not d.is_error)
-        texts = [render_text(d, color=False) for d in ordered[:_MOST_TOLD]]
+        texts = [_shortened(render_text(d, color=False)) for d in ordered[:_MOST_TOLD]]
         if len(ordered) > _MOST_TOLD:
             texts.append(f"... and {len(ordered) - _MOST_TOLD} more")
         return "\n\n".join(texts)
+
+
+def _shortened(text: str) -> str:
+    return "\n".join(f"{x[:_LONGEST_LINE]}..." if len(x) > _LONGEST_LINE else x for x in text.split("\n"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,9 +80,11 @@ class Reader:
         if task.notation is Notation.PYTHON:
             program = session.transpile(source).text
         else:
-            program, source = _formatted(code), Source(self.name, code)
+            program, source = code, Source(self.name, code)
         result = session.evaluate(source)
         scene = result.scene
+        if scene is not None and task.notation is not Notation.PYTHON:
+            program = _formatted(code)
         unlike = _unlike(scene, task.kind) if scene is not None else []
         findings = geometry_findings(scene) if scene is not None and task.kind is not Kind.BLOCKS else ()
         return Verdict(program, scene, (*result.diagnostics, *unlike), findings, code)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 from scenelang.backends.language_models.conversation import Picture, Text, Turn, said
 from scenelang.grammar.source import Source
+from scenelang.inference.listing import MOST_ITEMS, listing
 from scenelang.inference.prompts import Prompts
 from scenelang.inference.renaming import Renamed, rename_language, rename_python
 from scenelang.inference.task import Ablation, Kind, Notation, Task
@@ -16,12 +18,25 @@ from scenelang.interpreter.transpile.helper_api import HELPERS
 from scenelang.interpreter.transpile.response import find_code
 from scenelang.primer import primer
 from scenelang.session import Session
-from scenelang.stdlib.helper_stubs import helper_header
+from scenelang.stdlib.helper_stubs import helper_header, in_json
 
 NO_CHANGES = "NO CHANGES"
+_GAP = re.compile(r"\n{3,}")  # what an empty place leaves
+_SHOWN = 9  # lines of a list that serves as an example
 _FENCES = {Notation.PYTHON: "python", Notation.LANGUAGE: "scene", Notation.LIST: "json"}
 _TURNED = ("rotation_matrix", "reflection_matrix")  # what blocks cannot do
 _TURNED_HERE = ("rotate", "reflect", "ring", "mirror", "jitter", "scatter")
+# What a program of one scene has no use for: macros, files, the inside of entities, the streams of translated Python.
+_UNTOLD = (
+    "define-syntax", "syntax-rules", "define-macro", "let-syntax", "letrec-syntax", "quasiquote", "define-record",
+    "import", "param", "let/ec", "guard", "assert", "begin0", "while", "let*-values", "for/table", "for/set",
+    *(f"for*/{kind}" for kind in ("append", "sum", "and", "or", "first", "table", "set", "fold")),
+    "retrieve", "no-entities", "bound?", "call-embeddings", "apply-entity-function", "make-entity", "embedding",
+    "embedding-text", "embedding-handle", "embedding-attributes", "entity-word", "entity-embedding", "entity-children",
+    "primitive?", "random-state", "set-random-state!", "random-stream", "default-rng", "py-random-stream",
+    "py-set-seed!", "py-random", "py-uniform", "py-gauss", "py-randint", "py-randrange", "py-choice", "py-choices",
+    "py-sample", "py-shuffle", "py-shuffle!",
+)  # fmt: skip
 _FIELDS = {
     "word": "what it belongs to, a name such as \"chair\"; parts of one thing have one name",
     "shape": "the kind of primitive",
@@ -43,6 +58,12 @@ def helpers_of(kind: Kind) -> tuple[str, ...]:
 def words_of(kind: Kind) -> tuple[str, ...]:
     """The primitives that programs of a kind are told of."""
     return BLOCK_WORDS if kind is Kind.BLOCKS else tuple(GEOMETRY)
+
+
+def untold(kind: Kind) -> tuple[str, ...]:
+    """The names of the language that programs of a kind are not told of."""
+    turned = _TURNED_HERE if kind is Kind.BLOCKS else ()
+    return (*_UNTOLD, *turned) if kind is Kind.FILM else (*_UNTOLD, *turned, "frames")
 
 
 def fenced(text: str, notation: Notation) -> str:
@@ -68,10 +89,10 @@ class Brief:
             header = helper_header(helpers_of(task.kind), words_of(task.kind)).strip()
             return self.prompts.text("system.python.md", header=header, rules=rules)
         if task.notation is Notation.LANGUAGE:
-            without = _TURNED_HERE if task.kind is Kind.BLOCKS else ()
-            text = primer(words_of(task.kind), without if task.kind is Kind.FILM else (*without, "frames"))
+            text = primer(words_of(task.kind), untold(task.kind))
             return self.prompts.text("system.language.md", primer=text, rules=rules)
-        return self.prompts.text("system.list.md", fields=self._fields(), primitives=self._primitives(), rules=rules)
+        fields, primitives, most = self._fields(), self._primitives(), f"{MOST_ITEMS:,}"
+        return self.prompts.text("system.list.md", fields=fields, primitives=primitives, rules=rules, most=most)
 
     def _of_frames(self) -> dict[str, str]:
         if self.task.kind is not Kind.FILM:
@@ -84,9 +105,9 @@ class Brief:
 
     def _primitives(self) -> str:
         words = words_of(self.task.kind)
-        lines = [f'- "{word}": {PRIMITIVES[word]}; takes {", ".join(READ[word])}' for word in words]
-        names = dict.fromkeys(name for word in words for name in READ[word])
-        return "\n".join([*lines, *(f"- {name}: {ATTRIBUTES[name]}" for name in names)])
+        lines = [f'- "{word}": {in_json(PRIMITIVES[word])}; takes {", ".join(_read(word))}' for word in words]
+        names = dict.fromkeys(name for word in words for name in _read(word))
+        return "\n".join([*lines, *(f"- {name}: {in_json(ATTRIBUTES[name])}" for name in names)])
 
     @cached_property
     def first(self) -> Turn:
@@ -139,7 +160,13 @@ class Brief:
         parts = [part for caption, picture in views for part in (Text(caption), picture)]
         notes = [self.prompts.text("blocks.md")] if self.task.kind is Kind.BLOCKS else []
         notes += [f"The checker noticed:\n\n{findings}"] if findings else []
-        return Turn("user", (*parts, Text(self.prompts.text("critique.md", notes="\n\n".join(notes)))))
+        text = _GAP.sub("\n\n", self.prompts.text("critique.md", notes="\n\n".join(notes)))
+        return Turn("user", (*parts, Text(text)))
+
+
+def _read(word: str) -> list[str]:
+    """The attributes of a primitive that a list is told of; blocks have the colours of their kind."""
+    return [name for name in READ[word] if not (name == "color" and word in BLOCK_WORDS)]
 
 
 def _code(answer: str) -> str:
@@ -152,9 +179,8 @@ def _docstring(answer: str) -> str:
 
 
 def _example_list(source: Source, task: Task) -> str:
-    from scenelang.inference.listing import listing
-
     scene = Session().evaluate(source).scene
     assert scene is not None, "the example of the prompts is a right program"
     lines = listing(scene, not task.ablation.takes_words).splitlines()
-    return "\n".join([*lines[:9], "...", "]"]) if len(lines) > 12 else "\n".join(lines)
+    ends = ["...", "],", "...", "]"] if scene.animated else ["...", "]"]
+    return "\n".join([*lines[:_SHOWN], *ends]) if len(lines) > _SHOWN + len(ends) else "\n".join(lines)

@@ -18,7 +18,7 @@ from scenelang.inference.live_count import LiveCount
 from scenelang.inference.prompts import Prompts
 from scenelang.inference.records import Run
 from scenelang.inference.selection import candidates, judge_steps
-from scenelang.inference.settings import Settings, settings_of
+from scenelang.inference.settings import Settings, settings_of, typed
 from scenelang.inference.steps import Outcome, Speaker, sample_steps
 from scenelang.inference.task import Ablation, Kind, Notation, Task
 from scenelang.interpreter.limits import Limits
@@ -95,7 +95,7 @@ class Inference:
         if len(found) < 2:
             return found[0] if found else None
         verdicts = [outcomes[sample].verdict for sample in found]
-        steps = judge_steps(self.brief.prompts, speaker, self.task.text, verdicts)
+        steps = judge_steps(self.brief.prompts, speaker, self.task, verdicts)
         chosen = conductor.singly({_JUDGE: steps})[_JUDGE]
         if isinstance(chosen, SceneError):
             return found[0]  # no judge, no choice: the first is as good as any
@@ -132,7 +132,7 @@ def inference_of(run: Run) -> Inference:
     try:
         evaluation = facts["evaluation"]
         project = Path(evaluation["project"]) if evaluation["project"] is not None else None
-        options = Options(seed=int(evaluation["seed"]), limits=Limits(**evaluation["limits"]), project=project)
+        options = Options(seed=int(evaluation["seed"]), limits=typed(Limits, evaluation["limits"]), project=project)
         return Inference(task_of(run), settings_of(facts["settings"]), options, str(evaluation["name"]))
     except (KeyError, TypeError, ValueError) as error:
         raise SceneError("run", f"the run {run.name} is damaged: {type(error).__name__} {error}") from None
@@ -163,6 +163,9 @@ def task_of(run: Run) -> Task:
             for number, kind in enumerate(data["pictures"], 1)
         )
         kind, notation, ablation = Kind(data["kind"]), Notation(data["notation"]), Ablation(data["ablation"])
-        return Task(data["text"], kind, notation, ablation, pictures, data["program"], int(data["seed"]))
+        text, program = data["text"], data["program"]
+        if not isinstance(text, str) or not isinstance(program, str | None):
+            raise TypeError("no text")
+        return Task(text, kind, notation, ablation, pictures, program, int(data["seed"]))
     except (KeyError, ValueError, TypeError, OSError) as error:
         raise SceneError("run", f"the run {run.name} is damaged: {type(error).__name__} {error}") from None

@@ -10,6 +10,7 @@ import json
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
 from typing import Any, NoReturn
 
 from scenelang.grammar.diagnostics import SceneError
@@ -22,8 +23,9 @@ from scenelang.interpreter.plain import primitive_attributes
 from scenelang.interpreter.shapes import WORDS
 
 MOST_ITEMS = 5_000
-_FENCE = re.compile(r"^[ \t]*```[ \t]*(?:json)?[ \t]*\n(.*?)^[ \t]*```", re.M | re.S)
+_FENCE = re.compile(r"^[ \t]*+```[ \t]*+(?:json)?[ \t]*+\n(.*?)^[ \t]*+```", re.M | re.S)
 _DIGITS = 6
+_NOTHING = 1e-12  # what turning by a quarter leaves of a zero
 _DEEPEST = 20
 _ROOT = "scene"
 
@@ -52,15 +54,22 @@ def _item(entity: Entity, path: tuple[str, ...], matrix: list[list[float]], with
     word = path[-1] if has_geometry and path else entity.word
     item: dict[str, Any] = {"word": word} if with_words else {}
     item["shape"] = entity.word if has_geometry else "box"
-    item["attributes"] = {name: _rounded(value) for name, value in primitive_attributes(entity).items()}
+    item["attributes"] = {name: _rounded(_table(name, value)) for name, value in primitive_attributes(entity).items()}
     if with_words and entity.embedding.text:
         item["text"] = entity.embedding.text
     return item | {"pose": _rounded(matrix)}
 
 
+def _table(name: str, value: Any) -> Any:
+    """The states of a block as an object: the language has them as a list of pairs."""
+    is_states = name == "block-kwargs" and isinstance(value, list)
+    return dict(value) if is_states and all(isinstance(pair, list) and len(pair) == 2 for pair in value) else value
+
+
 def _rounded(value: Any) -> Any:
     """Numbers with few digits: the model reads every one."""
     if isinstance(value, float):
+        value = 0.0 if abs(value) < _NOTHING else value
         return int(value) if value == round(value) and abs(value) < 1e9 else float(f"{value:.{_DIGITS}g}")
     if isinstance(value, list):
         return [_rounded(item) for item in value]
@@ -136,6 +145,7 @@ def _attributes(item: Mapping[str, Any]) -> Iterator[str]:
             yield f" :{name} {_literal(value)}"
 
 
+@lru_cache(1024)
 def _is_name(text: str) -> bool:
     """Whether ``:text`` reads as one keyword."""
     result = read(Source("<attribute>", f":{text}"))

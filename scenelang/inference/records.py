@@ -17,6 +17,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import datetime
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -104,18 +105,14 @@ class Run:
         facts = self._reply_facts(sample, number)
         if facts is None or facts.get("key") != key:
             return None
-        try:
-            return Answer(reply_of(facts), float(facts["cost"]), bool(facts["was_kept"]))
-        except (KeyError, TypeError, ValueError, AttributeError):
-            return None
+        return _answer_of(facts)
 
     def _reply_facts(self, sample: int, number: int) -> dict[str, Any] | None:
+        """What is recorded of a question, None where it has no answer or a damaged one."""
         for folder in self._folder(sample).glob(f"{number:02d}-*"):
-            try:
-                found = json.loads((folder / "reply.json").read_text("utf-8"))
-            except (OSError, ValueError):
-                continue
-            return found if isinstance(found, dict) else None
+            found = _json_object(folder / "reply.json")
+            if found and _answer_of(found) is not None:
+                return found
         return None
 
     def asked(self, sample: int, number: int, purpose: str, payload: Mapping[str, Any]) -> None:
@@ -153,15 +150,7 @@ class Run:
             sample = folder.parent.name.removeprefix("sample-")
             facts = self._reply_facts(int(sample), int(match[1])) if match and sample.isdecimal() else None
             if match is not None and facts is not None:
-                yield Attempt(int(sample), int(match[1]), match[2], facts | self._verdict_facts(folder))
-
-    @staticmethod
-    def _verdict_facts(folder: Path) -> dict[str, Any]:
-        try:
-            found = json.loads((folder / "verdict.json").read_text("utf-8"))
-        except (OSError, ValueError):
-            return {}
-        return found if isinstance(found, dict) else {}
+                yield Attempt(int(sample), int(match[1]), match[2], facts | _json_object(folder / "verdict.json"))
 
     @property
     def spent(self) -> float:
@@ -208,6 +197,24 @@ class Run:
             os.close(file)
 
 
+def _answer_of(facts: Mapping[str, Any]) -> Answer | None:
+    """A recorded answer, None where it is damaged."""
+    try:
+        answer = Answer(reply_of(facts), float(facts["cost"]), bool(facts["was_kept"]))
+    except (KeyError, TypeError, ValueError, AttributeError):
+        return None
+    return answer if isfinite(answer.cost) and answer.cost >= 0 else None
+
+
+def _json_object(path: Path) -> dict[str, Any]:
+    """What a file says, nothing where it cannot be read."""
+    try:
+        found = json.loads(path.read_text("utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
 def _without_pictures(data: Any, pictures: list[bytes]) -> Any:
     """A payload with the name of a file in place of each picture's data."""
     if isinstance(data, Mapping):
@@ -230,7 +237,7 @@ def _without_pictures(data: Any, pictures: list[bytes]) -> Any:
 
 def new_run(folder: Path, text: str, clean: Callable[[str], str]) -> Run:
     """A new folder for a run, named by the time and its task. Raises SceneError where it cannot be made."""
-    slug = _SLUG.sub("-", text.lower()).strip("-")[:_LONGEST_SLUG].rstrip("-") or "run"
+    slug = _SLUG.sub("-", clean(text).lower()).strip("-")[:_LONGEST_SLUG].rstrip("-") or "run"
     stamp = datetime.now().strftime("%Y%m%d-%H%M%S-%f")[:-3]  # milliseconds, so that names sort by time
     try:
         folder.mkdir(mode=_PRIVATE, parents=True, exist_ok=True)

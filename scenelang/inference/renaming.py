@@ -67,6 +67,22 @@ class _Renaming(ast.NodeTransformer):
         is_docstring = isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
         return None if is_docstring else self.generic_visit(node)
 
+    def visit_Call(self, node: ast.Call) -> ast.AST:
+        """A primitive's word and the names of its attributes stay, also where a function is called the same."""
+        if not (isinstance(node.func, ast.Name) and node.func.id == "primitive_call"):
+            return self.generic_visit(node)
+        node.args = [node.args[0], *map(self._value, node.args[1:])] if node.args else []
+        for keyword in node.keywords:
+            keyword.value = keyword.value if keyword.arg == "name" else self._value(keyword.value)
+        return node
+
+    def _value(self, node: ast.expr) -> ast.expr:
+        if isinstance(node, ast.Dict):
+            node.values = [self.visit(value) for value in node.values]
+            return node
+        found: ast.expr = self.visit(node)
+        return found
+
     def visit_Constant(self, node: ast.Constant) -> ast.AST:
         if isinstance(node.value, str):
             node.value = self._names.get(node.value, node.value)

@@ -10,6 +10,7 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.inference.answers import Verdict
 from scenelang.inference.prompts import Prompts
 from scenelang.inference.steps import Ask, Outcome, Purpose, Speaker, Steps
+from scenelang.inference.task import Task
 from scenelang.inference.views import contact_sheet
 
 _MOST_JUDGED = 9
@@ -25,17 +26,18 @@ def candidates(outcomes: Mapping[int, Outcome]) -> list[int]:
     return [sample for sample, verdict in usable.items() if len(verdict.findings) == fewest]
 
 
-def judge_steps(prompts: Prompts, speaker: Speaker, task: str, verdicts: Sequence[Verdict]) -> Steps:
-    """Asks the model which scene fulfils a task best, as a sample of its own; the outcome has the verdict that it
-    chose, the first where it names none."""
+def judge_steps(prompts: Prompts, speaker: Speaker, task: Task, verdicts: Sequence[Verdict]) -> Steps:
+    """Asks the model which scene fulfils a task best, as a sample of its own, with the task's pictures; the outcome has
+    the verdict that it chose, the first where it names none."""
     judged = verdicts[:_MOST_JUDGED]
     scenes = [verdict.scene for verdict in judged if verdict.scene is not None]
     try:
         sheet = contact_sheet(scenes)
     except SceneError:
         return Outcome(judged[0])  # what cannot be drawn cannot be judged
-    text = prompts.text("judge.md", count=str(len(scenes)), task=task)
-    turn = Turn("user", (sheet, Text(text)))
+    wanted = f"Reconstruct the scene of the pictures before. {task.text}".strip() if task.pictures else task.text
+    text = prompts.text("judge.md", count=str(len(scenes)), task=wanted)
+    turn = Turn("user", (*task.pictures, sheet, Text(text)))
     reply = yield Ask(Purpose.JUDGE, speaker.request(prompts.text("judge.system.md"), (turn,)))
     match = _ANSWER.search(reply.text) if reply is not None else None
     number = int(match[1]) if match is not None and len(match[1]) < 4 else 1

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from ipaddress import ip_address
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar, get_type_hints
 from urllib.parse import urlsplit
 
 from scenelang.backends.language_models import catalogue
@@ -19,6 +19,7 @@ from scenelang.inference.steps import Plan, Speaker
 from scenelang.inference.task import Notation
 
 _DEFAULT_TOKENS = 32_000
+Typed = TypeVar("Typed")
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,9 +84,19 @@ class Settings:
 def settings_of(data: Mapping[str, Any]) -> Settings:
     """The inverse of ``Settings.data``. Raises SceneError for data that is none."""
     try:
-        return Settings(**data)
+        return typed(Settings, data)
     except TypeError:
         raise SceneError("run", "the settings of the run cannot be read") from None
+
+
+def typed(kind: type[Typed], data: Mapping[str, Any]) -> Typed:
+    """A data class of JSON data. Raises TypeError for fields that it has not, or of another type."""
+    found = kind(**data)
+    for name, hint in get_type_hints(kind).items():
+        wanted = (int, float) if hint is float else hint
+        if not isinstance(getattr(found, name), wanted):
+            raise TypeError(name)
+    return found
 
 
 def is_local(address: str) -> bool:

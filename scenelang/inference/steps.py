@@ -92,7 +92,7 @@ def sample_steps(brief: Brief, reader: Reader, speaker: Speaker, plan: Plan) -> 
             better, improved = yield from _mended(brief, reader, speaker, plan, Purpose.CRITIQUE, turns, best)
         except SceneError as error:
             return Outcome(best, error)
-        if better is best or not better.is_usable:
+        if better is best or not better.is_usable or len(better.findings) > len(best.findings):
             break
         best, answer = better, improved
     return Outcome(best)

@@ -91,11 +91,16 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Captur
     monkeypatch.setenv("ANTHROPIC_BASE_URL", "http://127.0.0.1:9")
     monkeypatch.chdir(tmp_path / "work")
     with ExitStack() as servers:
+        running: list[ModelServer] = []
 
         def serve(script: Script) -> ModelServer:
-            server = servers.enter_context(serving(script))
-            monkeypatch.setenv("ANTHROPIC_BASE_URL", server.url)
-            return server
+            """The one server of a test, which answers from a script; its address stays."""
+            if running:
+                running[0].renew(script)
+            else:
+                running.append(servers.enter_context(serving(script)))
+                monkeypatch.setenv("ANTHROPIC_BASE_URL", running[0].url)
+            return running[0]
 
         yield Place(tmp_path, capsys, serve)
 

@@ -1,0 +1,358 @@
+"""The prompts: golden files of what is said, and whether what they tell is true of the transpiler and the language.
+
+SCENELANG_UPDATE_GOLDENS=1 writes the goldens anew; read what changed as a model would.
+"""
+
+from __future__ import annotations
+
+import ast
+import json
+import os
+import re
+from pathlib import Path
+
+import pytest
+
+from models.conftest import WRONG, cubes, python, recorded
+from scenelang.backends.language_models.conversation import Picture, Text
+from scenelang.grammar.source import Source
+from scenelang.inference.answers import Reader, Verdict
+from scenelang.inference.brief import Brief, helpers_of, untold, words_of
+from scenelang.inference.prompts import Prompts, prompt_names
+from scenelang.inference.task import Ablation, Kind, Notation, Task
+from scenelang.interpreter.shapes import BLOCK_WORDS, READ
+from scenelang.interpreter.transpile.helper_api import HELPERS
+from scenelang.scene_changes import changes_between, sheets_of
+from scenelang.session import Options, Session
+from scenelang.stdlib.helper_stubs import helper_header, python_word
+from scenelang.stdlib.reference import records
+
+GOLDENS = Path(__file__).parent / "prompts"
+TASK = "a chessboard at game start"
+EDIT = "move the apple to the left"
+LETTERS_PER_TOKEN = 3.5
+
+
+def program_in(name: str, notation: Notation) -> str:
+    answer = recorded(name)
+    if notation is Notation.PYTHON:
+        return answer.split("```python\n")[1].split("```")[0]
+    return Session().transpile(Source(name, answer)).text
+
+
+def task(kind: Kind, notation: Notation, ablation: Ablation = Ablation.NONE) -> Task:
+    return Task(TASK, kind, notation, ablation)
+
+
+TASKS = {
+    **{
+        f"{kind.value}.{notation.value}": task(kind, notation)
+        for kind in Kind
+        for notation in (Notation.PYTHON, Notation.LANGUAGE)
+    },
+    **{f"{kind.value}.P": task(kind, Notation.LIST, Ablation.P) for kind in Kind},
+    "3d.PW": task(Kind.STILL, Notation.LIST, Ablation.PW),
+    "3d.python.W": task(Kind.STILL, Notation.PYTHON, Ablation.W),
+    "4d.language.W": task(Kind.FILM, Notation.LANGUAGE, Ablation.W),
+    "image": Task("Only the board.", pictures=(Picture("image/png", b"png"),)),
+    "edit.python": Task(EDIT, program=program_in("t06-son-of-man", Notation.PYTHON)),
+    "edit.language": Task(EDIT, notation=Notation.LANGUAGE, program=program_in("t06-son-of-man", Notation.LANGUAGE)),
+    "edit.python.W": Task(
+        EDIT, ablation=Ablation.W, program=program_in("t06-son-of-man", Notation.PYTHON), seed=7
+    ),
+}  # fmt: skip
+
+
+def brief(chosen: Task) -> Brief:
+    return Brief(chosen, Prompts())
+
+
+def first_text(chosen: Task) -> str:
+    parts = brief(chosen).first.parts
+    assert isinstance(parts[-1], Text)
+    return parts[-1].text
+
+
+def compare(name: str, text: str) -> None:
+    path = GOLDENS / f"{name}.md"
+    if os.environ.get("SCENELANG_UPDATE_GOLDENS"):
+        path.write_text(text + "\n", "utf-8")
+    assert path.read_text("utf-8") == text + "\n", f"{path.name}: SCENELANG_UPDATE_GOLDENS=1 writes it anew"
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_what_is_said_first(name: str) -> None:
+    chosen = brief(TASKS[name])
+    shown = "\n".join("[a picture]" if isinstance(part, Picture) else part.text for part in chosen.first.parts)  # type: ignore[union-attr]
+    compare(name, f"--- system ---\n\n{chosen.system}\n\n--- user ---\n\n{shown}")
+
+
+def test_what_is_said_of_an_answer() -> None:
+    chosen = brief(TASKS["3d.python"])
+    verdict = Reader(chosen, Options()).read(WRONG)
+    picture = Picture("image/png", b"png")
+    turns = {
+        "repair": chosen.repair(verdict.told()),
+        "cut": chosen.cut(64_000),
+        "critique": chosen.critique([("The scene from above:", picture)], "warning: a cube floats"),
+        "critique without findings": chosen.critique([("The scene from above:", picture)], ""),
+    }
+    pieces = []
+    for name, turn in turns.items():
+        said = "\n".join("[a picture]" if isinstance(part, Picture) else part.text for part in turn.parts)  # type: ignore[union-attr]
+        pieces.append(f"--- {name} ---\n\n{said}")
+    judge = Prompts().text("judge.md", count="3", task=TASK)
+    pieces += [f"--- judge, system ---\n\n{Prompts().text('judge.system.md')}", f"--- judge ---\n\n{judge}"]
+    compare("answers", "\n\n".join(pieces))
+
+
+def test_no_golden_is_left_over() -> None:
+    assert {path.stem for path in GOLDENS.glob("*.md")} == {*TASKS, "answers"}
+
+
+def test_every_prompt_is_read_and_has_its_places_filled() -> None:
+    read: set[str] = set()
+
+    class Watching(Prompts):
+        def text(self, name: str, **values: str) -> str:
+            read.add(name)
+            return super().text(name, **values)
+
+    for chosen in (*TASKS.values(), task(Kind.FILM, Notation.LANGUAGE)):
+        told = Brief(chosen, Watching())
+        assert "{{" not in told.system + told.example
+        _ = told.first, told.repair(""), told.cut(1), told.critique([], "")
+    left = set(prompt_names()) - read
+    assert left <= {"judge.md", "judge.system.md", "words.md", "words.system.md"}
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_prompts_have_a_bounded_size(name: str) -> None:
+    chosen = TASKS[name]
+    most = {Notation.PYTHON: 1_700, Notation.LANGUAGE: 6_000, Notation.LIST: 900}[chosen.notation]
+    tokens = len(brief(chosen).system) / LETTERS_PER_TOKEN
+    assert tokens < most, f"{name}: about {tokens:.0f} tokens"
+    assert len(first_text(chosen)) / LETTERS_PER_TOKEN < 2_500
+
+
+def test_the_system_prompt_does_not_depend_on_the_task() -> None:
+    one, two = (brief(Task(text, kind, notation)) for text, kind, notation in (("a", *MODE), ("b", *MODE)))
+    assert one.system == two.system
+    assert brief(Task("c", *MODE, program="x")).system == one.system, "an edit has the same"
+
+
+MODE = (Kind.FILM, Notation.LANGUAGE)
+
+
+# --- examples ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", Kind)
+@pytest.mark.parametrize("notation", [Notation.PYTHON, Notation.LANGUAGE])
+@pytest.mark.parametrize("ablation", [Ablation.NONE, Ablation.W])
+def test_examples_are_right(kind: Kind, notation: Notation, ablation: Ablation) -> None:
+    chosen = brief(task(kind, notation, ablation))
+    verdict = Reader(chosen, Options()).read(chosen.example)
+    assert verdict.is_usable, verdict.told()
+    assert verdict.diagnostics == ()
+    assert verdict.findings == ()
+    checked = Session().check_geometry(Source("example.scene", verdict.program))
+    assert [d.message for d in checked] == []
+
+
+@pytest.mark.parametrize("ablation", [Ablation.P, Ablation.PW])
+@pytest.mark.parametrize("kind", Kind)
+def test_examples_of_lists_are_right(kind: Kind, ablation: Ablation) -> None:
+    chosen = brief(task(kind, Notation.LIST, ablation))
+    shown = chosen.example.split("```json\n")[1].split("```")[0]
+    whole = re.sub(r",\n\.\.\.\n", "\n", shown)
+    verdict = read_list(kind, ablation, whole)
+    assert [d for d in verdict.diagnostics if "does not move" not in d.message] == [], verdict.told()
+    items = json.loads(whole)[0] if kind is Kind.FILM else json.loads(whole)
+    assert len(items) >= 7
+    assert all(("word" in item) is (ablation is Ablation.P) for item in items)
+    for item in items:
+        assert set(item["attributes"]) <= set(READ[item["shape"]])
+        assert f'- "{item["shape"]}": ' in chosen.system
+
+
+def read_list(kind: Kind, ablation: Ablation, text: str) -> Verdict:
+    return Reader(brief(task(kind, Notation.LIST, ablation)), Options()).read(f"```json\n{text}\n```")
+
+
+@pytest.mark.parametrize("kind", Kind)
+def test_examples_use_only_what_is_told(kind: Kind) -> None:
+    chosen = brief(task(kind, Notation.PYTHON))
+    code = chosen.example.split("```python\n")[1].split("```")[0]
+    called = {
+        node.func.id
+        for node in ast.walk(ast.parse(code))
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
+    }
+    assert called & set(HELPERS) <= set(helpers_of(kind))
+    language = brief(task(kind, Notation.LANGUAGE))
+    example = language.example.split("```scene\n")[1].split("```")[0]
+    names = {record.name for record in records()} & set(re.findall(r"(?<=\()[^\s()\[\]]+", example))
+    assert names, "the example calls something"
+    assert all(f"`({name}" in language.system or f"`{name}`" in language.system for name in names), names
+
+
+# --- the header ----------------------------------------------------------------------------------------------------
+
+
+def defined(kind: Kind) -> dict[str, ast.FunctionDef]:
+    tree = ast.parse(helper_header(helpers_of(kind), words_of(kind)))
+    return {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
+
+
+def test_the_header_has_the_helpers_of_each_kind() -> None:
+    still, film, blocks = (set(defined(kind)) for kind in (Kind.STILL, Kind.FILM, Kind.BLOCKS))
+    assert film == set(HELPERS) - {"identity_matrix"}
+    assert film - still == {"register_animation"}
+    assert still - blocks == {"rotation_matrix", "reflection_matrix"}
+    assert blocks <= still
+
+
+def test_blocks_have_their_own_primitive_call() -> None:
+    texts = {kind: ast.unparse(defined(kind)["primitive_call"]) for kind in Kind}
+    assert texts[Kind.STILL] == texts[Kind.FILM] != texts[Kind.BLOCKS]
+    for word in words_of(Kind.STILL):
+        assert f"'{word}'" in texts[Kind.STILL]
+        assert f"'{word}'" not in texts[Kind.BLOCKS]
+    for word in BLOCK_WORDS:
+        assert f"'{python_word(word)}'" in texts[Kind.BLOCKS]
+        assert f"'{python_word(word)}'" not in texts[Kind.STILL]
+
+
+@pytest.mark.parametrize("kind", Kind)
+def test_the_header_is_python_and_says_something_of_each_helper(kind: Kind) -> None:
+    for name, node in defined(kind).items():
+        doc = ast.get_docstring(node)
+        assert doc, name
+        assert len(doc) > 15, name
+        assert not re.search(r"\[\d|#t|#f|`\(|:p0", doc), doc
+
+
+def test_the_header_of_a_kind_is_named_in_its_rules() -> None:
+    for kind in Kind:
+        system = brief(task(kind, Notation.PYTHON)).system
+        for name in set(re.findall(r"`@?([a-z_]+_[a-z_]+)\b", system)):
+            assert name in (*helpers_of(kind), "func_name"), f"{kind}: {name}"
+
+
+def test_names_that_are_not_told_exist() -> None:
+    names = {record.name for record in records()}
+    for kind in Kind:
+        assert set(untold(kind)) <= names
+        system = brief(task(kind, Notation.LANGUAGE)).system
+        for name in untold(kind):
+            assert f"`({name} " not in system, name
+
+
+# What a parameter of each helper may be.
+BALL = 'primitive_call("sphere", shape_kwargs={"radius": 1})'
+VALUES = {
+    "docstring": "'a thing'", "func_name": "'part'", "name": "'cube'", "shape_kwargs": "{'scale': (1, 2, 3)}",
+    "color": "(1, 0, 0)", "n": "3", "fn": "lambda i: part", "shape": "part", "pose": "translation_matrix((1, 0, 0))",
+    "offset": "(1, 2, 3)", "angle": "0.5", "direction": "(0, 1, 0)", "point": "(1, 0, 0)", "scale": "(1, 2, 1)",
+    "origin": "(0, 1, 0)", "normal": "(0, 1, 0)",
+}  # fmt: skip
+DECORATORS = ("register", "register_animation")
+
+
+def using(helper: str, call: str) -> str:
+    """A program that uses a call of a helper."""
+    if helper in DECORATORS:
+        body = "    yield part\n    yield part" if helper == "register_animation" else "    return part"
+        return python(f"part = {BALL}\n\n\n@{call}\ndef thing():\n{body}")
+    result = HELPERS[helper].result
+    used = {
+        "Shape": call,
+        "T": f"transform_shape(part, {call})",
+        "P": f"transform_shape(part, translation_matrix({call}))",
+    }
+    return python(f"""
+@register()
+def part(size: float = 1) -> Shape:
+    return {BALL}
+
+@register()
+def thing() -> Shape:
+    part = library_call("part")
+    return {used[result]}
+""")
+
+
+def verdict_on(helper: str, arguments: list[str]) -> Verdict:
+    kind = Kind.FILM if helper == "register_animation" else Kind.STILL
+    answer = using(helper, f"{helper}({', '.join(arguments)})")
+    return Reader(brief(task(kind, Notation.PYTHON)), Options()).read(answer)
+
+
+def parameters(helper: str) -> list[str]:
+    node = defined(Kind.FILM).get(helper) or ast.parse(f"def f({HELPERS[helper].signature}): pass").body[0]
+    assert isinstance(node, ast.FunctionDef)
+    return [argument.arg for argument in node.args.args]
+
+
+@pytest.mark.parametrize("helper", HELPERS)
+def test_all_parameters_by_position_and_by_name(helper: str) -> None:
+    names = parameters(helper)
+    positions = [VALUES[name] for name in names]
+    if helper == "concat_shapes":
+        positions = ["part", "part", "[part]"]
+    for arguments in (positions, [f"{name}={VALUES[name]}" for name in names] or positions):
+        verdict = verdict_on(helper, arguments)
+        assert verdict.is_usable, f"{arguments}\n{verdict.told()}"
+        assert not verdict.diagnostics, verdict.told()
+
+
+# Decorators take whatever they are given: nothing of the scene depends on it.
+@pytest.mark.parametrize("helper", [name for name in HELPERS if name not in ("concat_shapes", *DECORATORS)])
+def test_one_parameter_too_many(helper: str) -> None:
+    verdict = verdict_on(helper, [*(VALUES[name] for name in parameters(helper)), "7"])
+    assert not verdict.is_usable
+
+
+@pytest.mark.parametrize("helper", [name for name in HELPERS if name not in ("primitive_call", *DECORATORS)])
+def test_an_unknown_parameter(helper: str) -> None:
+    positions = ["part"] if helper == "concat_shapes" else [VALUES[name] for name in parameters(helper)]
+    verdict = verdict_on(helper, [*positions, "sice=7"])
+    assert not verdict.is_usable
+
+
+@pytest.mark.parametrize(
+    "helper", [name for name in HELPERS if name not in ("concat_shapes", "identity_matrix", *DECORATORS)]
+)
+def test_a_parameter_that_is_missing(helper: str) -> None:
+    assert not verdict_on(helper, []).is_usable
+
+
+def test_what_an_attribute_of_a_primitive_is_not_called_is_told() -> None:
+    verdict = verdict_on("primitive_call", ["'cube'", "{'scale': 1, 'sice': 2}"])
+    assert any("sice" in d.message for d in verdict.diagnostics)
+
+
+def test_defaults_of_the_header_are_the_languages() -> None:
+    """Leaving an argument out is the same as writing the default that the header states."""
+    for helper, short, long in (
+        ("rotation_matrix", "0.5, (0, 1, 0)", "0.5, (0, 1, 0), (0, 0, 0)"),
+        ("scale_matrix", "(1, 2, 1)", "(1, 2, 1), (0, 0, 0)"),
+        ("primitive_call", "'cube', {}", "'cube', {'scale': (1, 1, 1)}, (1, 1, 1)"),
+        ("primitive_call", "'sphere', {}", "'sphere', {'radius': 1}"),
+        ("primitive_call", "'cone', {}", "'cone', {'radius': 1, 'p0': (0, 0, 0), 'p1': (0, 1, 0)}"),
+    ):
+        one, two = verdict_on(helper, [short]), verdict_on(helper, [long])
+        assert one.scene is not None, one.told()
+        assert two.scene is not None, two.told()
+        assert changes_between(sheets_of(one.scene, 10), sheets_of(two.scene, 10)).equal, (helper, short)
+
+
+def test_the_last_function_is_the_scene_and_needs_no_mark() -> None:
+    """What rule 6 says: of several functions that nobody calls, the last is the scene."""
+    answer = cubes(1, word="one") + "\n"
+    two = answer.replace(
+        "\n```", '\n\n@register()\ndef two() -> Shape:\n    return loop(2, lambda i: library_call("one"))\n```'
+    )
+    verdict = Reader(brief(task(Kind.STILL, Notation.PYTHON)), Options()).read(two)
+    assert '(scene "two")' in verdict.program
