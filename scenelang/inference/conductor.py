@@ -184,17 +184,28 @@ class Conductor:
     def _submitted(self, keys: Mapping[str, str], asks: Mapping[str, Ask]) -> tuple[str, dict[str, float]]:
         """A batch under way: the one that was sent before the run was interrupted, maybe amid its answers, else a new
         one; and the dollars that are set aside for each question."""
-        sent = self._run.facts.get("batch")
-        if isinstance(sent, dict) and keys.items() <= sent["keys"].items():
-            reserved = {name: float(sent["reserved"][name]) for name in keys}
-            self._client.spending.reserve(sum(reserved.values()))
-            return str(sent["id"]), reserved
+        sent = self._sent(keys)
+        if sent is not None:
+            self._client.spending.reserve(sum(sent[1].values()))
+            return sent
         for name, ask in asks.items():
             sample, number = (int(piece) for piece in name.split("-")[1:])
             self._run.asked(sample, number, ask.purpose.value, self._client.payload(ask.request))
         batch, reserved = self._client.submit({name: ask.request for name, ask in asks.items()})
         self._run.note(batch={"id": batch, "reserved": reserved, "keys": dict(keys)})
         return batch, reserved
+
+    def _sent(self, keys: Mapping[str, str]) -> tuple[str, dict[str, float]] | None:
+        """The batch that the run's records say is under way, where it holds all these questions."""
+        sent = self._run.facts.get("batch")
+        if sent is None:
+            return None
+        try:
+            if not keys.items() <= sent["keys"].items():
+                return None
+            return str(sent["id"]), {name: float(sent["reserved"][name]) for name in keys}
+        except (KeyError, TypeError, ValueError, AttributeError):
+            raise SceneError("run", f"the run {self._run.name} is damaged: its batch cannot be read") from None
 
     def _wait(self, batch: str) -> None:
         """Wait until a batch is done. Raises SceneError for one that never is."""

@@ -359,7 +359,7 @@ def test_what_cannot_be_asked(place: Place, monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.delenv("ANTHROPIC_API_KEY")
     done = place.run("generate", "a")
     assert done.code == 1
-    assert "there is no key: set ANTHROPIC_API_KEY" in done.err
+    assert "there is no key for `anthropic`" in done.err
     assert not server.requests
     assert not server.counted
     assert not place.runs.exists()

@@ -111,7 +111,7 @@ def test_pictures_go_back_and_an_improvement_is_taken(place: Place) -> None:
     with Image.open(BytesIO(base64.b64decode(sent[0]["data"]))) as image:
         assert len(set(image.convert("RGB").tobytes())) > 4, "the picture shows something"
     assert [part["type"] for part in turn["content"][:2]] == ["text", "image"]
-    assert turn["content"][0]["text"] == "The scene from the front:"
+    assert turn["content"][0]["text"] == "The scene, from the front:"
     assert "NO CHANGES" in texts(turn)
     assert "The checker noticed" in texts(turn)
     assert "W612" in texts(turn)
@@ -167,7 +167,7 @@ def test_a_film_is_shown_at_several_times(place: Place) -> None:
     turn = server.requests[1]["messages"][-1]
     captions = [part["text"] for part in turn["content"] if part["type"] == "text"][:-1]
     assert len(captions) == len(pictures(turn)) == 4
-    assert captions[0].startswith("The scene frame 0 of ")
+    assert captions[0].startswith("The scene, frame 0 of ")
     assert len(set(captions)) == 4
 
 
@@ -392,7 +392,7 @@ def test_the_limit_between_samples(place: Place) -> None:
 
 
 def test_batches_ask_all_samples_at_once(place: Place) -> None:
-    server = place.serve(answers(FLOATING, WRONG, cubes(2)))  # results of a batch come in any order
+    server = place.serve(answers(WRONG, FLOATING, cubes(2)))
     done = place.generate("cubes", "-n", "2", "--batch", "-o", "out.scene")
     assert [len(batch) for batch in server.batches.values()] == [2, 1]
     ids = [entry["custom_id"] for batch in server.batches.values() for entry in batch]

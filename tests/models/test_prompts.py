@@ -94,8 +94,8 @@ def test_what_is_said_of_an_answer() -> None:
     turns = {
         "repair": chosen.repair(verdict.told()),
         "cut": chosen.cut(64_000),
-        "critique": chosen.critique([("The scene from above:", picture)], "warning: a cube floats"),
-        "critique without findings": chosen.critique([("The scene from above:", picture)], ""),
+        "critique": chosen.critique([("The scene, from above:", picture)], "warning: a cube floats"),
+        "critique without findings": chosen.critique([("The scene, from above:", picture)], ""),
     }
     pieces = []
     for name, turn in turns.items():

@@ -264,10 +264,21 @@ def test_a_batch_under_way_is_waited_for(place: Place) -> None:
     key = json.loads(reply.read_text())["key"]
     reply.unlink()
     facts = json.loads((run / "run.json").read_text())
-    facts |= {"state": "running", "batch": {"id": "msgbatch_0", "reserved": 0.1, "keys": {"sample-1-1": key}}}
+    facts |= {
+        "state": "running",
+        "batch": {"id": "msgbatch_0", "reserved": {"sample-1-1": 0.1}, "keys": {"sample-1-1": key}},
+    }
     (run / "run.json").write_text(json.dumps(facts))
     forget_replies(place)
     server.script = answers(cubes(2), cubes(5))
     place.generate("--resume", "last")
     assert list(server.batches) == ["msgbatch_0"]
     assert json.loads(place.run("count", "out.scene", "--json").out)["cube"] == 5
+    (run / "run.json").write_text(
+        json.dumps(facts | {"batch": {"id": 3, "reserved": 0.1, "keys": {"sample-1-1": key}}})
+    )
+    reply.unlink()
+    forget_replies(place)
+    done = place.run("generate", "--resume", "last")
+    assert done.code == 1
+    assert "its batch cannot be read" in done.err
