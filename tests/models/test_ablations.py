@@ -148,7 +148,19 @@ def texts_of(chosen: Brief) -> str:
 # --- round trips ---------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("path", sorted(RESPONSES.glob("*.txt")), ids=lambda path: path.stem)
+LONG = (
+    "n13-carousel",
+    "n15-toy-wind-turbine",
+    "n16-newtons-cradle",
+    "n18-robot-arm",
+)  # films of thousands of primitives
+CORPUS = [
+    pytest.param(path, id=path.stem, marks=[pytest.mark.slow] if path.stem in LONG else [])
+    for path in sorted(RESPONSES.glob("*.txt"))
+]
+
+
+@pytest.mark.parametrize("path", CORPUS)
 def test_lists_of_the_corpus_round_trip(path: Path) -> None:
     before = scene_of(path.stem)
     if sum(primitive_count(frame) for frame in before.frames) > MOST_ITEMS:

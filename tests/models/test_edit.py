@@ -11,6 +11,7 @@ from PIL import Image
 
 from models.conftest import GOLDEN, RESPONSES, Place, recorded, system, texts
 from models.server import Said
+from scenelang.inference import editing
 from scenelang.scene_changes import changes_between, sheets_in, sheets_of
 from scenelang.session import Session
 
@@ -29,6 +30,11 @@ TALLER = TOWER.replace("floors 3", "floors 5").replace("[.2 .3 .8]", "[.8 .1 .1]
 EDITS = [("t03-bramante-staircase", "shrink staircase radius by 80%"),
          ("t04-jenga", "remove 2 blocks from second top layer and the tower should not fall"),
          ("t06-son-of-man", "move the apple to the left")]  # fmt: skip
+
+
+@pytest.fixture(autouse=True)
+def _small_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(editing, "_SIZE", 48)
 
 
 def fenced(text: str) -> Said:
@@ -66,8 +72,8 @@ def test_recorded_edits_of_python(place: Place, name: str, instruction: str) -> 
     assert changes_between(expected, sheets_of(scene, 100_000)).equal
     assert done.out.startswith(f"--- {name}.txt before\n+++ {name}.txt after\n@@")
     picture = np.asarray(Image.open(place.work / "both.png").convert("RGB"), np.int64)
-    assert picture.shape == (512, 1024, 3)
-    assert np.abs(picture[:, :512] - picture[:, 512:]).max() > 60
+    assert picture.shape == (48, 96, 3)
+    assert np.abs(picture[:, :48] - picture[:, 48:]).max() > 30
 
 
 def test_the_scene_difference_is_told_by_path(place: Place, tower: Path) -> None:
