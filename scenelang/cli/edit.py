@@ -7,17 +7,14 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scenelang.cli.model_options import (
-    ablation_of,
-    add_model_options,
+from scenelang.cli.model_options import ablation_of, add_model_options, evaluation_options, settings_from
+from scenelang.cli.model_runs import (
     begun,
-    evaluation_options,
     played,
     recorded,
     report_result,
     result_data,
     resumed,
-    settings_from,
     show_dry_run,
 )
 from scenelang.cli.options import UsageError, whole
@@ -60,12 +57,9 @@ def add_edit(subparsers: Any) -> None:
 
 
 def edit(arguments: argparse.Namespace) -> int:
-    from scenelang.inference.inference import inference_of
-
     _check_outputs(arguments)
     if arguments.resume is not None:
-        run = resumed(arguments, "edit")
-        inference = inference_of(run)
+        inference, run = resumed(arguments, "edit")
         return _finish(arguments, inference, run, Path(str(run.facts["file"])))
     if arguments.file is None or not (arguments.instruction or "").strip():
         raise UsageError("value", "say which program is to be edited, and how")

@@ -7,17 +7,14 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scenelang.cli.model_options import (
-    ablation_of,
-    add_model_options,
+from scenelang.cli.model_options import ablation_of, add_model_options, evaluation_options, settings_from
+from scenelang.cli.model_runs import (
     begun,
-    evaluation_options,
     played,
     recorded,
     report_result,
     result_data,
     resumed,
-    settings_from,
     show_dry_run,
 )
 from scenelang.cli.options import UsageError
@@ -70,15 +67,14 @@ def add_kind(parser: argparse.ArgumentParser) -> None:
 
 
 def generate(arguments: argparse.Namespace) -> int:
-    from scenelang.inference.inference import Inference, inference_of
+    from scenelang.inference.inference import Inference
 
-    if arguments.resume is not None:
-        run = resumed(arguments, "generate")
-        return _finish(arguments, inference_of(run), run)
-    inference = Inference(task_of(arguments), settings_from(arguments), evaluation_options(arguments))
     if arguments.output is not None:
         check_folder(Path(arguments.output))
-    elif arguments.render:
+    if arguments.resume is not None:
+        return _finish(arguments, *resumed(arguments, "generate"))
+    inference = Inference(task_of(arguments), settings_from(arguments), evaluation_options(arguments))
+    if arguments.render and arguments.output is None:
         raise UsageError("value", "--render draws beside the program: say where that is with -o")
     if arguments.dry_run:
         return show_dry_run(arguments, inference)
@@ -94,7 +90,8 @@ def _finish(arguments: argparse.Namespace, inference: Inference, run: Run) -> in
     with recorded(arguments, run):
         run, result = played(arguments, inference, run)
     facts = run.facts
-    output = Path(facts["output"]) if facts.get("output") else None
+    chosen = arguments.output or facts.get("output")
+    output = Path(chosen) if chosen else None
     if arguments.json:
         print_json(result_data(run, result))
     report_result(arguments, run, result)
@@ -104,7 +101,7 @@ def _finish(arguments: argparse.Namespace, inference: Inference, run: Run) -> in
         _written(arguments, output)
     elif not arguments.json:
         sys.stdout.write(result.best.program)
-    if output is not None and facts.get("render") and result.best.scene is not None:
+    if output is not None and (arguments.render or facts.get("render")) and result.best.scene is not None:
         _draw(arguments, result.best.scene, output)
     return 0
 

@@ -4,19 +4,14 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TextIO
 
 from scenelang.cli.options import UsageError, add_limits, add_output, limits_of, usage_errors, whole
-from scenelang.cli.output import print_json, report
-from scenelang.grammar.diagnostics import SceneError
 from scenelang.session import Options
 
 if TYPE_CHECKING:
     from scenelang.inference.describing import Describer
-    from scenelang.inference.inference import Inference, Result
-    from scenelang.inference.records import Run
     from scenelang.inference.settings import Settings
     from scenelang.inference.task import Ablation
 
@@ -44,23 +39,17 @@ def add_model_options(parser: argparse.ArgumentParser) -> None:
     model.add_argument(
         "--max-tokens", type=whole, metavar="N", help="tokens of one answer (default 32,000, or what the model has)"
     )
-    model.add_argument(
-        "--max-cost", type=dollars, default=5.0, metavar="DOLLARS", help="what the run may cost (default 5)"
-    )
+    model.add_argument("--max-cost", type=dollars, metavar="DOLLARS", help="what the run may cost (default 5)")
     model.add_argument("--price", metavar="IN,OUT", help=_PRICE_HELP)
     model.add_argument("--prompt-dir", metavar="DIR", help=_PROMPTS_HELP)
     model.add_argument("--no-cache", action="store_true", help="ask anew what was asked before")
     loop = parser.add_argument_group("tries")
     loop.add_argument(
-        "-n", "--samples", type=whole, default=1, metavar="N", help="samples, of which the best is taken (default 1)"
+        "-n", "--samples", type=whole, metavar="N", help="samples, of which the best is taken (default 1)"
     )
-    loop.add_argument(
-        "--repair", type=whole, default=3, metavar="N", help="times that mistakes go back to the model (default 3)"
-    )
-    loop.add_argument(
-        "--critique", type=whole, default=0, metavar="N", help="times that pictures go back to it (default 0)"
-    )
-    loop.add_argument("--jobs", type=whole, default=4, metavar="N", help="samples side by side (default 4)")
+    loop.add_argument("--repair", type=whole, metavar="N", help="times that mistakes go back to the model (default 3)")
+    loop.add_argument("--critique", type=whole, metavar="N", help="times that pictures go back to it (default 0)")
+    loop.add_argument("--jobs", type=whole, metavar="N", help="samples side by side (default 4)")
     loop.add_argument("--batch", action="store_true", help="by batches: half the price, within a day")
     loop.add_argument(
         "--ablate", choices=("P", "W", "PW"), help="without programs, words or both, as the paper's ablations"
@@ -123,24 +112,33 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
     from scenelang.backends.language_models.provider import family
     from scenelang.inference.settings import Settings
 
-    _check_numbers(arguments)
     with usage_errors():
         family(arguments.provider)
-    return Settings(
-        arguments.provider,
-        arguments.model,
-        arguments.price,
-        arguments.effort,
-        arguments.max_tokens,
-        arguments.max_cost,
-        arguments.samples,
-        arguments.repair,
-        arguments.critique,
-        arguments.jobs,
-        arguments.batch,
-        not arguments.no_cache,
-        arguments.prompt_dir,
+    settings = Settings(
+        provider=arguments.provider,
+        model=arguments.model,
+        price=arguments.price,
+        effort=arguments.effort,
+        max_tokens=arguments.max_tokens,
+        is_batch=arguments.batch,
+        uses_replies=not arguments.no_cache,
+        prompt_dir=arguments.prompt_dir,
     )
+    return with_limits(arguments, settings)
+
+
+def with_limits(arguments: argparse.Namespace, settings: Settings) -> Settings:
+    """Settings with those limits that a command's options give; a run that is continued may have new ones. Raises
+    UsageError for those that make no sense."""
+    _check_numbers(arguments)
+    given: dict[str, Any] = {
+        "max_cost": arguments.max_cost,
+        "samples": arguments.samples,
+        "repairs": arguments.repair,
+        "critiques": arguments.critique,
+        "side_by_side": arguments.jobs,
+    }
+    return replace(settings, **{name: value for name, value in given.items() if value is not None})
 
 
 def _check_numbers(arguments: argparse.Namespace) -> None:
@@ -149,9 +147,9 @@ def _check_numbers(arguments: argparse.Namespace) -> None:
         ("--repair", arguments.repair, 0, _MOST_ROUNDS),
         ("--critique", arguments.critique, 0, _MOST_ROUNDS),
         ("--jobs", arguments.jobs, 1, _MOST_SAMPLES),
-        ("--max-tokens", arguments.max_tokens or 1, 1, 10_000_000),
+        ("--max-tokens", arguments.max_tokens, 1, 10_000_000),
     ):
-        if not low <= value <= high:
+        if value is not None and not low <= value <= high:
             raise UsageError("value", f"{name} may be {low:,} to {high:,}, not {value:,}")
 
 
@@ -169,128 +167,3 @@ def evaluation_options(arguments: argparse.Namespace) -> Options:
 def live_stream(arguments: argparse.Namespace) -> TextIO | None:
     """Where answers are counted as they arrive: a terminal, unless quiet."""
     return sys.stderr if sys.stderr.isatty() and not arguments.quiet and not arguments.json else None
-
-
-# --- a run ---------------------------------------------------------------------------------------------------------
-
-
-def show_dry_run(arguments: argparse.Namespace, inference: Inference) -> int:
-    """Print the first request and what it costs at most; needs neither key nor network."""
-    from dataclasses import replace
-
-    from scenelang.backends.language_models.estimate import upper_estimate
-    from scenelang.backends.language_models.provider import unconnected
-    from scenelang.inference.dry_run import payload_text
-
-    settings = inference.settings
-    with usage_errors():
-        provider = unconnected(settings.provider)
-        model = settings.known_model(provider)
-        speaker = settings.speaker(model, inference.task.notation)
-    request = inference.first_request(speaker)
-    payload = provider.payload(replace(request, grammar=None))
-    tokens = upper_estimate(request)
-    cost = settings.samples * model.highest_cost(tokens, request.max_tokens, settings.is_batch)
-    if arguments.json:
-        print_json({"address": provider.address, "request": payload, "tokens": tokens, "cost": cost})
-        return 0
-    print(payload_text(payload))
-    if request.grammar is not None:
-        print(f"\ngrammar: {len(request.grammar):,} characters, where the server takes one")
-    print(f"\nto {provider.address}: at most {tokens:,} tokens and ${cost:.4f} before repairs and critiques")
-    return 0
-
-
-def begun(arguments: argparse.Namespace, inference: Inference, name: str, **facts: Any) -> Run:
-    """A new run's folder. What the model or the provider cannot do is wrong usage, and is said before."""
-    from scenelang.inference.records import new_run, runs_folder
-
-    client = inference.settings.client()
-    with usage_errors():
-        inference.settings.speaker(client.model, inference.task.notation)
-        if inference.settings.is_batch:
-            client.batches()
-    run = new_run(runs_folder(arguments.runs), name, client.clean)
-    inference.begin(run, arguments.command, **facts)
-    return run
-
-
-def resumed(arguments: argparse.Namespace, command: str) -> Run:
-    """The run to continue. Raises UsageError for one of another command."""
-    from scenelang.inference.records import find_run, runs_folder
-
-    run = find_run(runs_folder(arguments.runs), arguments.resume)
-    made_by = run.facts.get("command")
-    if made_by != command:
-        hint = f"scenelang {made_by} --resume {run.name}"
-        raise UsageError("run", f"the run {run.name} was made by `{made_by}`", hint)
-    return run
-
-
-def played(arguments: argparse.Namespace, inference: Inference, run: Run) -> tuple[Run, Result]:
-    """Ask until the run is done; what its records hold is not asked again. Raises SceneError."""
-    from scenelang.inference.records import Run
-
-    client = inference.settings.client(run.spent)
-    run = Run(run.path, client.clean)
-    result = inference.run(run, client, live_stream(arguments))
-    run.keep_text("best.scene", result.best.program)
-    run.note(state="done", sample=result.sample, cost=result.spent)
-    return run, result
-
-
-@contextmanager
-def recorded(arguments: argparse.Namespace, run: Run) -> Iterator[None]:
-    """Holds a run, and notes in its folder how it ends."""
-    from scenelang.inference.inference import NoProgram
-
-    with run.claimed():
-        try:
-            run.note(state="running")
-            yield
-        except KeyboardInterrupt:
-            run.note(state="interrupted")
-            print(f"interrupted; to continue: {_continuation(arguments, run)}", file=sys.stderr)
-            raise
-        except SceneError as error:
-            run.note(state="failed", error=error.message)
-            if isinstance(error, NoProgram) and not arguments.json:
-                report(arguments, error.verdict.diagnostics)
-            if not arguments.quiet and not arguments.json:
-                print(f"the run is kept in {run.path}; to continue: {_continuation(arguments, run)}", file=sys.stderr)
-            raise
-
-
-def _continuation(arguments: argparse.Namespace, run: Run) -> str:
-    runs = f" --runs {arguments.runs}" if arguments.runs else ""
-    return f"scenelang {arguments.command} --resume {run.name}{runs}"
-
-
-def report_result(arguments: argparse.Namespace, run: Run, result: Result) -> None:
-    """Say what the run came to: warnings, errors of other samples, tokens and money."""
-    if arguments.quiet or arguments.json:
-        return
-    report(arguments, [*result.best.diagnostics, *result.best.findings])
-    for error in result.stopped:
-        print(f"a sample ended early: {error.message}", file=sys.stderr)
-    usage = result.usage
-    print(
-        f"sample {result.sample}; {usage.prompt:,} tokens sent, {usage.answered:,} answered, "
-        f"${result.spent:.4f}; kept in {run.path}",
-        file=sys.stderr,
-    )  # fmt: skip
-
-
-def result_data(run: Run, result: Result) -> dict[str, Any]:
-    """What ``--json`` says of a run."""
-    from scenelang.grammar.diagnostics import to_json
-
-    return {
-        "run": str(run.path),
-        "sample": result.sample,
-        "program": result.best.program,
-        "diagnostics": [to_json(d) for d in (*result.best.diagnostics, *result.best.findings)],
-        "stopped": [error.message for error in result.stopped],
-        "tokens": {"sent": result.usage.prompt, "answered": result.usage.answered},
-        "cost": result.spent,
-    }

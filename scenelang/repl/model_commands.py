@@ -90,7 +90,7 @@ def _edit(repl: Repl, rest: str) -> None:
 
 def _asked(arguments: argparse.Namespace, inference: Inference) -> Result:
     """Run to the end, in a run folder as on the command line. Raises SceneError."""
-    from scenelang.cli.model_options import begun, played, recorded
+    from scenelang.cli.model_runs import begun, played, recorded
 
     run = begun(arguments, inference, arguments.task)
     with recorded(arguments, run):

@@ -282,3 +282,17 @@ def test_a_batch_under_way_is_waited_for(place: Place) -> None:
     done = place.run("generate", "--resume", "last")
     assert done.code == 1
     assert "its batch cannot be read" in done.err
+
+
+def test_a_run_goes_on_with_new_limits(place: Place) -> None:
+    """One that had too little money, too few tries or no output gets more of them."""
+    server = place.serve([Said("nothing"), Said("nothing"), Said(cubes(2))])
+    done = place.run("generate", "two cubes", "--max-cost", "0.0001")
+    assert (done.code, "is left of --max-cost" in done.err) == (1, True)
+    done = place.run("generate", "--resume", "last", "--max-cost", "2", "--repair", "1")
+    assert (done.code, len(server.requests)) == (1, 2)
+    done = place.run("generate", "--resume", "last", "--repair", "2", "-o", "two.scene")
+    assert done.code == 0, done.err
+    assert len(server.requests) == 3
+    assert json.loads(place.run("count", "two.scene", "--json").out)["cube"] == 2
+    assert json.loads((place.run_folder() / "run.json").read_text())["settings"]["max_cost"] == 2
