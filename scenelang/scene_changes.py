@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from scenelang.interpreter.entity import Scene
 
 TOLERANCE = 1e-5  # of the scene's size
-_KINDS = ("moved", "recoloured", "missing", "extra")
+_KINDS = ("moved", "recoloured", "resized", "missing", "extra")
 _AS_IT_IS: Mapping[str, str] = MappingProxyType({kind: kind for kind in _KINDS})
 OF_AN_EDIT: Mapping[str, str] = MappingProxyType({**_AS_IT_IS, "missing": "removed", "extra": "added"})
 
@@ -118,6 +118,29 @@ def _side(sheet: Sheet, row: int, label: str, place: Any) -> dict[str, Any]:
     return {"path": label, "at": place.tolist(), **look}
 
 
+def paired_by_path(found: Changes) -> Changes:
+    """The changes with a pair in place of what is missing and what is extra at one path, in order: a thing that has
+    another size, or another place and look as well."""
+    left: dict[tuple[int, str, str], list[Change]] = {}
+    for change in found.changes:
+        if change.kind == "extra":
+            left.setdefault(_address(change), []).append(change)
+    paired: list[Change] = []
+    for change in found.changes:
+        partners = left.get(_address(change), []) if change.kind == "missing" else []
+        if partners:
+            paired.append(Change("resized", change.frame, change.word, change.before, partners.pop(0).after))
+        elif change.kind != "extra":
+            paired.append(change)
+    return Changes(found.frames, found.matched, (*paired, *(change for rest in left.values() for change in rest)))
+
+
+def _address(change: Change) -> tuple[int, str, str]:
+    """Frame, word and path, without the number among equal paths."""
+    side = change.before or change.after or {}
+    return change.frame, change.word, str(side.get("path", "")).partition("[")[0]
+
+
 # --- saying it ---------------------------------------------------------------------------------------------------
 
 
@@ -157,6 +180,8 @@ def _told(change: Change, kind: str) -> str:
         return f"{start} at {_point(side['at'])}"
     if change.kind == "recoloured":
         return f"{start} at {_point(side['at'])}: {_look(change.before)} -> {_look(change.after)}"
+    if change.kind == "resized":
+        return f"{start} at {_point(change.after['at'])}"
     before, after = change.before["at"], change.after["at"]
     if _point(before) == _point(after):
         return f"{start} at {_point(before)}: turned"

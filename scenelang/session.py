@@ -56,7 +56,8 @@ _LARGEST_IMPORTER = 500_000  # bytes
 @dataclass(frozen=True, slots=True)
 class Options:
     """How programs are read and run. ``defines`` overrides params, as text; ``project`` bounds what may be imported
-    (None: the main file's folder); ``handles`` is Z by handle name."""
+    (None: the main file's folder), and ``imports`` are the only files in it that may be, None for all; ``handles`` is Z
+    by handle name."""
 
     root: str | None = None
     seed: int = 0
@@ -64,6 +65,7 @@ class Options:
     limits: Limits = field(default_factory=Limits)
     project: Path | None = None
     allow_outside: bool = False
+    imports: frozenset[Path] | None = None
     strict: bool = False
     z_entries: Mapping[str, Entry] = field(default_factory=dict)
 
@@ -168,6 +170,8 @@ class Session:
                 hint = "files may import only from the project folder; --allow-outside lifts this"
                 raise SceneError("import-outside", f"`{path}` leads out of {project}", hint, span)
             shown = os.path.relpath(target)
+            if self.options.imports is not None and target not in self.options.imports:
+                raise SceneError("import-outside", f"this program may not import `{path[:80]}`", None, span)
             if texts and target in texts:
                 return Source(shown, texts[target])
             if os.path.exists(target) and not os.path.isfile(target):

@@ -18,6 +18,7 @@ from scenelang.grammar.diagnostics import SceneError, suggest
 
 _MILLION = 1_000_000
 _DATED = re.compile(r"-20\d{6}\Z")  # a snapshot of a model: claude-opus-4-5-20251101
+_PRICES = ("input", "output", "cache_write", "cache_read", "over")
 _MAX_OUTPUT = 8_192  # of models that are not in the catalogue
 BATCH_DISCOUNT = 0.5
 
@@ -102,12 +103,12 @@ def model(name: str, price: str | None = None, is_free: bool = False) -> Model:
 
 
 def _row(name: str) -> Mapping[str, Any] | None:
-    for rows in (_configured(), _data()["models"]):
-        row = rows.get(name, rows.get(_DATED.sub("", name)))
-        if row is not None:
-            found: Mapping[str, Any] = row
-            return found
-    return None
+    known, configured = (rows.get(name, rows.get(_DATED.sub("", name))) for rows in (_data()["models"], _configured()))
+    if known is None and configured is None:
+        return None
+    if "input" in (configured or {}):  # its own prices, not a mixture
+        known = {name: value for name, value in (known or {}).items() if name not in _PRICES}
+    return {**(known or {}), **(configured or {})}
 
 
 def _configured() -> Mapping[str, Any]:

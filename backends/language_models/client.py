@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,6 +14,7 @@ from scenelang.backends.language_models.spending import Spending
 from scenelang.grammar.diagnostics import SceneError
 
 _MOST_PAUSES = 8
+Sending = Callable[[float], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,16 +47,19 @@ class Client:
         """The digest under which the answer to a request is kept."""
         return digest(self.provider.name, self.provider.address, self.payload(request), sample, attempt)
 
-    def ask(self, request: Request, sample: int, attempt: int, watch: Watch) -> Answer:
-        """The answer to a request. Raises SceneError where it cannot be had, or could cost more than is left."""
+    def ask(
+        self, request: Request, sample: int, attempt: int, watch: Watch, sending: Sending = lambda _: None
+    ) -> Answer:
+        """The answer to a request; ``sending`` is told what it can cost before it is sent. Raises SceneError where it
+        cannot be had, or could cost more than is left."""
         if self._replies is None:
-            return self._ask(request, watch)
+            return self._ask(request, watch, sending)
         key = self.key(request, sample, attempt)
         with self._replies.asking(key):
             kept = self.kept(key)
             if kept is not None:
                 return kept
-            answer = self._ask(request, watch)
+            answer = self._ask(request, watch, sending)
             self.keep(key, answer.reply)
             return answer
 
@@ -73,12 +77,12 @@ class Client:
         """What a request can cost at most, in US dollars."""
         return self.model.highest_cost(self.provider.count(request), request.max_tokens, is_batch)
 
-    def _ask(self, request: Request, watch: Watch) -> Answer:
+    def _ask(self, request: Request, watch: Watch, sending: Sending) -> Answer:
         """Send, and send back what was paused until the model has said all."""
         text, usage, cost = "", Usage(), 0.0
         turns = request.turns
         for _ in range(_MOST_PAUSES):
-            answer = self._send(replace(request, turns=turns), watch)
+            answer = self._send(replace(request, turns=turns), watch, sending)
             text, usage, cost = text + answer.reply.text, usage + answer.reply.usage, cost + answer.cost
             if answer.reply.stop is not Stop.PAUSED:
                 return Answer(replace(answer.reply, text=text, usage=usage), cost)
@@ -86,9 +90,10 @@ class Client:
         note = f"the model paused {_MOST_PAUSES} times"
         return Answer(Reply(text, Stop.BROKEN, usage, request.model, note), cost)
 
-    def _send(self, request: Request, watch: Watch) -> Answer:
+    def _send(self, request: Request, watch: Watch, sending: Sending) -> Answer:
         reserved = self.highest_cost(request)
-        self.spending.reserve(reserved)
+        self.spending.reserve_when_free(reserved)
+        sending(reserved)
         cost = reserved  # an interrupted request may have cost all of it
         try:
             reply = self.provider.send(request, watch)

@@ -17,6 +17,7 @@ from scenelang.grammar.diagnostics import SceneError
 
 _SHORTEST_SECRET = 8  # a shorter key would blot out ordinary text
 _LARGEST_FILE = 1_000_000
+_HEADERS = ("ANTHROPIC_CUSTOM_HEADERS", "OPENAI_CUSTOM_HEADERS")
 _HIDDEN = "[key]"
 _KEY = re.compile(r"[!#-\[\]-~]+")  # what headers can carry and JSON writes as it is
 NO_KEY = "none"  # what the packages are given where a service wants no key
@@ -130,6 +131,7 @@ def _login(parts: SplitResult) -> Iterator[str]:
 
 def _sent_along() -> Iterator[str]:
     """The values of the headers that the environment adds to requests, and their words, such as a token's."""
-    for line in os.environ.get("ANTHROPIC_CUSTOM_HEADERS", "").splitlines():
+    lines = [line for name in _HEADERS for line in os.environ.get(name, "").splitlines()]
+    for line in lines:
         value = line.partition(":")[2].strip()
         yield from (value, *value.split())

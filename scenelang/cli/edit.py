@@ -91,7 +91,7 @@ def _inference(arguments: argparse.Namespace, path: Path) -> Inference | None:
     """The edit to ask for; None for a program that is wrong already, which is then said."""
     from dataclasses import replace
 
-    from scenelang.inference.editing import edit_task
+    from scenelang.inference.editing import edit_task, imported_files
     from scenelang.inference.inference import Inference
 
     options = replace(evaluation_options(arguments), project=path.resolve().parent)
@@ -102,6 +102,7 @@ def _inference(arguments: argparse.Namespace, path: Path) -> Inference | None:
     if result.scene is None:
         return None
     task = edit_task(source, result.scene, arguments.instruction.strip(), ablation_of(arguments), arguments.seed)
+    options = replace(options, imports=imported_files(result.program))
     return Inference(task, settings_from(arguments), options, str(path))
 
 

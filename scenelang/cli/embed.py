@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -60,6 +61,9 @@ def embed(arguments: argparse.Namespace) -> int:
     result = _evaluated_without_z(arguments) if is_new else evaluated(arguments)
     if result.scene is None:
         return 1
+    if arguments.model is not None and path is not None and not is_new and not arguments.force:
+        if read_wording(path) is not None:
+            raise UsageError("value", "Z describes this scene already", "--force lets the model find words anew")
     describe = None if arguments.model is None else describer(arguments)
     wording = wording_of(result.scene, template, describe, int(arguments.max_primitives or LIMIT))
     old = None if path is None or is_new or arguments.force else read_wording(path)
@@ -72,6 +76,8 @@ def embed(arguments: argparse.Namespace) -> int:
         print(_table(wording))
     elif not arguments.quiet:
         print(_summary(target, wording, known))
+    if describe is not None and not arguments.quiet:
+        print(f"asking cost ${describe.spent:.4f}", file=sys.stderr)
     return 0
 
 

@@ -71,6 +71,8 @@ def generate(arguments: argparse.Namespace) -> int:
 
     if arguments.output is not None:
         check_folder(Path(arguments.output))
+        if Path(arguments.output).suffix != ".scene":
+            raise UsageError("file", f"{arguments.output} is to hold a program of the language: name it .scene")
     if arguments.resume is not None:
         return _finish(arguments, *resumed(arguments, "generate"))
     inference = Inference(task_of(arguments), settings_from(arguments), evaluation_options(arguments))

@@ -19,8 +19,6 @@ _PROVIDER_HELP = "anthropic (default), or openai: any server of chat completions
 _PRICE_HELP = "dollars per million tokens, for a model whose price is not known"
 _PROMPTS_HELP = "prompts that replace the package's, file by file"
 _TOKENS_OF_WORDS = 8_000
-_MOST_SAMPLES = 64
-_MOST_ROUNDS = 20
 
 
 def add_model_options(parser: argparse.ArgumentParser) -> None:
@@ -142,15 +140,18 @@ def with_limits(arguments: argparse.Namespace, settings: Settings) -> Settings:
 
 
 def _check_numbers(arguments: argparse.Namespace) -> None:
-    for name, value, low, high in (
-        ("-n", arguments.samples, 1, _MOST_SAMPLES),
-        ("--repair", arguments.repair, 0, _MOST_ROUNDS),
-        ("--critique", arguments.critique, 0, _MOST_ROUNDS),
-        ("--jobs", arguments.jobs, 1, _MOST_SAMPLES),
-        ("--max-tokens", arguments.max_tokens, 1, 10_000_000),
+    from scenelang.inference.settings import LIMITS
+
+    for option, name, value in (
+        ("-n", "samples", arguments.samples),
+        ("--repair", "repairs", arguments.repair),
+        ("--critique", "critiques", arguments.critique),
+        ("--jobs", "side_by_side", arguments.jobs),
+        ("--max-tokens", "max_tokens", arguments.max_tokens),
     ):
+        low, high = LIMITS[name]
         if value is not None and not low <= value <= high:
-            raise UsageError("value", f"{name} may be {low:,} to {high:,}, not {value:,}")
+            raise UsageError("value", f"{option} may be {low:,} to {high:,}, not {value:,}")
 
 
 def ablation_of(arguments: argparse.Namespace) -> Ablation:

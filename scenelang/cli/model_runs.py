@@ -18,6 +18,14 @@ if TYPE_CHECKING:
     from scenelang.inference.inference import Inference, Result
     from scenelang.inference.records import Run
 
+# What a run has once and for all.
+_SETTLED = {
+    "the task": "task", "FILE": "file", "--image": "image", "--animate": "animate", "--minecraft": "minecraft",
+    "--dsl": "dsl", "--ablate": "ablate", "--model": "model", "--effort": "effort", "--price": "price",
+    "--max-tokens": "max_tokens", "--prompt-dir": "prompt_dir", "--batch": "batch", "--no-cache": "no_cache",
+    "--dry-run": "dry_run",
+}  # fmt: skip
+
 
 def show_dry_run(arguments: argparse.Namespace, inference: Inference) -> int:
     """Print the first request and what it costs at most; needs neither key nor network."""
@@ -63,8 +71,18 @@ def resumed(arguments: argparse.Namespace, command: str) -> tuple[Inference, Run
     from scenelang.inference.inference import inference_of
     from scenelang.inference.records import find_run, runs_folder
 
-    run = find_run(runs_folder(arguments.runs), arguments.resume)
+    given = [option for option, name in _SETTLED.items() if getattr(arguments, name, None)]
+    if given:
+        raise UsageError("value", f"{given[0]} cannot be changed when a run goes on", "begin a new run for that")
+    folder = runs_folder(arguments.runs)
+    run = find_run(folder, arguments.resume)
+    if run.path.resolve().parent != folder.resolve():
+        hint = f"--runs {run.path.parent} says that you trust it"
+        raise UsageError("run", f"{run.path} is not among your runs; it may overwrite files and spend money", hint)
     made_by = run.facts.get("command")
+    if made_by == "repl":
+        hint = f"what it came to is in {run.path / 'best.scene'}"
+        raise UsageError("run", f"the run {run.name} was made in the REPL, which alone could go on with it", hint)
     if made_by != command:
         hint = f"scenelang {made_by} --resume {run.name}"
         raise UsageError("run", f"the run {run.name} was made by `{made_by}`", hint)
@@ -96,20 +114,23 @@ def recorded(arguments: argparse.Namespace, run: Run) -> Iterator[None]:
             yield
         except KeyboardInterrupt:
             run.note(state="interrupted")
-            print(f"interrupted; to continue: {_continuation(arguments, run)}", file=sys.stderr)
+            print(f"interrupted{_continuation(arguments, run)}", file=sys.stderr)
             raise
         except SceneError as error:
             run.note(state="failed", error=error.message)
             if isinstance(error, NoProgram) and not arguments.json:
                 report(arguments, error.verdict.diagnostics)
             if not arguments.quiet and not arguments.json:
-                print(f"the run is kept in {run.path}; to continue: {_continuation(arguments, run)}", file=sys.stderr)
+                print(f"the run is kept in {run.path}{_continuation(arguments, run)}", file=sys.stderr)
             raise
 
 
 def _continuation(arguments: argparse.Namespace, run: Run) -> str:
+    """How a run goes on; those of the REPL do not."""
+    if arguments.command == "repl":
+        return ""
     runs = f" --runs {arguments.runs}" if arguments.runs else ""
-    return f"scenelang {arguments.command} --resume {run.name}{runs}"
+    return f"; to continue: scenelang {arguments.command} --resume {run.name}{runs}"
 
 
 def report_result(arguments: argparse.Namespace, run: Run, result: Result) -> None:

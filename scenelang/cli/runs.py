@@ -35,7 +35,7 @@ def runs(arguments: argparse.Namespace) -> int:
     if arguments.run_name is not None:
         _show_run(arguments, find_run(folder, arguments.run_name))
         return 0
-    found = [facts for run in all_runs(folder) if (facts := _facts(run)) is not None]
+    found = [_facts(run) or _damaged(run) for run in all_runs(folder)]
     if arguments.json:
         print_json(found)
         return 0
@@ -64,9 +64,14 @@ def _facts(run: Run) -> dict[str, Any] | None:
         "command": command,
         "state": state,
         "attempts": len(attempts),
-        "cost": sum(attempt.cost for attempt in attempts),
+        "cost": run.spent,
         "task": shown if len(shown) <= _LONGEST_TASK else shown[: _LONGEST_TASK - 3] + "...",
     }
+
+
+def _damaged(run: Run) -> dict[str, Any]:
+    nothing = {"command": "", "state": "damaged", "attempts": 0, "cost": 0.0, "task": ""}
+    return {"name": run.name, "path": str(run.path), **nothing}
 
 
 def _show_run(arguments: argparse.Namespace, run: Run) -> None:

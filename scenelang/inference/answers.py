@@ -14,9 +14,11 @@ from scenelang.inference.task import Kind, Notation
 from scenelang.interpreter.entity import Scene, count_words, primitive_count
 from scenelang.interpreter.shapes import BLOCK_WORDS
 from scenelang.interpreter.transpile.response import find_code
+from scenelang.scene_changes import changes_between, sheets_of
 from scenelang.session import Options, Session
 
 _FENCE = re.compile(r"^[ \t]*+(?:```|~~~)[ \t]*+([\w+-]*+)[^\n]*+\n(.*?)(?:^[ \t]*(?:```|~~~)[ \t]*$|\Z)", re.M | re.S)
+_MOST_LOOKED_AT = 200_000  # primitives of a film that is looked at for motion
 _MOST_TOLD = 12  # diagnostics that go back to the model
 _LONGEST_ANSWER = 500_000  # characters; the longest answers of models have fewer
 _LONGEST_LINE = 500  # characters of a line that goes back
@@ -124,9 +126,20 @@ def _unlike(scene: Scene, kind: Kind) -> list[Diagnostic]:
     if kind is Kind.FILM and not scene.animated:
         hint = "a film's last function yields one shape for every frame"
         return [Diagnostic("model-answer", "the scene does not move: it has one frame", None, hint)]
+    if kind is Kind.FILM and _stands_still(scene):
+        return [Diagnostic("model-answer", "the scene does not move: all its frames are the same", None)]
     if kind is Kind.BLOCKS and not any(word in count_words(frame) for frame in scene.frames for word in BLOCK_WORDS):
         return [Diagnostic("model-answer", "the scene has no blocks", None, "blocks are made by set_cuboid")]
     return []
+
+
+def _stands_still(scene: Scene) -> bool:
+    """Whether all frames show the same; a film too large to look at is taken to move."""
+    try:
+        first, *others = sheets_of(scene, _MOST_LOOKED_AT)
+    except SceneError:
+        return False
+    return all(changes_between([first], [other]).equal for other in others)
 
 
 def geometry_findings(scene: Scene) -> tuple[Diagnostic, ...]:

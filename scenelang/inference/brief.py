@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from scenelang.backends.language_models.conversation import Picture, Text, Turn, said
+from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.source import Source
 from scenelang.inference.listing import MOST_ITEMS, listing
 from scenelang.inference.prompts import Prompts
@@ -73,10 +74,12 @@ def fenced(text: str, notation: Notation) -> str:
 
 @dataclass(frozen=True)
 class Brief:
-    """What is said to the model about one task, from the prompts' files."""
+    """What is said to the model about one task, from the prompts' files. ``is_bare``: a grammar allows nothing around
+    the program."""
 
     task: Task
     prompts: Prompts
+    is_bare: bool = False
 
     @cached_property
     def system(self) -> str:
@@ -90,7 +93,8 @@ class Brief:
             return self.prompts.text("system.python.md", header=header, rules=rules)
         if task.notation is Notation.LANGUAGE:
             text = primer(words_of(task.kind), untold(task.kind))
-            return self.prompts.text("system.language.md", primer=text, rules=rules)
+            answer = self.prompts.text("bare.md" if self.is_bare else "fenced.md")
+            return self.prompts.text("system.language.md", primer=text, rules=rules, answer=answer)
         fields, primitives, most = self._fields(), self._primitives(), f"{MOST_ITEMS:,}"
         return self.prompts.text("system.list.md", fields=fields, primitives=primitives, rules=rules, most=most)
 
@@ -125,8 +129,11 @@ class Brief:
     def example(self) -> str:
         """A program that is right, in the task's notation; of a list, its first primitives."""
         task = self.task
-        answer = self.prompts.text(f"example.{task.kind.value}.md")
+        name = f"example.{task.kind.value}.md"
+        answer = self.prompts.text(name)
         source = Source("example.txt", answer)
+        if self.prompts.is_replaced(name) and not Session().check(source).ok:
+            raise SceneError("prompt", f"the prompt {name} holds no program that is right", "`scenelang check` tells")
         if task.notation is Notation.LIST:
             return f'An example, "{_docstring(answer)}":\n\n{fenced(_example_list(source, task), task.notation)}'
         text = _code(answer) if task.notation is Notation.PYTHON else Session().transpile(source).text
@@ -175,7 +182,8 @@ def _code(answer: str) -> str:
 
 
 def _docstring(answer: str) -> str:
-    return _code(answer).split('"""')[1].strip()
+    pieces = _code(answer).split('"""')
+    return pieces[1].strip() if len(pieces) > 1 else "a scene"
 
 
 def _example_list(source: Source, task: Task) -> str:

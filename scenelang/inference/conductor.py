@@ -130,7 +130,8 @@ class Conductor:
                 raise Cancelled
             count(text)
 
-        answer = self._client.ask(ask.request, sample, number, watch)
+        with self._run.sending(sample, number, purpose) as note:
+            answer = self._client.ask(ask.request, sample, number, watch, note)
         self._run.answered(sample, number, purpose, key, answer)
         return answer
 

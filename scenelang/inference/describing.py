@@ -27,6 +27,11 @@ class Describer:
         self._speaker = speaker
         self._live = live
 
+    @property
+    def spent(self) -> float:
+        """US dollars."""
+        return self._client.spending.spent
+
     def __call__(self, questions: Sequence[Question]) -> list[str]:
         """A text for each question. Raises SceneError where the model cannot be asked."""
         try:

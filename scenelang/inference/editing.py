@@ -14,9 +14,11 @@ from scenelang.inference.answers import Verdict, geometry_findings
 from scenelang.inference.listing import listing, program_of
 from scenelang.inference.task import Ablation, Kind, Notation, Task
 from scenelang.interpreter.entity import Scene, count_words
+from scenelang.interpreter.library import STD
+from scenelang.interpreter.program import Program
 from scenelang.interpreter.shapes import BLOCK_WORDS
 from scenelang.interpreter.transpile.response import find_code
-from scenelang.scene_changes import Changes, changes_between, sheets_of
+from scenelang.scene_changes import Changes, changes_between, paired_by_path, sheets_of
 from scenelang.session import Options, Session, is_python, is_scene_file
 
 if TYPE_CHECKING:
@@ -49,6 +51,12 @@ def edit_task(source: Source, scene: Scene, instruction: str, ablation: Ablation
     return Task(instruction, kind_of(scene), notation, ablation, (), program, seed)
 
 
+def imported_files(program: Program | None) -> frozenset[Path]:
+    """The files that a program imports: an edit of it may import these and no others."""
+    sources = program.sources if program is not None else ()
+    return frozenset(Path(source.name).resolve() for source in sources if not source.name.startswith((STD, "<")))
+
+
 def kind_of(scene: Scene) -> Kind:
     """What a scene is."""
     if scene.animated:
@@ -78,10 +86,12 @@ def edit_of(name: str, task: Task, before: Scene, after: Verdict, limit: int) ->
     """What an edit did. Raises SceneError for scenes of more than ``limit`` primitives."""
     assert after.scene is not None
     assert task.program is not None
+    written = listing(after.scene, task.ablation is Ablation.P) if task.notation is Notation.LIST else after.code
     lines = difflib.unified_diff(
-        task.program.splitlines(), after.code.splitlines(), f"{name} before", f"{name} after", lineterm=""
+        task.program.splitlines(), written.splitlines(), f"{name} before", f"{name} after", lineterm=""
     )
-    return Edit("\n".join(lines), changes_between(sheets_of(before, limit), sheets_of(after.scene, limit)))
+    changes = changes_between(sheets_of(before, limit), sheets_of(after.scene, limit))
+    return Edit("\n".join(lines), paired_by_path(changes))
 
 
 def without_known(result: Result, before: Scene) -> Result:
@@ -98,8 +108,17 @@ def written_as(path: Path, task: Task, after: Verdict) -> str:
     if task.notation is Notation.PYTHON and path.suffix == ".py":
         return after.code
     if task.notation is Notation.PYTHON and path.suffix == ".txt":
-        return f"```python\n{after.code}```\n"
+        return _in_response(path, after.code)
     return after.program
+
+
+def _in_response(path: Path, code: str) -> str:
+    """The response that a file holds with other code in it; a new file has the code alone."""
+    text = path.read_text("utf-8") if path.exists() else ""
+    found = find_code(text)
+    if not text[: found.start].strip():
+        return f"```python\n{code}```\n"
+    return text[: found.start] + code + text[found.end :]
 
 
 def before_and_after(before: Scene, after: Scene) -> Picture:

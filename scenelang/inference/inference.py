@@ -51,11 +51,13 @@ class Inference:
     brief: Brief = field(init=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "brief", Brief(self.task, Prompts(self.settings.prompts_folder)))
+        is_bare = self.settings.sends_grammar(self.task.notation)
+        object.__setattr__(self, "brief", Brief(self.task, Prompts(self.settings.prompts_folder), is_bare))
 
     def reader(self, run: Run) -> Reader:
         """Reads answers; where no folder is set, their programs can import only what lies in the run's."""
-        return Reader(self.brief, replace(self.options, project=self.options.project or run.path), self.name)
+        project, imports = self.options.project or run.path, self.options.imports or frozenset()
+        return Reader(self.brief, replace(self.options, project=project, imports=imports), self.name)
 
     def first_request(self, speaker: Speaker) -> Any:
         """The request that every sample begins with."""
@@ -69,6 +71,7 @@ class Inference:
         run.keep_text("system.md", self.brief.system)
         evaluation = {"seed": self.options.seed, "limits": asdict(self.options.limits), "name": self.name}
         evaluation["project"] = str(self.options.project) if self.options.project is not None else None
+        evaluation["imports"] = sorted(map(str, self.options.imports or ()))
         settings, task = self.settings.data(), task_data(self.task)
         run.note(command=command, state="running", settings=settings, task=task, evaluation=evaluation, **facts)
 
@@ -95,6 +98,8 @@ class Inference:
         if len(found) < 2:
             return found[0] if found else None
         verdicts = [outcomes[sample].verdict for sample in found]
+        if len({verdict.program for verdict in verdicts}) == 1:
+            return found[0]
         steps = judge_steps(self.brief.prompts, speaker, self.task, verdicts)
         chosen = conductor.singly({_JUDGE: steps})[_JUDGE]
         if isinstance(chosen, SceneError):
@@ -132,7 +137,9 @@ def inference_of(run: Run) -> Inference:
     try:
         evaluation = facts["evaluation"]
         project = Path(evaluation["project"]) if evaluation["project"] is not None else None
-        options = Options(seed=int(evaluation["seed"]), limits=typed(Limits, evaluation["limits"]), project=project)
+        imports = frozenset(Path(str(path)) for path in evaluation["imports"])
+        limits = typed(Limits, evaluation["limits"])
+        options = Options(seed=int(evaluation["seed"]), limits=limits, project=project, imports=imports)
         return Inference(task_of(run), settings_of(facts["settings"]), options, str(evaluation["name"]))
     except (KeyError, TypeError, ValueError) as error:
         raise SceneError("run", f"the run {run.name} is damaged: {type(error).__name__} {error}") from None

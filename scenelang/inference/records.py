@@ -124,6 +124,26 @@ class Run:
             self.keep(f"{folder}/picture-{position}.png", picture)
         self.keep_text(f"{folder}/request.json", json.dumps(data, indent=1, ensure_ascii=False))
 
+    @contextmanager
+    def sending(self, sample: int, number: int, purpose: str) -> Iterator[Callable[[float], None]]:
+        """For the time of a request: note what it can cost. A kill leaves the note, which then counts as spent; so does
+        Ctrl-C, since the service may charge for it."""
+        path = f"{self._attempt(sample, number, purpose)}/sent.json"
+        before = _lost(self.path / path)
+        amounts: list[float] = []
+
+        def note(amount: float) -> None:
+            amounts.append(amount)
+            self.keep_text(path, json.dumps({"lost": before + sum(amounts)}))
+
+        try:
+            yield note
+        except SceneError:
+            self.keep_text(path, json.dumps({"lost": before}))
+            raise
+        if amounts:
+            self.keep_text(path, json.dumps({"lost": before}))
+
     def answered(self, sample: int, number: int, purpose: str, key: str, answer: Answer) -> None:
         """Record an answer."""
         folder = self._attempt(sample, number, purpose)
@@ -154,8 +174,9 @@ class Run:
 
     @property
     def spent(self) -> float:
-        """US dollars."""
-        return sum(attempt.cost for attempt in self.attempts())
+        """US dollars, with what interrupted requests may have cost."""
+        lost = sum(_lost(path) for path in self.path.glob("sample-*/*/sent.json"))
+        return lost + sum(attempt.cost for attempt in self.attempts())
 
     def _folder(self, sample: int) -> Path:
         return self.path / f"sample-{sample}"
@@ -204,6 +225,12 @@ def _answer_of(facts: Mapping[str, Any]) -> Answer | None:
     except (KeyError, TypeError, ValueError, AttributeError):
         return None
     return answer if isfinite(answer.cost) and answer.cost >= 0 else None
+
+
+def _lost(path: Path) -> float:
+    """What requests that had no answer may have cost, in US dollars."""
+    amount = _json_object(path).get("lost", 0.0)
+    return float(amount) if isinstance(amount, (int, float)) and isfinite(amount) and amount > 0 else 0.0
 
 
 def _json_object(path: Path) -> dict[str, Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from scenelang.backends.language_models.conversation import Text, Turn
 from scenelang.grammar.diagnostics import SceneError
@@ -38,7 +39,8 @@ def judge_steps(prompts: Prompts, speaker: Speaker, task: Task, verdicts: Sequen
     wanted = f"Reconstruct the scene of the pictures before. {task.text}".strip() if task.pictures else task.text
     text = prompts.text("judge.md", count=str(len(scenes)), task=wanted)
     turn = Turn("user", (*task.pictures, sheet, Text(text)))
-    reply = yield Ask(Purpose.JUDGE, speaker.request(prompts.text("judge.system.md"), (turn,)))
+    request = replace(speaker, grammar=None).request(prompts.text("judge.system.md"), (turn,))
+    reply = yield Ask(Purpose.JUDGE, request)
     match = _ANSWER.search(reply.text) if reply is not None else None
     number = int(match[1]) if match is not None and len(match[1]) < 4 else 1
     return Outcome(judged[number - 1 if 1 <= number <= len(judged) else 0])

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from ipaddress import ip_address
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, TypeVar, get_type_hints
 from urllib.parse import urlsplit
 
@@ -19,6 +20,15 @@ from scenelang.inference.steps import Plan, Speaker
 from scenelang.inference.task import Notation
 
 _DEFAULT_TOKENS = 32_000
+# What settings may be, both ends included.
+LIMITS: Mapping[str, tuple[float, float]] = MappingProxyType({
+    "samples": (1, 64),
+    "repairs": (0, 20),
+    "critiques": (0, 20),
+    "side_by_side": (1, 64),
+    "max_tokens": (1, 10_000_000),
+    "max_cost": (1e-9, 1e9),
+})  # fmt: skip
 Typed = TypeVar("Typed")
 
 
@@ -70,13 +80,17 @@ class Settings:
         replies = Replies(reply_folder()) if self.uses_replies else None
         return Client(provider, self.known_model(provider), Spending(self.max_cost, spent), replies)
 
+    def sends_grammar(self, notation: Notation) -> bool:
+        """Whether answers are held to the language's grammar, where the server can."""
+        return notation is Notation.LANGUAGE and self.provider != "anthropic"
+
     def speaker(self, model: catalogue.Model, notation: Notation) -> Speaker:
         """How requests to the model are made. Raises SceneError for an effort that it does not know."""
         wanted = self.max_tokens or min(_DEFAULT_TOKENS, model.max_output)
         if wanted > model.max_output:
             hint = f"its answers have at most {model.max_output:,}"
             raise SceneError("value", f"`{model.name}` does not answer with {wanted:,} tokens", hint)
-        grammar = _grammar() if notation is Notation.LANGUAGE and self.provider != "anthropic" else None
+        grammar = _grammar() if self.sends_grammar(notation) else None
         most = self.max_tokens or model.max_output
         return Speaker(model.name, wanted, most, model.thinking, model.effort(self.effort), grammar)
 
@@ -84,9 +98,14 @@ class Settings:
 def settings_of(data: Mapping[str, Any]) -> Settings:
     """The inverse of ``Settings.data``. Raises SceneError for data that is none."""
     try:
-        return typed(Settings, data)
+        found = typed(Settings, data)
     except TypeError:
         raise SceneError("run", "the settings of the run cannot be read") from None
+    for name, (low, high) in LIMITS.items():
+        value = getattr(found, name)
+        if value is not None and not low <= value <= high:
+            raise SceneError("run", f"the settings of the run cannot be read: `{name}` is {value}")
+    return found
 
 
 def typed(kind: type[Typed], data: Mapping[str, Any]) -> Typed:

@@ -151,7 +151,7 @@ def _complete(
         reply = yield Ask(purpose, speaker.request(system, turns))
         assert reply is not None
         if reply.stop is Stop.REFUSED:
-            note = f": {reply.note}" if reply.note else ""
+            note = f": {' '.join(reply.note.split())}" if reply.note else ""
             raise SceneError("model-refusal", f"the model declines to answer{note}", "word the task differently")
         if reply.stop is Stop.FULL:
             raise SceneError("model-answer", "the model's context is full", "give fewer pictures or a smaller program")

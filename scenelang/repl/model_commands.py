@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import shlex
+from dataclasses import replace
 from typing import TYPE_CHECKING, NoReturn
 
 from scenelang.grammar.diagnostics import SceneError
@@ -36,7 +37,7 @@ def _arguments(command: str, rest: str, what: str) -> argparse.Namespace:
     add_model_options(parser)
     parser.add_argument("text", nargs="*")
     arguments = parser.parse_args(_words(wanted(rest, command, what)))
-    arguments.command, arguments.task = command, " ".join(arguments.text)
+    arguments.command, arguments.task = "repl", " ".join(arguments.text)
     for name in ("resume", "dry_run", "json"):
         if getattr(arguments, name):
             raise SceneError("value", f"`--{name.replace('_', '-')}` is for the command line")
@@ -67,7 +68,7 @@ def _generate(repl: Repl, rest: str) -> None:
 
 def _edit(repl: Repl, rest: str) -> None:
     from scenelang.cli.model_options import ablation_of, settings_from
-    from scenelang.inference.editing import edit_of, edit_task
+    from scenelang.inference.editing import edit_of, edit_task, imported_files
     from scenelang.inference.inference import Inference
     from scenelang.scene_changes import OF_AN_EDIT, change_lines
 
@@ -77,7 +78,9 @@ def _edit(repl: Repl, rest: str) -> None:
     program = checked_program(evaluation.session, evaluation.top, name)
     before = evaluation.root()
     task = edit_task(Source(name, program), before, arguments.task, ablation_of(arguments), arguments.seed)
-    inference = Inference(task, settings_from(arguments), evaluation.session.options, name)
+    imports = imported_files(evaluation.session.check(Source(name, program)).program)
+    options = replace(evaluation.session.options, imports=imports)
+    inference = Inference(task, settings_from(arguments), options, name)
     result = _asked(arguments, inference)
     done = edit_of("the session", task, before, result.best, evaluation.limits.primitives)
     repl.screen.rows(done.text.splitlines())

@@ -224,3 +224,36 @@ def test_ablated_edits(place: Place, tower: Path, ablation: str) -> None:
     count = json.loads(place.run("count", "new.scene", "--json").out)
     assert count["cube"] == 2
     assert ("tower" in count) == (ablation != "PW")
+
+
+@pytest.mark.parametrize("path", [".env", "other.scene", "parts/../.env", "secret/notes.txt"])
+def test_an_edit_imports_nothing_new(place: Place, tower: Path, path: str) -> None:
+    """What the answer imports would be quoted to the model."""
+    (place.work / "secret").mkdir()
+    (place.work / "parts").mkdir()
+    for name in (".env", "other.scene", "secret/notes.txt"):
+        (place.work / name).write_text("password = hunter2 (")
+    hidden = f'(define-syntax get (syntax-rules () ((_) (import "{path}"))))\n(get)\n{TOWER}'
+    server = place.serve([fenced(f'(import "{path}")\n{TOWER}'), fenced(hidden), fenced(TALLER)])
+    done = place.run("edit", "tower.scene", "x", "-o", "new.scene")
+    assert done.code == 0, done.err
+    assert "may not import" in texts(server.requests[1]["messages"][-1])
+    assert "hunter2" not in json.dumps(server.requests)
+    assert not any("hunter2" in file.read_text() for file in place.runs.rglob("*.*") if file.suffix != ".png")
+
+
+def test_what_has_another_size_is_told_as_one_thing(place: Place, tower: Path) -> None:
+    place.serve([fenced(TOWER.replace('(call "cube"', '(call "cube" :scale [2 1 2]'))])
+    done = place.run("edit", "tower.scene", "wider")
+    assert "different: 0 matched, 3 resized" in done.out
+    assert "  resized tower[1] at [0 1.5 0]" in done.out.splitlines()
+
+
+def test_the_prose_of_a_response_stays(place: Place) -> None:
+    prose = ["Here is a box:\n\n```python\n", "```\n\nHave fun!\n"]
+    code = "@register()\ndef box():\n    return primitive_call('cube', shape_kwargs={'scale': 1})\n"
+    (place.work / "box.txt").write_text(code.join(prose))
+    changed = code.replace("'scale': 1", "'scale': 2")
+    place.serve([Said(f"```python\n{changed}```")])
+    assert place.run("edit", "box.txt", "larger", "--apply").code == 0
+    assert (place.work / "box.txt").read_text() == changed.join(prose)

@@ -7,6 +7,7 @@ import json
 from io import BytesIO
 from pathlib import Path
 
+import numpy as np
 import pytest
 from PIL import Image
 
@@ -119,9 +120,28 @@ def test_a_picture_that_is_too_large_or_of_another_format_is_made_smaller(place:
     server = place.serve(answers(cubes()))
     place.generate("--image", "large.jpg", "--image", "old.bmp")
     large, old = pictures(server.requests[0]["messages"][0])
-    assert large["media_type"] == old["media_type"] == "image/png"
+    assert large["media_type"] == old["media_type"] == "image/jpeg"
     with Image.open(BytesIO(base64.b64decode(large["data"]))) as image:
         assert image.size == (1568, 392)
+
+
+def test_photos_come_upright_on_white_and_small(place: Place) -> None:
+    photo = Image.new("RGB", (2000, 1000), "red")
+    exif = Image.Exif()
+    exif[0x0112] = 6  # the camera was held upright
+    photo.save(place.work / "photo.jpg", exif=exif)
+    Image.new("RGB", (300, 100), "red").save(place.work / "small.jpg", exif=exif)
+    Image.new("RGBA", (3000, 10), (0, 0, 0, 0)).save(place.work / "clear.png")
+    noise = np.random.default_rng(0).integers(0, 255, (1500, 1500, 3), np.uint8)
+    Image.fromarray(noise).save(place.work / "noise.png")
+    server = place.serve(answers(cubes()))
+    names = ("photo.jpg", "small.jpg", "clear.png", "noise.png")
+    place.generate(*(word for name in names for word in ("--image", name)))
+    sent = [base64.b64decode(picture["data"]) for picture in pictures(server.requests[0]["messages"][0])]
+    found = [Image.open(BytesIO(data)) for data in sent]
+    assert [image.size for image in found[:2]] == [(784, 1568), (100, 300)]
+    assert min(found[2].convert("L").getdata()) > 250
+    assert all(len(data) < 3_500_000 for data in sent)
 
 
 def test_files_that_are_no_pictures_are_not_sent(place: Place) -> None:

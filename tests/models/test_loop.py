@@ -399,3 +399,24 @@ def test_batches_ask_all_samples_at_once(place: Place) -> None:
     assert ids == ["sample-1-1", "sample-2-1", "sample-1-2"]
     assert "sample 1;" in done.err
     assert count(place)["cube"] == 2
+
+
+def test_a_film_that_stands_still_is_mended(place: Place) -> None:
+    def film(moves: str) -> str:
+        return python(f"""
+@register_animation()
+def film():
+    for i in range(3):
+        yield transform_shape(primitive_call('cube', shape_kwargs={{'scale': 1}}), translation_matrix(({moves}, 0, 0)))
+""")
+
+    server = place.serve(answers(film("0"), film("i")))
+    place.generate("a sliding cube", "--animate", "-o", "film.scene")
+    assert "all its frames are the same" in texts(server.requests[1]["messages"][-1])
+
+
+def test_samples_wait_for_money_that_others_may_give_back(place: Place) -> None:
+    server = place.serve(lambda body: Said(cubes(2)))
+    done = place.generate("two cubes", "-n", "4", "--max-cost", "0.75", "-o", "a.scene")
+    assert "ended early" not in done.err
+    assert len(server.requests) == 4, "equal programs need no judge"

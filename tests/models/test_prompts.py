@@ -122,6 +122,7 @@ def test_every_prompt_is_read_and_has_its_places_filled() -> None:
         told = Brief(chosen, Watching())
         assert "{{" not in told.system + told.example
         _ = told.first, told.repair(""), told.cut(1), told.critique([], "")
+    assert "no fence" in Brief(TASKS["3d.language"], Watching(), is_bare=True).system
     left = set(prompt_names()) - read
     assert left <= {"judge.md", "judge.system.md", "words.md", "words.system.md"}
 
@@ -263,7 +264,8 @@ DECORATORS = ("register", "register_animation")
 def using(helper: str, call: str) -> str:
     """A program that uses a call of a helper."""
     if helper in DECORATORS:
-        body = "    yield part\n    yield part" if helper == "register_animation" else "    return part"
+        moved = "transform_shape(part, translation_matrix((1, 0, 0)))"
+        body = f"    yield part\n    yield {moved}" if helper == "register_animation" else "    return part"
         return python(f"part = {BALL}\n\n\n@{call}\ndef thing():\n{body}")
     result = HELPERS[helper].result
     used = {

@@ -26,7 +26,7 @@ def test_generate_defines_words(place: Place, monkeypatch: pytest.MonkeyPatch) -
     out, err = drive(place, monkeypatch, ",generate three of Newton's cubes", ",count", '(call "pile")')
     assert "three of Newton's cubes" in texts(server.requests[0]["messages"][0])
     assert out.splitlines()[:2] == ["1  pile", "3  cube"], err
-    assert place.run("runs").out.splitlines()[1].split()[1:3] == ["generate", "done"]
+    assert place.run("runs").out.splitlines()[1].split()[1:3] == ["repl", "done"]
 
 
 def test_edit_changes_what_is_defined(place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -40,6 +40,14 @@ def test_edit_changes_what_is_defined(place: Place, monkeypatch: pytest.MonkeyPa
     assert "+(define size 3)" in out.splitlines()
     assert "3" in out.splitlines()
     assert "max     [1.5 1.5 1.5]" in out.splitlines()
+
+
+def test_its_runs_are_not_gone_on_with_outside(place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
+    serve(place, cubes(1))
+    drive(place, monkeypatch, ",generate a cube")
+    for command in ("generate", "edit"):
+        done = place.run(command, "--resume", "last")
+        assert (done.code, "was made in the REPL" in done.err) == (2, True)
 
 
 def test_options_and_mistakes(place: Place, monkeypatch: pytest.MonkeyPatch) -> None:

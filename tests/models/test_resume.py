@@ -10,6 +10,7 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from shutil import copytree
 from threading import Event
 from typing import Any
 
@@ -88,7 +89,9 @@ def test_a_run_goes_on_after_a_kill(place: Place) -> None:
     facts = json.loads((run / "run.json").read_text())
     assert facts["state"] == "done"
     spent = sum(json.loads(path.read_text())["cost"] for path in run.rglob("reply.json"))
-    assert facts["cost"] == pytest.approx(spent)
+    lost = sum(json.loads(path.read_text())["lost"] for path in run.rglob("sent.json"))
+    assert lost > 32_000 * 20 / 1e6, "the killed request counts as dear as it could have been"
+    assert facts["cost"] == pytest.approx(spent + lost)
     assert spent > 4 * 1000 * 4 / 1e6
 
 
@@ -296,3 +299,38 @@ def test_a_run_goes_on_with_new_limits(place: Place) -> None:
     assert len(server.requests) == 3
     assert json.loads(place.run("count", "two.scene", "--json").out)["cube"] == 2
     assert json.loads((place.run_folder() / "run.json").read_text())["settings"]["max_cost"] == 2
+
+
+@pytest.mark.parametrize(
+    "words", [("another task",), ("--image", "x.png"), ("--animate",), ("--model", "claude-haiku-5-5"), ("--dry-run",)]
+)
+def test_what_a_run_is_about_does_not_change(finished: tuple[Place, Path], words: tuple[str, ...]) -> None:
+    place, _ = finished
+    done = place.run("generate", *words, "--resume", "last")
+    assert (done.code, "cannot be changed when a run goes on" in done.err) == (2, True), done.err
+
+
+def test_a_run_from_elsewhere_is_not_gone_on_with(finished: tuple[Place, Path]) -> None:
+    place, run = finished
+    copy = place.work / "got"
+    copytree(run, copy)
+    facts = json.loads((copy / "run.json").read_text())
+    victim = place.work / "mine.scene"
+    victim.write_text("mine")
+    (copy / "run.json").write_text(json.dumps(facts | {"output": str(victim)}))
+    done = place.run("generate", "--resume", str(copy))
+    assert (done.code, "is not among your runs" in done.err) == (2, True)
+    assert victim.read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("samples", -1), ("samples", 1_000_000), ("repairs", -5), ("side_by_side", 0), ("max_tokens", -1)],
+)
+def test_settings_out_of_bounds_are_damage(finished: tuple[Place, Path], name: str, value: int) -> None:
+    place, run = finished
+    facts = json.loads((run / "run.json").read_text())
+    facts["settings"][name] = value
+    (run / "run.json").write_text(json.dumps(facts))
+    done = place.run("generate", "--resume", "last")
+    assert (done.code, f"`{name}` is {value}" in done.err) == (1, True), done.err

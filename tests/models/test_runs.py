@@ -54,13 +54,14 @@ def test_a_killed_run_reads_interrupted(place: Place) -> None:
     assert place.run("runs").out.splitlines()[1].split()[2] == "interrupted"
 
 
-def test_damaged_folders_are_left_out(place: Place) -> None:
+def test_damaged_folders_are_told(place: Place) -> None:
     place.serve([Said(cubes())])
     place.generate("a cube", "-o", "a.scene")
     for name, text in (("x", "{"), ("y", "[]"), ("z", '{"version": 1}')):
         (place.runs / name).mkdir()
         (place.runs / name / "run.json").write_text(text)
-    assert len(place.run("runs").out.splitlines()) == 2
+    rows = [line.split() for line in place.run("runs").out.splitlines()]
+    assert [row[:2] for row in rows[2:]] == [[name, "damaged"] for name in "xyz"]
     done = place.run("runs", "z")
     assert (done.code, "is damaged" in done.err) == (1, True)
 
