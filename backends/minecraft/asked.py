@@ -14,7 +14,7 @@ from scenelang.interpreter.plain import NotPlain, plain_value
 from scenelang.interpreter.shapes import Kind
 
 NAMESPACE = "minecraft:"
-_NAME = re.compile(r"([a-z0-9_.-]+:)?[a-z0-9_./-]+")
+_WITH_STATE = re.compile(r"([^\[\]]+)\[([^\[\]]*)\]")  # as the game writes it: oak_log[axis=x]
 
 
 def asked_state(entity: Entity) -> BlockState:
@@ -28,7 +28,10 @@ def asked_state(entity: Entity) -> BlockState:
     name = entity.embedding.attributes.get("block-type")
     if not isinstance(name, str) or not name.strip():
         raise _problem(entity, "block-type", 'the name of a block, such as "stone"')
-    return BlockState(namespaced(name), properties_of(entity))
+    within = _WITH_STATE.fullmatch(name.strip())
+    given = _pairs_of_text(within[2]) if within else {}
+    state = tuple(sorted({**given, **properties_of(entity)}.items()))
+    return BlockState(namespaced(within[1] if within else name), state)
 
 
 def namespaced(name: str) -> str:
@@ -37,21 +40,20 @@ def namespaced(name: str) -> str:
     return plain if ":" in plain else NAMESPACE + plain
 
 
-def is_name(name: str) -> bool:
-    """True where the game could have a block of this name."""
-    return _NAME.fullmatch(name) is not None
-
-
-def properties_of(entity: Entity) -> tuple[tuple[str, str], ...]:
-    """The properties that ``:block-kwargs`` gives, sorted by name, values as the game writes them."""
+def properties_of(entity: Entity) -> dict[str, str]:
+    """The properties that ``:block-kwargs`` gives, values as the game writes them; raises SceneError("attribute")."""
     given = entity.embedding.attributes.get("block-kwargs")
     try:
-        pairs = _pairs(plain_value(given))
+        return _pairs(plain_value(given))
     except (NotPlain, ValueError):
         raise _problem(
             entity, "block-kwargs", 'an association list or table of properties, such as `\'(("facing" "north"))`'
         ) from None
-    return tuple(sorted(pairs.items()))
+
+
+def _pairs_of_text(text: str) -> dict[str, str]:
+    pairs = [pair.partition("=") for pair in text.split(",") if pair.strip()]
+    return {_text(name): _text(value) for name, _, value in pairs}
 
 
 def _pairs(given: Any) -> dict[str, str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -77,7 +78,7 @@ def _runs(mask: BoolArray) -> Iterator[tuple[int, int]]:
     """The longest stretches in which the mask does not change."""
     edges = np.flatnonzero(np.diff(mask)) + 1
     bounds = [0, *edges.tolist(), len(mask)]
-    yield from ((a, b) for a, b in zip(bounds, bounds[1:]) if a < b)
+    yield from ((a, b) for a, b in pairwise(bounds) if a < b)
 
 
 def _press(there: Cells, stamp: Stamp) -> None:

@@ -15,7 +15,7 @@ import numpy as np
 
 from scenelang.backends.minecraft.asked import asked_state, place_of
 from scenelang.backends.minecraft.blocks import AIR, AIR_STATE, BlockState, Build, Cells
-from scenelang.backends.minecraft.painting import FloatArray, IntArray, Laid, Stamp, paint
+from scenelang.backends.minecraft.painting import BoolArray, FloatArray, IntArray, Laid, Stamp, paint
 from scenelang.backends.minecraft.repeats import FARTHEST, Folded, Sizes, Triple, folded
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
 from scenelang.grammar.source import Span
@@ -161,10 +161,10 @@ def _sizes(flat: FlatFrame, own: FloatArray) -> IntArray:
     with np.errstate(invalid="ignore", over="ignore"):
         size = along * own[flat.index]
         whole = np.rint(size)
-        far = ~((np.abs(position) < FARTHEST).all(axis=1) & (size < FARTHEST).all(axis=1))
-        turned = ~far & ((across > _SLACK * np.maximum(np.abs(along).max(axis=1, initial=0.0), _SLACK))
-                         | (along < 0.0).any(axis=1))  # fmt: skip
-        broken = ~far & (np.abs(size - whole) > _SLACK * np.maximum(1.0, whole)).any(axis=1)
+        far = np.asarray(~((np.abs(position) < FARTHEST).all(axis=1) & (size < FARTHEST).all(axis=1)))
+        leans = across > _SLACK * np.maximum(np.abs(along).max(axis=1, initial=0.0), _SLACK)
+        turned: BoolArray = ~far & (leans | (along < 0.0).any(axis=1))
+        broken = ~far & (np.abs(size - whole) > np.clip(_SLACK * whole, _SLACK, 0.01)).any(axis=1)
     wrong = far | turned | broken
     if wrong.any():
         i = int(np.argmax(wrong))

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from minecraft.oracle import Cuboid, laid, of_build, of_golden
 from transpile.cases import CORPUS, IMITATIONS, Case, scene_of, translated
 
+from minecraft.oracle import Cuboid, laid, of_build, of_golden
 from scenelang.backends.minecraft.voxels import Voxels, ignored, voxelised
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.entity import Entity
@@ -179,6 +179,13 @@ def test_properties_of_all_kinds(kwargs: str) -> None:
     assert cells(text) == {(0, 0, 0): "minecraft:oak_stairs[facing=north,waterlogged=false]"}
 
 
+def test_a_state_within_the_name() -> None:
+    text = """(bind "a" (lambda () (call "set-cuboid" :block-type "oak_log[axis=x]" :block-kwargs '(("axis" "z")))))"""
+    assert cells(text) == {(0, 0, 0): "minecraft:oak_log[axis=z]"}
+    text = """(bind "a" (lambda () (call "set-cuboid" :block-type "minecraft:oak_stairs[facing=east, half=top]")))"""
+    assert cells(text) == {(0, 0, 0): "minecraft:oak_stairs[facing=east,half=top]"}
+
+
 def test_others_are_named_once() -> None:
     voxels = built(
         '(bind "a" (lambda () (union (call "cube") (call "set-cuboid" :block-type "stone") (call "tree") (call "cube"))))'
@@ -214,6 +221,7 @@ def test_places() -> None:
         ("(rotate 3.14159265358979 [0 1 0])", "turned"),
         ("(reflect [0 0 0] [1 0 0])", "turned"),
         ("(scale 0.5)", "1 x 0.5 x 0.5 cells"),
+        ("(scale [1000000.25 1 1] [0 0 0])", "cells large"),
         ("(translate [1e300 0 0])", "farther"),
     ],
 )
