@@ -6,7 +6,7 @@ BIN    := $(VENV)/bin
 SCENE  := examples/chessboard.scene
 ROOMS  := grammar interpreter stdlib backends scenelang
 
-.PHONY: demo test test-blender lint install bench eval-recorded gallery docs viewer editors chromium wheel test-gpu test-grammar test-slow clean
+.PHONY: demo test test-blender lint install bench eval-recorded gallery docs viewer blocks editors chromium wheel test-gpu test-grammar test-slow clean
 
 # What the package needs, then the tools of development; redone when the project's files change.
 $(VENV)/.run: pyproject.toml constraints.txt
@@ -19,7 +19,7 @@ $(VENV)/.dev: $(VENV)/.run
 	touch $@
 
 SOURCES := $(shell find $(ROOMS) -name node_modules -prune -o \( -name '*.py' -o -name '*.lark' -o -name '*.scene' \
-  -o -name 'py.typed' -o -name 'catalogue.toml' -o -path '*/inference/prompts/*' -o -path '*/viewer/static/*' \) -print)
+  -o -name 'py.typed' -o -name 'catalogue.toml' -o -name '*.tsv.gz' -o -path '*/inference/prompts/*' -o -path '*/viewer/static/*' \) -print)
 
 # The package itself, installed as users get it (no editable install), so that packaging is tested too.
 $(VENV)/.package: $(VENV)/.run $(SOURCES)
@@ -112,6 +112,12 @@ docs: install
 # The viewer's page from its source; what it makes is committed, so that only changes of it need npm.
 viewer:
 	cd backends/viewer/source && npm install --no-package-lock --no-audit --no-fund --silent && node build.mjs
+
+# The table of Minecraft's blocks from data and pictures of half a gigabyte; committed, so that only a new version needs it.
+BLOCKS := $(VENV)/blocks
+blocks: install
+	npm install --no-audit --no-fund --silent --ignore-scripts --prefix $(BLOCKS) minecraft-data@3.117.0 minecraft-assets@1.19.0
+	$(BIN)/python -m scenelang.backends.minecraft.extract $(BLOCKS) 26.1 backends/minecraft/blocks.tsv.gz
 
 # What the extension for VS Code takes from the language; committed, so that its folder packages by itself.
 editors: install

@@ -77,6 +77,8 @@ CODES: dict[str, Code] = {
     "empty-scene": Code("E607", "The scene has no primitives, so there is nothing to draw or export."),
     "endless": Code("E608", "The root's list of handles has no end, and this operation would need it."),
     "word": Code("E609", "A word must be a string."),
+    "blocks": Code("E610", "A pose or size of Minecraft blocks does not come to whole cells."),
+    "block-property": Code("E611", "A Minecraft block has no such property, or the property no such value."),
     # E7xx: files
     "file": Code("E701", "A file cannot be read or written."),
     "import-cycle": Code("E702", "Files import one another in a circle."),
@@ -126,6 +128,8 @@ CODES: dict[str, Code] = {
     "near-word": Code("W605", "A word is never bound, but one close to it is: perhaps a misspelling."),
     "idle-attribute": Code("W608", "A primitive's geometry does not read an attribute: perhaps a misspelling."),
     "set-order": Code("W607", "The order of a set's strings is not that of Python."),
+    "unknown-block": Code("W616", "Minecraft has no block of this name, so another one is laid instead."),
+    "no-block": Code("W617", "Something lays no blocks, so it is missing from the build."),
     "unknown-function": Code("W801", "`library_call` names no registered function; the call gives an empty shape."),
     "ignored-block": Code("W802", "Only one block of Python in a response is read."),
     "python-ignored": Code("W803", "A statement of the Python has no effect on the scene and was left out."),

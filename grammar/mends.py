@@ -81,6 +81,8 @@ _SCENES = {
     "empty-scene": 'Return at least one primitive, such as `(call "cube")`.',
     "endless": "Take as many handles as you need: `(list-head gamma n)`.",
     "word": 'Put the word in quotes: `"park"`.',
+    "blocks": "Compose blocks with `translate` and whole numbers in `scale` only.",
+    "block-property": "Take one of those that the message lists, or leave the property out: it has a default.",
 }
 
 _FILES = {
@@ -138,6 +140,8 @@ _WARNINGS = {
     "below-ground": "Lift it by what is below 0: `compute-shape-min` tells how much.",
     "coincident-faces": "Move one of the faces by a thousandth, or make one of the things a little smaller.",
     "geometry-limit": "Check a part of the scene by itself: `--root WORD`.",
+    "unknown-block": "Name the block that is laid instead, or another one that the game has.",
+    "no-block": "Lay blocks with `set-cuboid`, or turn the scene into blocks with `export --voxelize`.",
     "unknown-function": "Register a function of that name, or correct the name.",
     "ignored-block": "Keep one block with the whole program.",
     "python-ignored": "Nothing need be done; `--seed N` sets the seed.",

@@ -92,7 +92,7 @@ def test_the_wheel_has_every_module_and_data_file_and_no_other(built: Built) -> 
         f"scenelang/backends/viewer/static/{path.name}": path.read_bytes()
         for path in (ROOT / "backends/viewer/static").iterdir()
     }
-    wanted = _sources(".py", ".lark", ".scene", ".toml", ".md") | static | {"scenelang/py.typed": b""}
+    wanted = _sources(".py", ".lark", ".scene", ".toml", ".md", ".gz") | static | {"scenelang/py.typed": b""}
     inside = {name: text for name, text in built.wheel.items() if ".dist-info/" not in name}
     assert set(inside) == set(wanted)
     assert inside == wanted
