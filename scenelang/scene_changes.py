@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 TOLERANCE = 1e-5  # of the scene's size
 _KINDS = ("moved", "recoloured", "resized", "missing", "extra")
+_PAIRED = "resized"  # the kind that only ``paired_by_path`` makes
 _AS_IT_IS: Mapping[str, str] = MappingProxyType({kind: kind for kind in _KINDS})
 OF_AN_EDIT: Mapping[str, str] = MappingProxyType({**_AS_IT_IS, "missing": "removed", "extra": "added"})
 
@@ -59,7 +60,7 @@ class Changes:
             "equal": self.equal,
             "frames": {"a": self.frames[0], "b": self.frames[1]},
             "matched": self.matched,
-            **{kind: counts[kind] for kind in _KINDS},
+            **{kind: counts[kind] for kind in _KINDS if counts[kind] or kind != _PAIRED},
             "changes": [change.data() for change in self.changes[:limit]],
         }
 
@@ -129,7 +130,7 @@ def paired_by_path(found: Changes) -> Changes:
     for change in found.changes:
         partners = left.get(_address(change), []) if change.kind == "missing" else []
         if partners:
-            paired.append(Change("resized", change.frame, change.word, change.before, partners.pop(0).after))
+            paired.append(Change(_PAIRED, change.frame, change.word, change.before, partners.pop(0).after))
         elif change.kind != "extra":
             paired.append(change)
     return Changes(found.frames, found.matched, (*paired, *(change for rest in left.values() for change in rest)))
@@ -180,7 +181,7 @@ def _told(change: Change, kind: str) -> str:
         return f"{start} at {_point(side['at'])}"
     if change.kind == "recoloured":
         return f"{start} at {_point(side['at'])}: {_look(change.before)} -> {_look(change.after)}"
-    if change.kind == "resized":
+    if change.kind == _PAIRED:
         return f"{start} at {_point(change.after['at'])}"
     before, after = change.before["at"], change.after["at"]
     if _point(before) == _point(after):

@@ -10,7 +10,7 @@ from scenelang.grammar.diagnostics import Diagnostic, SceneError, render_text
 from scenelang.grammar.source import Source
 from scenelang.inference.brief import Brief
 from scenelang.inference.listing import program_of
-from scenelang.inference.task import Kind, Notation
+from scenelang.inference.task import Kind, Notation, Task
 from scenelang.interpreter.entity import Scene, count_words, primitive_count
 from scenelang.interpreter.shapes import BLOCK_WORDS
 from scenelang.interpreter.transpile.response import find_code
@@ -87,7 +87,7 @@ class Reader:
         scene = result.scene
         if scene is not None and task.notation is not Notation.PYTHON:
             program = _formatted(code)
-        unlike = _unlike(scene, task.kind) if scene is not None else []
+        unlike = _unlike(scene, task) if scene is not None else []
         findings = geometry_findings(scene) if scene is not None and task.kind is not Kind.BLOCKS else ()
         return Verdict(program, scene, (*result.diagnostics, *unlike), findings, code)
 
@@ -119,10 +119,11 @@ def _formatted(text: str) -> str:
         return text
 
 
-def _unlike(scene: Scene, kind: Kind) -> list[Diagnostic]:
-    """What a scene lacks to be of its kind."""
+def _unlike(scene: Scene, task: Task) -> list[Diagnostic]:
+    """What a scene lacks to be what was asked for. An edit may well make another kind of scene."""
     if not any(primitive_count(frame) for frame in scene.frames):
         return [Diagnostic("empty-scene", "the scene has no primitives", None)]
+    kind = None if task.is_edit else task.kind
     if kind is Kind.FILM and not scene.animated:
         hint = "a film's last function yields one shape for every frame"
         return [Diagnostic("model-answer", "the scene does not move: it has one frame", None, hint)]

@@ -257,3 +257,11 @@ def test_the_prose_of_a_response_stays(place: Place) -> None:
     place.serve([Said(f"```python\n{changed}```")])
     assert place.run("edit", "box.txt", "larger", "--apply").code == 0
     assert (place.work / "box.txt").read_text() == changed.join(prose)
+
+
+def test_an_edit_may_end_a_motion(place: Place) -> None:
+    film = '(bind "f" (lambda () (frames (for/list ((i 3)) (transform (call "cube") (translate [i 0 0]))))))\n'
+    (place.work / "film.scene").write_text(film)
+    server = place.serve([fenced(film.replace("[i 0 0]", "[0 0 0]"))])
+    done = place.run("edit", "film.scene", "let it stand still")
+    assert (done.code, len(server.requests)) == (0, 1), done.err
