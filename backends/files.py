@@ -14,6 +14,14 @@ from typing import Any
 
 from scenelang.grammar.diagnostics import SceneError
 
+_FOLDERS = {"CACHE": ".cache", "CONFIG": ".config", "STATE": ".local/state"}
+
+
+def user_folder(purpose: str) -> Path:
+    """The user's folder of this program for ``purpose``, "CACHE", "CONFIG" or "STATE", which may not be there yet."""
+    base = os.environ.get(f"XDG_{purpose}_HOME")
+    return (Path(base) if base else Path.home() / _FOLDERS[purpose]) / "scenelang"
+
 
 @contextmanager
 def written_whole(path: Path | str, mode: int | None = None) -> Iterator[Path]:

@@ -16,6 +16,14 @@ _MOST_FILES = 200
 _LARGEST_FILE = 4_000_000  # bytes
 
 
+def formatted(text: str) -> str:
+    """A program that imports no macros, in the one style of the language. Raises SceneError for text that does not
+    read."""
+    from scenelang.grammar.formatter import format_text
+
+    return format_text(text, INDENTS)
+
+
 def indents_of(text: str, folder: Path | None) -> dict[str, int | None]:
     """How forms and the macros of imported files are indented, for ``format_text``. ``folder``: where the text's
     imports are looked for. What cannot be found or read is left out."""

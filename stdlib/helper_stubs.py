@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 
-from scenelang.interpreter.shapes import ATTRIBUTES, BLOCK_WORDS, GEOMETRY, PRIMITIVES, READ
+from scenelang.interpreter.shapes import ATTRIBUTES, BLOCK_WORDS, PRIMITIVES, READ
 from scenelang.interpreter.transpile.helper_api import HELPERS, Helper
 from scenelang.stdlib.reference import lookup
 
@@ -117,8 +117,3 @@ def _without_colons(text: str) -> str:
 
 def _block_signature() -> str:
     return "name: str, **block_arguments"
-
-
-def geometric_words() -> tuple[str, ...]:
-    """The primitives of scenes that are not made of blocks."""
-    return tuple(GEOMETRY)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +21,7 @@ from scenelang.backends.language_models.conversation import (
 )
 from scenelang.backends.language_models.credentials import NO_KEY, Account
 from scenelang.backends.language_models.estimate import tokens_at_most, upper_estimate
-from scenelang.backends.language_models.provider import BrokenStream, Watch, arriving, failure, unreachable
+from scenelang.backends.language_models.provider import BrokenStream, Watch, arriving, failure, told
 from scenelang.grammar.diagnostics import SceneError
 
 if TYPE_CHECKING:
@@ -154,19 +154,11 @@ class AnthropicMessages:
         said = getattr(getattr(getattr(result, "error", None), "error", None), "message", "") or result.type
         return failure(None, f"the batch's request did not succeed: {said}", self._account)
 
-    @contextmanager
-    def _told(self) -> Iterator[None]:
+    def _told(self) -> AbstractContextManager[None]:
         """Turns the SDK's exceptions into errors in users' words."""
         import anthropic
 
-        try:
-            yield
-        except anthropic.APIStatusError as error:
-            raise failure(error.status_code, error.api_message or error.message, self._account) from None
-        except anthropic.APIConnectionError as error:
-            raise unreachable(self._account, str(error.__cause__ or error)) from None
-        except anthropic.AnthropicError as error:
-            raise failure(None, str(error), self._account) from None
+        return told(anthropic, anthropic.AnthropicError, self._account)
 
 
 class _Received:

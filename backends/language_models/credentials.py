@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import SplitResult, unquote, urlsplit, urlunsplit
 
+from scenelang.backends.files import user_folder
 from scenelang.grammar.diagnostics import SceneError
 
 _SHORTEST_SECRET = 8  # a shorter key would blot out ordinary text
@@ -55,8 +56,7 @@ def cleaned(text: str, secrets: Sequence[str]) -> str:
 
 def config_file() -> Path:
     """Where the configuration is looked for."""
-    base = os.environ.get("XDG_CONFIG_HOME") or str(Path.home() / ".config")
-    return Path(base) / "scenelang" / "config.toml"
+    return user_folder("CONFIG") / "config.toml"
 
 
 def configuration() -> dict[str, Any]:

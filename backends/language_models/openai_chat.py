@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit, urlunsplit
@@ -15,7 +15,7 @@ from urllib.parse import urlsplit, urlunsplit
 from scenelang.backends.language_models.conversation import Part, Picture, Reply, Request, Stop, Text, Turn, Usage
 from scenelang.backends.language_models.credentials import NO_KEY, Account
 from scenelang.backends.language_models.estimate import tokens_at_most, upper_estimate
-from scenelang.backends.language_models.provider import BrokenStream, Watch, arriving, failure, unreachable
+from scenelang.backends.language_models.provider import BrokenStream, Watch, arriving, told
 from scenelang.grammar.diagnostics import SceneError
 
 if TYPE_CHECKING:
@@ -121,19 +121,11 @@ class OpenAIChat:
             usage = Usage(upper_estimate(request), answered=tokens_at_most(text))
         return Reply(text, stop, usage, clean(received.model) or request.model, clean(note)[:200])
 
-    @contextmanager
-    def _told(self) -> Iterator[None]:
+    def _told(self) -> AbstractContextManager[None]:
         """Turns the package's exceptions into errors in users' words."""
         import openai
 
-        try:
-            yield
-        except openai.APIStatusError as error:
-            raise failure(error.status_code, error.message, self._account) from None
-        except openai.APIConnectionError as error:
-            raise unreachable(self._account, str(error.__cause__ or error)) from None
-        except openai.OpenAIError as error:
-            raise failure(None, str(error), self._account) from None
+        return told(openai, openai.OpenAIError, self._account)
 
 
 class _Received:

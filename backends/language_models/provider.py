@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
@@ -127,6 +128,21 @@ def arriving(pieces: Iterable[Piece]) -> Iterator[Piece]:
         yield from pieces
     except Exception as error:
         raise BrokenStream(getattr(error, "api_message", None) or str(error) or "the stream ended early") from None
+
+
+@contextmanager
+def told(package: Any, base: type[Exception], account: Account) -> Iterator[None]:
+    """Turns what an SDK raises into errors in users' words. The SDKs of both families name their exceptions alike;
+    ``base`` is what all those of ``package`` derive from."""
+    try:
+        yield
+    except package.APIStatusError as error:
+        said = getattr(error, "api_message", None) or error.message
+        raise failure(error.status_code, said, account) from None
+    except package.APIConnectionError as error:
+        raise unreachable(account, str(error.__cause__ or error)) from None
+    except base as error:
+        raise failure(None, str(error), account) from None
 
 
 def failure(status: int | None, said: str, account: Account) -> SceneError:

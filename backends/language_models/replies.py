@@ -15,7 +15,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from scenelang.backends.files import written_whole
+from scenelang.backends.files import user_folder, written_whole
 from scenelang.backends.language_models.conversation import Reply, Stop, Usage
 from scenelang.grammar.diagnostics import SceneError
 
@@ -24,8 +24,7 @@ _PRIVATE = 0o600
 
 def reply_folder() -> Path:
     """Where replies are kept."""
-    base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    return Path(base) / "scenelang" / "replies"
+    return user_folder("CACHE") / "replies"
 
 
 def digest(*facts: Any) -> str:

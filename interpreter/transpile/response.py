@@ -37,6 +37,12 @@ def find_code(text: str) -> Response:
     return Response(start, end, before.strip(), after.strip(), len(blocks) - 1)
 
 
+def code_of(text: str) -> str:
+    """The code of a response by itself, with one newline at its end."""
+    found = find_code(text)
+    return text[found.start : found.end].strip() + "\n"
+
+
 # A block: start of the opening fence, start and end of the code, end of the closing fence.
 Block: TypeAlias = tuple[int, int, int, int]
 

@@ -15,11 +15,12 @@ from scenelang.cli.model_runs import (
     report_result,
     result_data,
     resumed,
+    say_written,
     show_dry_run,
 )
 from scenelang.cli.options import UsageError, whole
 from scenelang.cli.output import print_json, report_run, use_color
-from scenelang.cli.pictures import check_folder, done
+from scenelang.cli.pictures import check_folder
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.session import Session
 
@@ -122,8 +123,8 @@ def _finish(arguments: argparse.Namespace, inference: Inference, run: Run, path:
     else:
         _show(arguments, done_to)
     report_result(arguments, run, without_known(result, before))
-    if picture is not None and not arguments.json:
-        done(arguments, picture)
+    if picture is not None:
+        say_written(arguments, picture)
     target = path if arguments.apply else Path(arguments.output) if arguments.output else None
     if target is None:
         if not arguments.quiet and not arguments.json:
@@ -132,8 +133,7 @@ def _finish(arguments: argparse.Namespace, inference: Inference, run: Run, path:
     if arguments.apply:
         _check_unchanged(path, run)
     _write(target, written_as(target, inference.task, result.best))
-    if not arguments.json:
-        done(arguments, target)
+    say_written(arguments, target)
     return 0
 
 

@@ -61,12 +61,11 @@ def embed(arguments: argparse.Namespace) -> int:
     result = _evaluated_without_z(arguments) if is_new else evaluated(arguments)
     if result.scene is None:
         return 1
-    if arguments.model is not None and path is not None and not is_new and not arguments.force:
-        if read_wording(path) is not None:
-            raise UsageError("value", "Z describes this scene already", "--force lets the model find words anew")
+    old = None if path is None or is_new or arguments.force else read_wording(path)
+    if arguments.model is not None and old is not None:
+        raise UsageError("value", "Z describes this scene already", "--force lets the model find words anew")
     describe = None if arguments.model is None else describer(arguments)
     wording = wording_of(result.scene, template, describe, int(arguments.max_primitives or LIMIT))
-    old = None if path is None or is_new or arguments.force else read_wording(path)
     wording, known = (wording, 0) if old is None else merged(old, wording)
     if target is not None:
         write_wording(target, wording)

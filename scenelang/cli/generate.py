@@ -15,11 +15,12 @@ from scenelang.cli.model_runs import (
     report_result,
     result_data,
     resumed,
+    say_written,
     show_dry_run,
 )
 from scenelang.cli.options import UsageError
 from scenelang.cli.output import print_json, progress
-from scenelang.cli.pictures import check_folder, done
+from scenelang.cli.pictures import check_folder
 
 if TYPE_CHECKING:
     from scenelang.inference.inference import Inference
@@ -100,7 +101,7 @@ def _finish(arguments: argparse.Namespace, inference: Inference, run: Run) -> in
     if output is not None:
         with written_whole(output) as temporary:
             temporary.write_text(result.best.program, "utf-8")
-        _written(arguments, output)
+        say_written(arguments, output)
     elif not arguments.json:
         sys.stdout.write(result.best.program)
     if output is not None and (arguments.render or facts.get("render")) and result.best.scene is not None:
@@ -111,28 +112,19 @@ def _finish(arguments: argparse.Namespace, inference: Inference, run: Run) -> in
 def _draw(arguments: argparse.Namespace, scene: Scene, output: Path) -> None:
     """A draft beside the program: a picture, of a film a GIF."""
     from scenelang.backends.film import FPS, save_film
-    from scenelang.backends.picture import PictureOptions, painters, picture_backend, save_picture
-    from scenelang.backends.shots import film, still
+    from scenelang.backends.picture import PictureOptions, painters, picture_backend, render, save_picture
+    from scenelang.backends.shots import film
     from scenelang.backends.viewpoint import Viewpoint
 
     options = PictureOptions(width=_PICTURE_SIZE, height=_PICTURE_SIZE, progress=progress(arguments, "rendering"))
-    backends = [picture_backend("draft")]
     if scene.animated:
         path = output.with_suffix(".gif")
         shots = film(scene, Viewpoint(), _PICTURE_SIZE // 2, _PICTURE_SIZE // 2, None, None)
-        save_film(painters(scene, options, backends, shots), shots, path, FPS, options.progress)
+        save_film(painters(scene, options, [picture_backend("draft")], shots), shots, path, FPS, options.progress)
     else:
         path = output.with_suffix(".png")
-        shot = still(scene, Viewpoint(), None, _PICTURE_SIZE, _PICTURE_SIZE)
-        (painter,) = painters(scene, options, backends, [shot])
-        save_picture(painter.paint(shot, options.progress).picture, path)
-    _written(arguments, path)
-
-
-def _written(arguments: argparse.Namespace, path: Path) -> None:
-    """Say what was written; with ``--json`` standard output is one document."""
-    if not arguments.json:
-        done(arguments, path)
+        save_picture(render(scene, options), path)
+    say_written(arguments, path)
 
 
 def task_of(arguments: argparse.Namespace) -> Task:

@@ -7,11 +7,13 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scenelang.cli.model_options import live_stream, with_limits
 from scenelang.cli.options import UsageError, usage_errors
 from scenelang.cli.output import print_json, report
+from scenelang.cli.pictures import done
 from scenelang.grammar.diagnostics import SceneError
 
 if TYPE_CHECKING:
@@ -146,6 +148,12 @@ def report_result(arguments: argparse.Namespace, run: Run, result: Result) -> No
         f"${result.spent:.4f}; kept in {run.path}",
         file=sys.stderr,
     )  # fmt: skip
+
+
+def say_written(arguments: argparse.Namespace, path: Path) -> None:
+    """Say what was written; with ``--json`` standard output is one document."""
+    if not arguments.json:
+        done(arguments, path)
 
 
 def result_data(run: Run, result: Result) -> dict[str, Any]:

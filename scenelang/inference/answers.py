@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass
 from threading import Lock
 
+from scenelang.formatting import formatted
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, render_text
 from scenelang.grammar.source import Source
 from scenelang.inference.brief import Brief
@@ -13,7 +14,7 @@ from scenelang.inference.listing import program_of
 from scenelang.inference.task import Kind, Notation, Task
 from scenelang.interpreter.entity import Scene, count_words, primitive_count
 from scenelang.interpreter.shapes import BLOCK_WORDS
-from scenelang.interpreter.transpile.response import find_code
+from scenelang.interpreter.transpile.response import code_of
 from scenelang.scene_changes import changes_between, sheets_of
 from scenelang.session import Options, Session
 
@@ -96,8 +97,7 @@ def _code(answer: str, notation: Notation, task: str) -> str:
     """The program of an answer as the model wrote it; of a list, the program that it stands for. Raises SceneError for
     a list that is none."""
     if notation is Notation.PYTHON:
-        found = find_code(answer)
-        return answer[found.start : found.end].strip() + "\n"
+        return code_of(answer)
     return program_of(answer, task) if notation is Notation.LIST else program_text(answer)
 
 
@@ -110,11 +110,8 @@ def program_text(answer: str) -> str:
 
 
 def _formatted(text: str) -> str:
-    from scenelang.grammar.formatter import format_text
-    from scenelang.interpreter.forms import INDENTS
-
     try:
-        return format_text(text, INDENTS)
+        return formatted(text)
     except SceneError:
         return text
 
@@ -129,9 +126,14 @@ def _unlike(scene: Scene, task: Task) -> list[Diagnostic]:
         return [Diagnostic("model-answer", "the scene does not move: it has one frame", None, hint)]
     if kind is Kind.FILM and _stands_still(scene):
         return [Diagnostic("model-answer", "the scene does not move: all its frames are the same", None)]
-    if kind is Kind.BLOCKS and not any(word in count_words(frame) for frame in scene.frames for word in BLOCK_WORDS):
+    if kind is Kind.BLOCKS and not has_blocks(scene):
         return [Diagnostic("model-answer", "the scene has no blocks", None, "blocks are made by set_cuboid")]
     return []
+
+
+def has_blocks(scene: Scene) -> bool:
+    """Whether a scene has blocks of Minecraft in it."""
+    return any(word in count_words(frame) for frame in scene.frames for word in BLOCK_WORDS)
 
 
 def _stands_still(scene: Scene) -> bool:

@@ -16,7 +16,7 @@ from scenelang.inference.renaming import Renamed, rename_language, rename_python
 from scenelang.inference.task import Ablation, Kind, Notation, Task
 from scenelang.interpreter.shapes import ATTRIBUTES, BLOCK_WORDS, GEOMETRY, PRIMITIVES, READ
 from scenelang.interpreter.transpile.helper_api import HELPERS
-from scenelang.interpreter.transpile.response import find_code
+from scenelang.interpreter.transpile.response import code_of
 from scenelang.primer import primer
 from scenelang.session import Session
 from scenelang.stdlib.helper_stubs import helper_header, in_json
@@ -136,7 +136,7 @@ class Brief:
             raise SceneError("prompt", f"the prompt {name} holds no program that is right", "`scenelang check` tells")
         if task.notation is Notation.LIST:
             return f'An example, "{_docstring(answer)}":\n\n{fenced(_example_list(source, task), task.notation)}'
-        text = _code(answer) if task.notation is Notation.PYTHON else Session().transpile(source).text
+        text = code_of(answer) if task.notation is Notation.PYTHON else Session().transpile(source).text
         if task.ablation.takes_words:
             rename = rename_python if task.notation is Notation.PYTHON else rename_language
             text = rename(text, task.seed).text
@@ -176,13 +176,8 @@ def _read(word: str) -> list[str]:
     return [name for name in READ[word] if not (name == "color" and word in BLOCK_WORDS)]
 
 
-def _code(answer: str) -> str:
-    found = find_code(answer)
-    return answer[found.start : found.end].strip()
-
-
 def _docstring(answer: str) -> str:
-    pieces = _code(answer).split('"""')
+    pieces = code_of(answer).split('"""')
     return pieces[1].strip() if len(pieces) > 1 else "a scene"
 
 

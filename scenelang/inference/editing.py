@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING
 
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.source import Source
-from scenelang.inference.answers import Verdict, geometry_findings
+from scenelang.inference.answers import Verdict, geometry_findings, has_blocks
 from scenelang.inference.listing import listing, program_of
 from scenelang.inference.task import Ablation, Kind, Notation, Task
-from scenelang.interpreter.entity import Scene, count_words
+from scenelang.interpreter.entity import Scene
 from scenelang.interpreter.library import STD
 from scenelang.interpreter.program import Program
-from scenelang.interpreter.shapes import BLOCK_WORDS
-from scenelang.interpreter.transpile.response import find_code
+from scenelang.interpreter.transpile.response import code_of, find_code
 from scenelang.scene_changes import Changes, changes_between, paired_by_path, sheets_of
 from scenelang.session import Options, Session, is_python, is_scene_file
 
@@ -45,7 +44,7 @@ def edit_task(source: Source, scene: Scene, instruction: str, ablation: Ablation
     if ablation.takes_program:
         program, notation = listing(scene, not ablation.takes_words), Notation.LIST
     elif is_python(source):
-        program, notation = _python(source.text), Notation.PYTHON
+        program, notation = code_of(source.text), Notation.PYTHON
     else:
         program, notation = source.text, Notation.LANGUAGE
     return Task(instruction, kind_of(scene), notation, ablation, (), program, seed)
@@ -61,12 +60,7 @@ def kind_of(scene: Scene) -> Kind:
     """What a scene is."""
     if scene.animated:
         return Kind.FILM
-    return Kind.BLOCKS if any(word in count_words(scene.root) for word in BLOCK_WORDS) else Kind.STILL
-
-
-def _python(text: str) -> str:
-    found = find_code(text)
-    return text[found.start : found.end].strip() + "\n"
+    return Kind.BLOCKS if has_blocks(scene) else Kind.STILL
 
 
 def scene_before(path: Path, task: Task, options: Options) -> Scene:
@@ -125,7 +119,7 @@ def before_and_after(before: Scene, after: Scene) -> Picture:
     """Both scenes from one camera, side by side, (H, 2 W, 3): from where the larger one is seen whole. Raises
     SceneError for a scene that cannot be drawn."""
     from scenelang.backends.film import side_by_side
-    from scenelang.backends.picture import PictureOptions, draw, picture_backend
+    from scenelang.backends.picture import PictureOptions, render
     from scenelang.backends.shots import box_of, still
     from scenelang.backends.viewpoint import Viewpoint
 
@@ -136,5 +130,5 @@ def before_and_after(before: Scene, after: Scene) -> Picture:
     pictures = []
     for scene in scenes:
         options = PictureOptions(width=_SIZE, height=_SIZE, camera=camera, frame=frame if scene.animated else None)
-        pictures.append(draw(scene, options, picture_backend("draft")).picture)
+        pictures.append(render(scene, options))
     return side_by_side(pictures)

@@ -55,7 +55,8 @@ class Inference:
         object.__setattr__(self, "brief", Brief(self.task, Prompts(self.settings.prompts_folder), is_bare))
 
     def reader(self, run: Run) -> Reader:
-        """Reads answers; where no folder is set, their programs can import only what lies in the run's."""
+        """Reads answers. Their programs import only what ``options`` names, and find assets in its folder, else in the
+        run's."""
         project, imports = self.options.project or run.path, self.options.imports or frozenset()
         return Reader(self.brief, replace(self.options, project=project, imports=imports), self.name)
 

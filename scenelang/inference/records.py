@@ -21,7 +21,7 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from scenelang.backends.files import write_json, written_whole
+from scenelang.backends.files import user_folder, write_json, written_whole
 from scenelang.backends.language_models.client import Answer
 from scenelang.backends.language_models.replies import reply_data, reply_of
 from scenelang.grammar.diagnostics import SceneError, suggest, to_json
@@ -39,8 +39,7 @@ def runs_folder(chosen: str | None) -> Path:
     given = chosen or os.environ.get("SCENELANG_RUNS")
     if given:
         return Path(given)
-    base = os.environ.get("XDG_STATE_HOME") or str(Path.home() / ".local" / "state")
-    return Path(base) / "scenelang" / "runs"
+    return user_folder("STATE") / "runs"
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,11 +108,8 @@ class Run:
 
     def _reply_facts(self, sample: int, number: int) -> dict[str, Any] | None:
         """What is recorded of a question, None where it has no answer or a damaged one."""
-        for folder in self._folder(sample).glob(f"{number:02d}-*"):
-            found = _json_object(folder / "reply.json")
-            if found and _answer_of(found) is not None:
-                return found
-        return None
+        found = map(_reply_in, self._folder(sample).glob(f"{number:02d}-*"))
+        return next((facts for facts in found if facts is not None), None)
 
     def asked(self, sample: int, number: int, purpose: str, payload: Mapping[str, Any]) -> None:
         """Record a question before it is sent; its pictures become files."""
@@ -136,13 +132,16 @@ class Run:
             amounts.append(amount)
             self.keep_text(path, json.dumps({"lost": before + sum(amounts)}))
 
+        def settle() -> None:
+            if amounts:
+                self.keep_text(path, json.dumps({"lost": before}))
+
         try:
             yield note
         except SceneError:
-            self.keep_text(path, json.dumps({"lost": before}))
+            settle()
             raise
-        if amounts:
-            self.keep_text(path, json.dumps({"lost": before}))
+        settle()
 
     def answered(self, sample: int, number: int, purpose: str, key: str, answer: Answer) -> None:
         """Record an answer."""
@@ -168,7 +167,7 @@ class Run:
         for folder in sorted(self.path.glob("sample-*/*")):
             match = _ATTEMPT.fullmatch(folder.name)
             sample = folder.parent.name.removeprefix("sample-")
-            facts = self._reply_facts(int(sample), int(match[1])) if match and sample.isdecimal() else None
+            facts = _reply_in(folder) if match and sample.isdecimal() else None
             if match is not None and facts is not None:
                 yield Attempt(int(sample), int(match[1]), match[2], facts | _json_object(folder / "verdict.json"))
 
@@ -216,6 +215,12 @@ class Run:
             yield
         finally:
             os.close(file)
+
+
+def _reply_in(folder: Path) -> dict[str, Any] | None:
+    """What is recorded of the answer in an attempt's folder, None where there is none or a damaged one."""
+    found = _json_object(folder / "reply.json")
+    return found if found and _answer_of(found) is not None else None
 
 
 def _answer_of(facts: Mapping[str, Any]) -> Answer | None:

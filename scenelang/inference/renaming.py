@@ -9,12 +9,11 @@ import string
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
+from scenelang.formatting import formatted
 from scenelang.grammar.datum import Atom, Datum, ListDatum, Symbol
-from scenelang.grammar.formatter import format_text
 from scenelang.grammar.printer import print_datum
 from scenelang.grammar.reader import read
 from scenelang.grammar.source import Source
-from scenelang.interpreter.forms import INDENTS
 from scenelang.interpreter.transpile.helper_api import HELPERS
 
 _LENGTH = 8
@@ -94,7 +93,7 @@ def rename_language(text: str, seed: int) -> Renamed:
     forms = read(Source("<program>", text)).forms
     names = _random_names(_defined(forms), seed, text)
     lines = [print_datum(_renamed_datum(form, names)) for form in forms]
-    return Renamed(format_text("\n\n".join(lines) + "\n", INDENTS), _turned(names))
+    return Renamed(formatted("\n\n".join(lines) + "\n"), _turned(names))
 
 
 def _defined(forms: Iterable[Datum]) -> list[str]:

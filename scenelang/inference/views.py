@@ -43,11 +43,11 @@ def views(scene: Scene) -> list[tuple[str, Encoded]]:
 
 def picture(scene: Scene, view: str, frame: int | None = None, size: int = _SIZE) -> Picture:
     """A draft of a scene, (size, size, 3). Raises SceneError for a scene that cannot be drawn."""
-    from scenelang.backends.picture import PictureOptions, draw, picture_backend
+    from scenelang.backends.picture import PictureOptions, render
     from scenelang.backends.viewpoint import parse_viewpoint
 
     options = PictureOptions(width=size, height=size, camera=parse_viewpoint(view), frame=frame)
-    return draw(scene, options, picture_backend("draft")).picture
+    return render(scene, options)
 
 
 def best_view(scene: Scene) -> Picture:

@@ -23,6 +23,7 @@ from prompt_toolkit.lexers import PygmentsLexer
 from prompt_toolkit.patch_stdout import patch_stdout
 from prompt_toolkit.styles import Style
 
+from scenelang.backends.files import user_folder
 from scenelang.grammar.reader import Completeness, read
 from scenelang.grammar.source import Source
 from scenelang.highlight import SceneLexer
@@ -145,8 +146,7 @@ class _WrongBrackets(Processor):
 
 def history_path() -> Path:
     """Where inputs are kept from session to session."""
-    state = os.environ.get("XDG_STATE_HOME") or str(Path.home() / ".local" / "state")
-    return Path(state) / "scenelang" / "history"
+    return user_folder("STATE") / "history"
 
 
 def _history() -> History:

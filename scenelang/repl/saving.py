@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
+from scenelang.formatting import formatted
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.source import Source, comment_above
 from scenelang.interpreter.interactive import TopLevel
@@ -35,14 +36,6 @@ def checked_program(session: Session, top: TopLevel, name: str) -> str:
         hint = "give again, in order, the definitions that depend on one another"
         raise SceneError(errors[0].name, f"the definitions do not load in this order: {errors[0].message}", hint)
     return text
-
-
-def formatted(text: str) -> str:
-    """A program in the one style of the language."""
-    from scenelang.grammar.formatter import format_text
-    from scenelang.interpreter.forms import INDENTS
-
-    return format_text(text, INDENTS)
 
 
 def comment_of(form: TopForm) -> list[str]:
