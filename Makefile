@@ -6,7 +6,7 @@ BIN    := $(VENV)/bin
 SCENE  := examples/chessboard.scene
 ROOMS  := grammar interpreter stdlib backends scenelang
 
-.PHONY: demo test test-blender lint install bench eval-recorded gallery docs viewer blocks editors chromium wheel test-gpu test-grammar test-slow clean
+.PHONY: demo test test-blender lint install bench eval-recorded gallery docs viewer build-page blocks editors chromium wheel test-gpu test-grammar test-minecraft test-slow test-browser clean
 
 # What the package needs, then the tools of development; redone when the project's files change.
 $(VENV)/.run: pyproject.toml constraints.txt
@@ -19,7 +19,7 @@ $(VENV)/.dev: $(VENV)/.run
 	touch $@
 
 SOURCES := $(shell find $(ROOMS) -name node_modules -prune -o \( -name '*.py' -o -name '*.lark' -o -name '*.scene' \
-  -o -name 'py.typed' -o -name 'catalogue.toml' -o -name '*.tsv.gz' -o -path '*/inference/prompts/*' -o -path '*/viewer/static/*' \) -print)
+  -o -name 'py.typed' -o -name 'catalogue.toml' -o -name '*.tsv.gz' -o -path '*/inference/prompts/*' -o -path '*/viewer/static/*' -o -path '*/deepslate/static/*' \) -print)
 
 # The package itself, installed as users get it (no editable install), so that packaging is tested too.
 $(VENV)/.package: $(VENV)/.run $(SOURCES)
@@ -46,7 +46,7 @@ chromium:
 	  (apt-get update -qq && apt-get install -y -qq chromium) >/dev/null 2>&1 || true; fi
 
 test: lint chromium $(VENV)/.validator $(VENV)/.textmate
-	$(BIN)/pytest -n 2 -m "not gpu and not slow"
+	$(BIN)/pytest -n 2 -m "not gpu and not slow and not browser"
 
 # The Khronos glTF validator, where node and npm are; its tests say when it is not there.
 GLTF_VALIDATOR := gltf-validator@2.0.0-dev.3.10
@@ -72,6 +72,18 @@ test-grammar: $(GRAMMAR)/.ready
 	rm -rf build *.egg-info
 	$(GRAMMAR)/bin/python -P -m pytest tests/grammar_export/test_xgrammar.py
 
+# Files of builds in litemapy, whose licence is the GPL, so nothing else may need it.
+MINECRAFT := $(VENV)/minecraft
+$(MINECRAFT)/.ready: $(VENV)/.run
+	$(PYTHON) -m venv $(MINECRAFT)
+	$(MINECRAFT)/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt pytest hypothesis mcschematic litemapy .
+	touch $@
+
+test-minecraft: $(MINECRAFT)/.ready
+	$(MINECRAFT)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --force-reinstall .
+	rm -rf build *.egg-info
+	$(MINECRAFT)/bin/python -P -m pytest tests/minecraft/test_other_libraries.py
+
 # GLB and USD files imported into Blender's module, which has wheels for few versions of Python and its own environment.
 BLENDER := $(VENV)/blender
 $(BLENDER)/.ready: $(VENV)/.run
@@ -88,6 +100,10 @@ test-gpu: $(VENV)/.dev $(VENV)/.package
 
 test-slow: $(VENV)/.dev $(VENV)/.package
 	$(BIN)/pytest -m slow
+
+# Pictures with the game's own looks, where there are a browser and textures (SCENELANG_MINECRAFT, or the game itself).
+test-browser: $(VENV)/.dev $(VENV)/.package chromium
+	$(BIN)/pytest -m browser
 
 # What is handed out: dist/*.tar.gz, and the wheel that is built from it. `pipx install dist/*.whl` installs the command.
 wheel: $(VENV)/.dev
@@ -113,11 +129,16 @@ docs: install
 viewer:
 	cd backends/viewer/source && npm install --no-package-lock --no-audit --no-fund --silent && node build.mjs
 
+# The page of builds with the game's looks from its source; committed as the viewer's is. It shares some of the viewer's source.
+build-page:
+	cd backends/deepslate/source && npm install --no-package-lock --no-audit --no-fund --silent && node build.mjs
+
 # The table of Minecraft's blocks from data and pictures of half a gigabyte; committed, so that only a new version needs it.
 BLOCKS := $(VENV)/blocks
 blocks: install
 	npm install --no-audit --no-fund --silent --ignore-scripts --prefix $(BLOCKS) minecraft-data@3.117.0 minecraft-assets@1.19.0
 	$(BIN)/python -m scenelang.backends.minecraft.extract $(BLOCKS) 26.1 backends/minecraft/blocks.tsv.gz
+	$(BIN)/python -m scenelang.backends.minecraft.extract_history $(BLOCKS) 26.1 backends/minecraft/history.tsv.gz
 
 # What the extension for VS Code takes from the language; committed, so that its folder packages by itself.
 editors: install

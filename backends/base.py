@@ -19,7 +19,7 @@ from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scenelang.grammar.diagnostics import SceneError, suggest
+from scenelang.grammar.diagnostics import Diagnostic, SceneError, suggest
 
 if TYPE_CHECKING:
     from scenelang.interpreter.entity import Scene
@@ -42,7 +42,8 @@ class Option:
     """One option of a backend, declared once: the command line's flag ``--name``, its help, and what is allowed.
 
     The type is that of ``default`` (None: a whole number that may be left out); a flag's default is False. ``least``
-    and ``most`` bound numbers, ``choices`` are the texts that are allowed, all where there are none.
+    and ``most`` bound numbers, ``choices`` are the texts that are allowed, all where there are none. ``check`` raises
+    SceneError("value") for other values that make no sense.
     """
 
     name: str
@@ -51,6 +52,7 @@ class Option:
     choices: tuple[str, ...] = ()
     least: float | None = None
     most: float | None = None
+    check: Callable[[Any], object] | None = None
 
     def checked(self, value: Any) -> Any:
         """``value`` as the option's type; raises SceneError("value") where it is not allowed."""
@@ -66,6 +68,8 @@ class Option:
             raise SceneError("value", f"`--{self.name}` must be {self.least:,g} or more, not {value:,g}")
         if self.most is not None and not float(value) <= self.most:
             raise SceneError("value", f"`--{self.name}` must be {self.most:,g} or less, not {value:,g}")
+        if self.check is not None:
+            self.check(value)
         return value
 
 
@@ -88,12 +92,13 @@ class Accepts:
 class Options:
     """What every backend understands. ``frame`` counts from 0 (None: all frames where the backend writes 4D, else the
     first), ``limit`` bounds the primitives that are expanded, ``progress`` is called with a fraction from 0 to 1,
-    ``settings`` are values of the backend's own options."""
+    ``settings`` are values of the backend's own options, ``warn`` is told what is not made as the program asks."""
 
     frame: int | None = None
     limit: int = 2_000_000
     progress: Progress | None = None
     settings: Mapping[str, Any] = field(default_factory=dict)
+    warn: Callable[[Diagnostic], None] | None = None
 
 
 @dataclass(frozen=True, slots=True)

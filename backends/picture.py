@@ -94,7 +94,8 @@ def painters(
     scene: Scene, options: PictureOptions, backends: Sequence[PictureBackend], shots: Sequence[Shot]
 ) -> list[Painter]:
     """The painters of several backends for the same ``shots``; raises SceneError."""
-    staging = staging_of(scene, [shot.frame for shot in shots], options.limit, options.environment, options.ground)
+    frames = [shot.frame for shot in shots]
+    staging = staging_of(scene, frames, options.limit, options.environment, options.ground, options.warn)
     return [backend.painter(staging, options, len(shots)) for backend in backends if backend.painter is not None]
 
 
@@ -123,7 +124,7 @@ def write_still(backend_name: str) -> Callable[[Scene, Path, Options], None]:
 
     def run(scene: Scene, path: Path, options: Options) -> None:
         if not isinstance(options, PictureOptions):
-            options = PictureOptions(options.frame, options.limit, options.progress, options.settings)
+            options = PictureOptions(options.frame, options.limit, options.progress, options.settings, options.warn)
         save_image(draw(scene, options, picture_backend(backend_name)), path)
 
     return run

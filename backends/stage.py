@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.camera import Camera
+from scenelang.backends.minecraft.cubes import as_cubes
 from scenelang.backends.shots import Shot, box_of
 from scenelang.backends.solids import Solids, normalized, parted, solids_of
 from scenelang.backends.studio import Studio, studio_for
-from scenelang.grammar.diagnostics import LimitError
+from scenelang.grammar.diagnostics import Diagnostic, LimitError
 from scenelang.interpreter.entity import Entity, Scene, primitive_count
 from scenelang.interpreter.flatten import flatten_entity
 
 FloatArray = npt.NDArray[np.float64]
 
-_BELOW = 1e-4  # the ground lies this far under the lowest point, so that flat floors hide it
+BELOW = 1e-4  # the ground lies this far under the lowest point, so that flat floors hide it
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,9 +53,10 @@ class Staging:
     """The frames of a scene that one picture or film shows, prepared for any camera.
 
     ``fixed`` are the solids that are equal in all of them, ``moving`` the others, and ``roots`` the entities, by frame
-    number.
+    number, blocks as cubes; ``asked`` are the entities as the program made them.
     """
 
+    asked: dict[int, Entity]
     roots: dict[int, Entity]
     fixed: Solids | None
     moving: dict[int, Solids]
@@ -71,16 +73,21 @@ class Staging:
         solids = self.moving[shot.frame]
         if self.fixed is not None:
             solids = self.fixed.followed_by(solids)
-        ground = (self.lowest - self.center[1]) * self.scale - _BELOW
+        ground = (self.lowest - self.center[1]) * self.scale - BELOW
         lies = studio.ground is not None and camera.eye[1] > ground + 1e-3
         fixed = len(self.fixed) if self.fixed is not None else 0
         return Stage(solids, fixed, camera, studio, ground if lies else None, self.center, self.scale)
 
 
 def staging_of(
-    scene: Scene, frames: Sequence[int], limit: int, environment: str = "studio", ground: str | None = None
+    scene: Scene,
+    frames: Sequence[int],
+    limit: int,
+    environment: str = "studio",
+    ground: str | None = None,
+    warn: Callable[[Diagnostic], None] | None = None,
 ) -> Staging:
-    """Prepare the ``frames`` of ``scene``.
+    """Prepare the ``frames`` of ``scene``; ``warn`` is told what is not drawn as the program asks.
 
     The unit size and the ground are those of all frames of the scene together, so that a film does not jump. Raises
     SceneError, and LimitError when a frame expands to more than ``limit`` primitives.
@@ -88,12 +95,13 @@ def staging_of(
     low, _ = box_of(scene)
     center, scale = unit_size(scene)
     shown = list(dict.fromkeys(frames))
-    solids = [_solids(scene, frame, limit, center, scale) for frame in shown]
+    asked = {frame: scene.frames[frame] for frame in shown}
+    drawn = as_cubes(Scene(scene.word, list(asked.values()), scene.animated), limit, warn).frames
+    solids = [_solids(root, limit, center, scale) for root in drawn]
     fixed, moving = parted(solids) if len(shown) > 1 else (None, solids)
-    roots = {frame: scene.frames[frame] for frame in shown}
-    return Staging(
-        roots, fixed, dict(zip(shown, moving, strict=True)), float(low[1]), center, scale, environment, ground
-    )
+    roots = dict(zip(shown, drawn, strict=True))
+    moved = dict(zip(shown, moving, strict=True))
+    return Staging(asked, roots, fixed, moved, float(low[1]), center, scale, environment, ground)
 
 
 def unit_size(scene: Scene) -> tuple[FloatArray, float]:
@@ -103,8 +111,7 @@ def unit_size(scene: Scene) -> tuple[FloatArray, float]:
     return (low + high) / 2.0, 1.0 / half if half > 1e-300 else 1.0
 
 
-def _solids(scene: Scene, frame: int, limit: int, center: FloatArray, scale: float) -> Solids:
-    root = scene.frames[frame]
+def _solids(root: Entity, limit: int, center: FloatArray, scale: float) -> Solids:
     check_size(root, limit)
     return normalized(solids_of(flatten_entity(root)), center, scale)
 

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import gzip
+from pathlib import Path
+
+from scenelang.backends.minecraft.blocks import Build
 from scenelang.interpreter.entity import Entity
 from scenelang.interpreter.pose import translation
 from scenelang.interpreter.shapes import shape_of
@@ -35,4 +39,26 @@ def looped(laid: list[Laid]) -> dict[tuple[int, int, int], str]:
             for j in range(edge):
                 for k in range(edge):
                     cells[x + i, y + j, z + k] = block
+    return cells
+
+
+def written_in_a_loop(build: Build, path: Path) -> None:
+    """The numbers of a build's blocks as a schematic orders them, a byte each, one cell after another."""
+    cells = build.cells.tolist()
+    width, height, depth = build.size
+    data = bytearray()
+    for y in range(height):
+        for z in range(depth):
+            for x in range(width):
+                data.append(cells[x][y][z])
+    path.write_bytes(gzip.compress(data, 5))
+
+
+def read_in_a_loop(path: Path, size: tuple[int, int, int]) -> dict[tuple[int, int, int], int]:
+    """What stands in each cell of such a file."""
+    width, _, depth = size
+    cells = {}
+    for i, number in enumerate(gzip.decompress(path.read_bytes())):
+        if number:
+            cells[i % width, i // (width * depth), i // width % depth] = number
     return cells

@@ -15,13 +15,17 @@ import tempfile
 import time
 from collections.abc import Callable
 from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from blocks import cuboids, entities, looped
+from blocks import cuboids, entities, looped, read_in_a_loop, written_in_a_loop
 from native import chessboard, fib, loop, placed, tak
 from programs import CHESSBOARD, FIB, LOOP, PLACED, SPONGE, TAK, reader_text
 
+from scenelang.backends.minecraft.files.reading import read as read_build
+from scenelang.backends.minecraft.files.sponge import write
+from scenelang.backends.minecraft.files.versions import game_version
 from scenelang.backends.minecraft.voxels import voxelised
 from scenelang.backends.picture import PictureOptions, render
 from scenelang.editing import Editing
@@ -198,6 +202,20 @@ def bench_blocks() -> None:
     row("lay 10,000,000 blocks", ours, 10.0 * other, "10 x a loop over 1,000,000", "< 0.1, < 5000 ms")
 
 
+def bench_build_files() -> None:
+    """A million blocks written as a schematic and read, and their numbers alone in a plain Python loop."""
+    build = voxelised(entities(cuboids(1_000, 10))).build
+    version = game_version()
+    with tempfile.TemporaryDirectory() as folder:
+        path, plain = Path(folder) / "a.schem", Path(folder) / "a.gz"
+        ours = best(lambda: write(build, path, version), 3)
+        other = best(lambda: written_in_a_loop(build, plain), 1)
+        row("write 1,000,000 blocks, .schem", ours, other, "a loop over their box", "< 0.3")
+        ours = best(lambda: read_build(path), 3)
+        other = best(lambda: read_in_a_loop(plain, build.size), 1)
+        row("read them", ours, other, "a loop over their box", "< 0.5")
+
+
 def bench_pictures(session: Session) -> None:
     """The default picture beside a path traced one."""
     scene = session.evaluate(session.source(str(EXAMPLE))).scene
@@ -205,6 +223,18 @@ def bench_pictures(session: Session) -> None:
     still_ = best(lambda: render(scene, PictureOptions()), 2)
     final = best(lambda: render(scene, PictureOptions(settings={"samples": 16}), "final"), 1)
     row("draft picture, 512 x 512", still_, final, "final, 16 samples", "< 1")
+
+
+def bench_splats() -> None:
+    """10,000 Gaussians at 128 x 128, forward and backward; needs torch and numba."""
+    if find_spec("torch") is None or find_spec("numba") is None:
+        print("splats: torch or numba is not installed")
+        return
+    from splats import steps
+
+    made = steps(10_000, 128)
+    ours, other = (best(made[name]) for name in ("numba", "torch"))
+    row("10,000 Gaussians and derivatives", ours, other, "torch, < 1500 ms", "< 300 ms")
 
 
 def main() -> None:
@@ -219,7 +249,9 @@ def main() -> None:
     bench_editing(session)
     bench_loading()
     bench_blocks()
+    bench_build_files()
     bench_pictures(session)
+    bench_splats()
 
 
 if __name__ == "__main__":

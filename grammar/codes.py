@@ -86,6 +86,7 @@ CODES: dict[str, Code] = {
     "z-file": Code("E704", "The file of embeddings is malformed."),
     "backend": Code("E705", "No backend can write this file, or the one that can is not installed."),
     "unsupported": Code("E706", "The backend cannot draw this scene."),
+    "weights": Code("E707", "The weights of a neural model are not on this machine, or are those of another model."),
     # E8xx: a language model's Python
     "python-syntax": Code("E801", "The Python does not parse."),
     "python-forbidden": Code(
@@ -130,6 +131,11 @@ CODES: dict[str, Code] = {
     "set-order": Code("W607", "The order of a set's strings is not that of Python."),
     "unknown-block": Code("W616", "Minecraft has no block of this name, so another one is laid instead."),
     "no-block": Code("W617", "Something lays no blocks, so it is missing from the build."),
+    "too-new": Code("W620", "The version of Minecraft that a file is for does not have a block."),
+    "lost-contents": Code("W618", "A file of a Minecraft build holds things that blocks alone do not."),
+    "plain-look": Code(
+        "W619", "The game's looks have no model for a block, so boxes of its average colour stand for it."
+    ),
     "unknown-function": Code("W801", "`library_call` names no registered function; the call gives an empty shape."),
     "ignored-block": Code("W802", "Only one block of Python in a response is read."),
     "python-ignored": Code("W803", "A statement of the Python has no effect on the scene and was left out."),

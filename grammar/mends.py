@@ -92,6 +92,7 @@ _FILES = {
     "z-file": "Write the file anew with `scenelang embeddings`, or remove it.",
     "backend": "Choose an ending or backend that `scenelang backends` lists, and install what the hint names.",
     "unsupported": "Bring the scene to a size that can be drawn, or take another backend (`scenelang backends`).",
+    "weights": "Connect once so that they are fetched, or name the folder that holds them: `--models-dir DIR`.",
 }
 
 _PYTHON = {
@@ -142,6 +143,9 @@ _WARNINGS = {
     "geometry-limit": "Check a part of the scene by itself: `--root WORD`.",
     "unknown-block": "Name the block that is laid instead, or another one that the game has.",
     "no-block": "Lay blocks with `set-cuboid`, or turn the scene into blocks with `export --voxelize`.",
+    "too-new": "Name a newer version with `--mc-version`, or lay a block that the older one has.",
+    "lost-contents": "Nothing need be done; fill chests and write signs in the game.",
+    "plain-look": "Give the looks of the whole game with `--textures`; a resource pack may hold a part of them only.",
     "unknown-function": "Register a function of that name, or correct the name.",
     "ignored-block": "Keep one block with the whole program.",
     "python-ignored": "Nothing need be done; `--seed N` sets the seed.",

@@ -26,8 +26,10 @@ CASES = sorted(p for p in BAD.iterdir() if p.suffix in (".scene", ".py") or (p /
 # Codes that no program shows by itself, with the test that does, or the reason.
 ELSEWHERE = {
     "E508": "an interruption comes from outside: tests/test_cli.py",
+    "E707": "weights are no program: tests/clip",
     **{f"E{number}": "a model's service, a run or a prompt is needed: tests/models" for number in range(901, 911)},
-    **dict.fromkeys(["E610", "E611", "W616", "W617"], "blocks are laid by an export: tests/minecraft"),
+    **dict.fromkeys(["W618", "W620"], "a file or a version is needed: tests/minecraft"),
+    "W619": "it is about looks of the game: tests/deepslate/test_looks.py",
     "W802": "a response is text, as the goldens here are: tests/transpile/test_command.py",
 }
 _DIRECTIVE = re.compile(r"[;#] (command|args|before): (.*)")

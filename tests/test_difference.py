@@ -371,7 +371,7 @@ data = st.recursive(
 )  # fmt: skip
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=120, deadline=None)
 @given(
     data,
     st.lists(st.dictionaries(st.sampled_from([*PRIMITIVE, "attributes", "p0", "radius", "scale", "block_type"]), data)),

@@ -24,6 +24,8 @@ DOCUMENTS = (
     "docs/tutorial.md",
     "docs/pictures.md",
     "docs/maps.md",
+    "docs/minecraft.md",
+    "docs/splatting.md",
     "docs/grammar.md",
     "docs/editors.md",
     "docs/mcp.md",

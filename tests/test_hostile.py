@@ -272,6 +272,7 @@ def test_nesting_in_text(name: str, depth: int) -> None:
     assert time.monotonic() - started < 10
 
 
+@pytest.mark.slow
 def test_nesting_up_to_the_readers_limit_goes_through_everything() -> None:
     """What the reader lets pass, expansion, compilation and running bear too, or refuse."""
     depth = 4_900
@@ -460,7 +461,10 @@ MACROS = {
 }
 
 
-@pytest.mark.parametrize("name", MACROS)
+_LONG = ("procedural, growth of a list", "procedural, counted")  # they run until a limit of time
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in _LONG else n for n in MACROS])
 def test_macros(name: str) -> None:
     started = time.monotonic()
     codes = codes_of(MACROS[name] + ROOT)

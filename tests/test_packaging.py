@@ -89,8 +89,9 @@ def _sources(*endings: str) -> dict[str, bytes]:
 
 def test_the_wheel_has_every_module_and_data_file_and_no_other(built: Built) -> None:
     static = {
-        f"scenelang/backends/viewer/static/{path.name}": path.read_bytes()
-        for path in (ROOT / "backends/viewer/static").iterdir()
+        f"scenelang/backends/{page}/static/{path.name}": path.read_bytes()
+        for page in ("viewer", "deepslate")
+        for path in (ROOT / f"backends/{page}/static").iterdir()
     }
     wanted = _sources(".py", ".lark", ".scene", ".toml", ".md", ".gz") | static | {"scenelang/py.typed": b""}
     inside = {name: text for name, text in built.wheel.items() if ".dist-info/" not in name}
@@ -113,6 +114,7 @@ def test_the_sdist_has_what_people_and_builders_need(built: Built) -> None:
     wanted = {"LICENSE", "README.md", "Makefile", "constraints.txt", "pyproject.toml", "docs/tutorial.md",
               "docs/reference/stdlib.md", "docs/reference/pictures/ring.png", "examples/chessboard.scene",
               "tests/test_packaging.py", "tests/bad/E101-end.scene", "backends/viewer/source/src/main.js",
+              "backends/deepslate/source/src/main.js",
               "docs/generator/__main__.py", "editors/vscode/package.json"}  # fmt: skip
     assert wanted <= set(built.sdist)
     assert not [name for name in built.sdist if "node_modules" in name or name.endswith(".pyc")]

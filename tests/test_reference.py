@@ -56,6 +56,7 @@ def test_every_program_of_the_tutorial_is_drawn_and_no_picture_is_left_over() ->
     assert {path.name for path in (DOCS / "reference" / PICTURES).iterdir()} == drawn_names
 
 
+@pytest.mark.slow
 def test_the_command_writes_everything(tmp_path: Path) -> None:
     assert main(tmp_path) == 0
     written = {path.relative_to(tmp_path) for path in tmp_path.rglob("*") if path.is_file()}

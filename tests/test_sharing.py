@@ -73,7 +73,7 @@ def programs(draw: st.DrawFn) -> str:
     return "\n".join([*forms, '(scene "root")'])
 
 
-@settings(max_examples=400, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(programs())
 def test_sharing_changes_nothing(program: str) -> None:
     assert outcome(program, memoise=True) == outcome(program, memoise=False)

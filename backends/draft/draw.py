@@ -13,7 +13,17 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.draft.light import GROUND, SKY, Reach, Shadow, Surface, albedo_of, hidden_share, radiance_of
+from scenelang.backends.draft.light import (
+    GROUND,
+    SKY,
+    Reach,
+    Shadow,
+    Surface,
+    albedo_of,
+    ground_depths,
+    hidden_share,
+    radiance_of,
+)
 from scenelang.backends.draft.shade import (
     ShadowMap,
     occlusion,
@@ -27,7 +37,7 @@ from scenelang.backends.draft.shade import (
 from scenelang.backends.rays.cast import NOTHING, Caster, Keys, Rays, camera_rays, caster_for, depths_of, ids_of
 from scenelang.backends.solids import Solids
 from scenelang.backends.stage import Stage
-from scenelang.backends.studio import GROUND_EDGE, film
+from scenelang.backends.studio import film
 
 Float32Array = npt.NDArray[np.float32]
 IntArray = npt.NDArray[np.int64]
@@ -190,11 +200,8 @@ def _surface(stage: Stage, caster: Caster, rays: Rays, keys: Keys, top: int, ste
     depth = depths_of(keys).reshape(-1).astype(np.float64)
     ids[ids < 0] = SKY
     if stage.ground is not None:
-        drop = direction[:, 1]
-        falls = drop < -1e-9
-        fall = np.where(falls, (stage.ground - origin[:, 1]) / np.where(falls, drop, -1.0), 1e30)
-        across = np.hypot(origin[:, 0] + direction[:, 0] * fall, origin[:, 2] + direction[:, 2] * fall)
-        ground = (fall < depth) & (fall > 0.0) & (across < GROUND_EDGE)
+        fall = ground_depths(stage.ground, origin, direction)
+        ground = fall < depth
         ids[ground], depth[ground] = GROUND, fall[ground]
     points = origin + direction * np.where(np.isfinite(depth), depth, 0.0)[:, None]
     normals = np.zeros((len(ids), 3))

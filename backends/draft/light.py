@@ -10,7 +10,7 @@ import numpy.typing as npt
 from scenelang.backends.draft.shade import ShadowMap, key_light, samples_at
 from scenelang.backends.solids import Form, Solids
 from scenelang.backends.stage import Stage
-from scenelang.backends.studio import BRIGHTEST, ground_colors
+from scenelang.backends.studio import BRIGHTEST, GROUND_EDGE, ground_colors
 
 Float32Array = npt.NDArray[np.float32]
 FloatArray = npt.NDArray[np.float64]
@@ -114,6 +114,15 @@ def _surroundings(stage: Stage, seen: Surface, solid: npt.NDArray[np.bool_]) -> 
     shaded = np.float32(0.7) * turned_away * np.exp(-height / np.float32(0.35))
     ground = ground_radiance(stage).astype(np.float32)
     return np.asarray(sky + below[:, None] * (ground * (1.0 - shaded)[:, None] - sky), np.float32)
+
+
+def ground_depths(height: float, origin: FloatArray, direction: FloatArray) -> FloatArray:
+    """How far along rays (N, 3) the ground at ``height`` lies (N,); infinity for those that do not meet it."""
+    drop = direction[:, 1]
+    falls = drop < -1e-9
+    fall = np.where(falls, (height - origin[:, 1]) / np.where(falls, drop, -1.0), 1e30)
+    across = np.hypot(origin[:, 0] + direction[:, 0] * fall, origin[:, 2] + direction[:, 2] * fall)
+    return np.where((fall > 0.0) & (across < GROUND_EDGE), fall, np.inf)
 
 
 def ground_radiance(stage: Stage) -> FloatArray:

@@ -70,7 +70,7 @@ def _export(backend: Backend, write: Writer, scene: Scene, path: Path, options: 
     check_settings(options, [backend])
     depth, parts = backend.setting(options, "depth"), backend.setting(options, "parts")
     frame = options.frame if options.frame is not None or backend.accepts.animated else 0
-    plan = planned(scene, frame, 1 if parts and depth is None else depth)
+    plan = planned(scene, frame, 1 if parts and depth is None else depth, options.limit, options.warn)
     named = {option.name for option in backend.options}
     job = Job(
         plan,

@@ -8,13 +8,13 @@ nodes stays small (``cut_below``). Items are shared as entities are.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 
 from scenelang.backends.appearance import check_seen
 from scenelang.backends.base import frame_of
-from scenelang.backends.exports.blocks import settled
-from scenelang.grammar.diagnostics import LimitError, SceneError
+from scenelang.backends.minecraft.cubes import as_cubes
+from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
 from scenelang.interpreter.bounds import entity_box
 from scenelang.interpreter.entity import Entity, Scene, descendants
 from scenelang.interpreter.values import Matrix
@@ -50,13 +50,20 @@ class Plan:
     animated: bool
 
 
-def planned(scene: Scene, frame: int | None = None, depth: int | None = None) -> Plan:
-    """The items of ``scene``: of all its frames, or of ``frame`` alone (from 0), merged at level ``depth``.
+def planned(
+    scene: Scene,
+    frame: int | None = None,
+    depth: int | None = None,
+    limit: int = 2_000_000,
+    warn: Callable[[Diagnostic], None] | None = None,
+) -> Plan:
+    """The items of ``scene``, blocks as cubes: of all its frames, or of ``frame`` alone (from 0), merged at level
+    ``depth``. ``limit`` and ``warn`` as for ``as_cubes``.
 
     Raises SceneError: "value" where there is no such frame, "empty-scene" where nothing has geometry, "pose" where
     numbers are too large for files.
     """
-    scene = settled(chosen(scene, frame))
+    scene = as_cubes(chosen(scene, frame), limit, warn)
     heights = _heights(scene.frames)
     cut = {id(root): math.inf if depth is None else depth for root in scene.frames}
     items = _Items(heights)

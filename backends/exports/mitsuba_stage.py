@@ -33,7 +33,8 @@ def stage_elements(plan: Plan) -> list[str]:
     mi = use("scalar", 0, False)
     center, scale = unit_size(scene)
     nothing = solids_of(flatten_entity(Entity(plan.word, ANONYMOUS, ())))
-    staging = Staging({0: scene.root}, None, {0: nothing}, float(box_of(scene)[0][1]), center, scale, "studio", None)
+    roots, lowest = {0: scene.root}, float(box_of(scene)[0][1])
+    staging = Staging(roots, roots, None, {0: nothing}, lowest, center, scale, "studio", None)
     stage = staging.stage(still(scene, Viewpoint(), None, _WIDTH, _HEIGHT))
     outward = np.diag([1.0 / scale] * 3 + [1.0])
     outward[:3, 3] = center

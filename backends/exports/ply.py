@@ -40,10 +40,12 @@ def write_ply(
     comment: str | None = None,
 ) -> None:
     """Write a binary file: ``vertices`` are rows of structured arrays, whose numbers have the types and names of
-    ``properties``; ``faces`` (F, 3) count them all."""
+    ``properties``; ``faces`` (F, 3) count them all. Without any it holds points."""
     lines = ["ply", "format binary_little_endian 1.0", *([f"comment {comment}"] if comment else ())]
     lines += [f"element vertex {sum(map(len, vertices))}", *(f"property {kind} {name}" for kind, name in properties)]
-    lines += [f"element face {sum(map(len, faces))}", "property list uchar int vertex_indices", "end_header", ""]
+    if faces:
+        lines += [f"element face {sum(map(len, faces))}", "property list uchar int vertex_indices"]
+    lines += ["end_header", ""]
     with path.open("wb") as file:
         file.write("\n".join(lines).encode("ascii"))
         file.writelines(rows.tobytes() for rows in vertices)

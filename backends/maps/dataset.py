@@ -21,6 +21,7 @@ from scenelang.backends.files import write_json, written_together, written_whole
 from scenelang.backends.maps import coco, motion
 from scenelang.backends.maps.shot_files import FORMAT, VERSION, ShotMaps
 from scenelang.backends.maps.truth import Truth, truth_of
+from scenelang.backends.minecraft.cubes import as_cubes
 from scenelang.backends.picture import Painter, PictureBackend, PictureOptions, painters
 from scenelang.backends.shots import Shot, box_of, still
 from scenelang.backends.stage import unit_size
@@ -89,6 +90,7 @@ def write_maps(
     Raises SceneError, and leaves no shot half-written.
     """
     box_of(scene)  # an empty scene is told before anything is written
+    scene = as_cubes(scene, options.pictures.limit, options.pictures.warn)  # what is labelled is what is drawn
     total = len(items)
     for view in dict.fromkeys(item.view for item in items):
         mine = [item for item in items if item.view == view]
@@ -114,7 +116,7 @@ def _is_done(item: Item, options: MapOptions) -> bool:
 
 
 def _digest(item: Item, options: MapOptions) -> str:
-    settings = replace(options.pictures, progress=None, camera=Viewpoint())
+    settings = replace(options.pictures, progress=None, warn=None, camera=Viewpoint())
     view = options.views[item.view]
     shown = json.dumps(camera_to_json(view)) if isinstance(view, Camera) else repr(view)
     own = (options.digest, options.resize, options.tracks, options.annotations)

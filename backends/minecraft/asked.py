@@ -6,7 +6,8 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from scenelang.backends.minecraft.blocks import AIR_STATE, BlockState
+from scenelang.backends.minecraft.block_names import without_number
+from scenelang.backends.minecraft.blocks import AIR_STATE, NOTHING, BlockState
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.source import Span
 from scenelang.interpreter.entity import Entity
@@ -31,12 +32,22 @@ def asked_state(entity: Entity) -> BlockState:
     within = _WITH_STATE.fullmatch(name.strip())
     given = _pairs_of_text(within[2]) if within else {}
     state = tuple(sorted({**given, **properties_of(entity)}.items()))
-    return BlockState(namespaced(within[1] if within else name), state)
+    block = namespaced(within[1] if within else name)
+    return AIR_STATE if block in NOTHING else BlockState(block, state)
+
+
+def is_hollow(entity: Entity) -> bool:
+    """Whether only the six faces are laid; raises SceneError("attribute") where ``:fill`` is neither true nor false."""
+    fill = entity.embedding.attributes.get("fill")
+    if fill is not None and not isinstance(fill, bool):
+        raise _problem(entity, "fill", "#t or #f")
+    return fill is False
 
 
 def namespaced(name: str) -> str:
-    """``Oak Planks`` as ``minecraft:oak_planks``: lower case, with underscores and the namespace."""
-    plain = re.sub(r"\s+", "_", name.strip().lower())
+    """``Oak Planks`` as ``minecraft:oak_planks``: lower case, with underscores and the namespace; names with numbers,
+    from before 1.13, as they are today."""
+    plain = without_number(re.sub(r"\s+", "_", name.strip().lower()).removeprefix(NAMESPACE))
     return plain if ":" in plain else NAMESPACE + plain
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterator, Sequence
 
 # The game's own renames: the older name, the newer one. Whichever the version knows is meant.
@@ -40,6 +41,32 @@ ALIASES = {
     "pressure_plate": "oak_pressure_plate", "head": "player_head", "coral": "tube_coral",
 }  # fmt: skip
 _WORDS = {"wooden": "oak", "wood": "oak", "marble": "quartz", "grey": "gray", "steel": "iron", "golden": "gold"}
+
+
+_COLORS = (
+    "white", "orange", "magenta", "light_blue", "yellow", "lime", "pink", "gray", "light_gray", "cyan", "purple",
+    "blue", "brown", "green", "red", "black",
+)  # fmt: skip
+_WOODS = ("oak", "spruce", "birch", "jungle", "acacia", "dark_oak")
+_STONES = ("stone", "granite", "polished_granite", "diorite", "polished_diorite", "andesite", "polished_andesite")
+_NUMBERED = re.compile(r"([a-z_]+):(\d{1,2})")  # as before 1.13: wool:14
+_OF_COLORS = ("wool", "concrete", "concrete_powder", "carpet", "stained_glass", "stained_glass_pane", "terracotta")
+_OF_WOODS = ("planks", "log", "leaves", "sapling", "wooden_slab")
+
+
+def without_number(name: str) -> str:
+    """A name from before 1.13 as it is today: ``wool:14`` as ``red_wool``; other numbers mean nothing. The name has no
+    namespace."""
+    match = _NUMBERED.fullmatch(name)
+    if match is None:
+        return name
+    kind, number = match[1], int(match[2])
+    kind = {"stained_hardened_clay": "terracotta"}.get(kind, kind)
+    if kind in _OF_COLORS and number < len(_COLORS):
+        return f"{_COLORS[number]}_{kind}"
+    if kind in _OF_WOODS and number < len(_WOODS):
+        return f"{_WOODS[number]}_{kind.removeprefix('wooden_')}"
+    return _STONES[number] if kind == "stone" and number < len(_STONES) else kind
 
 
 def renamed(name: str, known: Collection[str]) -> str | None:

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 Cells = npt.NDArray[np.uint32]
 AIR = 0  # the number of what is empty in every palette
+SIDES = ("north", "east", "south", "west")  # clockwise from above: opposite is 2 on, to the left 3 on
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -30,6 +31,8 @@ class BlockState:
 
 
 AIR_STATE = BlockState("minecraft:air")
+# What stands for nothing, wherever it is asked for or read: it is laid as air.
+NOTHING = frozenset({"minecraft:air", "minecraft:cave_air", "minecraft:void_air", "minecraft:structure_void"})
 
 
 @dataclass(frozen=True, slots=True, eq=False)

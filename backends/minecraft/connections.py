@@ -11,13 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.minecraft.blocks import BlockState, Cells
+from scenelang.backends.minecraft.blocks import SIDES, BlockState, Cells
 from scenelang.backends.minecraft.table import BlockKind
 
 IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
 
-SIDES = ("north", "east", "south", "west")  # clockwise from above: opposite is 2 on, to the left 3 on
 STEPS = {"north": (0, 0, -1), "east": (1, 0, 0), "south": (0, 0, 1), "west": (-1, 0, 0), "up": (0, 1, 0)}
 CONNECTED = ("fence", "pane", "wall", "stairs")  # the shapes whose states are worked out here
 _CORNERS = ("straight", "outer_left", "outer_right", "inner_left", "inner_right")

@@ -46,7 +46,8 @@ def _fields(block: Row, collisions: Row, textures: Textures) -> list[str]:
     values = {state["name"]: state.get("values", ["true", "false"]) for state in block["states"]}
     defaults = _defaults(block, values)
     shape = _shape(name, values, boxes, textures)
-    color, opacity = textures.look(name, defaults)
+    ripe = {"age": values["age"][-1]} if shape == "plant" and "age" in values else {}
+    color, opacity = textures.look(name, defaults | ripe)
     return [
         name,
         shape,

@@ -12,7 +12,7 @@ from scenelang.backends.minecraft.table import BlockKind, Table, load_table
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, suggest
 from scenelang.grammar.source import Span
 
-Similar = Callable[[str, Sequence[str]], str]  # of the names given, the one that means most nearly the first text
+Similar = Callable[[str, Sequence[str]], str | None]  # of the names, that which means most nearly the first text
 _MISSPELT = 0.95  # so alike are a name and its misspelling
 _LONGEST = 100  # letters of a name that are compared
 

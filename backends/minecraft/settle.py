@@ -7,11 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from scenelang.backends.clip.blocks import by_meaning
 from scenelang.backends.minecraft.blocks import AIR_STATE, BlockState, Build, Cells
 from scenelang.backends.minecraft.connections import CONNECTED, Choices, IntArray, Surroundings, Traits, connected
 from scenelang.backends.minecraft.knowledge import Resolved, Similar, resolve
+from scenelang.backends.minecraft.palettes import unified
 from scenelang.backends.minecraft.table import Table, load_table
-from scenelang.backends.minecraft.voxels import Voxels
+from scenelang.backends.minecraft.voxels import Voxels, ignored
 from scenelang.grammar.diagnostics import Diagnostic
 
 _SLAB = 1 << 22  # cells that are looked at together
@@ -19,13 +21,13 @@ _SLAB = 1 << 22  # cells that are looked at together
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Settled:
-    """A build of whole block states, and what was replaced on the way, one warning for each block."""
+    """A build of whole block states; what was replaced on the way, one warning for each block, and what lays none."""
 
     build: Build
     warnings: tuple[Diagnostic, ...]
 
 
-def settled(voxels: Voxels, table: Table | None = None, similar: Similar | None = None) -> Settled:
+def settled(voxels: Voxels, table: Table | None = None, similar: Similar | None = by_meaning) -> Settled:
     """``voxels`` with states that the version of ``table`` has: unknown blocks replaced (see ``knowledge``), arms and
     corners from the neighbours where the program does not set them, defaults for the rest.
 
@@ -38,8 +40,9 @@ def settled(voxels: Voxels, table: Table | None = None, similar: Similar | None 
         for state, place in zip(asked.palette[1:], voxels.places[1:])
     ]
     warnings = {warning.message: warning for each in found for warning in each.warnings}
-    build = _unified(asked, *_with_neighbours(asked.cells, found, table))
-    return Settled(build, tuple(warnings.values()))
+    build = unified(asked.origin, *_with_neighbours(asked.cells, found, table))
+    left_out = ignored(voxels)
+    return Settled(build, (*warnings.values(), *([left_out] if left_out is not None else [])))
 
 
 def _with_neighbours(cells: Cells, found: Sequence[Resolved], table: Table) -> tuple[Cells, list[BlockState]]:
@@ -89,19 +92,3 @@ def _numbered(own: IntArray, choices: Choices, found: Sequence[Resolved], states
         fresh.append(len(states))
         states.append(BlockState(before.state.name, tuple(sorted({**dict(before.state.properties), **chosen}.items()))))
     return np.array(fresh, np.int64)[inverse]
-
-
-def _unified(asked: Build, cells: Cells, states: Sequence[BlockState]) -> Build:
-    """The build with each state once in its palette, and only those that stand somewhere."""
-    used = np.zeros(len(states), np.bool_)
-    slab = max(1, _SLAB // max(1, cells[:1].size))
-    for start in range(0, len(cells), slab):
-        used |= np.bincount(cells[start : start + slab].reshape(-1), minlength=len(states)) > 0
-    palette: dict[BlockState, int] = {AIR_STATE: 0}
-    number = np.zeros(len(states), np.uint32)
-    for i in np.flatnonzero(used).tolist():
-        number[i] = palette.setdefault(states[i], len(palette))
-    fresh = np.empty_like(cells)
-    for start in range(0, len(cells), slab):
-        fresh[start : start + slab] = number[cells[start : start + slab]]
-    return Build(asked.origin, fresh, tuple(palette))

@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from scenelang.backends.minecraft.state_models import variants
+
 # What the game tints grey textures with, in a temperate plain (sRGB).
 _GRASS, _LEAVES, _WATER = (0x91, 0xBD, 0x59), (0x77, 0xAB, 0x2F), (0x3F, 0x76, 0xE4)
 _TINTS = {
@@ -17,6 +19,8 @@ _TINTS = {
     "vine": _LEAVES, "attached_melon_stem": (0xE0, 0xC7, 0x1C), "attached_pumpkin_stem": (0xE0, 0xC7, 0x1C),
 }  # fmt: skip
 _ITS_WOOL = ("_bed", "_wall_banner", "_banner")  # drawn by the game itself: their models hold no faces
+# Earth with something on it, of which one sees the top.
+_COVERED = ("grass_block", "mycelium", "podzol", "dirt_path", "farmland", "crimson_nylium", "warped_nylium")
 _DRAWN = {"water": "water_still", "bubble_column": "water_still", "lava": "lava_still"}
 
 
@@ -71,7 +75,9 @@ class Textures:
                 textures.update(self._models[parent].get("textures", {}))
                 elements = self._models[parent].get("elements", elements)
             for element in elements:
-                for face in element["faces"].values():
+                for side, face in element["faces"].items():
+                    if name in _COVERED and side != "up":
+                        continue
                     file = _file(face["texture"], textures)
                     if file is not None:
                         found = True
@@ -84,14 +90,8 @@ class Textures:
 
     def _chosen(self, name: str, properties: Mapping[str, str], every: bool = False) -> Iterator[str]:
         """The models of a state; of all states where ``every``."""
-        state = self._states.get(name, {})
-        for key, variant in state.get("variants", {}).items():
-            wanted = dict(pair.split("=") for pair in key.split(",") if "=" in pair)
-            if every or all(properties.get(k) == v for k, v in wanted.items()):
-                yield _model(variant)
-        for part in state.get("multipart", []):
-            if every or _holds(part.get("when", {}), properties):
-                yield _model(part["apply"])
+        for variant in variants(self._states.get(name, {}), properties, every):
+            yield _plain(variant["model"])
 
     def _line(self, model: str) -> Iterator[str]:
         """A model and its ancestors."""
@@ -110,28 +110,15 @@ class Textures:
             return np.asarray(picture.convert("RGBA"), np.float64).reshape(-1, 4) / 255.0
 
 
-def _model(variant: Any) -> str:
-    first = variant[0] if isinstance(variant, list) else variant
-    return _plain(first["model"])
-
-
 def _plain(path: str) -> str:
     return path.removeprefix("minecraft:").removeprefix("block/")
 
 
-def _holds(when: Mapping[str, Any], properties: Mapping[str, str]) -> bool:
-    if "OR" in when:
-        return any(_holds(each, properties) for each in when["OR"])
-    if "AND" in when:
-        return all(_holds(each, properties) for each in when["AND"])
-    return all(properties.get(key) in str(value).split("|") for key, value in when.items())
-
-
 def _file(texture: str, textures: Mapping[str, Any]) -> str | None:
     for _ in range(10):
-        if not texture.startswith("#"):
+        if not texture.startswith("#") and texture not in textures:
             return _plain(texture)
-        given = textures.get(texture[1:])
+        given = textures.get(texture.removeprefix("#"))  # one model leaves the mark out
         if given is None:
             return None
         texture = given["sprite"] if isinstance(given, dict) else given

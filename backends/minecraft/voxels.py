@@ -13,19 +13,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scenelang.backends.minecraft.asked import asked_state, place_of
+from scenelang.backends.minecraft.asked import asked_state, is_hollow, place_of
 from scenelang.backends.minecraft.blocks import AIR, AIR_STATE, BlockState, Build, Cells
-from scenelang.backends.minecraft.painting import BoolArray, FloatArray, IntArray, Laid, Stamp, paint
+from scenelang.backends.minecraft.painting import IntArray, Laid, Stamp, paint
+from scenelang.backends.minecraft.palettes import numbers_in, smallest_box
+from scenelang.backends.minecraft.placing import cells_around, first_cells, whole_sizes
 from scenelang.backends.minecraft.repeats import FARTHEST, Folded, Sizes, Triple, folded
-from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
+from scenelang.grammar.diagnostics import Diagnostic, LimitError
 from scenelang.grammar.source import Span
 from scenelang.interpreter.entity import Entity, descendants, primitive_count
-from scenelang.interpreter.flatten import FlatFrame, flatten_entity
+from scenelang.interpreter.flatten import flatten_entity
 from scenelang.interpreter.shapes import BLOCK_WORDS
 
 MOST_CELLS = 200_000_000
 _UNTOUCHED = np.uint32(0xFFFFFFFF)  # of a stamp: what it leaves as it is
-_SLACK = 1e-6  # cells: what multiplied poses may be off
 _SLAB = 1 << 22  # cells that are looked at together
 
 
@@ -70,7 +71,7 @@ def voxelised(root: Entity, limit: int = 2_000_000, most_cells: int = MOST_CELLS
         touched = cells != _UNTOUCHED
         stamps.append(Stamp(cells, None if touched.all() else touched))
     laid = _laid(tree.root, tree, asked)
-    origin, size = _box(laid, most_cells)
+    origin, size = cells_around(laid, most_cells)
     cells = np.zeros(size, np.uint32)
     paint(cells, origin, laid, stamps)
     return _finished(cells, origin, asked)
@@ -82,7 +83,7 @@ def ignored(voxels: Voxels) -> Diagnostic | None:
         return None
     shown = ", ".join(f'"{word}"' for word in voxels.others[:8]) + (", .." if len(voxels.others) > 8 else "")
     message = f"only {' and '.join(BLOCK_WORDS)} lay blocks; left out: {shown}"
-    return Diagnostic("no-block", message)
+    return Diagnostic("no-block", message, hint="fill the shapes of the whole scene with blocks: --voxelize 64")
 
 
 # --- what is asked for -----------------------------------------------------------------------------------------------
@@ -133,103 +134,35 @@ def _laid(entity: Entity, tree: Folded, asked: _Asked) -> Laid:
     flat = flatten_entity(entity, whole_cells=False)
     primitives = flat.primitives
     stamp = np.array([tree.numbers.get(id(p), -1) for p in primitives], np.int64)
-    own = np.array([_own_size(p) for p in primitives], np.float64).reshape(-1, 3)
-    size = _sizes(flat, own)
-    low = np.trunc(flat.matrices[:, :, 3]).astype(np.int64)
+    size = whole_sizes(flat)
+    low = first_cells(flat)
     for i in np.flatnonzero(stamp >= 0).tolist():  # a pattern's box need not begin at its origin
         box = tree.patterns[int(stamp[i])].box
         rows = flat.index == i
         low[rows] += box.low
         size[rows] = np.array(box.high) - box.low
     number = np.array([asked.numbers.get(id(p), AIR) for p in primitives], np.int64)
-    hollow = np.array([p.embedding.attributes.get("fill", True) is False for p in primitives], np.bool_)
+    hollow = np.array([is_hollow(p) for p in primitives], np.bool_)
     index = flat.index
     return Laid(low, low + size, number[index], hollow[index], stamp[index])
-
-
-def _own_size(primitive: Entity) -> tuple[float, float, float]:
-    assert primitive.shape is not None
-    return primitive.shape.size
-
-
-def _sizes(flat: FlatFrame, own: FloatArray) -> IntArray:
-    """The cells of each instance along each axis (N, 3); raises SceneError("blocks") for the first pose that blocks
-    cannot have."""
-    linear, position = flat.matrices[:, :, :3], flat.matrices[:, :, 3]
-    along = np.diagonal(linear, axis1=1, axis2=2)
-    across = np.abs(linear * (1.0 - np.eye(3))).max(axis=(1, 2), initial=0.0)
-    with np.errstate(invalid="ignore", over="ignore"):
-        size = along * own[flat.index]
-        whole = np.rint(size)
-        far = np.asarray(~((np.abs(position) < FARTHEST).all(axis=1) & (size < FARTHEST).all(axis=1)))
-        leans = across > _SLACK * np.maximum(np.abs(along).max(axis=1, initial=0.0), _SLACK)
-        turned: BoolArray = ~far & (leans | (along < 0.0).any(axis=1))
-        broken = ~far & (np.abs(size - whole) > np.clip(_SLACK * whole, _SLACK, 0.01)).any(axis=1)
-    wrong = far | turned | broken
-    if wrong.any():
-        i = int(np.argmax(wrong))
-        raise _misplaced(flat, i, "far" if far[i] else "turned" if turned[i] else "broken", size[i])
-    return whole.astype(np.int64)
-
-
-def _misplaced(flat: FlatFrame, i: int, reason: str, size: FloatArray) -> SceneError:
-    entity = flat.primitives[int(flat.index[i])]
-    path = " > ".join((*flat.paths[int(flat.path_index[i])], entity.word))
-    shown = " x ".join(f"{n:.6g}" for n in size)
-    problem, hint = {
-        "far": ("stands farther from the origin than cells can be counted", None),
-        "turned": (
-            "is turned, mirrored or sheared, which blocks cannot be",
-            "compose blocks with `translate` and whole `scale` only; stairs and logs turn with `:block-kwargs`",
-        ),
-        "broken": (f"is {shown} cells large, and blocks fill whole cells", "scale blocks by whole numbers"),
-    }[reason]
-    return SceneError("blocks", f'"{entity.word}" at {path} {problem}', hint=hint, span=place_of(entity))
 
 
 # --- the grid --------------------------------------------------------------------------------------------------------
 
 
-def _box(laid: Laid, most_cells: int) -> tuple[IntArray, tuple[int, ...]]:
-    """The first cell (3,) and the size of the box around all that is laid; raises LimitError for too many cells."""
-    lays = ((laid.number != AIR) | (laid.stamp >= 0)) & (laid.high > laid.low).all(axis=1)
-    if not lays.any():
-        return np.zeros(3, np.int64), (0, 0, 0)
-    low, high = laid.low[lays].min(axis=0), laid.high[lays].max(axis=0)
-    size = tuple((high - low).tolist())
-    if size[0] * size[1] * size[2] > most_cells:
-        shown = " x ".join(f"{n:,}" for n in size)
-        raise LimitError(
-            "size",
-            f"the build's box is {shown} cells, more than the {most_cells:,} that one build may have",
-            hint="bring its parts nearer to one another, or lay smaller cuboids",
-        )
-    return low, size
-
-
 def _finished(cells: Cells, origin: IntArray, asked: _Asked) -> Voxels:
     """The smallest box, and a palette of what stands in it."""
-    used = np.zeros(len(asked.palette), np.bool_)
+    used = numbers_in(cells, len(asked.palette))
     used[AIR] = True
-    seen = [np.zeros(n, np.bool_) for n in cells.shape]
-    slab = max(1, _SLAB // max(1, cells[:1].size))
-    for start in range(0, len(cells), slab):
-        part = cells[start : start + slab]
-        used |= np.bincount(part.reshape(-1), minlength=len(used)) > 0
-        solid = part != AIR
-        seen[0][start : start + slab] = solid.any(axis=(1, 2))
-        seen[1] |= solid.any(axis=(0, 2))
-        seen[2] |= solid.any(axis=(0, 1))
-    spans = [np.flatnonzero(axis) for axis in seen]
-    low = [int(axis[0]) if len(axis) else 0 for axis in spans]
-    high = [int(axis[-1]) + 1 if len(axis) else 0 for axis in spans]
+    box = smallest_box(cells)
+    kept = np.ascontiguousarray(cells[box])
     if not used.all():
         number = (np.cumsum(used) - 1).astype(np.uint32)
-        for start in range(0, len(cells), slab):
-            cells[start : start + slab] = number[cells[start : start + slab]]
-    kept = cells[tuple(slice(a, b) for a, b in zip(low, high))]
-    x, y, z = (int(a) + b for a, b in zip(origin.tolist(), low))
+        slab = max(1, _SLAB // max(1, kept[:1].size))
+        for start in range(0, len(kept), slab):
+            kept[start : start + slab] = number[kept[start : start + slab]]
+    x, y, z = (int(a) + side.start for a, side in zip(origin.tolist(), box))
     chosen = np.flatnonzero(used).tolist()
     palette = tuple(asked.palette[i] for i in chosen)
     places = tuple(asked.places[i] for i in chosen)
-    return Voxels(Build((x, y, z), np.ascontiguousarray(kept), palette), places, asked.others)
+    return Voxels(Build((x, y, z), kept, palette), places, asked.others)

@@ -18,7 +18,7 @@ from scenelang.backends.solids import Solids, composed, normalized, solids_of
 from scenelang.backends.stage import Staging
 from scenelang.interpreter.entity import Entity, descendants, instance_counts
 from scenelang.interpreter.flatten import flatten_entity
-from scenelang.interpreter.shapes import BLOCK_WORDS, Kind
+from scenelang.interpreter.shapes import Kind
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -95,8 +95,7 @@ def _counted(root: Entity) -> _Counts:
     for entity in order:
         below = [id(part.car) for part in entity.children]
         solids[id(entity)] = _solids_in(entity) + sum(solids[child] for child in below)
-        # lamps cannot be instanced, and where blocks begin is rounded in the world
-        own = not (entity.is_primitive and (entity.word in BLOCK_WORDS or any(look_of(entity).emission)))
+        own = not (entity.is_primitive and any(look_of(entity).emission))  # lamps cannot be instanced
         allowed[id(entity)] = own and all(allowed[child] for child in below)
     return _Counts(order, solids, instance_counts(order), allowed)
 

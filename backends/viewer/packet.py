@@ -19,12 +19,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from scenelang.backends.minecraft.cubes import as_cubes
 from scenelang.backends.shots import box_of
 from scenelang.backends.stage import unit_size
 from scenelang.backends.studio import BRIGHTEST, ENVIRONMENTS, SHOULDER
 from scenelang.backends.viewer.graph import graph_of
 from scenelang.backends.viewer.instances import Instances, instances_of
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.grammar.source import Span
 from scenelang.interpreter.entity import Scene, primitive_count
 
@@ -58,30 +59,41 @@ def packet_of(scene: Scene, limit: int = LIMIT, definitions: Mapping[str, Span] 
     its header's ``notice`` says why in one line. Raises SceneError("attribute") for a look that makes no sense.
     """
     columns = _Columns()
-    header = _facts(scene)
+    total = sum(primitive_count(root) for root in scene.frames)
+    scene, notice = _drawable(scene, total, limit)
+    header = _facts(scene) | {"notice": notice, "primitives": total}
     graph = graph_of(scene, definitions or {})
     header |= graph.tables
     for name, array in graph.columns.items():
         columns.add(name, array)
-    total = sum(primitive_count(root) for root in scene.frames)
-    header["primitives"] = total
-    try:
-        instances = None if total > limit else _instances(scene, header, graph.number)
-        if instances is None:
-            header["notice"] = (
-                f"The scene expands to {total:,} primitives, more than the {limit:,} that this page draws; "
-                "its tree is complete."
-            )
-        else:
-            _add_instances(columns, header, instances)
-    except SceneError as error:
-        if error.name not in ("empty-scene", "unsupported", "pose"):
-            raise
-        header["notice"] = error.message[:1].upper() + error.message[1:] + "."
+    if notice is None:
+        try:
+            _add_instances(columns, header, _instances(scene, header, graph.number))
+        except SceneError as error:
+            if error.name not in ("empty-scene", "unsupported", "pose"):
+                raise
+            header["notice"] = _line(error)
     header["columns"] = columns.directory
     text = json.dumps(header, separators=(",", ":"), ensure_ascii=True).encode()
     text += b" " * (-(len(MAGIC) + 4 + len(text)) % _ALIGNMENT)
     return b"".join([MAGIC, struct.pack("<I", len(text)), text, *columns.chunks])
+
+
+def _drawable(scene: Scene, total: int, limit: int) -> tuple[Scene, str | None]:
+    """The scene with its blocks as cubes; or as it is and, in a line, why it cannot be drawn."""
+    if total > limit:
+        return scene, (
+            f"The scene expands to {total:,} primitives, more than the {limit:,} that this page draws; "
+            "its tree is complete."
+        )
+    try:
+        return as_cubes(scene, limit), None
+    except LimitError as error:
+        return scene, _line(error)
+
+
+def _line(error: SceneError) -> str:
+    return error.message[:1].upper() + error.message[1:] + "."
 
 
 def _facts(scene: Scene) -> dict[str, Any]:

@@ -42,12 +42,17 @@ def served_page() -> bytes:
 
 def self_contained(scenes: Sequence[SavedScene]) -> str:
     """One HTML text with the viewer and ``scenes`` in it; it loads nothing, and its policy lets it load nothing."""
-    script = _text("viewer.js").replace("</script", "<\\/script").replace("<!--", "<\\!--")
-    style = _text("viewer.css")
+    return inlined(_template(), _text("viewer.js"), _text("viewer.css"), "scenes", _listed(scenes))
+
+
+def inlined(template: str, script: str, style: str, name: str, data: Any) -> str:
+    """``template`` with a script, a style sheet, and ``data`` as JSON in the element called ``name``: nothing else runs
+    in it, and it loads nothing."""
+    script = script.replace("</script", "<\\/script").replace("<!--", "<\\!--")
     policy = f"default-src 'none'; img-src data:; script-src '{_digest(script)}'; style-src '{_digest(style)}'"
     head = f'<meta http-equiv="Content-Security-Policy" content="{html.escape(policy)}">{_ICON}<style>{style}</style>'
-    data = f'<script type="application/json" id="scenes">{_embedded(scenes)}</script>'
-    return _template().replace(_HEAD, head).replace(_BODY, f"{data}<script>{script}</script>")
+    body = f'<script type="application/json" id="{name}">{_embedded(data)}</script><script>{script}</script>'
+    return template.replace(_HEAD, head).replace(_BODY, body)
 
 
 def frame(page: str, height: int) -> str:
@@ -70,9 +75,13 @@ def _digest(text: str) -> str:
     return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
 
 
-def _embedded(scenes: Sequence[SavedScene]) -> str:
-    """The scenes as JSON that no markup can end: every ``<`` is escaped."""
-    data = [
+def _embedded(data: Any) -> str:
+    """``data`` as JSON that no markup can end: every ``<`` is escaped."""
+    return json.dumps(data).replace("<", "\\u003c")
+
+
+def _listed(scenes: Sequence[SavedScene]) -> list[dict[str, Any]]:
+    return [
         {
             "name": scene.name,
             "state": dict(scene.state),
@@ -82,4 +91,3 @@ def _embedded(scenes: Sequence[SavedScene]) -> str:
         }
         for scene in scenes
     ]
-    return json.dumps(data).replace("<", "\\u003c")

@@ -65,4 +65,4 @@ def _dest(name: str) -> str:
 
 
 def _default(option: Option) -> str:
-    return "" if option.default is None or type(option.default) is bool else f"; default {option.default}"
+    return "" if option.default in (None, "") or type(option.default) is bool else f"; default {option.default}"

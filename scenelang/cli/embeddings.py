@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
+from scenelang.cli.embedding_vectors import add_actions
 from scenelang.cli.options import UsageError, add_common, add_file, z_path
 from scenelang.cli.output import print_json, table
 from scenelang.cli.programs import evaluated
@@ -24,9 +25,9 @@ MAX_ROWS = 500
 
 
 def add_embeddings(subparsers: Any) -> None:
-    parser = subparsers.add_parser("embeddings", help="list the embeddings of a scene, or change one in Z")
+    parser = subparsers.add_parser("embeddings", help="the embeddings of a scene: list, change, encode, compare")
     add_file(parser)
-    actions = parser.add_subparsers(dest="action", required=True, metavar="list|set")
+    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
     listing = actions.add_parser("list", help="every entity's handle, word, text and attributes")
     add_common(listing)
     listing.set_defaults(run=list_embeddings)
@@ -39,6 +40,7 @@ def add_embeddings(subparsers: Any) -> None:
     setting.add_argument("--clear", action="store_true", help="forget what Z says of the handle first")
     add_common(setting)
     setting.set_defaults(run=set_embedding)
+    add_actions(actions)
 
 
 def list_embeddings(arguments: argparse.Namespace) -> int:
@@ -86,7 +88,7 @@ def _rows(scene: Scene) -> dict[str, Entity]:
 def set_embedding(arguments: argparse.Namespace) -> int:
     from scenelang.zfile import beside, read_z, write_z
 
-    name = _handle(arguments.handle)
+    name = handle_of(arguments.handle)
     if arguments.file != "-":
         source = Session().source(arguments.file)  # a program that cannot be read has no embeddings
         if is_scene_file(source):
@@ -116,7 +118,8 @@ def set_embedding(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _handle(text: str) -> str:
+def handle_of(text: str) -> str:
+    """The name of a handle as a user writes it; raises UsageError."""
     inner = text if text.startswith("<") else f"<{text}>"
     forms = read(Source("<handle>", inner)).forms
     if len(forms) == 1 and type(getattr(forms[0], "value", None)) is Handle:

@@ -11,6 +11,7 @@ import sys
 from collections.abc import Sequence
 
 from scenelang.cli import (
+    blocks,
     compare,
     completion,
     doctor,
@@ -49,6 +50,7 @@ _MODULES = (
     runs,
     pictures,
     maps,
+    blocks,
     graph,
     view,
     embeddings,

@@ -54,6 +54,18 @@ def print_json(data: Any) -> None:
     sys.stdout.write("\n")
 
 
+def warnings(arguments: argparse.Namespace) -> Callable[[Diagnostic], None]:
+    """What tells the user of a warning that comes up while backends work, once for all of them."""
+    told: set[str] = set()
+
+    def tell(diagnostic: Diagnostic) -> None:
+        if diagnostic.message not in told:
+            told.add(diagnostic.message)
+            report(arguments, [diagnostic])
+
+    return tell
+
+
 def progress(arguments: argparse.Namespace, label: str) -> Callable[[float], None] | None:
     """A progress line on standard error, on a terminal only, once the work has taken a while."""
     if arguments.quiet or not sys.stderr.isatty():

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scenelang.cli.options import add_common, add_file, add_output, usage_errors, whole
-from scenelang.cli.output import print_json, progress, table
+from scenelang.cli.output import print_json, progress, table, warnings
 from scenelang.cli.programs import evaluated, session_limit
 from scenelang.grammar.diagnostics import SceneError
 
@@ -111,6 +111,7 @@ def picture_options(arguments: argparse.Namespace) -> PictureOptions:
         limit=session_limit(arguments),
         progress=progress(arguments, "rendering"),
         settings=settings_of(arguments),
+        warn=warnings(arguments),
         width=width,
         height=height,
         camera=camera,
@@ -203,7 +204,11 @@ def export(arguments: argparse.Namespace) -> int:
     with usage_errors():
         backend = base.find(arguments.backend) if arguments.backend else base.for_file(output, base.Work.EXPORT)
         options = base.Options(
-            arguments.frame, session_limit(arguments), progress(arguments, "exporting"), settings_of(arguments)
+            arguments.frame,
+            session_limit(arguments),
+            progress(arguments, "exporting"),
+            settings_of(arguments),
+            warnings(arguments),
         )
         base.check_settings(options, [backend])
     check_folder(output)

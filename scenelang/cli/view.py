@@ -29,6 +29,8 @@ def add_view(subparsers: Any) -> None:
     parser = subparsers.add_parser("view", help="show programs in a browser, live")
     parser.add_argument("files", metavar="FILE", nargs="+", help="programs; their files are watched")
     parser.add_argument("--html", metavar="OUT.html", help="write one page that works offline, and serve nothing")
+    parser.add_argument("--minecraft", action="store_true", help="the blocks of one program with the game's own looks")
+    parser.add_argument("--textures", metavar="PATH", help="where these looks are (default: the installed game)")
     parser.add_argument("--port", type=_port, default=0, metavar="N", help="the port (default: a free one)")
     parser.add_argument("--no-browser", action="store_true", help="only print the address")
     add_common(parser)
@@ -38,6 +40,12 @@ def add_view(subparsers: Any) -> None:
 def view(arguments: argparse.Namespace) -> int:
     if "-" in arguments.files:
         raise UsageError("file", "`view` watches files, so it cannot show standard input")
+    if arguments.textures is not None and not arguments.minecraft:
+        raise UsageError("value", "`--textures` goes with `--minecraft`")
+    if arguments.minecraft:
+        from scenelang.cli.build_view import view_build
+
+        return view_build(arguments)
     workspace = _workspace(arguments)
     return save(arguments, workspace) if arguments.html else serve(arguments, workspace)
 
@@ -66,15 +74,20 @@ def serve(arguments: argparse.Namespace, workspace: Workspace) -> int:
         print(server.address, flush=True)
         if not arguments.quiet:
             print("Ctrl-C ends it.", file=sys.stderr)
-        if not arguments.no_browser and has_screen():
-            import webbrowser
-
-            webbrowser.open(server.address)
+        open_page(arguments, server.address)
         try:
             server.serve_forever(0.2)
         except KeyboardInterrupt:
             pass
     return 0
+
+
+def open_page(arguments: argparse.Namespace, address: str) -> None:
+    """Open a browser where there is a screen and the user wants one."""
+    if not arguments.no_browser and has_screen():
+        import webbrowser
+
+        webbrowser.open(address)
 
 
 def has_screen() -> bool:
@@ -84,16 +97,28 @@ def has_screen() -> bool:
     return any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"))
 
 
-def save(arguments: argparse.Namespace, workspace: Workspace) -> int:
-    """Write the page with all files' scenes; nothing is written when one of them has a mistake."""
-    from scenelang.backends.files import written_whole
-    from scenelang.backends.viewer.page import SavedScene, self_contained
-    from scenelang.viewer.workspace import state_data
-
+def page_file(arguments: argparse.Namespace) -> Path:
+    """The file that `--html` names; raises UsageError for one that cannot be a page."""
     output = Path(arguments.html)
     if output.suffix.lower() not in (".html", ".htm"):
         raise UsageError("file", f"a page is an .html file, not {output.name}")
     check_folder(output)
+    return output
+
+
+def write_page(text: str, output: Path) -> None:
+    from scenelang.backends.files import written_whole
+
+    with written_whole(output) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def save(arguments: argparse.Namespace, workspace: Workspace) -> int:
+    """Write the page with all files' scenes; nothing is written when one of them has a mistake."""
+    from scenelang.backends.viewer.page import SavedScene, self_contained
+    from scenelang.viewer.workspace import state_data
+
+    output = page_file(arguments)
     scenes = []
     for number, name in enumerate(workspace.files):
         state = workspace.state(number)
@@ -101,9 +126,7 @@ def save(arguments: argparse.Namespace, workspace: Workspace) -> int:
         if state.packet is None or not state.ok:
             return 1
         scenes.append(SavedScene(name, state_data(name, state, is_live=False), state.packet))
-    text = self_contained(scenes)
-    with written_whole(output) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    write_page(self_contained(scenes), output)
     done(arguments, output)
     return 0
 

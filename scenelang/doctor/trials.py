@@ -32,10 +32,19 @@ def trials() -> Mapping[str, Callable[[Path], str]]:
 
 
 def _scene() -> Scene:
-    result = Session().evaluate(Source("<trial>", _PROGRAM))
+    return _evaluated(_PROGRAM)
+
+
+def _evaluated(text: str) -> Scene:
+    result = Session().evaluate(Source("<trial>", text))
     if result.scene is None:
         raise SceneError("value", "; ".join(diagnostic.message for diagnostic in result.diagnostics))
     return result.scene
+
+
+def _build() -> Scene:
+    """A scene for backends that write nothing but blocks."""
+    return _evaluated('(bind "trial" (lambda () (call "set-cuboid" :block-type "stone" :scale [3 2 1])))')
 
 
 def _evaluate(folder: Path) -> str:
@@ -71,7 +80,8 @@ def _view(folder: Path) -> str:
 
 def _export(backend: Backend, folder: Path) -> str:
     path = folder / f"trial{backend.endings[0]}"
-    written = backend.run(_scene(), path, base.Options()) or [path]
+    scene = _scene() if "cube" in backend.accepts.words else _build()
+    written = backend.run(scene, path, base.Options()) or [path]
     return f"writes {' '.join(backend.endings)} ({sum(each.stat().st_size for each in written)} bytes)"
 
 

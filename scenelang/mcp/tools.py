@@ -86,12 +86,18 @@ def render(project: Project, program: Program, view: View) -> Answer:
         from scenelang.backends import picture
 
         frame = _frame(scene, view.frame)
+        warned = list(result.diagnostics)
         options = picture.PictureOptions(
-            frame=frame, limit=project.limits.primitives, width=view.width, height=view.height, camera=camera
+            frame=frame,
+            limit=project.limits.primitives,
+            warn=warned.append,
+            width=view.width,
+            height=view.height,
+            camera=camera,
         )
         png = picture.png_of(picture.render(scene, options))
         of = f", frame {frame} of {len(scene.frames)} (0 to {len(scene.frames) - 1})" if scene.animated else ""
-        lines, _ = diagnosed(result.diagnostics)
+        lines, _ = diagnosed(warned)
         return Answer(bounded_text([f"{scene.word}{of}, {view.width} x {view.height} pixels", *lines]), None, png)
 
     return _of_scene(project, program, told)

@@ -103,7 +103,11 @@ def _draw(repl: Repl, scene: Scene, path: Path) -> None:
     from scenelang.backends.picture import PictureOptions, draw, picture_backend, save_image
 
     options = PictureOptions(
-        width=_WIDTH, height=_HEIGHT, limit=repl.evaluation.limits.primitives, seed=repl.evaluation.seed
+        limit=repl.evaluation.limits.primitives,
+        warn=lambda diagnostic: repl.screen.report([diagnostic]),
+        width=_WIDTH,
+        height=_HEIGHT,
+        seed=repl.evaluation.seed,
     )
     save_image(draw(scene, options, picture_backend("draft")), path)
 
@@ -115,7 +119,8 @@ def _export(repl: Repl, rest: str) -> None:
     backend = base.for_file(path, base.Work.EXPORT)
     _check_folder(path)
     scene = repl.evaluation.scene_of("")
-    options = base.Options(limit=repl.evaluation.limits.primitives)
+    limit = repl.evaluation.limits.primitives
+    options = base.Options(limit=limit, warn=lambda diagnostic: repl.screen.report([diagnostic]))
     for written in backend.run(scene, path, options) or [path]:
         repl.screen.write(f"wrote {written}")
 

@@ -285,6 +285,7 @@ def test_lamps_in_shared_parts_light_the_scene(monkeypatch: pytest.MonkeyPatch) 
     assert image(scene, environment="night").radiance.max() > 1.0
 
 
+@pytest.mark.slow
 def test_a_hundred_thousand_solids_in_twenty_materials_are_loaded_soon() -> None:
     import time
 

@@ -8,11 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 from hypothesis import assume
 from hypothesis import strategies as st
 
 from scenelang.backends.appearance import look_of
 from scenelang.backends.exports.surfaces import SEGMENTS, surface_of
+from scenelang.backends.minecraft.cubes import as_cubes
 from scenelang.grammar.source import Source
 from scenelang.interpreter import pose
 from scenelang.interpreter.entity import Entity, Scene, descendants
@@ -22,6 +24,14 @@ from scenelang.interpreter.values import ANONYMOUS, Embedding, Matrix, Pair, Vec
 from scenelang.session import Options, Session
 
 EXAMPLES = Path(__file__).parent.parent.parent / "examples"
+_LARGE = ("fractal-tree.scene", "menger-sponge.scene")  # a hundred thousand primitives and more
+
+
+def on_examples(*endings: str) -> list[Any]:
+    """Parameters of a test for every example, its name and each of ``endings``; the large ones are slow tests."""
+    names = sorted(path.name for path in EXAMPLES.glob("*.scene"))
+    rows = [(name, *ending) for name in names for ending in ([(each,) for each in endings] or [()])]
+    return [pytest.param(*row, marks=pytest.mark.slow) if row[0] in _LARGE else pytest.param(*row) for row in rows]
 
 
 @dataclass(frozen=True)
@@ -54,7 +64,7 @@ def example(name: str, **defines: Any) -> Scene:
     options = Options(defines={key: str(value) for key, value in defines.items()})
     result = Session(options).evaluate(Source(str(path), path.read_text()))
     assert result.scene is not None, result.diagnostics
-    return result.scene
+    return as_cubes(result.scene)
 
 
 def same_points(a: np.ndarray, b: np.ndarray, tolerance: float) -> bool:

@@ -118,17 +118,22 @@ def test_too_many_parts_are_refused(make: Any, tmp_path: Path, monkeypatch: pyte
 
 
 @pytest.mark.parametrize(("backend", "ending"), READABLE)
-def test_blocks_stand_at_whole_cells(backend: Backend, ending: str, tmp_path: Path) -> None:
+def test_blocks_are_cubes_at_whole_cells(backend: Backend, ending: str, tmp_path: Path) -> None:
     scene = evaluate("""
       (bind "wall" (lambda () (for/union ((i '(0 1 2)))
         (transform (call "set-cuboid" :block-type "stone" :scale [2 1 1]) (translate [(* i 1.3) (* i -.7) 0])))))
       (bind "town" (lambda () (union (transform (call "wall") (translate [.6 .6 .6]))
-        (transform (call "wall") (@ (translate [-9.2 0 3.9]) (rotate .5 [0 1 0])))
-        (transform (call "cube") (translate [.25 0 0])))))""")
-    wanted = np.concatenate([one.vertices for one in expected(scene)])
+        (transform (call "wall") (translate [-9.2 0 3.9]))
+        (transform (call "cube") (translate [.25 9 0])))))""")
+    same = evaluate("""
+      (bind "town" (lambda () (union (transform (call "cube") (translate [.25 9 0]))
+        (transform (call "cube" :scale [5 1 1]) (translate [2.5 .5 .5]))
+        (transform (call "cube" :scale [4 1 1]) (translate [-7 .5 3.5]))
+        (transform (call "cube" :scale [2 1 1]) (translate [-5 -.5 3.5])))))""")
+    wanted = np.concatenate([one.vertices for one in expected(same)])
     for depth in (None, 0, 1, 2):
         run(backend, scene, tmp_path / f"a{ending}", depth=depth)
-        assert same_points(vertices_of(tmp_path / f"a{ending}"), wanted, 1e-5)
+        assert same_points(vertices_of(tmp_path / f"a{ending}"), wanted, 1e-5), depth
 
 
 @pytest.fixture

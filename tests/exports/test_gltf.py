@@ -12,14 +12,12 @@ import pytest
 from hypothesis import given, settings
 
 from exports.gltf_reader import Gltf
-from exports.oracle import EXAMPLES, Expected, example, expected, same_points, scenes
+from exports.oracle import Expected, example, expected, on_examples, same_points, scenes
 from scenelang.backends.base import Options
 from scenelang.backends.exports.gltf import GLTF
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.bounds import entity_box
 from scenelang.interpreter.entity import Scene, count_words
-
-ALL = sorted(path.name for path in EXAMPLES.glob("*.scene"))
 
 
 def written(scene: Scene, path: Path, frame: int | None = None, **settings_: Any) -> Gltf:
@@ -45,7 +43,7 @@ def check(gltf: Gltf, scene: Scene, frame: int = 0, fps: float = 24.0) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "ending"), [*((name, ".glb") for name in ALL), ("orrery.scene", ".gltf"), ("jenga.scene", ".gltf")]
+    ("name", "ending"), [*on_examples(".glb"), ("orrery.scene", ".gltf"), ("jenga.scene", ".gltf")]
 )
 def test_examples_keep_their_geometry_names_and_colours(name: str, ending: str, tmp_path: Path) -> None:
     scene = example(name)

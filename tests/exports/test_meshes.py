@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from exports.oracle import EXAMPLES, example, expected, same_points, scenes
+from exports.oracle import example, expected, on_examples, same_points, scenes
 from scenelang.backends.base import Options
 from scenelang.backends.exports.obj import OBJ
 from scenelang.backends.exports.ply import PLY
@@ -21,7 +21,6 @@ from scenelang.interpreter import pose
 from scenelang.interpreter.entity import Scene
 
 # of the tree, whose meshes have ten million triangles, other tests are enough
-ALL = sorted(path.name for path in EXAMPLES.glob("*.scene") if path.name != "fractal-tree.scene")
 
 
 def points_and_colors(scene: Scene) -> np.ndarray:
@@ -43,7 +42,7 @@ def ply_rows(path: Path) -> tuple[np.ndarray, np.ndarray]:
     return np.hstack([rows["p"], rows["c"][:, :3] / 255.0]), sides["v"]
 
 
-@pytest.mark.parametrize("name", ALL)
+@pytest.mark.parametrize("name", on_examples())
 def test_ply_keeps_positions_and_colours(name: str, tmp_path: Path) -> None:
     scene = example(name)
     PLY.run(scene, tmp_path / "a.ply", Options())
@@ -86,7 +85,7 @@ def _surfaces(scene: Scene) -> list[Any]:
     return [surface for surface in found if surface is not None]
 
 
-@pytest.mark.parametrize("name", ALL)
+@pytest.mark.parametrize("name", on_examples())
 def test_stl_has_every_triangle(name: str, tmp_path: Path) -> None:
     scene = example(name)
     STL.run(scene, tmp_path / "a.stl", Options())

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from exports.oracle import EXAMPLES, example, expected, same_points, scenes
+from exports.oracle import example, expected, on_examples, same_points, scenes
 from scenelang.backends.base import Options
 from scenelang.backends.exports.surfaces import surface_of, unit_surface
 from scenelang.backends.exports.usd import USD
@@ -23,7 +23,6 @@ from scenelang.interpreter.entity import Entity, Scene
 from scenelang.interpreter.values import IDENTITY, Embedding, Pair
 
 pytest.importorskip("pxr", reason="usd-core is not installed")
-ALL = sorted(path.name for path in EXAMPLES.glob("*.scene"))
 FORMS = {"Cube": Form.BLOCK, "Sphere": Form.BALL, "Cylinder": Form.CYLINDER, "Cone": Form.CONE}
 
 
@@ -80,7 +79,7 @@ def check(stage: Any, scene: Scene, frame: int = 0) -> None:
         assert np.allclose(colors, one.color, atol=1e-7)
 
 
-@pytest.mark.parametrize("name", ALL)
+@pytest.mark.parametrize("name", on_examples())
 def test_examples_keep_their_geometry_words_and_colours(name: str, tmp_path: Path) -> None:
     scene = example(name)
     stage = written(scene, tmp_path / "a.usda")

@@ -90,7 +90,12 @@ def test_films_are_looked_at_in_several_frames() -> None:
 
 
 @pytest.mark.parametrize(
-    "path", sorted(CORPUS.glob("*.scene")) + sorted(EXAMPLES.glob("*.scene")), ids=lambda p: p.stem
+    "path",
+    [
+        pytest.param(path, marks=pytest.mark.slow) if path.stem == "fractal-tree" else path
+        for path in (*sorted(CORPUS.glob("*.scene")), *sorted(EXAMPLES.glob("*.scene")))
+    ],
+    ids=lambda p: p.stem,
 )
 def test_good_scenes_have_at_most_one_finding(path: Path) -> None:
     """Of the pictures of all of these each finding was looked at."""

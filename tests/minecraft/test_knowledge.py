@@ -220,3 +220,17 @@ def test_jaro_winkler(a: str, b: str, score: float) -> None:
 def test_long_names_are_no_trouble() -> None:
     found = resolve("x" * 1_000_000)
     assert len(found.warnings[0].message) < 300
+
+
+@pytest.mark.parametrize(
+    ("asked", "found"),
+    [
+        ("wool:14", "red_wool"), ("minecraft:wool:14", "red_wool"), ("planks:2", "birch_planks"), ("stone:3", "diorite"),
+        ("stained_hardened_clay:11", "blue_terracotta"), ("wooden_slab:1", "spruce_slab"), ("log:1", "spruce_log"),
+        ("oak_log:1", "oak_log"), ("stained_glass_pane:0", "white_stained_glass_pane"),
+    ],
+)  # fmt: skip
+def test_names_with_numbers(asked: str, found: str) -> None:
+    resolved = resolve(asked)
+    assert resolved.state.name == f"minecraft:{found}"
+    assert not resolved.warnings

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -11,13 +9,13 @@ from hypothesis import strategies as st
 from transpile.cases import CORPUS, IMITATIONS, Case, scene_of, translated
 
 from minecraft.oracle import Cuboid, laid, of_build, of_golden
+from minecraft.scenes import BLOCKS, CUBOIDS, STEPS, group, placed, primitive
 from scenelang.backends.minecraft.voxels import Voxels, ignored, voxelised
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.entity import Entity
 from scenelang.interpreter.flatten import flatten_entity
 from scenelang.interpreter.pose import translation
-from scenelang.interpreter.shapes import shape_of
-from scenelang.interpreter.values import IDENTITY, Embedding, Matrix, Pair
+from scenelang.interpreter.values import IDENTITY, Matrix
 
 MINECRAFT = [case for case in (*CORPUS, *IMITATIONS) if "set_cuboid" in case.text]
 
@@ -47,38 +45,6 @@ def test_there_are_responses_and_imitations() -> None:
 
 # --- random scenes ---------------------------------------------------------------------------------------------------
 
-BLOCKS = ["minecraft:stone", "minecraft:oak_planks", "minecraft:air", None]
-STATES = st.sampled_from(BLOCKS)
-CUBOIDS = st.builds(
-    Cuboid,
-    st.tuples(*[st.integers(-6, 6)] * 3),
-    st.tuples(*[st.integers(0, 5)] * 3),
-    STATES,
-    st.booleans(),
-)
-
-
-def primitive(cuboid: Cuboid) -> Entity:
-    if cuboid.state is None:
-        attributes: dict[str, Any] = {"scale": _array(cuboid.size)}
-        return Entity("delete-blocks", Embedding(None, None, attributes), (), shape_of("delete-blocks", attributes))
-    attributes = {"block-type": cuboid.state, "scale": _array(cuboid.size), "fill": cuboid.fill}
-    return Entity("set-cuboid", Embedding(None, None, attributes), (), shape_of("set-cuboid", attributes))
-
-
-def _array(numbers: tuple[int, ...]) -> Any:
-    from scenelang.interpreter.values import Vector
-
-    return Vector([float(n) for n in numbers])
-
-
-def group(*parts: tuple[Entity, Matrix]) -> Entity:
-    return Entity("group", Embedding(None, None, {}), tuple(Pair(entity, matrix) for entity, matrix in parts))
-
-
-def placed(cuboids: list[Cuboid]) -> Entity:
-    return group(*[(primitive(c), translation(*c.position)) for c in cuboids])
-
 
 def expected_of(root: Entity) -> dict[tuple[int, int, int], str]:
     """The oracle's cells of an expanded scene."""
@@ -106,9 +72,6 @@ def test_overlap_deletes_hollow_and_negative_coordinates(cuboids: list[Cuboid]) 
     for axis in range(3):  # the smallest box
         solid = (build.cells != 0).any(axis=tuple({0, 1, 2} - {axis}))
         assert not len(solid) or (solid[0] and solid[-1])
-
-
-STEPS = st.tuples(*[st.integers(-9, 9)] * 3)
 
 
 @settings(max_examples=60, deadline=None)
@@ -283,3 +246,23 @@ def test_too_many_cuboids() -> None:
     with pytest.raises(LimitError) as caught:
         voxelised(root, limit=10)
     assert caught.value.name == "primitives"
+
+
+@pytest.mark.parametrize("fill", ['"false"', "0", "'()"])
+def test_fill_is_true_or_false(fill: str) -> None:
+    with pytest.raises(SceneError) as caught:
+        built(f'(bind "a" (lambda () (call "set-cuboid" :block-type "stone" :fill {fill})))')
+    assert caught.value.name == "attribute"
+    assert caught.value.span is not None
+
+
+@pytest.mark.parametrize("name", ["air", "cave_air", "minecraft:void_air", "structure_void"])
+def test_what_is_nothing_deletes(name: str) -> None:
+    text = f'(bind "a" (lambda () (union (call "set-cuboid" :block-type "stone" :scale [2 1 1]) (call "set-cuboid" :block-type "{name}"))))'
+    assert cells(text) == {(1, 0, 0): "minecraft:stone"}
+
+
+def test_slivers_are_no_cells() -> None:
+    with pytest.raises(SceneError) as caught:
+        built('(bind "a" (lambda () (call "set-cuboid" :block-type "stone" :scale [1 1e-7 1])))')
+    assert caught.value.name == "blocks"

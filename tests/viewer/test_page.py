@@ -216,7 +216,8 @@ def test_the_views_agree_with_the_renderers_cameras(program: Show, serve: Show, 
         assert np.allclose(found.world_to_camera[:2], expected.world_to_camera[:2], atol=2e-3)
 
 
-@pytest.mark.parametrize("samples", [0, 10, 32])  # as it is moved, refined as far as a slow machine may get, refined
+# As it is moved, refined as far as a slow machine may get, refined.
+@pytest.mark.parametrize("samples", [0, 10, pytest.param(32, marks=pytest.mark.slow)])
 def test_a_flat_patch_has_the_colour_of_draft_pictures(program: Show, serve: Show, show: Show, samples: int) -> None:
     colors = ["1 1 1", ".8 .8 .8", ".5 .1 .05", ".05 .3 .9", ".02 .02 .02", "0 1 0"]
     patches = "\n".join(
@@ -257,6 +258,7 @@ def test_looks_agree_with_draft_pictures(program: Show, serve: Show, show: Show)
     assert np.abs(picture - drawn)[inside].mean() < 4
 
 
+@pytest.mark.slow
 def test_a_hundred_thousand_instances(program: Show, serve: Show, show: Show) -> None:
     field = """(bind "tile" (lambda () (call "cube" :scale .8 :color [.8 .1 .1])))
     (bind "field" (lambda () (union-loop 100000 (lambda (i)

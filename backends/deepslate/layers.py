@@ -1,0 +1,215 @@
+"""Where one set of looks is read from: a jar or zip, a folder of the same layout, or npm's `minecraft-assets`.
+
+What is read was made by others: names are checked, files are bounded, and nothing outside the set is opened.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import zipfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from scenelang.grammar.diagnostics import SceneError
+
+_LARGEST_JSON = 1_000_000  # bytes
+_LARGEST_LIST = 64_000_000  # bytes of all models of a version in one file
+LARGEST_PICTURE = 8_000_000
+_MOST_FILES = 500_000  # in a zip
+_ASSETS = "assets"
+_IDENTIFIER = re.compile(r"(?:([a-z0-9_.-]+):)?([a-z0-9_.-]+(?:/[a-z0-9_.-]+)*)")
+_NPM_FOLDERS = {"block": "blocks", "item": "items"}
+
+
+@dataclass(frozen=True, slots=True)
+class Layer:
+    """One set of looks. Each function takes a full name, ``minecraft:block/stone``, and gives None for what the set
+    does not have; they raise SceneError("file") for what cannot be read."""
+
+    name: str
+    definition: Callable[[str], Any]
+    model: Callable[[str], Any]
+    picture: Callable[[str], bytes | None]
+
+
+def full_name(name: Any) -> str | None:
+    """``name`` with its namespace; None for what names nothing, such as a path that leaves its folder."""
+    match = _IDENTIFIER.fullmatch(name) if isinstance(name, str) and len(name) < 300 else None
+    if match is None or any(set(part) <= {"."} for part in (match[1] or "_", *match[2].split("/"))):
+        return None
+    return f"{match[1] or 'minecraft'}:{match[2]}"
+
+
+def layer_at(path: Path) -> Layer:
+    """The looks in the jar, zip or folder ``path``; raises SceneError("file") where there are none."""
+    try:
+        if path.is_file():
+            return _zipped(path)
+        if path.is_dir():
+            folder = next((at for at in (path, path / "minecraft-assets", path / "data") if _versions(at)), None)
+            if (path / "blocks_states.json").is_file():
+                return _npm(path)
+            if folder is not None:
+                return _npm(_versions(folder)[-1])
+            if (path / _ASSETS).is_dir():
+                return _packed(str(path), _within(path))
+            raise _none_at(path)
+    except (OSError, zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError) as error:
+        raise SceneError("file", f"the textures in `{path}` cannot be read: {error}") from error
+    raise SceneError("file", f"there is nothing at `{path}`, where textures are to be")
+
+
+def stacked(layers: Sequence[Layer]) -> Layer:
+    """All ``layers`` as one, which remembers what it was asked: the first that has something wins."""
+
+    def first(look_ups: Sequence[Callable[[str], Any]]) -> Callable[[str], Any]:
+        @cache
+        def look_up(full: str) -> Any:
+            return next((found for each in look_ups if (found := each(full)) is not None), None)
+
+        return look_up
+
+    return Layer(
+        ", ".join(f"`{layer.name}`" for layer in layers),
+        first([layer.definition for layer in layers]),
+        first([layer.model for layer in layers]),
+        first([layer.picture for layer in layers]),
+    )
+
+
+def number_of(version: str) -> tuple[int, ...]:
+    """``1.21.4`` as numbers that sort; empty for what is no version's number."""
+    return tuple(int(n) for n in version.split(".")) if re.fullmatch(r"\d{1,6}(\.\d{1,6}){1,3}", version) else ()
+
+
+def _none_at(path: Path) -> SceneError:
+    return SceneError(
+        "file",
+        f"`{path}` holds no textures of Minecraft",
+        hint="give the game's jar, a resource pack (.zip or folder), or the folder of npm's minecraft-assets",
+    )
+
+
+# --- jars and resource packs ---------------------------------------------------------------------------------------
+
+
+def _zipped(path: Path) -> Layer:
+    if not zipfile.is_zipfile(path):
+        raise _none_at(path)
+    archive = zipfile.ZipFile(path)
+    names = archive.NameToInfo
+    if len(names) > _MOST_FILES or not any(name.startswith(f"{_ASSETS}/") for name in names):
+        raise _none_at(path)
+
+    def read(name: str, largest: int) -> bytes | None:
+        found = names.get(name)
+        if found is None:
+            return None
+        if found.file_size > largest:
+            raise _too_large(name, largest)
+        with archive.open(found) as file:
+            return _bounded(file.read(largest + 1), name, largest)
+
+    return _packed(str(path), read)
+
+
+def _within(folder: Path) -> Callable[[str, int], bytes | None]:
+    root = folder.resolve()
+
+    def read(name: str, largest: int) -> bytes | None:
+        path = (root / name).resolve()
+        if not path.is_relative_to(root) or not path.is_file():  # a link may lead outside
+            return None
+        with path.open("rb") as file:
+            return _bounded(file.read(largest + 1), name, largest)
+
+    return read
+
+
+def _packed(name: str, read: Callable[[str, int], bytes | None]) -> Layer:
+    """The layout of the game's jar and of resource packs."""
+
+    def data(folder: str) -> Callable[[str], Any]:
+        def look_up(full: str) -> Any:
+            file = _place(full, folder, ".json")
+            text = _guarded(read, file, _LARGEST_JSON, name)
+            return None if text is None else _json(text, file)
+
+        return look_up
+
+    def picture(full: str) -> bytes | None:
+        return _guarded(read, _place(full, "textures", ".png"), LARGEST_PICTURE, name)
+
+    return Layer(name, data("blockstates"), data("models"), picture)
+
+
+def _place(full: str, folder: str, ending: str) -> str:
+    space, _, path = full.partition(":")
+    return f"{_ASSETS}/{space}/{folder}/{path}{ending}"
+
+
+# --- npm's minecraft-assets ----------------------------------------------------------------------------------------
+
+
+def _versions(folder: Path) -> list[Path]:
+    """The folders of versions of `minecraft-assets`, newest last."""
+    data = folder if folder.name == "data" else folder / "minecraft-assets" / "data"
+    if not data.is_dir():
+        data = folder / "data"
+    found = [at for at in data.iterdir() if number_of(at.name)] if data.is_dir() else []
+    return sorted((at for at in found if (at / "blocks_states.json").is_file()), key=lambda at: number_of(at.name))
+
+
+def _npm(folder: Path) -> Layer:
+    read = _within(folder)
+
+    @cache
+    def listed(file: str) -> Mapping[str, Any]:
+        text = _guarded(read, file, _LARGEST_LIST, str(folder))
+        data = None if text is None else _json(text, file)
+        return data if isinstance(data, dict) else {}
+
+    def definition(full: str) -> Any:
+        return listed("blocks_states.json").get(full.removeprefix("minecraft:"))
+
+    def model(full: str) -> Any:
+        return listed("blocks_models.json").get(full.removeprefix("minecraft:").removeprefix("block/"))
+
+    def picture(full: str) -> bytes | None:
+        top, _, rest = full.removeprefix("minecraft:").partition("/")
+        return _guarded(read, f"{_NPM_FOLDERS.get(top, top)}/{rest}.png", LARGEST_PICTURE, str(folder))
+
+    return Layer(str(folder), definition, model, picture)
+
+
+# --- reading -------------------------------------------------------------------------------------------------------
+
+
+def _guarded(read: Callable[[str, int], bytes | None], name: str, largest: int, place: str) -> bytes | None:
+    try:
+        return read(name, largest)
+    except SceneError:
+        raise
+    except Exception as error:  # zipfile and zlib raise many kinds for damaged archives
+        raise SceneError("file", f"`{name}` in `{place}` cannot be read: {error}") from error
+
+
+def _bounded(data: bytes, name: str, largest: int) -> bytes:
+    if len(data) > largest:
+        raise _too_large(name, largest)
+    return data
+
+
+def _too_large(name: str, largest: int) -> SceneError:
+    return SceneError("file", f"`{name}` is larger than {largest:,} bytes")
+
+
+def _json(text: bytes, name: str) -> Any:
+    try:
+        return json.loads(text.decode("utf-8-sig"))
+    except (ValueError, RecursionError) as error:
+        raise SceneError("file", f"`{name}` is no JSON: {error}") from None

@@ -1,0 +1,1 @@
+"""Files of builds that the game and its tools read and write."""

@@ -1,0 +1,179 @@
+"""Any scene in a grid of cells: primitives and meshes, filled.
+
+A cell is filled where its centre is inside a solid. Things thinner than a cell, and the surfaces of meshes, fill every
+cell that they go through, so that nothing is lost; what a mesh encloses is filled too. Later primitives win.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from scenelang.backends.appearance import Looks
+from scenelang.backends.base import need
+from scenelang.backends.minecraft.blocks import Cells
+from scenelang.backends.minecraft.cubes import as_cubes
+from scenelang.backends.minecraft.painting import BoolArray, FloatArray, IntArray
+from scenelang.backends.solids import Form, Solids, solids_of
+from scenelang.grammar.diagnostics import LimitError, SceneError
+from scenelang.interpreter.bounds import entity_box
+from scenelang.interpreter.entity import Entity, Scene, primitive_count
+from scenelang.interpreter.flatten import flatten_entity
+
+MOST_CELLS = 200_000_000
+_SLAB = 1 << 21  # cells or samples that are looked at together
+_THIN = 1.5  # cells: what is thinner may lie between centres
+_STEP = 0.5  # cells between samples
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Filled:
+    """``cells[x, y, z]`` is 0 for nothing, else one more than the row of ``looks`` that stands at ``origin + (x, y,
+    z)``, in cells; a cell is ``edge`` units of the scene wide."""
+
+    origin: tuple[int, int, int]
+    cells: Cells
+    looks: Looks
+    edge: float
+
+
+def filled(root: Entity, longest: int, limit: int = 2_000_000) -> Filled:
+    """The scene with ``longest`` cells along the longest side of its box, which begins at whole cells.
+
+    Raises SceneError("empty-scene"), and LimitError for more than ``limit`` primitives or too many cells.
+    """
+    drawn = as_cubes(Scene(root.word, [root], False), limit).root
+    box = entity_box(drawn)
+    if box is None:
+        raise SceneError("empty-scene", f'the scene "{root.word}" has no primitives, so there is nothing to fill')
+    if primitive_count(drawn) > limit:
+        raise LimitError("primitives", f"the scene has more than {limit:,} primitives")
+    low, high = np.array(box[:3]), np.array(box[3:])
+    edge = float((high - low).max()) / longest or 1.0
+    if not np.isfinite(edge) or np.abs(box).max() / edge > 1e9:
+        raise SceneError("unsupported", "the scene is too large, or too far from the origin, to be filled with cells")
+    size = np.maximum(1, np.ceil((high - low) / edge - 1e-9)).astype(np.int64)
+    if int(size.prod()) > MOST_CELLS:
+        raise LimitError("size", f"{int(size.prod()):,} cells are more than the {MOST_CELLS:,} that one build may have")
+    solids = solids_of(flatten_entity(drawn))
+    matrices = solids.matrices / edge
+    matrices[:, :, 3] -= low / edge
+    cells = np.zeros(size, np.uint32)
+    for first, last in _in_order(solids):
+        look = solids.look[first:last] + 1
+        if solids.forms[first] == Form.TRIANGLE:
+            _fill_mesh(cells, matrices[first:last], look)
+        else:
+            _fill(cells, Form(solids.forms[first]), matrices[first], int(look[0]))
+    x, y, z = np.rint(low / edge).astype(np.int64).tolist()
+    return Filled((x, y, z), cells, solids.looks, edge)
+
+
+def _in_order(solids: Solids) -> list[tuple[int, int]]:
+    """Where the solids of each instance begin and end, in the order of the instances."""
+    begins = np.flatnonzero(np.diff(solids.instance, prepend=-1, append=-1))
+    order = np.argsort(solids.instance[begins[:-1]], kind="stable")
+    return [(int(begins[i]), int(begins[i + 1])) for i in order.tolist()]
+
+
+# --- solids ----------------------------------------------------------------------------------------------------------
+
+
+def _fill(cells: Cells, form: Form, matrix: FloatArray, look: int) -> None:
+    """Fill one canonical solid under ``matrix`` (3, 4), which is in cells."""
+    linear, center = matrix[:, :3], matrix[:, 3]
+    widths = 2.0 * np.linalg.svd(linear, compute_uv=False)
+    if widths[-1] > 1e-9 * widths[0]:
+        _fill_inside(cells, form, linear, center, look)
+    if widths[-1] < _THIN:
+        for points in _samples(form, linear):
+            _mark(cells, points + center, np.full(len(points), look, np.uint32))
+
+
+def _fill_inside(cells: Cells, form: Form, linear: FloatArray, center: FloatArray, look: int) -> None:
+    """The cells whose centres are inside."""
+    inverse = np.linalg.inv(linear)
+    reach = np.abs(linear).sum(axis=1)
+    limit = np.array(cells.shape)
+    low = np.clip(np.floor(center - reach), 0, limit).astype(np.int64)
+    high = np.clip(np.ceil(center + reach), low, limit).astype(np.int64)
+    slab = max(1, _SLAB // max(1, int((high - low)[1:].prod())))
+    for start in range(int(low[0]), int(high[0]), slab):
+        stop = min(start + slab, int(high[0]))
+        axes = (np.arange(start, stop), np.arange(low[1], high[1]), np.arange(low[2], high[2]))
+        x, y, z = np.meshgrid(*((a + 0.5 - c) for a, c in zip(axes, center)), indexing="ij", sparse=True)
+        u, v, w = (row[0] * x + row[1] * y + row[2] * z for row in inverse)
+        part = cells[start:stop, low[1] : high[1], low[2] : high[2]]
+        part[_inside(form, u, v, w)] = look
+
+
+def _inside(form: Form, u: FloatArray, v: FloatArray, w: FloatArray) -> BoolArray:
+    """Whether points in the frame of the canonical solid are inside it."""
+    found: BoolArray
+    if form == Form.BALL:
+        found = u * u + v * v + w * w <= 1.0
+    elif form == Form.BLOCK:
+        found = np.maximum(np.maximum(np.abs(u), np.abs(v)), np.abs(w)) <= 1.0
+    elif form == Form.CYLINDER:
+        found = (u * u + w * w <= 1.0) & (np.abs(v) <= 1.0)
+    else:
+        found = (u * u + w * w <= ((1.0 - v) / 2.0) ** 2) & (np.abs(v) <= 1.0)
+    return found
+
+
+def _samples(form: Form, linear: FloatArray) -> Iterator[FloatArray]:
+    """Points (K, 3) inside the solid about its centre, at most a step apart."""
+    counts = np.maximum(1, np.ceil(2.0 * np.linalg.norm(linear, axis=0) / _STEP)).astype(np.int64)
+    a, b, c = (((np.arange(n) + 0.5) / n) * 2.0 - 1.0 for n in counts.tolist())
+    slab = max(1, _SLAB // (len(b) * len(c)))
+    for start in range(0, len(a), slab):
+        u, v, w = (axis.reshape(-1) for axis in np.meshgrid(a[start : start + slab], b, c, indexing="ij"))
+        kept = _inside(form, u, v, w)
+        yield np.stack([u[kept], v[kept], w[kept]], axis=1) @ linear.T
+
+
+def _mark(cells: Cells, points: FloatArray, look: IntArray) -> None:
+    """Fill the cells that ``points`` (K, 3) lie in."""
+    at = np.minimum(np.floor(points + 1e-9).astype(np.int64), np.array(cells.shape) - 1)
+    kept = (at >= 0).all(axis=1)
+    x, y, z = at[kept].T
+    cells[x, y, z] = look[kept]
+
+
+# --- meshes ----------------------------------------------------------------------------------------------------------
+
+
+def _fill_mesh(cells: Cells, matrices: FloatArray, looks: IntArray) -> None:
+    """Fill the surface of canonical triangles under ``matrices`` (T, 3, 4), and what they enclose."""
+    corner = matrices[:, :, 3] - matrices[:, :, 0] - matrices[:, :, 1]
+    along, up = 2.0 * matrices[:, :, 0], 2.0 * matrices[:, :, 1]
+    spans = np.stack([corner, corner + along, corner + up])
+    limit = np.array(cells.shape)
+    low = np.clip(np.floor(spans.min(axis=(0, 1))) - 1, 0, limit).astype(np.int64)
+    high = np.clip(np.ceil(spans.max(axis=(0, 1))) + 1, low + 1, limit).astype(np.int64)
+    shell = np.zeros(high - low, np.uint32)
+    for points, index in _on_triangles(corner - low, along, up):
+        _mark(shell, points, looks[index].astype(np.uint32))
+    surface = shell != 0
+    inside = need("scipy.ndimage", "'scenelang[minecraft]'").binary_fill_holes(surface) & ~surface
+    values, counts = np.unique(looks, return_counts=True)
+    shell[inside] = values[np.argmax(counts)]
+    part = cells[tuple(slice(a, b) for a, b in zip(low.tolist(), high.tolist()))]
+    np.copyto(part, shell, where=shell != 0)
+
+
+def _on_triangles(corner: FloatArray, along: FloatArray, up: FloatArray) -> Iterator[tuple[FloatArray, IntArray]]:
+    """Points (K, 3) on triangles, at most a step apart, and the triangle that each is on."""
+    size = np.maximum(np.linalg.norm(along, axis=1), np.linalg.norm(up, axis=1))
+    steps = np.maximum(1, np.ceil(size / _STEP)).astype(np.int64)
+    for count in np.unique(steps).tolist():
+        mine = np.flatnonzero(steps == count)
+        i, j = np.tril_indices(count + 1)
+        s, t = (i - j) / count, j / count
+        chunk = max(1, _SLAB // len(s))
+        for start in range(0, len(mine), chunk):
+            rows = mine[start : start + chunk]
+            points = corner[rows, None] + s[:, None] * along[rows, None] + t[:, None] * up[rows, None]
+            yield points.reshape(-1, 3), np.repeat(rows, len(s))
