@@ -1,6 +1,7 @@
 """The styles of the layout: how a list that does not fit a line is spread over several.
 
-A style writes the parts of a page and returns True; False: it does not suit this list, and the next one is tried.
+A style writes the parts of a page and returns True; False: it does not suit this list, and the next one is tried on a
+fresh page.
 """
 
 from __future__ import annotations
@@ -53,11 +54,20 @@ def _with_kept(page: Page, kept: int) -> bool:
     return True
 
 
+def _keyed_as_written(page: Page) -> bool:
+    """An application with keywords, on the lines that its author gave it."""
+    return _has_keywords(page) and _as_written(page)
+
+
+def _has_keywords(page: Page) -> bool:
+    return any(is_keyword(part) for part in page.parts[1:])
+
+
 def _ordinary(page: Page) -> bool:
     """An application: the operands under each other, or leading small ones on the head's line."""
     count = len(page.parts)
-    if any(is_keyword(part) for part in page.parts[1:]):
-        return _as_written(page) or _pairs(page, 0)
+    if _has_keywords(page):
+        return _pairs(page, 0)
     if count > 2 and head_of(page.datum) not in EVEN_HEADS and _leads(page):
         return _with_kept(page, count - 2)
     if not all(isinstance(part, Atom) for part in page.parts):
@@ -364,7 +374,7 @@ _SPECIAL: tuple[Style, ...] = (_special,)
 _STYLES: dict[Kind, tuple[Style, ...]] = {
     **dict.fromkeys((Kind.SPECIAL, Kind.IF, Kind.BODIED, Kind.DEFINE, Kind.LAMBDA, Kind.LET), _SPECIAL),
     **dict.fromkeys((Kind.FOR, Kind.DO, Kind.GUARD, Kind.BIND, Kind.CLAUSES), _SPECIAL),
-    Kind.ORDINARY: (_function_first, _ordinary, _as_written, _as_written_below, _hugging, last_resort),
+    Kind.ORDINARY: (_function_first, _keyed_as_written, _ordinary, _as_written, _as_written_below, _hugging, last_resort),
     Kind.CALL: (_as_written, _call),
     Kind.TRANSFORM: (_transform, last_resort, _pose_below),
     Kind.ALIGNED: (_as_written, _filled_operands, _aligned, last_resort),

@@ -36,20 +36,20 @@ def write_ply(
     path: Path,
     properties: Sequence[tuple[str, str]],
     vertices: Sequence[npt.NDArray[Any]],
-    faces: Sequence[npt.NDArray[np.int64]],
+    faces: Sequence[npt.NDArray[np.int64]] | None,
     comment: str | None = None,
 ) -> None:
     """Write a binary file: ``vertices`` are rows of structured arrays, whose numbers have the types and names of
-    ``properties``; ``faces`` (F, 3) count them all. Without any it holds points."""
+    ``properties``; ``faces`` (F, 3) count them all. With None it holds points."""
     lines = ["ply", "format binary_little_endian 1.0", *([f"comment {comment}"] if comment else ())]
     lines += [f"element vertex {sum(map(len, vertices))}", *(f"property {kind} {name}" for kind, name in properties)]
-    if faces:
+    if faces is not None:
         lines += [f"element face {sum(map(len, faces))}", "property list uchar int vertex_indices"]
     lines += ["end_header", ""]
     with path.open("wb") as file:
         file.write("\n".join(lines).encode("ascii"))
         file.writelines(rows.tobytes() for rows in vertices)
-        for corners in faces:
+        for corners in faces or ():
             sides = np.empty(len(corners), _FACE)
             sides["count"], sides["corners"] = 3, corners
             file.write(sides.tobytes())

@@ -71,7 +71,7 @@ def write_gaussians(gaussians: Gaussians, path: Path) -> None:
             temporary.write_bytes(rows.tobytes())
         else:
             comment = "scenelang: y up, colours are sRGB"
-            write_ply(temporary, [("float", name) for name in _NAMES], [ply_rows(gaussians)], [], comment)
+            write_ply(temporary, [("float", name) for name in _NAMES], [ply_rows(gaussians)], None, comment)
 
 
 def ply_rows(gaussians: Gaussians) -> npt.NDArray[np.float32]:

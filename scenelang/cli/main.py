@@ -62,6 +62,8 @@ _MODULES = (
     completion,
 )
 
+INTERRUPTED = 130
+
 
 class _Version(argparse.Action):
     """Prints the version; looked up only when asked for, since that takes a while."""
@@ -114,7 +116,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _report_interruption() -> int:
     print("interrupted", file=sys.stderr)
-    return 130
+    return INTERRUPTED
 
 
 def _was_interrupted(error: BaseException) -> bool:
@@ -142,7 +144,13 @@ def _silence_stdout() -> None:
 
 
 def entry() -> None:
-    sys.exit(main())
+    """What the installed commands call."""
+    code = main()
+    if code == INTERRUPTED:  # threads of native libraries may still be at work, which Python's own end does not survive
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(code)
+    sys.exit(code)
 
 
 if __name__ == "__main__":

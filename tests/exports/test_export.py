@@ -85,6 +85,13 @@ def test_parts_of_any_scene_and_depth(scene: Scene) -> None:
         assert same_points(np.concatenate([*rows, np.zeros((0, 3))]), wanted, 2e-5)
 
 
+def test_a_part_of_which_nothing_is_seen_is_an_empty_mesh(make: Any, tmp_path: Path) -> None:
+    scene = make.scene(make.primitive("cube"), make.group("a", make.primitive("cube", opacity=0.0)))
+    run(PLY, scene, tmp_path / "a.ply", parts=True)
+    rows = [len(vertices_of(path)) for path in sorted(tmp_path.iterdir())]
+    assert rows == [24, 0]
+
+
 def test_a_part_keeps_its_animation(tmp_path: Path) -> None:
     scene = example("orrery.scene")
     run(GLTF, scene, tmp_path / "a.glb", parts=True, depth=1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from formatter.texts import INDENTS, text_of
@@ -21,6 +21,7 @@ def readable(text: str) -> bool:
 
 @settings(max_examples=600, deadline=None)
 @given(SEEDS, st.sampled_from([30, 60, 88]))
+@example(118601, 30)  # a string of several lines, then a keyword
 def test_only_white_space_changes_and_once_is_enough(seed: int, width: int) -> None:
     text = text_of(seed)
     try:
