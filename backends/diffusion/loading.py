@@ -262,6 +262,11 @@ def _control(place: _Place, part: str | None) -> Any:
 
 def _check_control(name: str, network: Any, control: Any) -> None:
     for setting in ("in_channels", "cross_attention_dim", "block_out_channels", "layers_per_block"):
-        own, other = network.config[setting], control.config[setting]
-        if own != other and list(map(str, [own])) != list(map(str, [other])):
+        own, other = (_plain(config[setting]) for config in (network.config, control.config))
+        if own != other:
             raise other_model(name, f"its control has {setting} {other}, the model {own}")
+
+
+def _plain(value: Any) -> Any:
+    """Settings that were read have lists where those of a network made here have tuples."""
+    return list(value) if isinstance(value, tuple) else value
