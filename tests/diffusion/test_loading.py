@@ -18,6 +18,7 @@ from small_models import (
 )
 
 from scenelang.backends.clip.models import ClipName, load_clip
+from scenelang.backends.clip.prompts import Slot
 from scenelang.backends.clip.text import TextEncoder
 from scenelang.backends.diffusion.loading import DEPTH, MULTIVIEW, load_depth, load_diffusion, load_multiview
 from scenelang.backends.diffusion.pixels import Autoencoder, Unshuffled
@@ -87,6 +88,9 @@ def test_the_text_encoder_of_openclip(tmp_path: Path, folder: Path) -> None:
     assert isinstance(found.words, ClipWords)
     whole = TextEncoder(load_clip(ClipName(str(place / "text"))))
     assert torch.equal(found.words.encode([("a moai",)]), whole.encode([("a moai",)]).earlier)
+    half = load_diffusion(place, dtype=torch.bfloat16).words.encode([("a ", Slot("z2"))], {"z2": torch.randn(1, 32)})
+    assert half.dtype == torch.bfloat16
+    assert bool(half.isfinite().all())
 
 
 def test_names_are_found_on_the_shelf(tmp_path: Path, folder: Path) -> None:
