@@ -31,6 +31,7 @@ DOCUMENTS = (
     "docs/mcp.md",
     "docs/language-models.md",
     "docs/embeddings.md",
+    "docs/distillation.md",
     "docs/reference/stdlib.md",
     "docs/reference/diagnostics.md",
     "docs/reference/cli.md",

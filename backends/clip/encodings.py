@@ -11,7 +11,8 @@ import numpy.typing as npt
 
 from scenelang.backends.clip.conditions import Condition
 from scenelang.backends.clip.prompts import Prompt, Slot
-from scenelang.backends.clip.text import TextEncoder, Vectors
+from scenelang.backends.clip.splicing import Vectors
+from scenelang.backends.clip.text import TextEncoder
 from scenelang.backends.wording.handles import packed, unpacked
 
 FloatArray = npt.NDArray[np.float32]

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from scenelang.backends.base import need
 from scenelang.backends.clip.models import ClipModel
-from scenelang.backends.clip.prompts import Prompt, Slot
+from scenelang.backends.clip.prompts import Prompt
+from scenelang.backends.clip.splicing import Tokens, Vectors, Vocabulary, tokens_of
 from scenelang.backends.weights import INSTALL
-from scenelang.grammar.diagnostics import SceneError
-
-Vectors = Mapping[str, Any]  # by handle: tensors (K, width) in the space of the tokens' own vectors, K words each
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -25,17 +23,6 @@ class Encoded:
     words: Any
     earlier: Any
     pooled: Any
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Tokens:
-    """Prompts as token numbers ``ids`` (B, T), with ``vectors`` (B, T, width) in the places where ``mask`` (B, T);
-    ``ends`` (B,) are the places of the end tokens."""
-
-    ids: Any
-    vectors: Any
-    mask: Any
-    ends: Any
 
 
 class TextEncoder:
@@ -91,35 +78,8 @@ class TextEncoder:
 
     def tokens(self, prompts: Sequence[Prompt], vectors: Vectors) -> Tokens:
         """What the encoder reads of each prompt; longer ones are cut, as CLIP does."""
-        torch, context = self._torch, self.context
-        device = self._text.token_embedding.weight.device
-        ids = torch.zeros((len(prompts), context), dtype=torch.long, device=device)
-        mask = torch.zeros((len(prompts), context), dtype=torch.bool, device=device)
-        rows, ends = [], []
-        for b, prompt in enumerate(prompts):
-            pieces = [self._piece(piece, vectors) for piece in prompt]
-            numbers = [n for piece, _ in pieces for n in piece][: context - 2]
-            learned = [vector for _, piece in pieces for vector in piece][: context - 2]
-            line = [self._tokenizer.sot_token_id, *numbers, self._tokenizer.eot_token_id]
-            ids[b, : len(line)] = torch.tensor(line, device=device)
-            zero = torch.zeros(self.width, device=device)
-            row = [zero, *(zero if vector is None else vector.to(device) for vector in learned)]
-            for place, vector in enumerate(learned, start=1):
-                mask[b, place] = vector is not None
-            rows.append(torch.stack([*row, *[zero] * (context - len(row))]))
-            ends.append(len(line) - 1)
-        return Tokens(ids, torch.stack(rows), mask, torch.tensor(ends, device=device))
-
-    def _piece(self, piece: str | Slot, vectors: Vectors) -> tuple[list[int], list[Any]]:
-        """The token numbers of a piece, and the vector in place of each, None for a token's own."""
-        if isinstance(piece, str):
-            numbers: list[int] = self._tokenizer.encode(piece)
-            return numbers, [None] * len(numbers)
-        found = vectors.get(piece.name)
-        if found is None:
-            raise SceneError("value", f"nothing is known of <{piece.name}>: neither vectors nor a text")
-        if found.ndim != 2 or found.shape[1] != self.width:
-            shape = " x ".join(map(str, found.shape))
-            message = f"the vectors of <{piece.name}> are {shape}; those of this model are {self.width} wide"
-            raise SceneError("value", message, hint="they were learned for another model")
-        return [0] * len(found), list(found)
+        tokenizer = self._tokenizer
+        vocabulary = Vocabulary(
+            tokenizer.encode, tokenizer.sot_token_id, tokenizer.eot_token_id, 0, self.context, self.width
+        )
+        return tokens_of(prompts, vectors, vocabulary, self._text.token_embedding.weight.device)
