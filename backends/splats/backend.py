@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -26,6 +27,7 @@ from scenelang.interpreter.flatten import flatten_entity
 GAUSSIANS = Option(
     "gaussians", "how many Gaussians the scene is made of, shared out by area", 100_000, least=LEAST, most=MOST
 )
+DISTILLED = Option("distilled", "the folder of a run of `distill`: draw what it learned, in its own light", "")
 
 
 class SplatsPainter:
@@ -88,6 +90,11 @@ def _lit(stage: Stage, made: SceneSplats, shadow: list[Shadow]) -> Splats:
 
 def _painter(staging: Staging, options: PictureOptions, shots: int) -> Painter:
     need("torch", INSTALL)
+    folder = SPLATS.setting(options, "distilled")
+    if folder:
+        from scenelang.backends.distillation.painter import DistilledPainter
+
+        return DistilledPainter(staging, Path(folder))
     return SplatsPainter(staging, options)
 
 
@@ -97,7 +104,7 @@ SPLATS = PictureBackend(
     work=Work.PICTURE,
     endings=STILL_ENDINGS,
     run=write_still("splats"),
-    options=(GAUSSIANS,),
+    options=(GAUSSIANS, DISTILLED),
     packages=("PIL", "torch"),
     install=INSTALL,
     painter=_painter,

@@ -44,5 +44,11 @@ def plain_text(word: str, text: str) -> str:
     before = [part for part in parts if len(part.split()) <= _ADJECTIVE and not re.search(r"\d", part)]
     after = [part for part in parts if part not in before]
     phrase = f"{', '.join(before)} {word}".strip()
-    vowel = phrase[:1].lower() in "aeiou" and not phrase.lower().startswith(_CONSONANT)
-    return ", ".join([f"{'an' if vowel else 'a'} {phrase}", *after, "3D model"])
+    return ", ".join([with_article(f"a {phrase}"), *after, "3D model"])
+
+
+def with_article(sentence: str) -> str:
+    """A sentence that begins with "a" with "an" where that is how it is spoken: `an ivory pawn`."""
+    rest = sentence.removeprefix("a ")
+    vowel = rest[:1].lower() in tuple("aeiou") and not rest.lower().startswith(_CONSONANT)
+    return f"an {rest}" if vowel and rest != sentence else sentence

@@ -1,0 +1,80 @@
+"""What commands of neural backends have in common: which things of a scene are taken as a whole, and what is said of
+each."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from scenelang.cli.options import whole, z_path
+
+if TYPE_CHECKING:
+    from scenelang.backends.clip.leaves import Granularity, Sayings
+    from scenelang.interpreter.entity import Scene
+
+
+def add_granularity(parser: argparse.ArgumentParser) -> None:
+    """Which entities become leaves, and the sentence of each."""
+    parser.add_argument("--depth", type=whole, metavar="N", help="what is below each entity at depth N is one thing")
+    parser.add_argument(
+        "--entity",
+        action="append",
+        default=[],
+        metavar="WORD|'<z4>'",
+        help="entities of a word, or the one with a handle, are one thing each; may be repeated",
+    )
+    parser.add_argument("--template", metavar="TEXT", help="the sentence, with {embedding}, {word} and {style}")
+
+
+def granularity_of(arguments: argparse.Namespace) -> Granularity:
+    from scenelang.backends.clip.leaves import Granularity
+
+    return Granularity(arguments.depth, tuple(arguments.entity))
+
+
+def sayings_of(arguments: argparse.Namespace) -> tuple[Sayings, Mapping[str, Any]]:
+    """What Z says besides the program, and its learned vectors as arrays by handle; raises SceneError."""
+    from scenelang.backends.clip.leaves import Sayings
+    from scenelang.backends.wording.templates import DEFAULT
+    from scenelang.zfile import read_wording, read_z
+
+    template = arguments.template or DEFAULT
+    path = z_path(arguments)
+    if path is None or not path.exists():
+        return Sayings(template=template), {}
+    entries, vectors = read_z(path)
+    wording = read_wording(path)
+    texts = {handle: row.text for row in wording.rows for handle in row.handles} if wording is not None else {}
+    if wording is not None:
+        texts[wording.style] = wording.style_text
+    texts |= {handle: entry.text for handle, entry in entries.items() if entry.text}
+    return Sayings(frozenset(vectors), texts, template), vectors
+
+
+def scene_prompt(arguments: argparse.Namespace, text: str, scene: Scene) -> str:
+    """What the whole scene is: `--prompt`, else what the head of the file says, else the root's word."""
+    from scenelang.backends.wording.readable import thing
+    from scenelang.header import stated_task
+
+    return arguments.prompt or stated_task(text) or thing(scene.root)
+
+
+def tensors_of(vectors: Mapping[str, Any], device: str) -> dict[str, Any]:
+    """Arrays by handle as tensors."""
+    import torch
+
+    return {handle: torch.from_numpy(vector).float().to(device) for handle, vector in vectors.items()}
+
+
+def folder_of(text: str) -> Path:
+    """A folder to write to, made where it is not there; raises SceneError("file")."""
+    from scenelang.grammar.diagnostics import SceneError
+
+    path = Path(text)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise SceneError("file", f"`{path}` cannot be a folder: {error.strerror or error}") from error
+    return path

@@ -1,0 +1,148 @@
+"""Which things share their Gaussians, and where these stand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support import evaluate
+
+torch = pytest.importorskip("torch")
+
+from scenelang.backends.clip.leaves import Granularity, Sayings, leaves_of  # noqa: E402
+from scenelang.backends.distillation.cast import Cast, cast_of  # noqa: E402
+from scenelang.backends.distillation.theta import beginning, on_stage, resting  # noqa: E402
+from scenelang.backends.splats.initial import gaussians_of  # noqa: E402
+from scenelang.grammar.diagnostics import SceneError  # noqa: E402
+
+
+def cast(text: str, *entities: str, depth: int | None = None, learned: frozenset[str] = frozenset()) -> Cast:
+    return cast_of(leaves_of(evaluate(text), Granularity(depth, entities), Sayings(learned)))
+
+
+ROW = """
+(bind "row" (lambda () (union
+  (call "sphere" :color [1 0 0])
+  (transform (call "sphere" :color [1 0 0]) (@ (translate [3 0 0]) (scale 2)))
+  (transform (call "sphere" :color [1 0 0]) (@ (translate [6 0 0]) (rotation [0 0 1] 90 :degrees) (scale [1 2 1])))
+  (transform (call "sphere" :color [1 0 0]) (@ (translate [9 0 0]) (scale [1 2 1])))
+  (transform (call "sphere" :color [0 0 1]) (translate [12 0 0])))))
+""".replace("(rotation [0 0 1] 90 :degrees)", "(rotate 1.5707963 [0 0 1])")
+
+
+def test_equal_sentences_and_boxes_share_one_theta() -> None:
+    found = cast(ROW)
+    assert [actor.figure for actor in found.actors] == [0, 0, 1, 1, 2]
+    for figure in found.figures:
+        assert np.linalg.norm(figure.box) == pytest.approx(1.0)
+
+
+def test_a_pose_takes_the_normalised_box_to_the_thing() -> None:
+    for actor in cast(ROW).actors:
+        matrix = actor.poses[0, :, :3]
+        assert np.allclose(matrix.T @ matrix, np.eye(3) * (matrix[:, 0] @ matrix[:, 0]))  # a turn times one scale
+    sizes = [np.abs(a.poses[0, :, :3]) @ cast(ROW).figures[a.figure].box for a in cast(ROW).actors]
+    assert np.allclose(sizes, [[1, 1, 1], [2, 2, 2], [2, 1, 1], [1, 2, 1], [1, 1, 1]], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "pose",
+    ["(reflect [0 0 0] [1 0 0])", "(scale [1 3 .2])", "(@ (rotate 1 [1 2 3]) (scale [1 3 .2]) (rotate 1 [3 1 1]))"],
+)
+def test_the_program_s_own_gaussians_stand_where_they_did(pose: str) -> None:
+    """What `local` takes to the figure's frame, the actor's pose takes back to the world, any affine one."""
+    text = f'(bind "a" (lambda () (transform (call "cube" :size [1 2 3]) {pose})))'
+    if "reflect [0 0 0]" in pose:
+        text = text.replace("(reflect [0 0 0] [1 0 0])", "(scale [-1 1 1])")
+    found = cast(text)
+    (figure,), (actor,) = found.figures, found.actors
+    whole = torch.from_numpy(actor.poses[0])
+    local = torch.from_numpy(figure.local)
+    own = gaussians_of(figure.entity, 200).splats.moved(local[:, :3], local[:, 3])
+    assert float(own.means.abs().sub(torch.from_numpy(figure.box)).max()) < 1e-6
+    back = own.moved(whole[:, :3], whole[:, 3])
+    wanted = gaussians_of(evaluate(text).root, 200).splats
+    torch.testing.assert_close(back.means, wanted.means)
+    torch.testing.assert_close(back.covariances, wanted.covariances)
+
+
+HATS = """
+(bind "people" (lambda () (union (call "hat" :tone "straw") (transform (call "hat" :tone "felt") (translate [4 0 0])))))
+(bind "hat" (lambda ((tone "straw")) (union
+  (call "cylinder" :radius 1 :p0 [0 0 0] :p1 [0 .1 0])
+  (call "cylinder" :radius .5 :p0 [0 .1 0] :p1 [0 1 0]))))
+"""
+
+
+def test_entities_become_leaves_with_their_smallest_boxes() -> None:
+    whole = cast(HATS, "hat")
+    assert [actor.name for actor in whole.actors] == ["hat", "hat"]
+    box = np.abs(whole.actors[0].poses[0, :, :3]) @ whole.figures[0].box
+    assert np.allclose(box, [1, 0.5, 1])
+    assert np.allclose(whole.actors[0].poses[0, :, 3], [0, 0.5, 0])
+    assert len(cast(HATS).actors) == 4
+    assert len(cast(HATS, depth=0).actors) == 1
+    assert len(cast(HATS, depth=1).actors) == 2
+
+
+def test_one_thing_may_be_named_by_its_handle() -> None:
+    found = cast(HATS, "<z2>")
+    assert len(found.actors) == 3
+    with pytest.raises(SceneError, match="handle <z99>"):
+        cast(HATS, "<z99>")
+    with pytest.raises(SceneError, match='word "cap"'):
+        cast(HATS, "cap")
+
+
+MOVING = """
+(bind "walk" (lambda () (frames (list
+  (union (call "sphere" :color [1 0 0]) (call "cube"))
+  (union (transform (call "sphere" :color [1 0 0]) (translate [2 0 0])))))))
+"""
+
+
+def test_over_time_a_thing_is_one_figure_with_a_pose_for_each_frame() -> None:
+    found = cast(MOVING)
+    assert found.frames == 2
+    ball, cube = found.actors
+    assert ball.shown.tolist() == [True, True]
+    assert cube.shown.tolist() == [True, False]
+    assert ball.poses[:, 0, 3].tolist() == [0.0, 2.0]
+    thetas = [beginning(torch.ones(3), 20, torch.Generator().manual_seed(0)).gaussians() for _ in found.figures]
+    starts = torch.from_numpy(np.stack([actor.poses for actor in found.actors])).float()
+    poses = resting(2, 2, starts)
+    assert len(on_stage(thetas, found.actors, starts, poses, 0)) == 40
+    assert len(on_stage(thetas, found.actors, starts, poses, 1)) == 20
+
+
+# --- sentences -----------------------------------------------------------------------------------------------------
+
+BEACH = """
+(bind "beach" (lambda () (union
+  (call "moai" (embedding <z2> "weathered"))
+  (transform (call "moai" (embedding <z3> "mossy")) (translate [3 0 0])))))
+(bind "moai" (lambda () (union (call "cube" :color [.9 .9 .9]) (transform (call "sphere") (translate [0 1 0])))))
+"""
+
+
+def sentences(text: str, *entities: str, learned: frozenset[str] = frozenset()) -> list[str]:
+    from scenelang.backends.clip.encodings import written
+
+    (leaves,) = leaves_of(evaluate(text), Granularity(None, entities), Sayings(learned))
+    return [written(leaf.condition.prompt) for leaf in leaves]
+
+
+def test_one_entry_speaks_for_the_whole_entity_and_no_other() -> None:
+    plain, learned = sentences(BEACH), sentences(BEACH, learned=frozenset({"z2"}))
+    assert all("weathered" in text for text in plain[:2])
+    assert all("<z2>" in text and "in the style of beach" in text for text in learned[:2])
+    assert learned[2:] == plain[2:]
+    assert all("mossy" in text for text in plain[2:])
+    assert all("<z1>" in text for text in sentences(BEACH, learned=frozenset({"z1"})))
+
+
+def test_a_leaf_that_is_an_entity_says_its_own_text() -> None:
+    assert sentences(BEACH, "moai")[1] == "a mossy moai, in the style of beach, 3D model"
+
+
+def test_articles() -> None:
+    assert sentences('(bind "a" (lambda () (call "cube" :color [.9 .9 .9])))')[0].startswith("an ivory")

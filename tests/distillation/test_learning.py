@@ -1,0 +1,174 @@
+"""The optimisation on small random models: it goes on after a break as it would have, figures learn alone, the scene's
+term moves poses, Gaussians come and go."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from small_models import seeded, small_diffusion
+from support import evaluate
+
+torch = pytest.importorskip("torch")
+
+from scenelang.backends.clip.leaves import Granularity, Sayings, leaves_of  # noqa: E402
+from scenelang.backends.diffusion.loading import load_diffusion  # noqa: E402
+from scenelang.backends.distillation.cast import Cast, cast_of  # noqa: E402
+from scenelang.backends.distillation.density import changed  # noqa: E402
+from scenelang.backends.distillation.keeping import asked_of, check_same, keep, kept_in, same_figures  # noqa: E402
+from scenelang.backends.distillation.learning import Learning, Teachers  # noqa: E402
+from scenelang.backends.distillation.settings import Settings  # noqa: E402
+from scenelang.backends.distillation.theta import Theta, beginning  # noqa: E402
+from scenelang.grammar.diagnostics import SceneError  # noqa: E402
+
+TWO = """
+(bind "toys" (lambda () (union (call "sphere" :text "red") (transform (call "cube" :color [0 0 1]) (translate [3 0 0])))))
+"""
+SETTINGS = Settings(steps=12, first=60, most=90, every=4, hull=100)
+
+
+@pytest.fixture(scope="module")
+def models(tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, Any]:
+    seeded()
+    folder = tmp_path_factory.mktemp("models")
+    figures = load_diffusion(small_diffusion(folder / "figures", pixels=True))
+    return figures, load_diffusion(small_diffusion(folder / "scene", views=False, control=True))
+
+
+def cast(text: str = TWO) -> Cast:
+    return cast_of(leaves_of(evaluate(text), Granularity(), Sayings()))
+
+
+def learning(models: Any, text: str = TWO, scene: bool = False, frozen: Any = None, **settings: Any) -> Learning:
+    teachers = Teachers(models[0], models[1] if scene else None, {}, ("toys",))
+    return Learning(cast(text), teachers, replace(SETTINGS, **settings), "cpu", frozen or {})
+
+
+def steps(one: Learning, count: int) -> Learning:
+    for _ in range(count):
+        one.step()
+    return one
+
+
+@pytest.mark.parametrize("scene", [False, True])
+def test_a_run_goes_on_as_it_would_have(models: Any, scene: bool, tmp_path: Path) -> None:
+    whole = steps(learning(models, scene=scene), 14)
+    first = steps(learning(models, scene=scene), 9)
+    asked = asked_of(SETTINGS, ["m"], "toys")
+    keep(tmp_path, first.state(), first.cast, asked, 1.5)
+    kept = kept_in(tmp_path)
+    check_same(kept, first.cast, asked)
+    again = learning(models, scene=scene)
+    again.restore(kept.tensors)
+    steps(again, 5)
+    one, other = whole.state(), again.state()
+    assert one.keys() == other.keys()
+    for name in one:
+        assert one[name].equal(other[name]), name
+    assert len(whole.figures[0].theta) != SETTINGS.first  # densification was part of it
+
+
+def test_a_seed_is_a_result(models: Any) -> None:
+    one, same, other = (steps(learning(models, seed=seed), 4).state() for seed in (1, 1, 2))
+    assert all(one[name].equal(same[name]) for name in one)
+    assert not one["figure/0/theta/means"].equal(other["figure/0/theta/means"])
+
+
+def test_what_one_thing_is_told_changes_no_other(models: Any) -> None:
+    one = steps(learning(models), 8).state()
+    other = steps(learning(models, TWO.replace("red", "green and mossy")), 8).state()
+    assert not one["figure/0/theta/colors"].equal(other["figure/0/theta/colors"])
+    assert one["figure/1/theta/colors"].equal(other["figure/1/theta/colors"])
+
+
+def test_poses_move_by_the_term_of_the_scene_only(models: Any) -> None:
+    alone, together = (steps(learning(models, scene=scene), 3) for scene in (False, True))
+    assert float(alone.poses.shifts.detach().abs().max()) == 0.0
+    assert float(together.poses.shifts.detach().abs().max()) > 0.0
+    assert float(together.poses.log_scales.detach().abs().max()) > 0.0
+
+
+def test_what_is_taken_over_stays(models: Any, tmp_path: Path) -> None:
+    before = steps(learning(models), 6)
+    keep(tmp_path, before.state(), before.cast, {}, 0.0)
+    text = TWO.replace("red", "golden")
+    frozen = same_figures(kept_in(tmp_path), cast(text))
+    assert list(frozen) == [1]
+    for scene in (False, True):
+        after = steps(learning(models, text, scene, frozen), 4)
+        assert after.steps == SETTINGS.steps
+        assert after.state()["figure/1/theta/means"].equal(before.state()["figure/1/theta/means"])
+        assert not after.state()["figure/0/theta/means"].equal(before.state()["figure/0/theta/means"])
+
+
+def test_another_scene_or_other_settings_do_not_go_on(models: Any, tmp_path: Path) -> None:
+    one = learning(models)
+    keep(tmp_path, one.state(), one.cast, asked_of(SETTINGS, ["m"], "toys"), 0.0)
+    kept = kept_in(tmp_path)
+    check_same(kept, cast(), asked_of(replace(SETTINGS, steps=99), ["m"], "toys"))
+    with pytest.raises(SceneError, match="other settings: seed"):
+        check_same(kept, cast(), asked_of(replace(SETTINGS, seed=5), ["m"], "toys"))
+    with pytest.raises(SceneError, match="another scene"):
+        check_same(kept, cast(TWO.replace("red", "green")), asked_of(SETTINGS, ["m"], "toys"))
+
+
+@pytest.mark.parametrize("damage", ["cut", "text", "other", "shapes"])
+def test_damaged_runs_are_told(models: Any, tmp_path: Path, damage: str) -> None:
+    from safetensors.torch import save_file
+
+    one = learning(models)
+    keep(tmp_path, one.state(), one.cast, {}, 0.0)
+    path = tmp_path / "state.safetensors"
+    if damage == "cut":
+        path.write_bytes(path.read_bytes()[:-900])
+    elif damage == "text":
+        path.write_text("no")
+    elif damage == "other":
+        save_file({"a": torch.zeros(2)}, path)
+    else:
+        keep(tmp_path, one.state() | {"figure/0/theta/means": torch.zeros(5, 2)}, one.cast, {}, 0.0)
+    with pytest.raises(SceneError, match="no distillation that can be read"):
+        kept_in(tmp_path)
+    path.unlink()
+    with pytest.raises(SceneError, match="there is no distillation"):
+        kept_in(tmp_path)
+
+
+# --- density -------------------------------------------------------------------------------------------------------
+
+
+def theta(count: int = 40) -> Theta:
+    return beginning(torch.ones(3), count, torch.Generator().manual_seed(0))
+
+
+def test_the_unseen_and_the_far_go() -> None:
+    one = theta()
+    one.opacities[:5] = -9.0
+    one.means[5] = torch.tensor([0.0, 3.0, 0.0])
+    found = changed(one, torch.ones(3), torch.zeros(40), 34, torch.Generator())
+    assert found.source.tolist() == list(range(6, 40))
+    assert not found.is_new.any()
+
+
+def test_some_always_stay() -> None:
+    one = theta()
+    one.opacities[:] = -9.0
+    assert len(changed(one, torch.ones(3), torch.zeros(40), 99, torch.Generator()).theta) >= 16
+
+
+def test_what_is_pulled_becomes_more() -> None:
+    one = theta()
+    one.log_scales[:] = -4.0
+    one.log_scales[7] = 0.0
+    pull = torch.zeros(40)
+    pull[[3, 7, 9]] = torch.tensor([5.0, 9.0, 1.0])
+    found = changed(one, torch.full((3,), 9.0), pull, 43, torch.Generator().manual_seed(1))
+    assert len(found.theta) == 43
+    assert sorted(found.source[40:].tolist()) == [3, 7, 9]
+    assert found.is_new.nonzero()[:, 0].tolist() == [7, 40, 41, 42]  # a large one is split, so both halves are new
+    halves = (found.source == 7).nonzero()[:, 0]
+    assert float(found.theta.log_scales[halves].exp().max()) == pytest.approx(1 / 1.6)
+    assert not found.theta.means[halves[0]].equal(found.theta.means[halves[1]])
+    assert len(changed(one, torch.full((3,), 9.0), pull, 41, torch.Generator().manual_seed(1)).theta) == 41
