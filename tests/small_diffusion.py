@@ -103,6 +103,7 @@ def _tokenizer() -> Any:
 
     names = {"<start_of_text>": "<|startoftext|>", "<end_of_text>": "<|endoftext|>"}
     vocab = {names.get(token, token): number for token, number in SimpleTokenizer().encoder.items()}
-    lines = gzip.open(default_bpe()).read().decode("utf-8").split("\n")
+    with gzip.open(default_bpe(), "rt", encoding="utf-8") as file:
+        lines = file.read().split("\n")
     merges = [tuple(line.split()) for line in lines[1 : 49152 - 256 - 2 + 1]]
     return CLIPTokenizer(vocab=vocab, merges=merges, model_max_length=77, pad_token="!")
