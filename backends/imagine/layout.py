@@ -66,11 +66,11 @@ def layout_of(truth: Truth, units: IntArray, most: int = MOST) -> Layout:
     the ``most`` with the largest boxes."""
     boxes = boxes_in(truth)
     used = np.unique(units[truth.ancestry.primitives])
-    seen = used[boxes.area[used] > 0]
+    nearest = _nearest(truth, units)
+    seen = used[np.isfinite(nearest[used])]
     cut = cut_boxes(boxes, truth.camera.width, truth.camera.height)
     sizes = (cut[seen, 2] - cut[seen, 0]) * (cut[seen, 3] - cut[seen, 1])
     largest = seen[np.argsort(-sizes, kind="stable")[:most]]
-    nearest = _nearest(truth, units)
     ordered = largest[np.argsort(nearest[largest], kind="stable")]
     places = tuple(_place(int(i), cut[i], nearest[i], boxes.area[i]) for i in ordered)
     return Layout(truth.camera.width, truth.camera.height, places, len(seen) - len(places))

@@ -84,6 +84,12 @@ def test_what_is_hidden_is_left_out() -> None:
     assert words(sketch(hidden)) == ["cube"]
 
 
+def test_of_an_entity_only_what_is_its_own_counts() -> None:
+    """The cube hides the sphere, and counts as one for itself; nothing is left of what both stand in."""
+    program = '(bind "a" (lambda () (union (call "sphere" :radius .2) (call "cube" :scale [2 2 2]))))'
+    assert words(sketch(program, Wholes(0, ("cube",)))) == ["cube"]
+
+
 def test_the_nearest_comes_first() -> None:
     depths = [place.depth for place in sketch().layout.places]
     assert depths == sorted(depths)
