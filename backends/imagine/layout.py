@@ -5,8 +5,6 @@ The boxes are those of ``backends/maps``: the exact rectangles of projections, h
 
 from __future__ import annotations
 
-import re
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,24 +12,12 @@ import numpy.typing as npt
 
 from scenelang.backends.maps.boxes import Boxes, boxes_in
 from scenelang.backends.maps.truth import Truth
-from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.ancestry import Ancestry
 
 IntArray = npt.NDArray[np.int64]
 FloatArray = npt.NDArray[np.float64]
 Box = tuple[float, float, float, float]
 
 MOST = 30  # instances that models with slots can be told of
-_PATH = re.compile(r"\d+(/\d+)*\Z")
-
-
-@dataclass(frozen=True, slots=True)
-class Wholes:
-    """Which entities count as one: those ``depth`` below the root (None: only primitives), and the ``named`` ones, each
-    by a handle ``<z5>``, by the places of children from the root ``0/2``, or by a word."""
-
-    depth: int | None = None
-    named: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,42 +78,3 @@ def _nearest(truth: Truth, units: IntArray) -> FloatArray:
     out = np.full(len(truth.ancestry), np.inf)
     np.minimum.at(out, units[truth.instance[truth.seen]], truth.depth[truth.seen])
     return out
-
-
-# --- what counts as one ----------------------------------------------------------------------------------------------
-
-
-def units_of(ancestry: Ancestry, handles: Sequence[str], wholes: Wholes) -> IntArray:
-    """For every instance (M,) the one that it counts as: the highest around it that ``wholes`` takes as one, or itself.
-
-    ``handles`` are those of all instances. Raises SceneError("value") for a name that nothing has.
-    """
-    units = np.arange(len(ancestry)) if wholes.depth is None else ancestry.at_depth(wholes.depth)
-    chosen = np.zeros(len(ancestry), bool)
-    for name in wholes.named:
-        called = _called(ancestry, handles, name)
-        if not called:
-            hint = "a handle '<z5>', places of children from the root 0/2, or a word; `scenelang tree` shows them"
-            raise SceneError("value", f"nothing in the scene is called `{name}`", hint=hint)
-        chosen[called] = True
-    if chosen.any():
-        units = units.copy()
-        for level in range(ancestry.deepest + 1):  # from the root, so that what is highest counts
-            rows = np.flatnonzero(ancestry.depth == level)
-            above = np.where(ancestry.parent[rows] >= 0, ancestry.parent[rows], rows)
-            inside = chosen[units[above]] & (above != rows)
-            units[rows] = np.where(inside, units[above], np.where(chosen[rows], rows, units[rows]))
-    return units
-
-
-def _called(ancestry: Ancestry, handles: Sequence[str], name: str) -> list[int]:
-    """The instances that a name of the user's means."""
-    if _PATH.match(name):
-        wanted = tuple(map(int, name.split("/")))
-        level = np.flatnonzero(ancestry.depth == len(wanted)).tolist()
-        return [i for i in level if ancestry.path(i) == wanted]
-    if name.startswith("<") and name.endswith(">"):
-        return [i for i, handle in enumerate(handles) if handle == name[1:-1]]
-    of_word = np.array([entity.word == name for entity in ancestry.nodes], bool)
-    found: list[int] = np.flatnonzero(of_word[ancestry.node]).tolist()
-    return found

@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from scenelang.backends.base import need
 from scenelang.backends.clip.conditions import Condition
+from scenelang.backends.clip.encodings import written
 from scenelang.backends.imagine.layout import Layout
-from scenelang.backends.imagine.sayings import readable
 from scenelang.backends.maps.pictures import instance_color
 from scenelang.backends.maps.truth import Truth
 
@@ -59,7 +59,7 @@ def layout_json(layout: Layout, conditions: Sequence[Condition], truth: Truth, p
                 "path": list(ancestry.path(place.instance)),
                 "handle": f"<{condition.handles[0]}>",
                 "word": ancestry.entity(place.instance).word,
-                "prompt": readable(condition.prompt),
+                "prompt": written(condition.prompt),
                 "text": condition.plain,
                 "box": list(layout.fractions(place)),
                 "depth": place.depth,

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from scenelang.backends.base import need
-from scenelang.backends.imagine.words import TransformerWords
+from scenelang.backends.diffusion.words import TransformerWords
 from scenelang.backends.weights import INSTALL, Shelf
 from scenelang.grammar.diagnostics import SceneError
 

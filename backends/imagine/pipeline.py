@@ -10,16 +10,18 @@ import numpy.typing as npt
 
 from scenelang.backends.base import Progress, need
 from scenelang.backends.clip.conditions import Condition
+from scenelang.backends.clip.granularity import Granularity, IntArray, check_named, units_of
 from scenelang.backends.clip.prompts import Prompt
+from scenelang.backends.clip.sentences import Sayings, Sentences
 from scenelang.backends.imagine.gligen import Gligen
-from scenelang.backends.imagine.layout import MOST, Layout, Wholes, layout_of, units_of
+from scenelang.backends.imagine.layout import MOST, Layout, layout_of
 from scenelang.backends.imagine.migc import MOST as MIGC_MOST
 from scenelang.backends.imagine.migc import MigcSteering
 from scenelang.backends.imagine.migc_files import Migc
 from scenelang.backends.imagine.models import Checkpoint, check_control
 from scenelang.backends.imagine.regional import WEIGHT, Regional
 from scenelang.backends.imagine.sampling import Control, Picture, Sampling, draw
-from scenelang.backends.imagine.sayings import Book, conditions_in
+from scenelang.backends.imagine.sayings import conditions_in, handles_in
 from scenelang.backends.imagine.steering import Region, Steering
 from scenelang.backends.maps.pictures import depth_picture
 from scenelang.backends.maps.truth import Truth, truth_of
@@ -27,7 +29,7 @@ from scenelang.backends.minecraft.cubes import as_cubes
 from scenelang.backends.shots import Shot
 from scenelang.backends.stage import unit_size
 from scenelang.backends.weights import INSTALL
-from scenelang.backends.wording.wording import Wording, merged, wording_of
+from scenelang.backends.wording.templates import check_template
 from scenelang.grammar.diagnostics import Diagnostic
 from scenelang.interpreter.entity import Scene
 from scenelang.interpreter.numbering import frame_numbers, instance_handles
@@ -39,17 +41,22 @@ Vectors = Mapping[str, npt.NDArray[Any]]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sketch:
-    """A shot as a layout, before any model: ``handles`` are those of all instances of the truth, ``wording`` is what
-    the scene's numbers say in words."""
+    """A shot as a layout, before any model: ``handles`` are those of all instances of the truth, ``units`` (M,) what
+    each counts as."""
 
     truth: Truth
     layout: Layout
     handles: tuple[str, ...]
-    wording: Wording
+    units: IntArray
 
-    def conditions(self, book: Book) -> list[Condition]:
+    def sentences(self, sayings: Sayings) -> Sentences:
+        """What can be said of each thing; raises SceneError("value") for a template that means nothing."""
+        check_template(sayings.template)
+        return Sentences(self.truth.ancestry, self.handles, sayings)
+
+    def conditions(self, sentences: Sentences) -> list[Condition]:
         """What is said of each place."""
-        return conditions_in(self.layout, self.truth, self.handles, book)
+        return conditions_in(self.layout, self.truth, self.units, sentences)
 
 
 def most_for(method: str) -> int:
@@ -57,21 +64,20 @@ def most_for(method: str) -> int:
     return MIGC_MOST if method == "migc" else MOST
 
 
-def sketch_of(
-    scene: Scene, shot: Shot, wholes: Wholes, most: int, limit: int, stored: Wording | None, warn: Warn
-) -> Sketch:
-    """The layout of ``shot``, at most ``most`` instances; ``stored`` is a wording that Z holds. Warns of what is left
-    out. Raises SceneError, and LimitError beyond ``limit`` primitives."""
+def sketch_of(scene: Scene, shot: Shot, granularity: Granularity, most: int, limit: int, warn: Warn) -> Sketch:
+    """The layout of ``shot``, at most ``most`` instances. Warns of what is left out. Raises SceneError, and LimitError
+    beyond ``limit`` primitives."""
     scene = as_cubes(scene, limit, warn)
     truth = truth_of(scene, shot, limit, *unit_size(scene))
     numbers = frame_numbers(scene) if len(scene.frames) > 1 else None
     handles = tuple(instance_handles(scene, truth.ancestry, numbers))
-    layout = layout_of(truth, units_of(truth.ancestry, handles, wholes), most)
+    check_named([(truth.ancestry, handles)], granularity)
+    units = units_of(truth.ancestry, handles, granularity)
+    layout = layout_of(truth, units, most)
     if layout.left_out:
         message = f"{layout.left_out:,} instances are left out: only the {len(layout.places)} largest are drawn"
         warn(Diagnostic("crowded-layout", message, hint="take whole entities as one: --depth N, --entity NAME"))
-    fresh = wording_of(scene, limit=limit)
-    return Sketch(truth, layout, handles, fresh if stored is None else merged(stored, fresh)[0])
+    return Sketch(truth, layout, handles, units)
 
 
 def readable_vectors(checkpoint: Checkpoint, vectors: Vectors) -> dict[str, Any]:
@@ -84,7 +90,7 @@ def readable_vectors(checkpoint: Checkpoint, vectors: Vectors) -> dict[str, Any]
 
 def warn_of_unread(conditions: Sequence[Condition], style: str, vectors: Vectors, read: Vectors, warn: Warn) -> None:
     """Tell which learned vectors were to be read, but fit another text encoder."""
-    meant = {style, *(handle for condition in conditions for handle in condition.handles)}
+    meant = {style, *handles_in(conditions)}
     unread = sorted(meant & (vectors.keys() - read.keys()))
     if unread:
         shown = ", ".join(f"<{handle}>" for handle in unread[:3]) + (", ..." if len(unread) > 3 else "")
@@ -115,11 +121,11 @@ def imagine(
     torch = need("torch", INSTALL)
     with torch.no_grad():
         asked = [order.prompt, *(condition.prompt for condition in order.conditions)]
-        encoded = checkpoint.words.encode(asked, order.vectors)
+        encoded = checkpoint.words.encoded(asked, order.vectors)
         words = encoded.words[:1]
         if sampling.guided:
             negative = (order.negative,) if order.negative else ()
-            words = torch.cat([checkpoint.words.encode([negative]).words, words])
+            words = torch.cat([checkpoint.words.encode([negative]), words])
     regions = [
         Region(sketch.layout.fractions(place), encoded.words[i : i + 1], encoded.pooled[i : i + 1])
         for i, place in enumerate(sketch.layout.places, start=1)

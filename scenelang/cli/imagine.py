@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scenelang.cli.neural_options import add_models, device_of, shelf_of
-from scenelang.cli.options import UsageError, add_common, add_file, session_of, usage_errors, whole, z_path
+from scenelang.cli.neural_scene import add_granularity, granularity_of, sayings_of, scene_prompt
+from scenelang.cli.options import UsageError, add_common, add_file, session_of, usage_errors, whole
 from scenelang.cli.output import progress, report_run, warnings
 from scenelang.cli.pictures import add_camera, check_folder, done
 from scenelang.cli.programs import session_limit
@@ -18,9 +19,7 @@ if TYPE_CHECKING:
     from scenelang.backends.imagine.models import Checkpoint
     from scenelang.backends.imagine.pipeline import Order, Sketch
     from scenelang.backends.imagine.sampling import Picture
-    from scenelang.backends.wording.wording import Wording
     from scenelang.interpreter.entity import Scene
-    from scenelang.zfile import Vectors
 
 _SKETCH_SIZE = (512, 512)
 _MOST_PICTURES = 1000
@@ -37,11 +36,7 @@ def add_imagine(subparsers: Any) -> None:
     add_camera(parser.add_argument_group("view"), "pixels (default: what the model was made for)")
     layout = parser.add_argument_group("layout")
     layout.add_argument("--layout-only", action="store_true", help="write the layout as .png or .json, use no model")
-    layout.add_argument("--depth", type=whole, metavar="N", help="take entities N below the root as one each")
-    layout.add_argument(
-        "--entity", action="append", default=[], metavar="NAME",
-        help="take an entity as one: its handle '<z5>', its word, or the places of children from the root, 0/2",
-    )  # fmt: skip
+    add_granularity(layout)
     _add_drawing(parser.add_argument_group("drawing"))
     add_models(parser)
     add_common(parser)
@@ -105,9 +100,8 @@ def _check(arguments: argparse.Namespace, output: Path) -> None:
 # --- layout ----------------------------------------------------------------------------------------------------------
 
 
-def _sketch(arguments: argparse.Namespace, scene: Scene, size: tuple[int, int], stored: Wording | None) -> Sketch:
+def _sketch(arguments: argparse.Namespace, scene: Scene, size: tuple[int, int]) -> Sketch:
     from scenelang.backends.camera import Camera
-    from scenelang.backends.imagine.layout import Wholes
     from scenelang.backends.imagine.pipeline import most_for, sketch_of
     from scenelang.backends.picture import PictureOptions, check
     from scenelang.backends.shots import still
@@ -119,47 +113,26 @@ def _sketch(arguments: argparse.Namespace, scene: Scene, size: tuple[int, int], 
         width, height = arguments.size or own
         check(PictureOptions(width=width, height=height), [])
     shot = still(scene, view, arguments.frame, width, height)
-    wholes = Wholes(arguments.depth, tuple(arguments.entity))
     most, limit = most_for(arguments.method), session_limit(arguments)
-    return sketch_of(scene, shot, wholes, most, limit, stored, warnings(arguments))
+    return sketch_of(scene, shot, granularity_of(arguments), most, limit, warnings(arguments))
 
 
 def _write_layout(arguments: argparse.Namespace, scene: Scene, text: str, output: Path) -> None:
+    from scenelang.backends.clip.encodings import written
     from scenelang.backends.files import write_json
     from scenelang.backends.imagine.layout_picture import layout_json, layout_picture
-    from scenelang.backends.imagine.sayings import Book, readable
     from scenelang.backends.picture import save_picture
 
-    texts, vectors, stored = _of_z(arguments)
-    sketch = _sketch(arguments, scene, _SKETCH_SIZE, stored)
-    book = Book(sketch.wording, texts, frozenset(vectors))
-    conditions = sketch.conditions(book)
+    sayings, _ = sayings_of(arguments)
+    sketch = _sketch(arguments, scene, _SKETCH_SIZE)
+    sentences = sketch.sentences(sayings)
+    conditions = sketch.conditions(sentences)
     if output.suffix.lower() == ".json":
-        prompt = readable(book.scene_prompt(_asked(arguments, text, sketch)))
+        prompt = written(sentences.of_scene(scene_prompt(arguments, text, scene)))
         write_json(output, layout_json(sketch.layout, conditions, sketch.truth, prompt))
     else:
         save_picture(layout_picture(sketch.layout, conditions), output)
     done(arguments, output)
-
-
-def _of_z(arguments: argparse.Namespace) -> tuple[dict[str, str], Vectors, Wording | None]:
-    """Texts and learned vectors by handle, and the wording, that Z holds."""
-    from scenelang.zfile import read_wording, read_z
-
-    path = z_path(arguments)
-    if path is None:
-        return {}, {}, None
-    entries, vectors = read_z(path)
-    return {handle: entry.text for handle, entry in entries.items() if entry.text}, vectors, read_wording(path)
-
-
-def _asked(arguments: argparse.Namespace, text: str, sketch: Sketch) -> str:
-    """The scene's prompt as a text in which handles may stand."""
-    from scenelang.backends.wording.readable import thing
-    from scenelang.header import stated_task
-
-    stated = stated_task(text) if arguments.prompt is None else arguments.prompt
-    return stated or thing(sketch.truth.ancestry.entity(0))
 
 
 # --- pictures --------------------------------------------------------------------------------------------------------
@@ -172,15 +145,14 @@ def _draw(arguments: argparse.Namespace, scene: Scene, text: str, output: Path) 
     from scenelang.backends.imagine.pipeline import imagine as one_picture
     from scenelang.backends.imagine.sampling import Sampling, check_sampling
 
-    texts, vectors, stored = _of_z(arguments)
     checkpoint = _checkpoint(arguments)
-    sketch = _sketch(arguments, scene, checkpoint.size, stored)
+    sketch = _sketch(arguments, scene, checkpoint.size)
     width, height = sketch.layout.width, sketch.layout.height
     sampling = Sampling(
         width, height, arguments.steps, arguments.guidance, arguments.seed % (1 << 32), arguments.control_scale
     )
     check_sampling(sampling, checkpoint.factor)
-    order, told = _order(arguments, checkpoint, sketch, text, texts, vectors)
+    order, told = _order(arguments, checkpoint, sketch, scene_prompt(arguments, text, scene))
     shown = progress(arguments, "imagining")
     count = arguments.count
     for number in range(count):
@@ -203,22 +175,23 @@ def _order(
     arguments: argparse.Namespace,
     checkpoint: Checkpoint,
     sketch: Sketch,
-    text: str,
-    texts: dict[str, str],
-    vectors: Vectors,
+    asked: str,
 ) -> tuple[Order, dict[str, Any]]:
     """What is to be drawn, and what the pictures say of it."""
+    from dataclasses import replace
+
+    from scenelang.backends.clip.encodings import written
     from scenelang.backends.imagine.layout_picture import layout_json
     from scenelang.backends.imagine.migc_files import WEIGHTS, load_migc
     from scenelang.backends.imagine.models import CONTROL, load_control
     from scenelang.backends.imagine.pipeline import Order, readable_vectors, warn_of_unread
-    from scenelang.backends.imagine.sayings import Book, readable
 
+    sayings, vectors = sayings_of(arguments)
     read = readable_vectors(checkpoint, vectors)
-    book = Book(sketch.wording, texts, frozenset(read))
-    conditions: list[Condition] = sketch.conditions(book)
-    warn_of_unread(conditions, book.wording.style, vectors, read, warnings(arguments))
-    prompt = book.scene_prompt(_asked(arguments, text, sketch))
+    sentences = sketch.sentences(replace(sayings, learned=frozenset(read)))
+    conditions: list[Condition] = sketch.conditions(sentences)
+    warn_of_unread(conditions, sketch.handles[0], vectors, read, warnings(arguments))
+    prompt = sentences.of_scene(asked)
     shelf = shelf_of(arguments)
     migc = load_migc(arguments.migc or WEIGHTS, shelf) if arguments.method == "migc" else None
     control_name = CONTROL if arguments.control == "" else arguments.control
@@ -232,7 +205,7 @@ def _order(
         "steps": arguments.steps,
         "guidance": arguments.guidance,
         "negative": arguments.negative,
-        "layout": layout_json(sketch.layout, conditions, sketch.truth, readable(prompt)),
+        "layout": layout_json(sketch.layout, conditions, sketch.truth, written(prompt)),
     }
     return order, told
 

@@ -136,7 +136,7 @@ def test_frames_have_one_theta_and_their_own_poses(words: list[str]) -> None:
         (["--model", "nothing"], 1, "the weights of `nothing` are not on this machine"),
         (["--model", "scene/unet"], 1, "E707"),
         (["--scene-model", "figures"], 1, "E707"),
-        (["--depth", "1", "--entity", "house"], 1, 'no entity of the scene has the word "house"'),
+        (["--depth", "1", "--entity", "house"], 1, "nothing in the scene is called `house`"),
         (["--steps", "0"], 2, "at least 1 step"),
         (["--resume", "--force"], 2, "choose one"),
         (["--resume"], 1, "there is no distillation in run"),

@@ -132,7 +132,7 @@ def test_learned_vectors_stand_in_the_sentence(place: Path, models: Path, capsys
     main(["embeddings", "beach.scene", "set", "<z3>", "--text", "golden", "-q"])
     written = drawn()
     numbers = words.tokenizer("golden", add_special_tokens=False).input_ids
-    vectors = words.encoder.get_input_embeddings().weight[numbers].detach().numpy().copy()
+    vectors = words.network.get_input_embeddings().weight[numbers].detach().numpy().copy()
     made = {"z3": Made("inversion", "photo.png", "small", "2026-11-22")}
     write_vectors(place / "beach.z.safetensors", {"z3": vectors}, made)
     assert np.array_equal(drawn(), written)

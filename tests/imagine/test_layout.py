@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from support import evaluate
 
-from scenelang.backends.imagine.layout import Layout, Wholes, layout_of, units_of
+from scenelang.backends.clip.encodings import written
+from scenelang.backends.clip.granularity import Granularity, units_of
+from scenelang.backends.clip.sentences import Sayings
+from scenelang.backends.imagine.layout import Layout, layout_of
 from scenelang.backends.imagine.layout_picture import layout_json, layout_picture
 from scenelang.backends.imagine.pipeline import Sketch, sketch_of
-from scenelang.backends.imagine.sayings import Book, readable
 from scenelang.backends.maps.boxes import boxes_in
 from scenelang.backends.maps.coco import annotations_of
 from scenelang.backends.shots import still
@@ -28,11 +30,11 @@ PROGRAM = """
 """
 
 
-def sketch(program: str = PROGRAM, wholes: Wholes | None = None, most: int = 30, view: str = "") -> Sketch:
+def sketch(program: str = PROGRAM, wholes: Granularity | None = None, most: int = 30, view: str = "") -> Sketch:
     scene = evaluate(program)
     camera = parse_viewpoint(view) if view else Viewpoint()
     shot = still(scene, camera, None, 96, 64)
-    return sketch_of(scene, shot, wholes or Wholes(), most, 10_000, None, told.append)
+    return sketch_of(scene, shot, wholes or Granularity(), most, 10_000, told.append)
 
 
 told: list[Diagnostic] = []
@@ -87,7 +89,7 @@ def test_what_is_hidden_is_left_out() -> None:
 def test_of_an_entity_only_what_is_its_own_counts() -> None:
     """The cube hides the sphere, and counts as one for itself; nothing is left of what both stand in."""
     program = '(bind "a" (lambda () (union (call "sphere" :radius .2) (call "cube" :scale [2 2 2]))))'
-    assert words(sketch(program, Wholes(0, ("cube",)))) == ["cube"]
+    assert words(sketch(program, Granularity(0, ("cube",)))) == ["cube"]
 
 
 def test_the_nearest_comes_first() -> None:
@@ -115,17 +117,17 @@ def size(layout: Layout, number: int) -> float:
 @pytest.mark.parametrize(
     ("wholes", "wanted"),
     [
-        (Wholes(0), ["beach"]),
-        (Wholes(1), ["moai", "moai", "palm"]),
-        (Wholes(9), ["cube", "cube", "palm", "sphere", "sphere"]),
-        (Wholes(named=("moai",)), ["moai", "moai", "palm"]),
-        (Wholes(named=("<z9>",)), ["cube", "moai", "palm", "sphere"]),
-        (Wholes(named=("0",)), ["cube", "moai", "palm", "sphere"]),
-        (Wholes(named=("0", "0/1")), ["cube", "moai", "palm", "sphere"]),
-        (Wholes(0, ("0/1",)), ["beach", "sphere"]),
+        (Granularity(0), ["beach"]),
+        (Granularity(1), ["moai", "moai", "palm"]),
+        (Granularity(9), ["cube", "cube", "palm", "sphere", "sphere"]),
+        (Granularity(named=("moai",)), ["moai", "moai", "palm"]),
+        (Granularity(named=("<z9>",)), ["cube", "moai", "palm", "sphere"]),
+        (Granularity(named=("0",)), ["cube", "moai", "palm", "sphere"]),
+        (Granularity(named=("0", "0/1")), ["cube", "moai", "palm", "sphere"]),
+        (Granularity(0, ("0/1",)), ["beach", "sphere"]),
     ],
 )
-def test_entities_as_one(wholes: Wholes, wanted: list[str]) -> None:
+def test_entities_as_one(wholes: Granularity, wanted: list[str]) -> None:
     made = sketch(wholes=wholes)
     assert sorted(words(made)) == wanted
     boxes = boxes_in(made.truth)
@@ -138,31 +140,31 @@ def test_entities_as_one(wholes: Wholes, wanted: list[str]) -> None:
 def test_unknown_names() -> None:
     for name in ("castle", "<z99>", "7/7"):
         with pytest.raises(SceneError, match="nothing in the scene is called"):
-            sketch(wholes=Wholes(named=(name,)))
+            sketch(wholes=Granularity(named=(name,)))
 
 
 # --- what is said ----------------------------------------------------------------------------------------------------
 
 
 def said(made: Sketch, texts: dict[str, str] | None = None, learned: frozenset[str] = frozenset()) -> list[str]:
-    book = Book(made.wording, texts or {}, learned)
-    return sorted(readable(condition.prompt) for condition in made.conditions(book))
+    sentences = made.sentences(Sayings(learned, texts or {}))
+    return sorted(written(condition.prompt) for condition in made.conditions(sentences))
 
 
 def test_every_place_has_a_sentence() -> None:
-    made = sketch(wholes=Wholes(named=("moai",)))
+    made = sketch(wholes=Granularity(named=("moai",)))
     assert said(made) == [
-        "a deep red moai, in the style of beach, 3D model",
+        "a deep red and white moai, in the style of beach, 3D model",
         "a tall palm, in the style of beach, 3D model",
         "a weathered moai, in the style of beach, 3D model",
     ]
-    handles = {c.handles[0] for c in made.conditions(Book(made.wording, {}, frozenset()))}
+    handles = {c.handles[0] for c in made.conditions(made.sentences(Sayings()))}
     assert "z9" in handles
 
 
 def test_z_beats_the_wording_and_vectors_stay_open() -> None:
-    made = sketch(wholes=Wholes(named=("moai",)))
-    style = made.wording.style
+    made = sketch(wholes=Granularity(named=("moai",)))
+    style = made.handles[0]
     found = said(made, {"z9": "golden", style: "oil paint"}, frozenset({style}))
     assert f"a golden moai, in the style of <{style}>, 3D model" in found
     assert f"a <z9> moai, in the style of {'oil paint'}, 3D model" in said(
@@ -172,10 +174,11 @@ def test_z_beats_the_wording_and_vectors_stay_open() -> None:
 
 def test_the_prompt_may_name_handles() -> None:
     made = sketch()
-    book = Book(made.wording, {"z9": "golden"}, frozenset())
-    assert book.scene_prompt("a <z9> beach") == ("a golden beach",)
+    sentences = made.sentences(Sayings(texts={"z9": "golden"}))
+    assert sentences.of_scene("a <z9> beach") == ("a golden beach",)
+    assert made.sentences(Sayings()).of_scene("a <z9> beach") == ("a weathered beach",)
     with pytest.raises(SceneError, match="<q> has neither"):
-        book.scene_prompt("a <q> beach")
+        sentences.of_scene("a <q> beach")
 
 
 @pytest.mark.parametrize(
@@ -197,8 +200,8 @@ def test_the_task_in_a_header(text: str, task: str | None) -> None:
 
 
 def test_a_layout_is_drawn() -> None:
-    made = sketch(wholes=Wholes(1))
-    conditions = made.conditions(Book(made.wording, {}, frozenset()))
+    made = sketch(wholes=Granularity(1))
+    conditions = made.conditions(made.sentences(Sayings()))
     picture = layout_picture(made.layout, conditions)
     assert picture.shape == (64, 96, 3)
     for place in made.layout.places:
@@ -213,8 +216,8 @@ def test_a_layout_is_drawn() -> None:
 
 
 def test_a_layout_as_json() -> None:
-    made = sketch(wholes=Wholes(1))
-    conditions = made.conditions(Book(made.wording, {}, frozenset()))
+    made = sketch(wholes=Granularity(1))
+    conditions = made.conditions(made.sentences(Sayings()))
     data = layout_json(made.layout, conditions, made.truth, "a beach")
     assert data["prompt"] == "a beach"
     assert [tuple(one["path"]) for one in data["instances"]] == [

@@ -46,7 +46,7 @@ def checkpoint(tmp_path_factory: pytest.TempPathFactory) -> Checkpoint:
 def regions(checkpoint: Checkpoint, texts: list[str]) -> list[Region]:
     if not texts:
         return []
-    encoded = checkpoint.words.encode([(text,) for text in texts])
+    encoded = checkpoint.words.encoded([(text,) for text in texts])
     return [Region(BOXES[i], encoded.words[[i]], encoded.pooled[[i]]) for i in range(len(texts))]
 
 
@@ -164,7 +164,7 @@ def test_it_acts_in_the_first_half_of_the_steps(checkpoint: Checkpoint) -> None:
 
 
 def test_pictures_heed_it_and_repeat(checkpoint: Checkpoint) -> None:
-    words = checkpoint.words.encode([(), ("a beach",)]).words
+    words = checkpoint.words.encode([(), ("a beach",)])
     sampling = Sampling(64, 64, 4, 5.0, 3)
     held = Migc({MIDDLE: weights(), UP: weights(seed=4)})
 

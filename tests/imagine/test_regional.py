@@ -26,7 +26,7 @@ def checkpoint(tmp_path_factory: pytest.TempPathFactory) -> Checkpoint:
 
 
 def region(checkpoint: Checkpoint, text: str, box: tuple[float, float, float, float]) -> Region:
-    encoded = checkpoint.words.encode([(text,)])
+    encoded = checkpoint.words.encoded([(text,)])
     return Region(box, encoded.words, encoded.pooled)
 
 
@@ -88,7 +88,7 @@ def test_self_attention_and_the_model_itself_stay(checkpoint: Checkpoint) -> Non
 
 
 def test_no_regions_change_nothing(checkpoint: Checkpoint) -> None:
-    words = checkpoint.words.encode([("",), ("a beach",)]).words
+    words = checkpoint.words.encode([("",), ("a beach",)])
     sampling = Sampling(64, 64, 2, 5.0, 1)
     plain = draw(checkpoint, words, sampling)
     assert np.array_equal(draw(checkpoint, words, sampling, Regional(checkpoint.unet, [], (8, 8), True)), plain)
@@ -99,13 +99,13 @@ def test_no_regions_change_nothing(checkpoint: Checkpoint) -> None:
 
 def test_over_a_whole_run_influence_stays_near_the_box(checkpoint: Checkpoint) -> None:
     """Convolutions and self-attention carry a little of it on; what differs, differs mostly in the box."""
-    words = checkpoint.words.encode([("",), ("a beach",)]).words
+    words = checkpoint.words.encode([("",), ("a beach",)])
     ratios = []
     for box in (LEFT, (0.5, 0.0, 1.0, 1.0), (0.0, 0.5, 1.0, 1.0)):
         latents = [final(checkpoint, words, region(checkpoint, text, box)) for text in TEXTS]
         ratios.append(inner_share(latents[0] - latents[1], box))
     assert min(ratios) > 2.0, ratios
-    everywhere = [final(checkpoint, checkpoint.words.encode([("",), (text,)]).words) for text in TEXTS]
+    everywhere = [final(checkpoint, checkpoint.words.encode([("",), (text,)])) for text in TEXTS]
     assert inner_share(everywhere[0] - everywhere[1], LEFT) < 1.3
 
 
