@@ -23,11 +23,13 @@ _MOST_TOLD = 3  # kinds of primitives that speak for an entity without a text
 @dataclass(frozen=True, slots=True)
 class Sayings:
     """What is known besides the program: ``learned`` handles have vectors, ``texts`` of handles come from Z and beat
-    the program's, ``template`` is the sentence."""
+    the program's; ``template`` is the sentence, ``templates`` those of single handles, in which only `{embedding}` is
+    left open."""
 
     learned: frozenset[str] = frozenset()
     texts: Mapping[str, str] = field(default_factory=dict)
     template: str = DEFAULT
+    templates: Mapping[str, str] = field(default_factory=dict)
 
 
 class Sentences:
@@ -48,11 +50,16 @@ class Sentences:
         above = list(instances_above(self._ancestry, instance))
         word, text = self._described(instance, above, primitives)
         said = list(dict.fromkeys([*self._own(instance, text), *self._around(above, text)]))
-        template = self._sayings.template.replace("{style}", self._style).replace("{word}", word)
-        sentence = with_article(template.replace(HOLE, ", ".join(said)))
+        sentence = with_article(self._template(instance, word).replace(HOLE, ", ".join(said)))
         prompt = resolved(sentence, {}, self._sayings.learned)
         plain = plain_text(word, ", ".join(part for part in said if not part.startswith("<")) or text)
         return Condition(word, prompt, plain, (self._handles[instance],))
+
+    def _template(self, instance: int, word: str) -> str:
+        own = self._sayings.templates.get(self._handles[instance])
+        if own is not None:
+            return own.replace(f"<{self._handles[0]}>", self._style)
+        return self._sayings.template.replace("{style}", self._style).replace("{word}", word)
 
     def of_scene(self, text: str) -> Prompt:
         """A sentence of the user's, in which handles may stand; raises SceneError("value") for one that nothing has."""

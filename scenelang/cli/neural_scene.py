@@ -49,7 +49,9 @@ def sayings_of(arguments: argparse.Namespace) -> tuple[Sayings, Mapping[str, Any
     if wording is not None:
         texts[wording.style] = wording.style_text
     texts |= {handle: entry.text for handle, entry in entries.items() if entry.text}
-    return Sayings(frozenset(vectors), texts, template), vectors
+    kept = wording.rows if wording is not None and arguments.template is None else ()
+    templates = {handle: row.template for row in kept for handle in row.handles}
+    return Sayings(frozenset(vectors), texts, template, templates), vectors
 
 
 def scene_prompt(arguments: argparse.Namespace, text: str, scene: Scene) -> str:
