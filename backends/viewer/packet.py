@@ -25,6 +25,7 @@ from scenelang.backends.stage import unit_size
 from scenelang.backends.studio import BRIGHTEST, ENVIRONMENTS, SHOULDER
 from scenelang.backends.viewer.graph import graph_of
 from scenelang.backends.viewer.instances import Instances, instances_of
+from scenelang.backends.viewer.splats import SplatsOf, splat_columns
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.grammar.source import Span
 from scenelang.interpreter.entity import Scene, primitive_count
@@ -52,8 +53,14 @@ class _Columns:
         self.size += len(padded)
 
 
-def packet_of(scene: Scene, limit: int = LIMIT, definitions: Mapping[str, Span] | None = None) -> bytes:
-    """The packet of ``scene``; ``definitions`` says where words are bound.
+def packet_of(
+    scene: Scene,
+    limit: int = LIMIT,
+    definitions: Mapping[str, Span] | None = None,
+    splats: SplatsOf | None = None,
+) -> bytes:
+    """The packet of ``scene``; ``definitions`` says where words are bound, ``splats`` gives the Gaussians that are seen
+    in place of the solids.
 
     A scene without geometry, or with more than ``limit`` primitives in all frames, gives a packet with the tree alone;
     its header's ``notice`` says why in one line. Raises SceneError("attribute") for a look that makes no sense.
@@ -69,6 +76,8 @@ def packet_of(scene: Scene, limit: int = LIMIT, definitions: Mapping[str, Span] 
     if notice is None:
         try:
             _add_instances(columns, header, _instances(scene, header, graph.number))
+            if splats is not None:
+                _add_splats(columns, scene, splats)
         except SceneError as error:
             if error.name not in ("empty-scene", "unsupported", "pose"):
                 raise
@@ -130,6 +139,13 @@ def _instances(scene: Scene, header: dict[str, Any], node_of: dict[int, int]) ->
     (low, high), (center, scale) = box_of(scene), unit_size(scene)
     header["box"] = {"low": low.tolist(), "high": high.tolist(), "center": center.tolist(), "scale": scale}
     return instances_of(scene, center, scale, node_of)
+
+
+def _add_splats(columns: _Columns, scene: Scene, splats: SplatsOf) -> None:
+    found = splat_columns(splats(scene), len(scene.frames), *unit_size(scene))
+    if "splatPlace" in found:
+        for name, array in found.items():
+            columns.add(name, array)
 
 
 def _add_instances(columns: _Columns, header: dict[str, Any], instances: Instances) -> None:

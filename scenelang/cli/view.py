@@ -16,6 +16,7 @@ from scenelang.cli.pictures import check_folder, done
 from scenelang.session import Session
 
 if TYPE_CHECKING:
+    from scenelang.backends.viewer.splats import SplatsOf
     from scenelang.viewer.workspace import Workspace
 
 
@@ -31,6 +32,8 @@ def add_view(subparsers: Any) -> None:
     parser.add_argument("--html", metavar="OUT.html", help="write one page that works offline, and serve nothing")
     parser.add_argument("--minecraft", action="store_true", help="the blocks of one program with the game's own looks")
     parser.add_argument("--textures", metavar="PATH", help="where these looks are (default: the installed game)")
+    parser.add_argument("--splats", action="store_true", help="show Gaussians in place of solids")
+    parser.add_argument("--distilled", metavar="DIR", help="show what a run of `distill` learned")
     parser.add_argument("--port", type=_port, default=0, metavar="N", help="the port (default: a free one)")
     parser.add_argument("--no-browser", action="store_true", help="only print the address")
     add_common(parser)
@@ -42,6 +45,10 @@ def view(arguments: argparse.Namespace) -> int:
         raise UsageError("file", "`view` watches files, so it cannot show standard input")
     if arguments.textures is not None and not arguments.minecraft:
         raise UsageError("value", "`--textures` goes with `--minecraft`")
+    if arguments.distilled is not None and len(arguments.files) > 1:
+        raise UsageError("value", "`--distilled` shows one program")
+    if arguments.minecraft and (arguments.splats or arguments.distilled is not None):
+        raise UsageError("value", "`--minecraft` shows blocks, `--splats` and `--distilled` Gaussians: choose one")
     if arguments.minecraft:
         from scenelang.cli.build_view import view_build
 
@@ -63,7 +70,16 @@ def _workspace(arguments: argparse.Namespace) -> Workspace:
     arguments.file = arguments.files[0]
     session_of(arguments)  # mistakes of the command line come first
     limit = arguments.max_primitives
-    return Workspace(arguments.files, open_session, LIMIT if limit is None else int(limit))
+    return Workspace(arguments.files, open_session, LIMIT if limit is None else int(limit), _splats(arguments))
+
+
+def _splats(arguments: argparse.Namespace) -> SplatsOf | None:
+    """The Gaussians that are shown in place of solids, None for solids."""
+    if arguments.distilled is None and not arguments.splats:
+        return None
+    from scenelang.backends.viewer.splats import distilled_splats, own_splats
+
+    return own_splats if arguments.distilled is None else distilled_splats(Path(arguments.distilled))
 
 
 def serve(arguments: argparse.Namespace, workspace: Workspace) -> int:

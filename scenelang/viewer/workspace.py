@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from scenelang.backends.viewer.packet import packet_of
+from scenelang.backends.viewer.splats import SplatsOf
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, render_text
 from scenelang.grammar.source import Source
 from scenelang.interpreter.entity import Scene, descendants
@@ -45,12 +46,18 @@ class State:
 
 
 class Workspace:
-    """``files`` as the user named them. Everything may be called from several threads; one evaluates at a time."""
+    """``files`` as the user named them; ``splats`` gives the Gaussians that are seen in place of solids.
 
-    def __init__(self, files: Sequence[str], open_session: OpenSession, limit: int) -> None:
+    Everything may be called from several threads; one evaluates at a time.
+    """
+
+    def __init__(
+        self, files: Sequence[str], open_session: OpenSession, limit: int, splats: SplatsOf | None = None
+    ) -> None:
         self.files = tuple(files)
         self._open_session = open_session
         self._limit = limit
+        self._splats = splats
         self._states = [State() for _ in files]
         self._evaluating = threading.Lock()
         self._listeners: list[Announce] = []
@@ -121,7 +128,8 @@ class Workspace:
             program, found = result.program, result.diagnostics
             stamps = _stamps(path, program, result.scene, found)
             if result.scene is not None:
-                packet = packet_of(result.scene, self._limit, program.all_words if program is not None else None)
+                words = program.all_words if program is not None else None
+                packet = packet_of(result.scene, self._limit, words, self._splats)
         except SceneError as error:
             found = (*found, error.diagnostic)
         except Exception as error:  # a fault of ours must not end the viewer

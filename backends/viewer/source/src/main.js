@@ -11,6 +11,7 @@ import { Labels } from "./labels.js";
 import { decode } from "./packet.js";
 import { Params } from "./params.js";
 import { Saved, Server } from "./server.js";
+import { Splats } from "./splats.js";
 import { Stage } from "./stage.js";
 import { Timeline } from "./timeline.js";
 import { Tree } from "./tree.js";
@@ -118,7 +119,8 @@ class Page {
     this.graph = new Graph(packet);
     this.instances = new Instances(packet, (isClear, geometry) => this.stage.solidMaterial(isClear, geometry));
     this.pathWords = packet.paths.map((path) => path.map((word) => packet.words[word]));
-    this.stage.take(this.instances, packet);
+    this.splats = packet.columns.splatStart ? new Splats(packet) : null;
+    this.stage.take(this.instances, this.splats, packet);
     this.timeline.take(packet.frames);
     this.words.take(this.graph.wordCounts(this.timeline.frame));
     this.tree.take(this.graph, this.timeline.frame);
@@ -159,6 +161,7 @@ class Page {
     if (!this.packet) return;
     const { words, graph, pathWords } = this;
     this.instances.show(this.frame, words.isFiltering ? (path, node) => words.sees([...pathWords[path], graph.word(node)]) : null);
+    this.splats?.show(this.frame);
     this.labels.take(this.instances, graph);
     this.arrange();
   }
@@ -169,6 +172,7 @@ class Page {
     viewpoint.apply();
     const pixels = this.viewport.clientHeight / (2 * viewpoint.tangent * (viewpoint.orthographic ? viewpoint.distance : 1));
     if (this.instances?.ready) this.instances.arrange(viewpoint.camera, pixels);
+    this.splats?.arrange(viewpoint.camera);
     this.stage.changed();
     this.draw();
   }

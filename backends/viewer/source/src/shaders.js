@@ -293,3 +293,54 @@ export const ADD_FRAGMENT = /* glsl */ `
   uniform float share;
   void main() { gl_FragColor = vec4(texture2D(picture, vUv).rgb, share); }
 `;
+
+// A quad over a Gaussian's ellipse in the picture: the covariance under the derivative of the projection, widened by
+// 0.3 pixels squared, as backends/splats/projection.py has it.
+export const SPLAT_VERTEX = /* glsl */ `
+  attribute float splat;
+  uniform sampler2D data;
+  uniform vec2 viewport; // pixels
+  varying vec2 vCorner;
+  varying vec4 vColor;
+  const float REACH = 3.33; // standard deviations
+  vec4 texel(int number, int part) {
+    int at = 4 * number + part;
+    return texelFetch(data, ivec2(at % 4096, at / 4096), 0);
+  }
+  void main() {
+    int number = int(splat);
+    vec4 a = texel(number, 1), b = texel(number, 2);
+    mat3 spread = mat3(a.x, a.y, a.z, a.y, a.w, b.x, a.z, b.x, b.y);
+    vec3 q = (viewMatrix * vec4(texel(number, 0).xyz, 1.0)).xyz;
+    vec2 focal = 0.5 * viewport * vec2(projectionMatrix[0][0], projectionMatrix[1][1]);
+    float z = max(-q.z, 1e-6);
+    mat3 jacobian = isOrthographic
+      ? mat3(focal.x, 0.0, 0.0, 0.0, focal.y, 0.0, 0.0, 0.0, 0.0)
+      : mat3(focal.x / z, 0.0, 0.0, 0.0, focal.y / z, 0.0, focal.x * q.x / (z * z), focal.y * q.y / (z * z), 0.0);
+    mat3 turn = jacobian * mat3(viewMatrix);
+    mat3 flat_ = turn * spread * transpose(turn);
+    float xx = flat_[0][0] + 0.3, yy = flat_[1][1] + 0.3, xy = flat_[0][1];
+    float middle = 0.5 * (xx + yy);
+    float radius = length(vec2(0.5 * (xx - yy), xy));
+    vec2 axis = abs(xy) < 1e-9 ? (xx >= yy ? vec2(1.0, 0.0) : vec2(0.0, 1.0)) : normalize(vec2(xy, middle + radius - xx));
+    vec2 sizes = sqrt(max(vec2(middle + radius, middle - radius), 0.1));
+    vCorner = REACH * position.xy;
+    vColor = texel(number, 3);
+    vec2 offset = vCorner.x * sizes.x * axis + vCorner.y * sizes.y * vec2(-axis.y, axis.x);
+    gl_Position = projectionMatrix * vec4(q, 1.0);
+    gl_Position.xy += 2.0 * offset / viewport * gl_Position.w;
+    if (!isOrthographic && q.z > -0.01) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
+  }
+`;
+
+export const SPLAT_FRAGMENT = /* glsl */ `
+  varying vec2 vCorner;
+  varying vec4 vColor;
+  void main() {
+    float alpha = min(0.999, vColor.a * exp(-0.5 * dot(vCorner, vCorner)));
+    if (alpha < 1.0 / 255.0) discard;
+    vec3 c = vColor.rgb;
+    vec3 linear = mix(pow((c + 0.055) / 1.055, vec3(2.4)), c / 12.92, step(c, vec3(0.04045)));
+    gl_FragColor = vec4(linear * alpha, alpha);
+  }
+`;

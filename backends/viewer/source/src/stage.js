@@ -18,6 +18,7 @@ export class Stage {
     this.canvas = canvas;
     this.scene = new Scene();
     this.instances = null;
+    this.splats = null;
     this.hasGround = true;
     this.shadowFor = null;
     const size = Math.min(2048, this.renderer.capabilities.maxTextureSize);
@@ -59,14 +60,16 @@ export class Stage {
     return mesh;
   }
 
-  // Takes over the instances of a packet; `groundHeight` in the stage's frame.
-  take(instances, packet) {
-    if (this.instances) {
-      this.scene.remove(this.instances.group);
-      this.instances.dispose();
-    }
+  // Takes over the instances of a packet, and the Gaussians that are seen in their place, or null.
+  take(instances, splats, packet) {
+    this.leave();
     this.instances = instances;
+    this.splats = splats;
     this.scene.add(instances.group);
+    if (splats) {
+      this.scene.add(splats.mesh);
+      splats.resize(this.film.width, this.film.height);
+    }
     const { studio, box } = packet;
     const value = (name, next) => { this.uniforms[name].value = next; };
     for (const name of ["backdrop", "ambient", "key"]) value(name, new Vector3(...studio[name]));
@@ -85,12 +88,22 @@ export class Stage {
     this.shadowFor = null;
   }
 
+  leave() {
+    if (this.instances) {
+      this.scene.remove(this.instances.group);
+      this.instances.dispose();
+    }
+    if (this.splats) {
+      this.scene.remove(this.splats.mesh);
+      this.splats.dispose();
+    }
+    this.instances = this.splats = null;
+  }
+
   // Shows the backdrop alone.
   clear() {
     if (!this.instances) return;
-    this.scene.remove(this.instances.group);
-    this.instances.dispose();
-    this.instances = null;
+    this.leave();
     this.renderer.setRenderTarget(null);
     this.renderer.clear();
   }
@@ -106,6 +119,7 @@ export class Stage {
     this.film.setSize(Math.round(width * ratio), Math.round(height * ratio));
     this.plain.setSize(this.film.width, this.film.height);
     this.sum.setSize(this.film.width, this.film.height);
+    this.splats?.resize(this.film.width, this.film.height);
   }
 
   select(range, box) {
@@ -167,7 +181,7 @@ export class Stage {
   // Adds a sample to a still picture: soft light from all around, smooth shadows and edges. Resolves to whether there
   // is more to add; it is given up where the machine is too slow for it.
   async refine(viewpoint) {
-    if (!this.instances || this.samples >= SAMPLES) return false;
+    if (!this.instances || this.splats || this.samples >= SAMPLES) return false; // Gaussians have their light in them
     if (this.samples === 0 && !(await this.finished(10 * SLOW))) {
       this.isSlow = true;
       return false;
@@ -200,7 +214,9 @@ export class Stage {
   expose(camera, target) {
     this.renderer.setRenderTarget(target);
     this.renderer.clear();
+    this.instances.group.visible = !this.splats;
     this.renderer.render(this.scene, camera);
+    this.instances.group.visible = true;
   }
 
   show(texture, camera, isRaw) {
@@ -236,7 +252,7 @@ export class Stage {
   drawWith(material, camera) {
     const group = this.instances.group;
     this.scene.overrideMaterial = material;
-    const others = [this.ground, this.outline].map((object) => [object, object.visible]);
+    const others = [this.ground, this.outline, ...(this.splats ? [this.splats.mesh] : [])].map((object) => [object, object.visible]);
     for (const [object] of others) object.visible = false;
     if (group.children.length) this.renderer.render(this.scene, camera);
     for (const [object, visible] of others) object.visible = visible;
