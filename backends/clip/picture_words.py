@@ -55,9 +55,10 @@ def picture_word(model: ClipModel, picture: Any, start: str = START, steps: int 
         for number in range(steps + 1):
             pooled = encoder.encode(prompt, {"picture": vector}).pooled[0].float()
             cosine = torch.nn.functional.cosine_similarity(pooled, wanted, dim=0)
-            if float(cosine) > best:
-                best, found = float(cosine), vector.detach().clone()
-            first = float(cosine) if number == 0 else first
+            now = float(cosine.detach())
+            first = now if number == 0 else first
+            if now > best:
+                best, found = now, vector.detach().clone()
             if number < steps:
                 optimiser.zero_grad()
                 (-cosine).backward()

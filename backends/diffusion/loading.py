@@ -94,7 +94,7 @@ def load_multiview(
     dtype: Any = None,
     architecture: Architecture = ORIGINAL,
 ) -> Diffusion:
-    """The multi-view model ``name``; ``dtype`` and errors as in ``load_any``, "weights" for one of single pictures too."""
+    """The multi-view model ``name``; ``dtype`` and errors as in ``load_any``, "weights" for one of single pictures."""
     found = load_any(name, shelf, device, dtype, architecture)
     if found.views == 1:
         raise SceneError("weights", f"the model `{name}` denoises single pictures, not several views together")

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.cli.inversion_options import add_inversion, place_of, way_of
 from scenelang.cli.neural_options import device_of, shelf_of
-from scenelang.cli.options import UsageError, add_common, add_file
-from scenelang.cli.output import print_json
-from scenelang.cli.programs import evaluated
+from scenelang.cli.options import UsageError, add_common, add_file, session_of
+from scenelang.cli.output import print_json, report_run
 from scenelang.grammar.diagnostics import SceneError
 
 if TYPE_CHECKING:
@@ -61,7 +60,7 @@ def invert(arguments: argparse.Namespace) -> int:
 
     place = place_of(arguments, ".inversion")
     _check_options(arguments)
-    scene = _scene(arguments)
+    scene = _scene(arguments, place.z)
     if scene is None:
         return 1
     targets = _targets(scene, arguments.entity)
@@ -134,12 +133,17 @@ def _given(path: str) -> Given:
     return Given(Path(path).name, open_picture(path))
 
 
-def _scene(arguments: argparse.Namespace) -> Scene | None:
-    """The scene of the command's program, with the packages at hand that its embeddings need."""
+def _scene(arguments: argparse.Namespace, z: Path) -> Scene | None:
+    """The scene of the command's program, with the packages at hand that its embeddings need. A file ``z`` that is not
+    there yet will be written."""
     from scenelang.backends.base import need
     from scenelang.backends.weights import INSTALL
 
-    scene = evaluated(arguments).scene
+    known = arguments if z.exists() else argparse.Namespace(**{**vars(arguments), "z": None, "file": "-"})
+    session = session_of(known)
+    result = session.evaluate(session.source(arguments.file))
+    report_run(arguments, result)
+    scene = result.scene
     for package in ("torch", "diffusers", "transformers") if scene is not None else ():
         need(package, INSTALL)
     return scene
@@ -169,7 +173,7 @@ def style(arguments: argparse.Namespace) -> int:
     place = place_of(arguments, ".style")
     if arguments.text and arguments.mask:
         raise UsageError("value", "`--mask` says where the thing is, so there is nothing to look for: leave out --text")
-    scene = _scene(arguments)
+    scene = _scene(arguments, place.z)
     if scene is None:
         return 1
     target = _styled(scene, arguments.entity)
