@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -236,9 +235,7 @@ def check_replaced(place: Place, handles: Sequence[str]) -> None:
     """Raises SceneError("value") where a style would take the place of something learned of a picture."""
     from scenelang.zfile import read_made
 
-    made = {}
-    with suppress(FileNotFoundError):
-        made = read_made(place.z) if place.z.exists() else {}
+    made = read_made(place.z) if place.z.exists() else {}
     lost = next((handle for handle in handles if handle in made and made[handle].how != "style"), None)
     if lost is not None and not place.force and not place.resume:
         message = f"Z has vectors of <{lost}> already, learned of {made[lost].source}"
