@@ -6,7 +6,7 @@ BIN    := $(VENV)/bin
 SCENE  := examples/chessboard.scene
 ROOMS  := grammar interpreter stdlib backends scenelang
 
-.PHONY: demo test test-blender lint install bench eval-recorded gallery docs viewer build-page blocks editors chromium wheel test-gpu test-grammar test-minecraft test-slow test-browser clean
+.PHONY: demo test test-blender lint install bench eval-recorded gallery docs viewer build-page blocks editors chromium wheel test-gpu test-grammar test-minecraft test-slow test-browser train-toy clean
 
 # What the package needs, then the tools of development; redone when the project's files change.
 $(VENV)/.run: pyproject.toml constraints.txt
@@ -139,6 +139,10 @@ blocks: install
 	npm install --no-audit --no-fund --silent --ignore-scripts --prefix $(BLOCKS) minecraft-data@3.117.0 minecraft-assets@1.19.0
 	$(BIN)/python -m scenelang.backends.minecraft.extract $(BLOCKS) 26.1 backends/minecraft/blocks.tsv.gz
 	$(BIN)/python -m scenelang.backends.minecraft.extract_history $(BLOCKS) 26.1 backends/minecraft/history.tsv.gz
+
+# The small diffusion model that the tests distil from, from synthetic pictures; committed, ten minutes on one core.
+train-toy: $(VENV)/.dev $(VENV)/.package
+	PYTHONPATH=tests $(BIN)/python -m toy.train
 
 # What the extension for VS Code takes from the language; committed, so that its folder packages by itself.
 editors: install

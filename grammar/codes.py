@@ -136,6 +136,8 @@ CODES: dict[str, Code] = {
     "plain-look": Code(
         "W619", "The game's looks have no model for a block, so boxes of its average colour stand for it."
     ),
+    "crowded-layout": Code("W621", "More things are seen than a text-to-image model is told of at once."),
+    "unread-vectors": Code("W622", "Learned vectors are for another text encoder than the model's, so texts serve."),
     "unknown-function": Code("W801", "`library_call` names no registered function; the call gives an empty shape."),
     "ignored-block": Code("W802", "Only one block of Python in a response is read."),
     "python-ignored": Code("W803", "A statement of the Python has no effect on the scene and was left out."),

@@ -374,7 +374,10 @@ _SPECIAL: tuple[Style, ...] = (_special,)
 _STYLES: dict[Kind, tuple[Style, ...]] = {
     **dict.fromkeys((Kind.SPECIAL, Kind.IF, Kind.BODIED, Kind.DEFINE, Kind.LAMBDA, Kind.LET), _SPECIAL),
     **dict.fromkeys((Kind.FOR, Kind.DO, Kind.GUARD, Kind.BIND, Kind.CLAUSES), _SPECIAL),
-    Kind.ORDINARY: (_function_first, _keyed_as_written, _ordinary, _as_written, _as_written_below, _hugging, last_resort),
+    Kind.ORDINARY: (
+        *(_function_first, _keyed_as_written, _ordinary),
+        *(_as_written, _as_written_below, _hugging, last_resort),
+    ),
     Kind.CALL: (_as_written, _call),
     Kind.TRANSFORM: (_transform, last_resort, _pose_below),
     Kind.ALIGNED: (_as_written, _filled_operands, _aligned, last_resort),

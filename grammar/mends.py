@@ -146,6 +146,8 @@ _WARNINGS = {
     "too-new": "Name a newer version with `--mc-version`, or lay a block that the older one has.",
     "lost-contents": "Nothing need be done; fill chests and write signs in the game.",
     "plain-look": "Give the looks of the whole game with `--textures`; a resource pack may hold a part of them only.",
+    "crowded-layout": "Take whole entities as one: `--depth N`, `--entity NAME`; or come nearer with `--camera`.",
+    "unread-vectors": "Name a model whose text encoder they were learned for: `--model NAME`.",
     "unknown-function": "Register a function of that name, or correct the name.",
     "ignored-block": "Keep one block with the whole program.",
     "python-ignored": "Nothing need be done; `--seed N` sets the seed.",

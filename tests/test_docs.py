@@ -26,6 +26,7 @@ DOCUMENTS = (
     "docs/maps.md",
     "docs/minecraft.md",
     "docs/splatting.md",
+    "docs/imagine.md",
     "docs/grammar.md",
     "docs/editors.md",
     "docs/mcp.md",

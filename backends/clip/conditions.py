@@ -3,12 +3,10 @@ section 4: the template c and z = g_CLIP(c))."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from scenelang.backends.clip.prompts import Prompt, parse_prompt, slots, with_texts
-from scenelang.backends.wording.templates import filled, plain_text
-from scenelang.backends.wording.wording import Wording
 from scenelang.grammar.diagnostics import SceneError
 
 
@@ -23,20 +21,12 @@ class Condition:
     handles: tuple[str, ...]
 
 
-def conditions_of(wording: Wording, texts: Mapping[str, str], learned: frozenset[str]) -> tuple[Condition, ...]:
-    """The condition of every primitive of a scene, those with equal prompts together.
-
-    ``texts`` are those that Z has for handles, which beat the wording's; ``learned`` are the handles that have vectors.
-    """
-    style = texts.get(wording.style, wording.style_text)
-    found: dict[tuple[str, Prompt], tuple[str, list[str]]] = {}
-    for row in wording.rows:
-        for handle in row.handles:
-            text = texts.get(handle, row.text)
-            known = {wording.style: style, handle: text}
-            prompt = resolved(filled(row.template, handle), known, learned)
-            entry = found.setdefault((row.word, prompt), (plain_text(row.word, text), []))
-            entry[1].append(handle)
+def together(conditions: Iterable[Condition]) -> tuple[Condition, ...]:
+    """Each sentence once, with the handles of all that it is said of."""
+    found: dict[tuple[str, Prompt], tuple[str, dict[str, None]]] = {}
+    for each in conditions:
+        _, handles = found.setdefault((each.word, each.prompt), (each.plain, {}))
+        handles.update(dict.fromkeys(each.handles))
     return tuple(Condition(word, prompt, plain, tuple(handles)) for (word, prompt), (plain, handles) in found.items())
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 from scenelang.backends.base import need
@@ -55,28 +56,40 @@ class ClipWords:
         return self._encoder.encode(prompts, vectors).earlier  # type: ignore[no-any-return]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Encoded:
+    """B prompts encoded: ``words`` (B, T, D) are what attention reads, ``pooled`` (B, D) the states at their ends."""
+
+    words: Tensor
+    pooled: Tensor
+
+
 class TransformerWords:
-    """States of the last layer of a CLIPTextModel of transformers, with its CLIPTokenizer."""
+    """States of the last layer of ``network``, a CLIPTextModel of transformers; ``tokenizer`` is its CLIPTokenizer."""
 
     def __init__(self, network: Any, tokenizer: Any) -> None:
         self._torch = need("torch", INSTALL)
-        self._network = network
-        self._tokenizer = tokenizer
+        self.network = network
+        self.tokenizer = tokenizer
 
     @property
     def width(self) -> int:
-        return int(self._network.config.hidden_size)
+        return int(self.network.config.hidden_size)
 
     @property
     def context(self) -> int:
-        return int(self._network.config.max_position_embeddings)
+        return int(self.network.config.max_position_embeddings)
 
     def vectors_of(self, text: str) -> Tensor:
-        table = self._network.get_input_embeddings()
+        table = self.network.get_input_embeddings()
         return table(self._torch.tensor(self._numbers(text), device=table.weight.device))  # type: ignore[no-any-return]
 
     def encode(self, prompts: Sequence[Prompt], vectors: Vectors | None = None) -> Tensor:
-        tokenizer = self._tokenizer
+        return self.encoded(prompts, vectors).words
+
+    def encoded(self, prompts: Sequence[Prompt], vectors: Vectors | None = None) -> Encoded:
+        """As ``encode``, with the states at the ends of the prompts."""
+        tokenizer = self.tokenizer
         vocabulary = Vocabulary(
             self._numbers,
             tokenizer.bos_token_id,
@@ -85,18 +98,23 @@ class TransformerWords:
             self.context,
             self.width,
         )
-        table = self._network.get_input_embeddings()
+        table = self.network.get_input_embeddings()
         tokens = tokens_of(prompts, vectors or {}, vocabulary, table.weight.device)
 
         def spliced(module: Any, given: Any, own: Tensor) -> Any:
             return self._torch.where(tokens.mask[..., None], tokens.vectors.to(own.dtype), own)
 
+        options = {}
+        if getattr(self.network.config, "use_attention_mask", False):  # of some checkpoints of Stable Diffusion 2
+            places = self._torch.arange(self.context, device=tokens.ids.device)
+            options["attention_mask"] = (places <= tokens.ends[:, None]).long()
         hook = table.register_forward_hook(spliced)  # the network itself takes nothing but token numbers
         try:
-            return self._network(input_ids=tokens.ids).last_hidden_state  # type: ignore[no-any-return]
+            states = self.network(input_ids=tokens.ids, **options).last_hidden_state
         finally:
             hook.remove()
+        return Encoded(states, states[self._torch.arange(len(states), device=states.device), tokens.ends])
 
     def _numbers(self, text: str) -> list[int]:
         """No part of a text is a special token: Stable Diffusion 2 calls its padding "!"."""
-        return list(self._tokenizer(text, add_special_tokens=False, split_special_tokens=True).input_ids)
+        return list(self.tokenizer(text, add_special_tokens=False, split_special_tokens=True).input_ids)

@@ -9,7 +9,7 @@ from scenelang.backends.wording.readable import has_meaning, thing
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.ancestry import Ancestry, ancestry_of
 from scenelang.interpreter.entity import Scene, primitive_count
-from scenelang.interpreter.numbering import frame_numbers, instance_handles
+from scenelang.interpreter.numbering import frame_numbers, instance_handles, number_scene
 
 MOST = 100_000  # primitives of all frames
 _MOST_HANDLES = 2_000  # of one word: each has a vector of its own in Z
@@ -38,7 +38,8 @@ class _Frame:
 
 
 def targets_named(scene: Scene, names: Sequence[str]) -> list[Target]:
-    """The target of each name: a handle `<z4>`, a word, or words down to entities with slashes between, `tower/roof`.
+    """The target of each name: a handle `<z4>`, a word, or words down to entities with
+    slashes between, `tower/roof`, or places of children from the root, `0/2`.
 
     Raises SceneError("value") for a name that no entity has, LimitError for too large scenes.
     """
@@ -66,6 +67,11 @@ def named_parts(scene: Scene) -> list[Target]:
     return [_target(instances) for instances in found.values()]
 
 
+def style_handle(scene: Scene) -> str:
+    """The handle of the root, which is the style of the scene."""
+    return number_scene(scene).handle(scene.root, 0)
+
+
 def _frames(scene: Scene) -> list[_Frame]:
     if sum(map(primitive_count, scene.frames)) > MOST:
         raise LimitError("primitives", f"the scene has more than the {MOST:,} primitives whose parts can be told apart")
@@ -91,7 +97,12 @@ def _of_word(ancestry: Ancestry, word: str) -> list[int]:
 
 
 def _at_path(ancestry: Ancestry, path: str) -> Iterator[int]:
-    """The instances whose words, and those above them, end in ``path``."""
+    """The instance at places of children from the root, `0/2`; else those whose words, and those above, end in
+    ``path``."""
+    if all(part.isdecimal() for part in path.split("/")):
+        places = tuple(map(int, path.split("/")))
+        yield from (i for i in range(len(ancestry)) if ancestry.depth[i] == len(places) and ancestry.path(i) == places)
+        return
     words = [word for word in path.split("/") if word][::-1]
     for i in _of_word(ancestry, words[0]) if words else ():
         above = [ancestry.entity(k).word for k in _upward(ancestry, i)]

@@ -75,8 +75,10 @@ def distill(arguments: argparse.Namespace) -> int:
 
     if arguments.resume and arguments.force:
         raise UsageError("value", "`--resume` goes on and `--force` begins anew: choose one")
-    if arguments.budget is not None and arguments.budget <= 0.0:
-        raise UsageError("value", "`--budget` is a number of minutes above 0")
+    if arguments.film is not None:
+        from scenelang.backends.film import FPS, check_film
+
+        check_film(Path(arguments.film), FPS)
     session = session_of(arguments)
     source = session.source(arguments.file)
     result = session.evaluate(source)

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scenelang.cli.neural_options import add_models, device_of, shelf_of
+from scenelang.cli.neural_scene import add_granularity, granularity_of, sayings_of, tensors_of
 from scenelang.cli.options import UsageError, add_common, whole, z_path
 from scenelang.cli.output import print_json, table
 from scenelang.cli.pictures import check_folder, done
@@ -31,6 +32,7 @@ _EXPORTS = (".npz", ".safetensors", ".json")
 def add_actions(actions: Any) -> None:
     encoding = actions.add_parser("encode", help="encode every primitive's sentence by OpenCLIP, and keep that in Z")
     encoding.add_argument("--model", metavar="NAME", help="architecture/weights of OpenCLIP, or a folder")
+    add_granularity(encoding)
     add_models(encoding)
     add_common(encoding)
     encoding.set_defaults(run=encode)
@@ -66,7 +68,7 @@ def encode(arguments: argparse.Namespace) -> int:
     path = z_path(arguments) or beside(arguments.file)
     name = ClipName.parse(arguments.model) if arguments.model else TEXT_SPACE
     model = load_clip(name, shelf_of(arguments), device_of(arguments))
-    found = _encoded(result.scene, path, model)
+    found = _encoded(arguments, result.scene, model)
     write_encodings(path, found)
     if not arguments.quiet:
         count = sum(len(row.handles) for row in found.rows)
@@ -74,23 +76,17 @@ def encode(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _encoded(scene: Scene, path: Path, model: ClipModel) -> Encodings:
-    """The conditions of a scene, encoded; texts and learned vectors in Z win."""
-    from scenelang.backends.base import need
-    from scenelang.backends.clip.conditions import conditions_of
+def _encoded(arguments: argparse.Namespace, scene: Scene, model: ClipModel) -> Encodings:
+    """The sentences of a scene, encoded; texts and learned vectors in Z win."""
+    from scenelang.backends.clip.conditions import together
     from scenelang.backends.clip.encodings import encoded
+    from scenelang.backends.clip.leaves import leaves_of
     from scenelang.backends.clip.text import TextEncoder
-    from scenelang.backends.weights import INSTALL
-    from scenelang.backends.wording.wording import wording_of
-    from scenelang.zfile import read_wording, read_z
 
-    torch = need("torch", INSTALL)
-    entries, vectors = read_z(path) if path.exists() else ({}, {})
-    wording = (read_wording(path) if path.exists() else None) or wording_of(scene)
-    texts = {handle: entry.text for handle, entry in entries.items() if entry.text}
-    conditions = conditions_of(wording, texts, frozenset(vectors))
-    tensors = {handle: torch.from_numpy(vector) for handle, vector in vectors.items()}
-    return encoded(conditions, TextEncoder(model), tensors, str(model.name))
+    sayings, vectors = sayings_of(arguments)
+    frames = leaves_of(scene, granularity_of(arguments), sayings)
+    conditions = together(leaf.condition for leaves in frames for leaf in leaves)
+    return encoded(conditions, TextEncoder(model), tensors_of(vectors, device_of(arguments)), str(model.name))
 
 
 # --- set -------------------------------------------------------------------------------------------------------------

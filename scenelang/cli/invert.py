@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from scenelang.cli.inversion_work import Given, Part, Place, Way
     from scenelang.interpreter.entity import Scene
 
-_ENTITY_HELP = "a word, words down to it (tower/roof), or a handle"
+_ENTITY_HELP = "a word, words down to it (tower/roof), places of children (0/2), or a handle"
 
 
 def add_invert(subparsers: Any) -> None:
@@ -55,7 +55,7 @@ def add_style(subparsers: Any) -> None:
 
 
 def invert(arguments: argparse.Namespace) -> int:
-    from scenelang.backends.clip.leaves import style_handle
+    from scenelang.backends.inversion.targets import style_handle
     from scenelang.cli.inversion_work import learn
 
     place = place_of(arguments, ".inversion")
@@ -195,8 +195,7 @@ def style(arguments: argparse.Namespace) -> int:
 
 def _styled(scene: Scene, name: str | None) -> Target:
     """The entity that gets a style: the root, or what a name says."""
-    from scenelang.backends.clip.leaves import style_handle
-    from scenelang.backends.inversion.targets import Target, targets_named
+    from scenelang.backends.inversion.targets import Target, style_handle, targets_named
     from scenelang.backends.wording.readable import thing
 
     if name is None:
@@ -215,9 +214,8 @@ def invert_parts(arguments: argparse.Namespace, scene: Scene, pictures: Sequence
     from io import BytesIO
 
     from scenelang.backends.clip.images import open_picture
-    from scenelang.backends.clip.leaves import style_handle
     from scenelang.backends.inversion.settings import Settings
-    from scenelang.backends.inversion.targets import named_parts
+    from scenelang.backends.inversion.targets import named_parts, style_handle
     from scenelang.cli.inversion_work import Given, Place, Way, found_parts, learn
     from scenelang.zfile import beside
 

@@ -11,32 +11,31 @@ from typing import TYPE_CHECKING, Any
 from scenelang.cli.options import whole, z_path
 
 if TYPE_CHECKING:
-    from scenelang.backends.clip.leaves import Granularity, Sayings
+    from scenelang.backends.clip.granularity import Granularity
+    from scenelang.backends.clip.sentences import Sayings
     from scenelang.interpreter.entity import Scene
 
 
-def add_granularity(parser: argparse.ArgumentParser) -> None:
-    """Which entities become leaves, and the sentence of each."""
-    parser.add_argument("--depth", type=whole, metavar="N", help="what is below each entity at depth N is one thing")
+def add_granularity(parser: Any) -> None:
+    """Which entities are taken as one, and the sentence of each."""
+    parser.add_argument("--depth", type=whole, metavar="N", help="take entities N below the root as one each")
     parser.add_argument(
-        "--entity",
-        action="append",
-        default=[],
-        metavar="WORD|'<z4>'",
-        help="entities of a word, or the one with a handle, are one thing each; may be repeated",
-    )
+        "--entity", action="append", default=[], metavar="NAME",
+        help="take an entity as one: its handle '<z5>', its word, or the places of children from the root, 0/2; "
+        "may be repeated",
+    )  # fmt: skip
     parser.add_argument("--template", metavar="TEXT", help="the sentence, with {embedding}, {word} and {style}")
 
 
 def granularity_of(arguments: argparse.Namespace) -> Granularity:
-    from scenelang.backends.clip.leaves import Granularity
+    from scenelang.backends.clip.granularity import Granularity
 
     return Granularity(arguments.depth, tuple(arguments.entity))
 
 
 def sayings_of(arguments: argparse.Namespace) -> tuple[Sayings, Mapping[str, Any]]:
     """What Z says besides the program, and its learned vectors as arrays by handle; raises SceneError."""
-    from scenelang.backends.clip.leaves import Sayings
+    from scenelang.backends.clip.sentences import Sayings
     from scenelang.backends.wording.templates import DEFAULT
     from scenelang.zfile import read_wording, read_z
 
@@ -50,7 +49,9 @@ def sayings_of(arguments: argparse.Namespace) -> tuple[Sayings, Mapping[str, Any
     if wording is not None:
         texts[wording.style] = wording.style_text
     texts |= {handle: entry.text for handle, entry in entries.items() if entry.text}
-    return Sayings(frozenset(vectors), texts, template), vectors
+    kept = wording.rows if wording is not None and arguments.template is None else ()
+    templates = {handle: row.template for row in kept for handle in row.handles}
+    return Sayings(frozenset(vectors), texts, template, templates), vectors
 
 
 def scene_prompt(arguments: argparse.Namespace, text: str, scene: Scene) -> str:
@@ -58,7 +59,8 @@ def scene_prompt(arguments: argparse.Namespace, text: str, scene: Scene) -> str:
     from scenelang.backends.wording.readable import thing
     from scenelang.header import stated_task
 
-    return arguments.prompt or stated_task(text) or thing(scene.root)
+    stated = stated_task(text) if arguments.prompt is None else arguments.prompt
+    return stated or thing(scene.root)
 
 
 def tensors_of(vectors: Mapping[str, Any], device: str) -> dict[str, Any]:

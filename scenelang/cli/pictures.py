@@ -51,7 +51,15 @@ def add_render(subparsers: Any) -> None:
 def add_view(parser: argparse.ArgumentParser, several: bool = False) -> None:
     """What tells where pictures are taken from, by one camera or ``several``, and in what light."""
     group = parser.add_argument_group("view")
-    group.add_argument("--size", type=picture_size, metavar="WxH", help="pixels (default 512x512)")
+    add_camera(group, "pixels (default 512x512)", several)
+    names = "studio, overcast, sunny, sunset, night, flat"
+    group.add_argument("--environment", default="studio", metavar="NAME", help=f"the light: {names}")
+    group.add_argument("--ground", metavar="NAME", help="seamless, none, white, dark, meadow, earth, checker")
+
+
+def add_camera(group: Any, size_help: str, several: bool = False) -> None:
+    """How large pictures are, and where they are taken from: by one camera or ``several``."""
+    group.add_argument("--size", type=picture_size, metavar="WxH", help=size_help)
     group.add_argument(
         "--camera",
         metavar="VIEW",
@@ -59,9 +67,6 @@ def add_view(parser: argparse.ArgumentParser, several: bool = False) -> None:
         help="turntable, top, isometric, follow; azimuth=40,elevation=20,distance=5,fov=35,target=0:1:0,aperture=.1,"
         "focus=4; or a camera's JSON file; what is left out frames the scene",
     )
-    names = "studio, overcast, sunny, sunset, night, flat"
-    group.add_argument("--environment", default="studio", metavar="NAME", help=f"the light: {names}")
-    group.add_argument("--ground", metavar="NAME", help="seamless, none, white, dark, meadow, earth, checker")
 
 
 def add_picture_options_later(parser: argparse.ArgumentParser) -> None:

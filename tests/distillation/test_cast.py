@@ -8,7 +8,9 @@ from support import evaluate
 
 torch = pytest.importorskip("torch")
 
-from scenelang.backends.clip.leaves import Granularity, Sayings, leaves_of  # noqa: E402
+from scenelang.backends.clip.granularity import Granularity  # noqa: E402
+from scenelang.backends.clip.leaves import leaves_of  # noqa: E402
+from scenelang.backends.clip.sentences import Sayings  # noqa: E402
 from scenelang.backends.distillation.cast import Cast, cast_of  # noqa: E402
 from scenelang.backends.distillation.theta import beginning, on_stage, resting  # noqa: E402
 from scenelang.backends.splats.initial import gaussians_of  # noqa: E402
@@ -87,9 +89,9 @@ def test_entities_become_leaves_with_their_smallest_boxes() -> None:
 def test_one_thing_may_be_named_by_its_handle() -> None:
     found = cast(HATS, "<z2>")
     assert len(found.actors) == 3
-    with pytest.raises(SceneError, match="handle <z99>"):
+    with pytest.raises(SceneError, match="called `<z99>`"):
         cast(HATS, "<z99>")
-    with pytest.raises(SceneError, match='word "cap"'):
+    with pytest.raises(SceneError, match="called `cap`"):
         cast(HATS, "cap")
 
 

@@ -13,7 +13,9 @@ from support import evaluate
 
 torch = pytest.importorskip("torch")
 
-from scenelang.backends.clip.leaves import Granularity, Sayings, leaves_of  # noqa: E402
+from scenelang.backends.clip.granularity import Granularity  # noqa: E402
+from scenelang.backends.clip.leaves import leaves_of  # noqa: E402
+from scenelang.backends.clip.sentences import Sayings  # noqa: E402
 from scenelang.backends.diffusion.loading import load_diffusion  # noqa: E402
 from scenelang.backends.distillation.cast import Cast, cast_of  # noqa: E402
 from scenelang.backends.distillation.density import changed  # noqa: E402

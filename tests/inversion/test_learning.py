@@ -38,7 +38,7 @@ def weights(model: Diffusion) -> str:
     """What tells all weights of a model, to the bit."""
     found = hashlib.sha256()
     words = model.words
-    text = words._encoder._text if isinstance(words, ClipWords) else words._network  # type: ignore[attr-defined]
+    text = words._encoder._text if isinstance(words, ClipWords) else words.network  # type: ignore[attr-defined]
     for network in (model.network, text):
         for name, tensor in network.state_dict().items():
             found.update(name.encode() + tensor.numpy().tobytes())

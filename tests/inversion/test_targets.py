@@ -30,7 +30,7 @@ def test_entities_by_name() -> None:
     assert set(handles(scene, "tower/pillar")) == {"z3", "z7"}
     assert handles(scene, "town/pillar") == ("z10",)
     assert handles(scene, "town/tower/red_roof") == ("z5", "z9")
-    assert handles(scene, "<z9>") == ("z9",)
+    assert handles(scene, "<z9>") == handles(scene, "1/1") == ("z9",)
     (roof,) = targets_named(scene, ["<z9>"])
     assert (roof.text, roof.name, roof.whole) == ("red roof", "z9", False)
     (root,) = targets_named(scene, ["town"])

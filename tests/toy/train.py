@@ -9,16 +9,21 @@ weights over the last steps, as the folder layout of docs/distillation.md has it
 
 from __future__ import annotations
 
+import argparse
 import math
+import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import torch
 
-from scenelang.backends.clip.models import ClipModel, ClipName
+from scenelang.backends.clip.models import ClipModel, ClipName, load_clip
 from scenelang.backends.clip.text import TextEncoder
+from scenelang.backends.diffusion.loading import load_diffusion
 from scenelang.backends.diffusion.model import Diffusion
-from toy.pictures import VIEWS, batch
+from toy.model import WEIGHTS, build, pack, save_clip
+from toy.pictures import COLORS, SENTENCES, SHAPES, STYLES, VIEWS, batch
 
 SEED, STEPS, BATCH = 0, 1500, 6
 RATE, DROPPED = 2e-3, 0.15
@@ -42,7 +47,7 @@ def train(
     words = TextEncoder(clip)
     losses = []
     for step in range(steps):
-        loss = _loss(model, words, generator)
+        loss = loss_of(model, words, generator)
         optimiser.zero_grad()
         loss.backward()
         torch.nn.utils.clip_grad_norm_(parameters, 1.0)
@@ -69,7 +74,8 @@ def text_parameters(clip: Any) -> list[Any]:
     ]
 
 
-def _loss(model: Diffusion, words: TextEncoder, generator: torch.Generator) -> Any:
+def loss_of(model: Diffusion, words: TextEncoder, generator: torch.Generator) -> Any:
+    """The mean squared error of v on a batch."""
     texts, pictures, cameras = batch(BATCH, generator)
     heard = ["" if torch.rand((), generator=generator) < DROPPED else text for text in texts]
     states = words.encode([(text,) for text in heard]).earlier.repeat_interleave(VIEWS, 0)

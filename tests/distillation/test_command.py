@@ -1,0 +1,163 @@
+"""`scenelang distill` from outside: breaks, wrong usage, absent and wrong weights, 4D scenes."""
+
+from __future__ import annotations
+
+import json
+import signal
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+from small_models import seeded, small_diffusion
+from support import interruptible
+
+torch = pytest.importorskip("torch")
+
+from scenelang.backends.distillation import run as runs  # noqa: E402
+from scenelang.backends.distillation.keeping import kept_in  # noqa: E402
+from scenelang.cli.main import main  # noqa: E402
+
+TWO = '(bind "toys" (lambda () (union (call "sphere") (transform (call "cube") (translate [3 0 0])))))'
+MOVING = """
+; Two balls that part.
+(bind "toys" (lambda () (frames (list
+  (union (call "sphere") (transform (call "sphere") (translate [2 0 0])))
+  (union (call "sphere") (transform (call "sphere") (translate [3 0 0])))))))
+"""
+
+
+@pytest.fixture(scope="module")
+def models(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    seeded()
+    folder = tmp_path_factory.mktemp("models")
+    small_diffusion(folder / "figures", pixels=True)
+    small_diffusion(folder / "scene", views=False, control=True)
+    return folder
+
+
+@pytest.fixture
+def words(models: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("SCENELANG_MODELS", str(models))
+    Path("a.scene").write_text(TWO, "utf-8")
+    return ["distill", "a.scene", "-o", "run", "--model", "figures", "--scene-model", "scene", *_SMALL]
+
+
+_SMALL = ["--device", "cpu", "--gaussians", "40", "--steps", "6", "--offline"]
+
+
+def said(capsys: pytest.CaptureFixture[str]) -> str:
+    return capsys.readouterr().err
+
+
+def test_a_run_that_was_killed_goes_on(words: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its file is from before the kill; what came after is made again, exactly."""
+    assert main([*words, "-o", "whole", "-q"]) == 0
+    monkeypatch.setattr(runs, "_PAUSE", 0.0)
+    monkeypatch.setattr(runs, "_SLOWEST", 1e9)
+    step, made = runs.Learning.step, []
+
+    def fatal(self: Any, share: Any = None) -> Any:
+        if self.step_number == 7 and not made:
+            made.append(1)
+            raise MemoryError
+        return step(self, share)
+
+    monkeypatch.setattr(runs.Learning, "step", fatal)
+    main([*words, "-q"])
+    assert made
+    assert int(kept_in(Path("run")).tensors["step"]) == 7
+    assert main([*words, "--resume", "-q"]) == 0
+    one, other = kept_in(Path("whole")).tensors, kept_in(Path("run")).tensors
+    assert all(one[name].equal(other[name]) for name in one)
+    lines = [json.loads(line)["step"] for line in Path("run/losses.jsonl").read_text().splitlines()]
+    assert lines == list(range(1, 13))
+
+
+def test_ctrl_c_keeps_the_run(words: list[str]) -> None:
+    command = [sys.executable, "-P", "-m", "scenelang.cli.main", *words, "--steps", "100000"]
+    with interruptible(command, Path.cwd()) as running:
+        until = time.monotonic() + 90
+        assert running.stderr is not None
+        while b"to learn" not in running.stderr.readline():  # it tells that it begins
+            assert time.monotonic() < until
+            assert running.poll() is None
+        time.sleep(2.0)
+        running.send_signal(signal.SIGINT)
+        _, told = running.communicate(timeout=60)
+    assert running.returncode == 130
+    assert told.decode().splitlines()[-2:] == ["run is kept; `--resume` goes on", "interrupted"]
+    assert int(kept_in(Path("run")).tensors["step"]) >= 1
+    assert not [path for path in Path("run").iterdir() if path.name.startswith(".")]
+
+
+def test_a_run_is_not_overwritten_unasked(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([*words, "-q"]) == 0
+    assert main(words) == 1
+    assert "run holds a run already" in said(capsys)
+    assert main([*words, "--force", "-q"]) == 0
+    assert main([*words, "--resume", "--seed", "5"]) == 1
+    assert "other settings: seed" in said(capsys)
+    assert main([*words, "--resume", "--steps", "8", "-q"]) == 0  # more of the same is allowed
+    assert int(kept_in(Path("run")).tensors["step"]) == 16
+
+
+def test_a_budget_ends_in_time(words: list[str]) -> None:
+    start = time.monotonic()
+    assert main([*words, "--steps", "1000000", "--budget", "0.05", "-q"]) == 0
+    assert time.monotonic() - start < 60
+    assert kept_in(Path("run")).seconds >= 3.0
+    assert Path("run/scene.ply").exists()
+
+
+def test_frames_have_one_theta_and_their_own_poses(words: list[str]) -> None:
+    Path("a.scene").write_text(MOVING, "utf-8")
+    assert main([*words, "--steps", "9", "--film", "film.gif", "-q"]) == 0
+    told = json.loads(Path("run/poses.json").read_text())
+    assert len(told["figures"]) == 1
+    first, second = told["actors"]
+    assert [len(actor["poses"]) for actor in (first, second)] == [2, 2]
+    (ax, *_), (bx, *_) = second["path"]
+    assert ax == pytest.approx(2.0, abs=0.3)
+    assert bx == pytest.approx(3.0, abs=0.3)
+    assert ax != 2.0  # the term of the scene moved it
+    assert sorted(path.name for path in Path("run").glob("*.ply")) == ["scene-000.ply", "scene-001.ply"]
+    from PIL import Image
+
+    assert Image.open("film.gif").n_frames == 2
+    assert kept_in(Path("run")).asked["prompt"] == "Two balls that part"
+
+
+@pytest.mark.parametrize(
+    ("more", "code", "message"),
+    [
+        (["--model", "nothing"], 1, "the weights of `nothing` are not on this machine"),
+        (["--model", "scene/unet"], 1, "E707"),
+        (["--scene-model", "figures"], 1, "E707"),
+        (["--depth", "1", "--entity", "house"], 1, "nothing in the scene is called `house`"),
+        (["--steps", "0"], 2, "at least 1 step"),
+        (["--resume", "--force"], 2, "choose one"),
+        (["--resume"], 1, "there is no distillation in run"),
+        (["--start", "b"], 1, "there is no distillation in b"),
+        (["-o", "a.scene"], 1, "cannot be a folder"),
+        (["--device", "tpu"], 1, "there is no device `tpu`"),
+        (["--template", "a {color} thing"], 1, "means nothing in a template"),
+        (["--film", "a.txt"], 1, "a film cannot be written as `a.txt`"),
+    ],
+)
+def test_wrong_usage_is_one_line(
+    words: list[str], more: list[str], code: int, message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([*words, *more]) == code
+    told = said(capsys)
+    assert message in told
+    assert "Traceback" not in told
+    assert not Path("run/state.safetensors").exists()
+
+
+def test_nothing_left_to_learn_is_told(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([*words, "-q"]) == 0
+    assert main([*words, "-o", "again", "--start", "run"]) == 1
+    assert "so there is nothing to learn" in said(capsys)

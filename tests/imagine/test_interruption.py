@@ -1,0 +1,49 @@
+"""Ctrl-C while `scenelang imagine` draws."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import time
+from pathlib import Path
+
+from small_diffusion import small_diffusion
+from support import interruptible
+
+PROGRAM = '(bind "beach" (lambda () (call "moai" :scale [1 2 1])))'
+
+
+def test_interrupted_runs_leave_nothing_half_written(tmp_path: Path) -> None:
+    from PIL import Image
+
+    checkpoint = small_diffusion(tmp_path / "sd")
+    place = tmp_path / "work"
+    place.mkdir()
+    (place / "beach.scene").write_text(PROGRAM, "utf-8")
+    words = [
+        sys.executable,
+        "-P",
+        "-m",
+        "scenelang.cli.main",
+        "imagine",
+        "beach.scene",
+        "-o",
+        "a.png",
+        "--count",
+        "900",
+    ]
+    with interruptible([*words, "--steps", "2", "--device", "cpu", "--model", str(checkpoint)], place) as running:
+        for _ in range(400):
+            if (place / "a-1.png").exists() or running.poll() is not None:
+                break
+            time.sleep(0.1)
+        running.send_signal(signal.SIGINT)
+        _, error = running.communicate(timeout=30)
+    assert running.returncode == 130
+    assert b"Traceback" not in error
+    made = sorted(place.glob("a-*.png"))
+    assert made
+    for path in made:
+        with Image.open(path) as picture:
+            picture.load()
+    assert sorted(place.iterdir()) == sorted([place / "beach.scene", *made])
