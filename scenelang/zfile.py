@@ -54,13 +54,16 @@ def read_z(path: Path) -> tuple[dict[str, Entry], dict[str, npt.NDArray[Any]]]:
 
 
 def write_z(path: Path, entries: Mapping[str, Entry], vectors: Vectors) -> None:
-    """Write Z atomically; a wording that the file holds stays."""
+    """Write Z atomically; a wording that the file holds stays, and how the vectors came to be that are written."""
     data = {
         name: {"text": entry.text, "attributes": {key: _to_json(value) for key, value in entry.attributes.items()}}
         for name, entry in entries.items()
     }
     header, old = _old(path)
     kept = {_MATRIX: old[_MATRIX]} if _MATRIX in old else {}
+    if _MADE in header:
+        made = json.loads(header[_MADE])
+        header[_MADE] = json.dumps({name: each for name, each in made.items() if name in vectors})
     _write(path, {**header, _KEY: json.dumps(data)}, {**vectors, **kept})
 
 
@@ -83,7 +86,8 @@ def write_wording(path: Path, wording: Wording) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Made:
-    """How vectors came to be: by what (``inversion``, ``encoding``), of what, by which model, and when (ISO 8601)."""
+    """How vectors came to be: by what (``inversion``, ``style``, ``picture``), of what, by which model, and when (ISO
+    8601)."""
 
     how: str
     source: str

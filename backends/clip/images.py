@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,7 @@ def encode_images(model: ClipModel, pictures: Sequence[Any], batch: int = 16) ->
     return torch.cat(found)
 
 
-def open_picture(path: Path | str) -> Any:
+def open_picture(path: Path | str | BytesIO) -> Any:
     """A picture file as RGB; raises SceneError("file") where it is none, or too large."""
     image = need("PIL.Image", "pillow")
     try:

@@ -94,7 +94,22 @@ def load_multiview(
     dtype: Any = None,
     architecture: Architecture = ORIGINAL,
 ) -> Diffusion:
-    """The multi-view model ``name``: MVDream's repository, a folder that ``load_diffusion`` reads, or a checkpoint.
+    """The multi-view model ``name``; ``dtype`` and errors as in ``load_any``, "weights" for one of single pictures."""
+    found = load_any(name, shelf, device, dtype, architecture)
+    if found.views == 1:
+        raise SceneError("weights", f"the model `{name}` denoises single pictures, not several views together")
+    return found
+
+
+def load_any(
+    name: str = MULTIVIEW,
+    shelf: Shelf | None = None,
+    device: str = "cpu",
+    dtype: Any = None,
+    architecture: Architecture = ORIGINAL,
+) -> Diffusion:
+    """The model ``name``, of several views or of single pictures: MVDream's repository, one of diffusers' layout, a
+    folder that ``load_diffusion`` reads, or a checkpoint.
 
     ``dtype`` of torch is that of the weights, by default float32. Raises SceneError: "weights" where these are not to
     be had, or are of another model; "backend" without the packages; "unsupported" where the GPU is too small.
@@ -105,10 +120,8 @@ def load_multiview(
     found = (shelf or Shelf()).load(
         name,
         lambda folder: _in_folder(folder, device, dtype, architecture),
-        partial(_multiview_of_hub, device, dtype, architecture),
+        partial(_of_hub, device, dtype, architecture),
     )
-    if found.views == 1:
-        raise SceneError("weights", f"the model `{name}` denoises single pictures, not several views together")
     return replace(found, name=name)
 
 
@@ -121,7 +134,7 @@ def load_depth(
 ) -> Diffusion:
     """The model of single pictures ``name`` with the ControlNet ``control``, which keeps pictures to a depth map.
 
-    By default the control is that in the model's own folder, else DEPTH. ``dtype`` and errors: as ``load_multiview``;
+    By default the control is that in the model's own folder, else DEPTH. ``dtype`` and errors: as ``load_any``;
     also where model and control do not belong together.
     """
     shelf = shelf or Shelf()
@@ -154,7 +167,7 @@ def load_diffusion(
     ``text`` of OpenCLIP or ``text_encoder`` and ``tokenizer`` of transformers, and ``controlnet`` where there is one;
     or a checkpoint of MVDream with the networks of ``architecture``, alone or in a folder.
 
-    A network with cameras for classes denoises VIEWS pictures together. ``dtype`` and errors: as ``load_multiview``.
+    A network with cameras for classes denoises VIEWS pictures together. ``dtype`` and errors: as ``load_any``.
     """
     path = path.expanduser()
     if path.is_file():
@@ -171,7 +184,7 @@ def load_diffusion(
 # --- what is there ---------------------------------------------------------------------------------------------------
 
 
-def _multiview_of_hub(device: str, dtype: Any, architecture: Architecture, name: str, offline: bool) -> Diffusion:
+def _of_hub(device: str, dtype: Any, architecture: Architecture, name: str, offline: bool) -> Diffusion:
     """The checkpoint of MVDream's repository; of any other, the folders of diffusers."""
     place = _Place(name, offline, device, dtype)
     if name == REPOSITORY:

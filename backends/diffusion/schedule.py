@@ -37,6 +37,15 @@ class Schedule:
         signal, spread = self._shares(clean, steps)
         return signal * clean + spread * noise
 
+    def target(self, clean: Tensor, noise: Tensor, steps: Tensor) -> Tensor:
+        """What the network was trained to say of ``clean`` (B, ...) with ``noise`` as after ``steps`` (B,)."""
+        if self.prediction == "epsilon":
+            return noise
+        if self.prediction == "sample":
+            return clean
+        signal, spread = self._shares(clean, steps)
+        return signal * noise - spread * clean
+
     def noise_of(self, output: Tensor, noisy: Tensor, steps: Tensor) -> Tensor:
         """The noise that ``output`` (B, ...) of the network sees in ``noisy`` after ``steps`` (B,)."""
         if self.prediction == "epsilon":

@@ -1,9 +1,12 @@
-"""Actions of the command embeddings that work with vectors: encode, similar, export; and swap."""
+"""Actions of the command embeddings that work with vectors: encode, similar, export; and swap; vectors of pictures
+for set."""
 
 from __future__ import annotations
 
 import argparse
 import json
+from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +21,9 @@ from scenelang.grammar.diagnostics import SceneError
 if TYPE_CHECKING:
     from scenelang.backends.clip.encodings import Encodings
     from scenelang.backends.clip.models import ClipModel
+    from scenelang.backends.clip.picture_words import PictureWord
     from scenelang.interpreter.entity import Scene
+    from scenelang.zfile import Made
 
 _PICTURES = (".png", ".jpg", ".jpeg", ".webp")
 _EXPORTS = (".npz", ".safetensors", ".json")
@@ -82,6 +87,32 @@ def _encoded(arguments: argparse.Namespace, scene: Scene, model: ClipModel) -> E
     frames = leaves_of(scene, granularity_of(arguments), sayings)
     conditions = together(leaf.condition for leaves in frames for leaf in leaves)
     return encoded(conditions, TextEncoder(model), tensors_of(vectors, device_of(arguments)), str(model.name))
+
+
+# --- set -------------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class PictureVector:
+    """A pseudo-word of a picture, and how it came to be."""
+
+    word: PictureWord
+    made: Made
+
+
+def vector_of_picture(arguments: argparse.Namespace) -> PictureVector:
+    """The vector of ``--image``; raises SceneError."""
+    from scenelang.backends.clip.images import open_picture
+    from scenelang.backends.clip.models import TEXT_SPACE, ClipName, load_clip
+    from scenelang.backends.clip.picture_words import START, picture_word
+    from scenelang.zfile import Made
+
+    picture = open_picture(arguments.image)
+    name = ClipName.parse(arguments.model) if arguments.model else TEXT_SPACE
+    model = load_clip(name, shelf_of(arguments), device_of(arguments))
+    word = picture_word(model, picture, arguments.start or START)
+    when = datetime.now(UTC).isoformat(timespec="seconds")
+    return PictureVector(word, Made("picture", Path(arguments.image).name, str(model.name), when))
 
 
 # --- swap ------------------------------------------------------------------------------------------------------------

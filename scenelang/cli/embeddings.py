@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from scenelang.cli.embedding_vectors import add_actions
+from scenelang.cli.embedding_vectors import add_actions, vector_of_picture
+from scenelang.cli.neural_options import add_models
 from scenelang.cli.options import UsageError, add_common, add_file, z_path
 from scenelang.cli.output import print_json, table
 from scenelang.cli.programs import evaluated
@@ -31,13 +32,17 @@ def add_embeddings(subparsers: Any) -> None:
     listing = actions.add_parser("list", help="every entity's handle, word, text and attributes")
     add_common(listing)
     listing.set_defaults(run=list_embeddings)
-    setting = actions.add_parser("set", help="give a handle a text or attributes")
+    setting = actions.add_parser("set", help="give a handle a text, attributes or the vector of a picture")
     setting.add_argument("handle", metavar="'<z5>'", help="a handle as `tree` shows it")
     setting.add_argument("--text", help="the text of the embedding")
     setting.add_argument(
         "--attribute", action="append", default=[], metavar="NAME=VALUE", help="an attribute, such as color=[1,0,0]"
     )
+    setting.add_argument("--image", metavar="FILE", help="a picture, which gives the handle a vector (a pseudo-word)")
+    setting.add_argument("--start", metavar="TEXT", help="the word that the picture's vector starts from (object)")
+    setting.add_argument("--model", metavar="NAME", help="architecture/weights of OpenCLIP, or a folder, for --image")
     setting.add_argument("--clear", action="store_true", help="forget what Z says of the handle first")
+    add_models(setting)
     add_common(setting)
     setting.set_defaults(run=set_embedding)
     add_actions(actions)
@@ -86,7 +91,7 @@ def _rows(scene: Scene) -> dict[str, Entity]:
 
 
 def set_embedding(arguments: argparse.Namespace) -> int:
-    from scenelang.zfile import beside, read_z, write_z
+    from scenelang.zfile import beside, read_z, write_vectors, write_z
 
     name = handle_of(arguments.handle)
     if arguments.file != "-":
@@ -97,25 +102,36 @@ def set_embedding(arguments: argparse.Namespace) -> int:
     path = z_path(arguments) or beside(arguments.file)
     if arguments.file == "-" and arguments.z is None:
         raise SceneError("file", "say where Z is: --z FILE")
+    if arguments.text is None and not arguments.attribute and not arguments.clear and arguments.image is None:
+        raise UsageError("value", "nothing to set", "give --text, --attribute or --image")
+    if arguments.start is not None and arguments.image is None:
+        raise UsageError("value", "`--start` is the word that a picture's vector starts from: give one with --image")
+    attributes = dict(map(_attribute, arguments.attribute))
+    learned = None if arguments.image is None else vector_of_picture(arguments)
     entries, vectors = read_z(path) if path.exists() else ({}, {})
     old = Entry() if arguments.clear else entries.get(name, Entry())
-    attributes = dict(old.attributes)
-    for item in arguments.attribute:
-        key, sign, text = item.partition("=")
-        if not sign or not key or not text.strip():
-            raise UsageError("value", f"--attribute wants NAME=VALUE, got `{item}`")
-        attributes[key.lstrip(":").strip()] = _value(text)
-    if arguments.text is None and not arguments.attribute and not arguments.clear:
-        raise UsageError("value", "nothing to set", "give --text or --attribute")
-    entry = Entry(arguments.text if arguments.text is not None else old.text, attributes)
+    entry = Entry(arguments.text if arguments.text is not None else old.text, {**old.attributes, **attributes})
+    if arguments.clear:
+        vectors.pop(name, None)
     if arguments.clear and entry == Entry():
         entries.pop(name, None)
     else:
         entries[name] = entry
     write_z(path, entries, vectors)
+    if learned is not None:
+        write_vectors(path, {name: learned.word.vectors}, {name: learned.made})
     if not arguments.quiet:
-        print(f"wrote {path}: <{name}>")
+        told = f"; cosine {learned.word.before:.3f} -> {learned.word.cosine:.3f}" if learned is not None else ""
+        print(f"wrote {path}: <{name}>{told}")
     return 0
+
+
+def _attribute(item: str) -> tuple[str, Any]:
+    """The name and value of `NAME=VALUE`; raises UsageError."""
+    key, sign, text = item.partition("=")
+    if not sign or not key or not text.strip():
+        raise UsageError("value", f"--attribute wants NAME=VALUE, got `{item}`")
+    return key.lstrip(":").strip(), _value(text)
 
 
 def handle_of(text: str) -> str:

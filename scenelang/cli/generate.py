@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from scenelang.cli.invert import invert_parts
 from scenelang.cli.model_options import ablation_of, add_model_options, evaluation_options, settings_from
 from scenelang.cli.model_runs import (
     begun,
@@ -18,6 +19,7 @@ from scenelang.cli.model_runs import (
     say_written,
     show_dry_run,
 )
+from scenelang.cli.neural_options import add_models
 from scenelang.cli.options import UsageError
 from scenelang.cli.output import print_json, progress
 from scenelang.cli.pictures import check_folder
@@ -48,7 +50,13 @@ def add_generate(subparsers: Any) -> None:
     )
     add_kind(parser)
     parser.add_argument("--render", action="store_true", help="also draw it, beside the program")
+    parser.add_argument(
+        "--invert",
+        action="store_true",
+        help="also learn the embeddings of its parts from the pictures, into Z beside it",
+    )
     add_model_options(parser)
+    add_models(parser)
     parser.set_defaults(run=generate)
 
 
@@ -74,6 +82,8 @@ def generate(arguments: argparse.Namespace) -> int:
         check_folder(Path(arguments.output))
         if Path(arguments.output).suffix != ".scene":
             raise UsageError("file", f"{arguments.output} is to hold a program of the language: name it .scene")
+    if arguments.resume is None and arguments.invert:
+        _check_inversion(arguments)
     if arguments.resume is not None:
         return _finish(arguments, *resumed(arguments, "generate"))
     inference = Inference(task_of(arguments), settings_from(arguments), evaluation_options(arguments))
@@ -82,7 +92,8 @@ def generate(arguments: argparse.Namespace) -> int:
     if arguments.dry_run:
         return show_dry_run(arguments, inference)
     output = str(Path(arguments.output).resolve()) if arguments.output else None
-    run = begun(arguments, inference, arguments.task or "reconstruction", output=output, render=arguments.render)
+    facts = {"output": output, "render": arguments.render, "invert": arguments.invert}
+    run = begun(arguments, inference, arguments.task or "reconstruction", **facts)
     return _finish(arguments, inference, run)
 
 
@@ -106,7 +117,21 @@ def _finish(arguments: argparse.Namespace, inference: Inference, run: Run) -> in
         sys.stdout.write(result.best.program)
     if output is not None and (arguments.render or facts.get("render")) and result.best.scene is not None:
         _draw(arguments, result.best.scene, output)
+    if output is not None and (arguments.invert or facts.get("invert")) and result.best.scene is not None:
+        invert_parts(arguments, result.best.scene, inference.task.pictures, output)
     return 0
+
+
+def _check_inversion(arguments: argparse.Namespace) -> None:
+    """Raises UsageError where there is nothing to learn from or no place for it, and SceneError without the packages:
+    before the language model costs money."""
+    from scenelang.backends.base import need
+    from scenelang.backends.weights import INSTALL
+
+    if not arguments.image or arguments.output is None:
+        raise UsageError("value", "--invert learns from a picture, beside the program: give --image and -o")
+    for package in ("torch", "diffusers", "transformers"):
+        need(package, INSTALL)
 
 
 def _draw(arguments: argparse.Namespace, scene: Scene, output: Path) -> None:

@@ -6,6 +6,7 @@ import base64
 import json
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -401,3 +402,21 @@ def test_errors_of_the_service(place: Place) -> None:
         assert f"({status})" in done.err
         assert len(server.requests) == 1
     assert not (place.work / "out.scene").exists()
+
+
+def test_parts_are_learned_from_the_pictures(place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
+    """`--invert`, once the program is written: with its scene and what the model saw, also when the run goes on."""
+    data = save(place.work / "a.png", "PNG")
+    calls: list[tuple[str, list[bytes], Path, bool]] = []
+
+    def note(arguments: Any, scene: Any, shown: Any, program: Path) -> None:
+        calls.append((scene.word, [each.data for each in shown], program, program.exists()))
+
+    monkeypatch.setattr(generate, "invert_parts", note)
+    place.serve(answers(cubes(), cubes()))
+    place.generate("--image", "a.png", "-o", "out.scene")
+    assert calls == []
+    place.generate("--image", "a.png", "-o", "out.scene", "--invert", "--no-cache")
+    assert calls == [("pile", [data], Path("out.scene"), True)]
+    place.generate("--resume", "last")
+    assert calls[1] == ("pile", [data], place.work / "out.scene", True)

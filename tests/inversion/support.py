@@ -1,0 +1,36 @@
+"""Subjects of the toy model, and what its pictures show."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import torch
+from toy.model import unpack
+from toy.pictures import COLORS, Orbit, picture
+
+from scenelang.backends.diffusion.loading import load_diffusion
+from scenelang.backends.diffusion.model import Diffusion
+from scenelang.backends.inversion.subjects import STYLE, Subject, sentence_of, start_of
+
+VIEW = Orbit(0.6, 0.3, 3.2, math.radians(20.0))
+
+
+def toy(folder: Path) -> Diffusion:
+    """The committed toy model, unpacked."""
+    return load_diffusion(unpack(folder))
+
+
+def shown(color: str, shape: str) -> torch.Tensor:
+    """A picture (3, 32, 32) of one solid."""
+    return picture(shape, COLORS[color], VIEW)
+
+
+def subject(name: str, color: str, shape: str) -> Subject:
+    return Subject(shown(color, shape), sentence_of(name))
+
+
+def starts(model: Diffusion, *names: str) -> dict[str, torch.Tensor]:
+    """Pseudo-words that begin as "sphere", and the style as "toy"."""
+    words = {name: start_of(model.words, "sphere") for name in names}
+    return {**words, STYLE: start_of(model.words, "toy")}

@@ -1,0 +1,277 @@
+"""Textual Inversion on the toy model: what it minimises, what moves, and that a break changes nothing."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+from small_models import seeded, small_diffusion
+
+from inversion.support import shown, starts, subject, toy
+from scenelang.backends.clip.prompts import Slot
+from scenelang.backends.diffusion.loading import load_any
+from scenelang.backends.diffusion.model import Diffusion
+from scenelang.backends.diffusion.words import ClipWords
+from scenelang.backends.inversion.keeping import STATE, asked_of, kept_in
+from scenelang.backends.inversion.learning import Inverting
+from scenelang.backends.inversion.objective import denoising_loss
+from scenelang.backends.inversion.run import run
+from scenelang.backends.inversion.settings import Settings
+from scenelang.backends.inversion.subjects import STYLE, Subject, sentence_about, sentence_of, start_of
+from scenelang.grammar.diagnostics import SceneError
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory: pytest.TempPathFactory) -> Diffusion:
+    return toy(tmp_path_factory.mktemp("models") / "toy")
+
+
+def learning(model: Diffusion, **settings: Any) -> Inverting:
+    return Inverting(model, [subject("z2", "red", "cube")], starts(model, "z2"), Settings(**{"batch": 1, **settings}))
+
+
+def weights(model: Diffusion) -> str:
+    """What tells all weights of a model, to the bit."""
+    found = hashlib.sha256()
+    words = model.words
+    text = words._encoder._text if isinstance(words, ClipWords) else words.network  # type: ignore[attr-defined]
+    for network in (model.network, text):
+        for name, tensor in network.state_dict().items():
+            found.update(name.encode() + tensor.numpy().tobytes())
+    return found.hexdigest()
+
+
+def test_the_sentence_is_the_papers() -> None:
+    assert sentence_of("z2") == (Slot("z2"), ", 3d model, in the style of ", Slot(STYLE))
+    assert sentence_about("stone moai") == ("stone moai, 3d model, in the style of ", Slot(STYLE))
+
+
+def test_the_loss_is_lower_and_only_two_vectors_move(model: Diffusion) -> None:
+    before, begun = weights(model), starts(model, "z2")
+    work = learning(model)
+    assert {name: vector.tolist() for name, vector in work.vectors().items()} == {
+        name: vector.tolist() for name, vector in begun.items()
+    }
+    first = work.measured()
+    assert work.measured() == first, "the same noise every time"
+    for _ in range(100):
+        work.step()
+    assert work.measured() < 0.5 * first
+    assert weights(model) == before
+    after = work.vectors()
+    assert sorted(after) == [STYLE, "z2"]
+    assert all(np.abs(after[name] - begun[name].numpy()).max() > 0.05 for name in after)
+    assert all(parameter.grad is None for parameter in model.network.parameters())
+
+
+def test_the_model_knows_the_thing_again(model: Diffusion) -> None:
+    """The learned sentence fits its own picture better than that of another thing, and the other way round."""
+    found = {}
+    pictures = {"z2": ("red", "cube"), "z3": ("blue", "sphere")}
+    for name, (color, shape) in pictures.items():
+        work = Inverting(model, [subject(name, color, shape)], starts(model, name), Settings(batch=1))
+        for _ in range(40):
+            work.step()
+        found[name] = {key: torch.from_numpy(vector) for key, vector in work.vectors().items()}
+    loss = lambda name, shown_as: Inverting(
+        model, [Subject(shown(*pictures[shown_as]), sentence_of(name))], found[name], Settings()
+    ).measured()
+    assert loss("z2", "z2") < 0.85 * loss("z3", "z2")
+    assert loss("z3", "z3") < 0.85 * loss("z2", "z3")
+
+
+def test_several_things_share_a_style(model: Diffusion) -> None:
+    subjects = [subject("z2", "red", "cube"), subject("z3", "blue", "sphere")]
+    work = Inverting(model, subjects, starts(model, "z2", "z3"), Settings(batch=1))
+    first = work.measured()
+    alone = [Inverting(model, [each], starts(model, "z2", "z3"), Settings(draws=32)).measured() for each in subjects]
+    assert first == pytest.approx(float(np.mean(alone)), rel=0.2), "the mean of both"
+    for _ in range(25):
+        work.step()
+    assert work.measured() < 0.75 * first
+    assert sorted(work.vectors()) == [STYLE, "z2", "z3"]
+
+
+def test_the_style_alone(model: Diffusion) -> None:
+    about = Subject(shown("green", "cube"), sentence_about("cube"))
+    work = Inverting(model, [about], {STYLE: start_of(model.words, "toy")}, Settings(batch=1))
+    first = work.measured()
+    for _ in range(40):
+        work.step()
+    assert work.measured() < first, "little, since the toy was taught to heed no style"
+    assert list(work.vectors()) == [STYLE]
+
+
+# --- the objective ---------------------------------------------------------------------------------------------------
+
+
+def _scheduler(kind: str) -> Any:
+    from diffusers import DDPMScheduler
+
+    return DDPMScheduler(
+        num_train_timesteps=1000, beta_start=0.00085, beta_end=0.012, beta_schedule="scaled_linear", prediction_type=kind
+    )  # fmt: skip
+
+
+def test_the_loss_is_that_of_diffusers_training(model: Diffusion) -> None:
+    """Noise and velocity by diffusers, the network without views or cameras by its own call."""
+    generator = torch.Generator().manual_seed(1)
+    latents = model.pixels.encode(shown("red", "cube")[None]).expand(3, -1, -1, -1)
+    noise, steps = torch.randn(latents.shape, generator=generator), torch.tensor([5, 400, 990])
+    states = model.words.encode([("a red cube, 3D model",)]).expand(3, -1, -1)
+    scheduler = _scheduler("v_prediction")
+    noisy = scheduler.add_noise(latents, noise, steps)
+    with torch.no_grad():
+        found = denoising_loss(model, latents, states, steps, noise)
+        rows = [
+            model.network(noisy[i : i + 1], steps[i : i + 1], encoder_hidden_states=states[i : i + 1],
+                          class_labels=torch.zeros(1, 16)).sample
+            for i in range(3)
+        ]  # fmt: skip
+    wanted = ((torch.cat(rows) - scheduler.get_velocity(latents, noise, steps)) ** 2).mean()
+    assert float(found) == pytest.approx(float(wanted), rel=1e-4)
+
+
+def test_what_networks_are_trained_to_say(model: Diffusion) -> None:
+    from dataclasses import replace
+
+    clean, noise = torch.randn(2, 3, 4, 4), torch.randn(2, 3, 4, 4)
+    steps = torch.tensor([10, 700])
+    schedule = model.schedule
+    assert torch.equal(replace(schedule, prediction="epsilon").target(clean, noise, steps), noise)
+    assert torch.equal(replace(schedule, prediction="sample").target(clean, noise, steps), clean)
+    velocity = replace(schedule, prediction="v_prediction").target(clean, noise, steps)
+    assert torch.allclose(velocity, _scheduler("v_prediction").get_velocity(clean, noise, steps), atol=1e-5)
+
+
+def test_a_step_is_adamws(model: Diffusion) -> None:
+    """The second step too, by the formulas of its paper: momentum, bias corrected, decay of a hundredth."""
+    work = learning(model)
+    begun = {name: vector.astype(np.float64) for name, vector in work.vectors().items()}
+    gradients = []
+    for _ in range(2):
+        work.step()
+        gradients.append({name: v.grad.double().numpy().copy() for name, v in work._vectors.items()})
+    for name, after in work.vectors().items():
+        value, mean, square = begun[name], 0.0, 0.0
+        for number, gradient in enumerate((g[name] for g in gradients), start=1):
+            value = value * (1.0 - 0.01 * 0.01)
+            mean, square = 0.9 * mean + 0.1 * gradient, 0.999 * square + 0.001 * gradient**2
+            value = value - 0.01 * (mean / (1 - 0.9**number)) / (np.sqrt(square / (1 - 0.999**number)) + 1e-8)
+        assert np.allclose(after, value, atol=1e-6)
+
+
+def test_the_seed_decides(model: Diffusion) -> None:
+    one, same, other = (learning(model, seed=seed) for seed in (3, 3, 4))
+    losses = [[work.step() for _ in range(3)] for work in (one, same, other)]
+    assert losses[0] == losses[1]
+    assert losses[0] != losses[2]
+    assert all(np.array_equal(one.vectors()[name], same.vectors()[name]) for name in one.vectors())
+
+
+def test_models_of_single_pictures(tmp_path: Path) -> None:
+    """Stable Diffusion's layout, with an autoencoder and predicted noise."""
+    seeded()
+    model = load_any(str(small_diffusion(tmp_path / "sd", views=False)))
+    assert model.views == 1
+    picture = torch.rand(3, model.size, model.size)
+    begun = {"z2": start_of(model.words, "stone statue"), STYLE: start_of(model.words, "photo")}
+    assert torch.allclose(begun["z2"], model.words.vectors_of("stone statue").mean(0, keepdim=True))
+    work = Inverting(model, [Subject(picture, sentence_of("z2"))], begun, Settings(batch=2))
+    with torch.no_grad():
+        latents, states = model.pixels.encode(picture[None]), model.words.encode([sentence_of("z2")], begun)
+        noise, steps = torch.randn(latents.shape), torch.tensor([300])
+        noisy = _scheduler("epsilon").add_noise(latents, noise, steps)
+        wanted = ((model.network(noisy, steps, encoder_hidden_states=states).sample - noise) ** 2).mean()
+        assert float(denoising_loss(model, latents, states, steps, noise)) == pytest.approx(float(wanted), rel=1e-4)
+    before = weights(model)
+    work.step()
+    assert weights(model) == before
+    assert all(not np.array_equal(work.vectors()[name], begun[name].numpy()) for name in begun)
+
+
+def test_a_start_without_tokens(model: Diffusion) -> None:
+    with pytest.raises(SceneError, match="no tokens"):
+        start_of(model.words, "  ")
+
+
+@pytest.mark.parametrize("wrong", [{"steps": 0}, {"rate": 0.0}, {"rate": float("nan")}, {"batch": 0}, {"batch": 1000}])
+def test_settings_that_make_no_sense(wrong: dict[str, Any]) -> None:
+    with pytest.raises(SceneError) as caught:
+        Settings(**wrong)
+    assert caught.value.name == "value"
+
+
+# --- breaks ----------------------------------------------------------------------------------------------------------
+
+
+def asked(model: Diffusion, steps: int = 12, **settings: Any) -> dict[str, Any]:
+    shown_things = [subject("z2", "red", "cube")]
+    return asked_of(Settings(steps=steps, batch=1, **settings), model.name, shown_things, {"z2": "sphere"})
+
+
+def test_a_run_that_was_broken_off_ends_as_if_it_had_not(model: Diffusion, tmp_path: Path) -> None:
+    for name in ("whole", "broken"):
+        (tmp_path / name).mkdir()
+    whole = learning(model, steps=12)
+    outcome = run(whole, tmp_path / "whole", asked(model))
+    told: list[int] = []
+    half = learning(model, steps=12)
+    stopped = run(
+        half, tmp_path / "broken", asked(model), None, lambda now: told.append(now.done), lambda: len(told) == 5
+    )
+    assert not stopped.finished
+    assert told == [1, 2, 3, 4, 5]
+    kept = kept_in(tmp_path / "broken")
+    assert (kept.done, kept.finished) == (5, False)
+    rest = learning(model, steps=12)
+    again = run(rest, tmp_path / "broken", asked(model), kept)
+    assert again == outcome
+    assert all(np.array_equal(rest.vectors()[name], whole.vectors()[name]) for name in whole.vectors())
+    assert kept_in(tmp_path / "broken").losses == kept_in(tmp_path / "whole").losses
+    assert kept_in(tmp_path / "broken").finished
+    more = learning(model, steps=14)
+    assert run(more, tmp_path / "broken", asked(model, 14), kept_in(tmp_path / "broken")).finished
+
+
+def test_only_the_same_run_goes_on(model: Diffusion, tmp_path: Path) -> None:
+    run(learning(model, steps=2), tmp_path, asked(model, 2))
+    kept = kept_in(tmp_path)
+    for other, text in (({"seed": 1}, "other seed"), ({"rate": 0.5}, "other rate")):
+        with pytest.raises(SceneError, match=text):
+            run(learning(model, steps=2, **other), tmp_path, asked(model, 2, **other), kept)
+    with pytest.raises(SceneError, match="2 steps already"):
+        run(learning(model, steps=1), tmp_path, asked(model, 1), kept)
+    elsewhere = {**asked(model, 2), "pictures": [["another", "picture"]]}
+    with pytest.raises(SceneError, match="other pictures"):
+        run(learning(model, steps=2), tmp_path, elsewhere, kept)
+
+
+@pytest.mark.parametrize("damage", ["none", "text", "cut", "steps", "shape"])
+def test_files_that_are_no_runs(model: Diffusion, tmp_path: Path, damage: str) -> None:
+    from safetensors import safe_open
+    from safetensors.torch import save_file
+
+    path = tmp_path / STATE
+    if damage != "none":
+        run(learning(model, steps=2), tmp_path, asked(model, 2))
+    if damage == "text":
+        path.write_text("hello")
+    if damage == "cut":
+        path.write_bytes(path.read_bytes()[:-100])
+    if damage in ("steps", "shape"):
+        with safe_open(str(path), "pt") as file:
+            told = file.metadata()
+            tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
+        if damage == "steps":
+            told = {name: text.replace('"done": 2', '"done": 1') for name, text in told.items()}
+        else:
+            tensors = {name: tensor[:, :5].contiguous() for name, tensor in tensors.items()}
+        save_file(tensors, path, metadata=told)
+    with pytest.raises(SceneError) as caught:
+        run(learning(model, steps=2), tmp_path, asked(model, 2), kept_in(tmp_path))
+    assert caught.value.name == "file"
