@@ -17,5 +17,5 @@ def memory_told() -> Iterator[None]:
     try:
         yield
     except torch.OutOfMemoryError as error:
-        hint = "a smaller --size, fewer --gaussians, or --device cpu"
+        hint = "smaller pictures or models, fewer Gaussians or steps at once, or --device cpu"
         raise SceneError("unsupported", "the memory of the GPU is full", hint=hint) from error

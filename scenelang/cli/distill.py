@@ -96,7 +96,8 @@ def _learn(arguments: argparse.Namespace, text: str, scene: Scene) -> int:
     from scenelang.backends.distillation.cast import cast_of
     from scenelang.backends.distillation.keeping import asked_of, check_same
     from scenelang.backends.distillation.learning import Learning
-    from scenelang.backends.distillation.run import interruptions, run
+    from scenelang.backends.distillation.run import run
+    from scenelang.cli.interruptions import interruptions
 
     sayings, vectors = sayings_of(arguments)
     cast = cast_of(leaves_of(scene, granularity_of(arguments), sayings))

@@ -154,11 +154,11 @@ def learn(way: Way, place: Place, parts: Sequence[Part], styles: Sequence[str], 
     Raises SceneError; KeyboardInterrupt where it was stopped: the run is kept.
     """
     from scenelang.backends.diffusion.memory import memory_told
-    from scenelang.backends.distillation.run import interruptions
     from scenelang.backends.inversion.keeping import asked_of
     from scenelang.backends.inversion.learning import Inverting
     from scenelang.backends.inversion.run import run
     from scenelang.backends.inversion.subjects import STYLE, start_of
+    from scenelang.cli.interruptions import interruptions
     from scenelang.cli.neural_scene import folder_of
 
     before = before_of(place)

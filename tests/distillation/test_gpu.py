@@ -1,0 +1,35 @@
+"""The toy distilled on a GPU, more Gaussians and more steps than elsewhere; how long it takes is printed."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import pytest
+
+torch = pytest.importorskip("torch")
+
+from toy.model import unpack  # noqa: E402
+
+from distillation.test_toy import TOYS, likeness, views  # noqa: E402
+from scenelang.backends.distillation.keeping import kept_in  # noqa: E402
+from scenelang.cli.main import main  # noqa: E402
+
+
+@pytest.mark.gpu
+@pytest.mark.skipif(not torch.cuda.is_available(), reason="there is no GPU")
+def test_colours_and_shapes_on_cuda(tmp_path: Path) -> None:
+    toy = unpack(tmp_path / "toy")
+    (tmp_path / "toys.scene").write_text(TOYS)
+    words = ["distill", str(tmp_path / "toys.scene"), "-o", str(tmp_path / "run"), "--model", str(toy), "-q"]
+    words += ["--steps", "600", "--gaussians", "20000", "--guidance", "7.5", "--no-scene-term", "--device", "cuda"]
+    start = time.monotonic()
+    assert main(words) == 0
+    print(f"1,200 steps on {torch.cuda.get_device_name()}: {time.monotonic() - start:.0f} s")
+    kept = kept_in(tmp_path / "run")
+    red, round_ = views(kept, 0)
+    blue, square = views(kept, 1)
+    assert red[0] > 0.7 > 0.3 > max(red[1:])
+    assert blue[2] > 0.6 > 0.3 > max(blue[:2])
+    assert likeness(round_, "sphere") > likeness(round_, "cube")
+    assert likeness(square, "cube") > likeness(square, "sphere")
