@@ -79,8 +79,8 @@ class Kept:
         poses = Poses(*(self.tensors[f"poses/{name}"] for name in ("turns", "shifts", "log_scales")))
         found: list[list[list[float]] | None] = []
         for frame, shown in enumerate(self.players[player].shown):
-            matrix, place = poses.of(player, frame, self.tensors["starts"][player, frame])
-            found.append(torch.cat([matrix, place[:, None]], 1).tolist() if shown else None)
+            matrix, place = poses.of(torch.tensor([player]), frame, self.tensors["starts"])
+            found.append(torch.cat([matrix, place[:, :, None]], 2)[0].tolist() if shown else None)
         return found
 
 

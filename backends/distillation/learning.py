@@ -21,7 +21,7 @@ from scenelang.backends.distillation.figure_learning import FigureLearning
 from scenelang.backends.distillation.regularisers import outside, too_long
 from scenelang.backends.distillation.sds import Heard, sds_loss, window_at
 from scenelang.backends.distillation.settings import BACKGROUND, Settings
-from scenelang.backends.distillation.theta import Poses, on_stage, resting
+from scenelang.backends.distillation.theta import Poses, copies, on_stage, resting, shown_by_figure
 from scenelang.backends.distillation.views import around, before, depth_pictures, stacked
 from scenelang.backends.splats.gaussians import Splats, joined, posed
 from scenelang.backends.splats.initial import gaussians_of
@@ -133,15 +133,19 @@ class Learning:
         told = sds_loss(
             model, pictures, self._told(number, cameras), self._settings.guiding, window_at(done), generator
         )
-        matrices = [
-            self.poses.of(i, int(np.argmax(actor.shown)), self._starts[i, int(np.argmax(actor.shown))])[0]
-            for i, actor in enumerate(self.cast.actors)
-            if actor.figure == number
-        ][:_MOST_POSES]
+        shape = too_long(gaussians.axes, self._matrices(number))
+        return told, shape, outside(learning.theta, learning.box)
+
+    def _matrices(self, number: int) -> Tensor:
+        """The poses (M, 3, 3) of a figure's first actors, each in the first frame that shows it."""
         import torch
 
-        shape = too_long(gaussians.axes, torch.stack(matrices))
-        return told, shape, outside(learning.theta, learning.box)
+        firsts: dict[int, list[int]] = {}
+        mine = [i for i, actor in enumerate(self.cast.actors) if actor.figure == number][:_MOST_POSES]
+        for i in mine:
+            firsts.setdefault(int(np.argmax(self.cast.actors[i].shown)), []).append(i)
+        found = [self.poses.of(torch.tensor(which), frame, self._starts)[0] for frame, which in firsts.items()]
+        return torch.cat(found)
 
     def _scene_term(self, done: float) -> Tensor:
         """The term of the ControlNet: one frame as one camera sees it, kept to the depth of what the program has."""
@@ -174,10 +178,10 @@ class Learning:
 
         with torch.no_grad():
             parts = []
-            for number, actor in enumerate(self.cast.actors):
-                if actor.shown[frame]:
-                    pose = self.poses.of(number, frame, self._starts[number, frame])
-                    parts.append(self._hull(actor.figure).moved(*pose))
+            for number, which in shown_by_figure(self.cast.actors, frame, self._starts).items():
+                hull = self._hull(number)
+                poses = (each.repeat_interleave(len(hull), 0) for each in self.poses.of(which, frame, self._starts))
+                parts.append(hull.take(copies(len(hull), which)).moved(*poses))
             drawn = rasterise(joined(parts), view_of(camera, parts[0].means))
             return depth_pictures(drawn.depth, drawn.alpha)
 

@@ -78,14 +78,16 @@ class Poses:
         """The tensors by name."""
         return {field.name: getattr(self, field.name) for field in fields(self)}
 
-    def of(self, actor: int, frame: int, start: Tensor) -> tuple[Tensor, Tensor]:
-        """The matrix (3, 3) and the place (3,) of an actor whose pose was ``start`` (3, 4); differentiable."""
+    def of(self, actors: Tensor, frame: int, starts: Tensor) -> tuple[Tensor, Tensor]:
+        """The matrices (M, 3, 3) and places (M, 3) in a frame of the actors numbered ``actors`` (M,), whose poses the
+        program gave as ``starts`` (N, F, 3, 4); differentiable."""
         import torch
 
-        size = start[:, :3].square().sum().sqrt() / 3.0**0.5
-        turn = torch.cat([torch.ones_like(self.turns[actor, frame, :1]), self.turns[actor, frame]])
-        matrix = rotations(turn[None])[0] @ start[:, :3] * self.log_scales[actor, frame].exp()
-        return matrix, start[:, 3] + size * self.shifts[actor, frame]
+        begun, half = starts[actors, frame], self.turns[actors, frame]
+        sizes = begun[:, :, :3].square().sum((1, 2)).sqrt() / 3.0**0.5
+        turns = rotations(torch.cat([torch.ones_like(half[:, :1]), half], 1))
+        matrices = turns @ begun[:, :, :3] * self.log_scales[actors, frame].exp()[:, None, :]
+        return matrices, begun[:, :, 3] + sizes[:, None] * self.shifts[actors, frame]
 
 
 def resting(actors: int, frames: int, like: Tensor) -> Poses:
@@ -104,12 +106,32 @@ class OnStage(Protocol):
         """Whether it is there, by frame."""
 
 
-def on_stage(thetas: list[Gaussians], actors: Sequence[OnStage], starts: Tensor, poses: Poses, frame: int) -> Splats:
+def on_stage(
+    thetas: Sequence[Gaussians], actors: Sequence[OnStage], starts: Tensor, poses: Poses, frame: int
+) -> Splats:
     """All actors of a frame, of which there is at least one, as splats in the world; ``thetas`` are the Gaussians of
     each figure, ``starts`` (N, F, 3, 4) the poses that the program gave."""
     parts = []
+    for number, which in shown_by_figure(actors, frame, starts).items():
+        one = thetas[number]
+        matrices, places = (each.repeat_interleave(len(one), 0) for each in poses.of(which, frame, starts))
+        parts.append(posed(one.take(copies(len(one), which)), matrices, places))
+    return joined(parts)
+
+
+def shown_by_figure(actors: Sequence[OnStage], frame: int, like: Tensor) -> dict[int, Tensor]:
+    """The numbers (M,) of the actors that a frame shows, for each figure that it has, on the device of ``like``."""
+    import torch
+
+    found: dict[int, list[int]] = {}
     for number, actor in enumerate(actors):
         if actor.shown[frame]:
-            matrix, place = poses.of(number, frame, starts[number, frame])
-            parts.append(posed(thetas[actor.figure], matrix, place))
-    return joined(parts)
+            found.setdefault(actor.figure, []).append(number)
+    return {figure: torch.tensor(numbers, device=like.device) for figure, numbers in found.items()}
+
+
+def copies(count: int, which: Tensor) -> Tensor:
+    """Indices of ``count`` Gaussians as often as there are actors ``which``."""
+    import torch
+
+    return torch.arange(count, device=which.device).repeat(len(which))
