@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from typing import Any
 
@@ -29,7 +30,9 @@ class Lpips:
     def __init__(self, shelf: Shelf | None = None, device: str = "cpu") -> None:
         self._torch = need("torch", INSTALL)
         package = need("lpips", INSTALL)
-        network = package.LPIPS(net="alex", pnet_rand=True, verbose=False)  # pnet_rand: without asking the network
+        with warnings.catch_warnings():  # it calls torchvision in an old way
+            warnings.simplefilter("ignore")
+            network = package.LPIPS(net="alex", pnet_rand=True, verbose=False)  # pnet_rand: without a download
         _fill(network.net, state_of(ALEXNET, shelf or Shelf()))
         self._network = network.to(device).eval().requires_grad_(False)
         self._device = device

@@ -47,11 +47,10 @@ def questions_of(tasks: Sequence[Question], seed: int) -> list[Question]:
         raise SceneError("value", "there is nothing to choose from")
     for task in tasks:
         methods = [result.method for result in task.results]
-        if len(set(methods)) != len(methods):
-            raise SceneError("value", f'two results of one method are for "{task.prompt[:60]}"', hint=_HINT)
         if not 2 <= len(methods) <= len(_LETTERS):
-            raise SceneError("value", f'there is only one result for "{task.prompt[:60]}"' if len(methods) < 2 else
-                             f'more than {len(_LETTERS)} results are for "{task.prompt[:60]}"', hint=_HINT)  # fmt: skip
+            raise SceneError("value", f'"{task.prompt[:60]}" has {len(methods)} to choose from, not 2 to 26', hint=_HINT)
+        if len(set(methods)) != len(methods):
+            raise SceneError("value", f'"{task.prompt[:60]}" has two results of one method', hint=_HINT)
     draws = random.Random(f"study {seed}")
     shown = [Question(task.prompt, tuple(draws.sample(task.results, len(task.results)))) for task in tasks]
     draws.shuffle(shown)
