@@ -33,6 +33,7 @@ DOCUMENTS = (
     "docs/language-models.md",
     "docs/embeddings.md",
     "docs/distillation.md",
+    "docs/evaluation.md",
     "docs/reference/stdlib.md",
     "docs/reference/diagnostics.md",
     "docs/reference/cli.md",

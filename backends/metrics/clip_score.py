@@ -8,6 +8,7 @@ from typing import Any
 from scenelang.backends.base import need
 from scenelang.backends.clip.images import encode_images
 from scenelang.backends.clip.models import JUDGE, ClipModel, ClipName, load_clip
+from scenelang.backends.diffusion.memory import memory_told
 from scenelang.backends.picture import Picture
 from scenelang.backends.weights import INSTALL, Shelf
 
@@ -33,8 +34,8 @@ def cosines(model: ClipModel, text: str, pictures: Sequence[Picture]) -> list[fl
     torch = need("torch", INSTALL)
     image = need("PIL.Image", "pillow")
     device = next(model.network.parameters()).device
-    with torch.no_grad():
+    with torch.no_grad(), memory_told():
         said: Any = model.network.encode_text(model.tokenizer([text]).to(device)).float()
-    seen = encode_images(model, [image.fromarray(picture) for picture in pictures]).float()
+        seen = encode_images(model, [image.fromarray(picture) for picture in pictures]).float()
     found = torch.nn.functional.normalize(seen, dim=-1) @ torch.nn.functional.normalize(said, dim=-1)[0]
     return [float(cosine) for cosine in found.tolist()]

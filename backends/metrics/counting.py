@@ -34,8 +34,8 @@ _LONGEST = 4  # words after a number that may name the things
 _MOST_TEXT = 10_000  # characters of a task that are read
 _IRREGULAR = {"men": "man", "women": "woman", "people": "person", "children": "child", "mice": "mouse",
               "geese": "goose", "feet": "foot", "teeth": "tooth", "leaves": "leaf", "knives": "knife",
-              "shelves": "shelf", "loaves": "loaf", "dice": "die", "movies": "movie", "cookies": "cookie", "buses": "bus",
-              "shoes": "shoe", "toes": "toe", "pies": "pie"}  # fmt: skip
+              "shelves": "shelf", "loaves": "loaf", "dice": "die", "movies": "movie", "cookies": "cookie",
+              "buses": "bus", "shoes": "shoe", "toes": "toe", "pies": "pie"}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)

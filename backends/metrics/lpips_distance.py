@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from scenelang.backends.base import need
+from scenelang.backends.diffusion.memory import memory_told
 from scenelang.backends.metrics.torchvision_weights import ALEXNET, state_of
 from scenelang.backends.picture import Picture
 from scenelang.backends.weights import INSTALL, Shelf
@@ -45,7 +46,7 @@ class Lpips:
             raise SceneError("value", f"LPIPS needs pictures of {_LEAST} pixels or more, not {width} x {height}")
         target = self._tensor([fitted(wanted, width, height)])
         found: list[float] = []
-        with self._torch.no_grad():
+        with self._torch.no_grad(), memory_told():
             for start in range(0, len(pictures), _BATCH):
                 batch = self._tensor(pictures[start : start + _BATCH])
                 found += self._network(target.expand(len(batch), -1, -1, -1), batch).flatten().tolist()

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import need
+from scenelang.backends.diffusion.memory import memory_told
 from scenelang.backends.metrics.torchvision_weights import RAFT_LARGE, state_of
 from scenelang.backends.picture import Picture
 from scenelang.backends.weights import INSTALL, Shelf
@@ -38,7 +39,7 @@ class Raft:
         height, width = before.shape[:2]
         top, bottom = _margins(height)
         left, right = _margins(width)
-        with self._torch.no_grad():
+        with self._torch.no_grad(), memory_told():
             pair = self._torch.from_numpy(np.stack([before, after])).to(self._device)
             rows = pair.permute(0, 3, 1, 2).float() / 127.5 - 1.0
             rows = self._torch.nn.functional.pad(rows, (left, right, top, bottom), mode="replicate")

@@ -48,7 +48,8 @@ def questions_of(tasks: Sequence[Question], seed: int) -> list[Question]:
     for task in tasks:
         methods = [result.method for result in task.results]
         if not 2 <= len(methods) <= len(_LETTERS):
-            raise SceneError("value", f'"{task.prompt[:60]}" has {len(methods)} to choose from, not 2 to 26', hint=_HINT)
+            said = f'"{task.prompt[:60]}" has {len(methods)} to choose from, not 2 to {len(_LETTERS)}'
+            raise SceneError("value", said, hint=_HINT)
         if len(set(methods)) != len(methods):
             raise SceneError("value", f'"{task.prompt[:60]}" has two results of one method', hint=_HINT)
     draws = random.Random(f"study {seed}")

@@ -56,3 +56,16 @@ def test_absent_weights(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match="ViT-H-14-378-quickgelu") as caught:
         ClipScore(shelf=Shelf(tmp_path, False))
     assert caught.value.name == "weights"
+
+
+def test_a_full_gpu_is_told(models: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    torch = seeded()
+    judge = ClipScore(shelf=Shelf(models, False))
+
+    def full(*_: object) -> None:
+        raise torch.OutOfMemoryError("CUDA out of memory")
+
+    monkeypatch.setattr("scenelang.backends.metrics.clip_score.encode_images", full)
+    with pytest.raises(SceneError, match="memory of the GPU is full") as caught:
+        judge.cosines("a cube", pictures(1))
+    assert caught.value.name == "unsupported"

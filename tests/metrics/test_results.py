@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -49,9 +48,7 @@ class Measuring:
         return {"value": float(len(subject.entry.place))}
 
 
-def run(
-    folder: Path, subjects: list[Subject], *measures: Measuring
-) -> tuple[Evaluation, list[tuple[str, str]]]:
+def run(folder: Path, subjects: list[Subject], *measures: Measuring) -> tuple[Evaluation, list[tuple[str, str]]]:
     told: list[tuple[str, str]] = []
     evaluation = Evaluation(read_results(folder))
     tellers = Tellers(lambda results: write_results(folder, results), lambda e, about: told.append((e.name, about)))
@@ -123,7 +120,15 @@ def test_a_scene_that_cannot_be_measured_stops_no_other(tmp_path: Path) -> None:
     assert evaluation.failures == 1
 
 
-RECORD = {"place": "a", "method": "m", "metric": "clip", "made": "f", "group": "numeric", "prompt": None, "values": {"value": 1}}
+RECORD = {
+    "place": "a",
+    "method": "m",
+    "metric": "clip",
+    "made": "f",
+    "group": "numeric",
+    "prompt": None,
+    "values": {"value": 1},
+}
 WHOLE = {"format": "scenelang-evaluation", "version": 1, "records": [RECORD]}
 
 
@@ -154,12 +159,12 @@ def test_damaged_and_foreign_files_are_told(tmp_path: Path, text: str) -> None:
 
 
 @pytest.fixture
-def listed(tmp_path: Path) -> Iterator[Any]:
+def listed(tmp_path: Path) -> Any:
     def read(data: Any) -> list[Entry]:
         (tmp_path / "list.json").write_text(data if isinstance(data, str) else json.dumps(data))
         return entries_of([str(tmp_path / "list.json")])
 
-    yield read
+    return read
 
 
 def test_lists(tmp_path: Path, listed: Any) -> None:

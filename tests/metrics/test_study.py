@@ -147,7 +147,13 @@ def answers(participant: str, *choices: str, **more: Any) -> dict[str, Any]:
         {"prompt": f"p{n}", "methods": ["A", "B"] if n else ["A", "B", "C"], "choice": choice}
         for n, choice in enumerate(choices)
     ]
-    told = {"format": "scenelang-study-answers", "version": 1, "study": "s", "participant": participant, "answers": given}
+    told = {
+        "format": "scenelang-study-answers",
+        "version": 1,
+        "study": "s",
+        "participant": participant,
+        "answers": given,
+    }
     return told | more
 
 
@@ -159,7 +165,9 @@ def written(folder: Path, *data: Any) -> list[Path]:
 
 
 def test_percentages(tmp_path: Path) -> None:
-    files = written(tmp_path, answers("1", "A", "A"), answers("2", "A", "B"), answers("3", "B", "A"), answers("4", "A", "A"))
+    files = written(
+        tmp_path, answers("1", "A", "A"), answers("2", "A", "B"), answers("3", "B", "A"), answers("4", "A", "A")
+    )
     found = preferences(files)
     assert found.participants == 4
     assert found.percentages == {"p0": {"A": 75.0, "B": 25.0, "C": 0.0}, "p1": {"A": 75.0, "B": 25.0}}
@@ -186,7 +194,7 @@ def test_answers_that_do_not_go_together(tmp_path: Path, second: Any, text: str)
 @pytest.mark.parametrize(
     "data",
     ["", "[]", "{}", answers("1"), answers("1", "D"), answers("1", "A", format="x"), answers("1", "A", version=2),
-     answers("1", "A", answers=[{"prompt": "p"}]), answers("1", "A", participant=3), answers("1", "A", answers=3),
+     answers("1", "A", answers=[{"prompt": "p"}]), answers("1", "A", answers=3),
      answers("1", "A", answers=[{"prompt": "p", "methods": ["A"], "choice": "A"}] * 2),
      answers("1", "A", answers=[{"prompt": "p", "methods": ["A"], "choice": ["A"]}]), "[" * 100_000],
 )  # fmt: skip

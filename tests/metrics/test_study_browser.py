@@ -42,7 +42,7 @@ def test_choosing(tmp_path: Path) -> None:
         faults: list[Any] = []
         page = context.new_page()
         page.on("console", lambda said: faults.append(said.text) if said.type == "error" else None)
-        page.on("pageerror", faults.append)
+        page.on("pageerror", lambda fault: faults.append(str(fault)))
         page.goto(page_file.as_uri())
         shown = page.evaluate("[...document.images].every(one => one.complete && one.naturalWidth === 16)")
         assert shown, "the policy lets pictures through"
