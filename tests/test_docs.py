@@ -34,6 +34,7 @@ DOCUMENTS = (
     "docs/embeddings.md",
     "docs/distillation.md",
     "docs/inversion.md",
+    "docs/evaluation.md",
     "docs/reference/stdlib.md",
     "docs/reference/diagnostics.md",
     "docs/reference/cli.md",

@@ -93,7 +93,11 @@ def test_the_wheel_has_every_module_and_data_file_and_no_other(built: Built) -> 
         for page in ("viewer", "deepslate")
         for path in (ROOT / f"backends/{page}/static").iterdir()
     }
-    wanted = _sources(".py", ".lark", ".scene", ".toml", ".md", ".gz") | static | {"scenelang/py.typed": b""}
+    study = {
+        f"scenelang/evaluation/study.{kind}": (ROOT / f"scenelang/evaluation/study.{kind}").read_bytes()
+        for kind in ("js", "css")
+    }
+    wanted = _sources(".py", ".lark", ".scene", ".toml", ".md", ".gz") | static | study | {"scenelang/py.typed": b""}
     inside = {name: text for name, text in built.wheel.items() if ".dist-info/" not in name}
     assert set(inside) == set(wanted)
     assert inside == wanted
