@@ -12,6 +12,7 @@ from scenelang.grammar.diagnostics import SceneError
 
 T = TypeVar("T")
 VARIABLE = "SCENELANG_MODELS"
+_NOT_FETCHED = ("LocalEntryNotFoundError", "OfflineModeIsEnabled")
 INSTALL = '"scenelang[neural]"'
 
 
@@ -61,6 +62,8 @@ def shelf(folder: str | Path | None = None, fetch: bool = True) -> Shelf:
 
 def _absent(name: str, place: Path | None, error: Exception) -> SceneError:
     said = " ".join(str(error).split())[:160] or type(error).__name__
+    if type(error).__name__ in _NOT_FETCHED:  # the hub's own words tell of its settings, which nobody made
+        said = "they have not been fetched"
     if place is not None:
         return SceneError("weights", f"{place} does not hold the model `{name}`: {said}")
     hint = f"connect to the network, or name the folder that holds it: --models-dir DIR, or {VARIABLE}"

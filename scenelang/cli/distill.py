@@ -102,7 +102,9 @@ def _learn(arguments: argparse.Namespace, text: str, scene: Scene) -> int:
     sayings, vectors = sayings_of(arguments)
     cast = cast_of(leaves_of(scene, granularity_of(arguments), sayings))
     settings = _settings(arguments)
-    folder = folder_of(arguments.output)
+    folder = Path(arguments.output)
+    if folder.exists() and not folder.is_dir():
+        raise SceneError("file", f"`{folder}` cannot be a folder: it is a file")
     before = _before(arguments, folder)
     prompt = scene_prompt(arguments, text, scene)
     device = device_of(arguments)
@@ -115,6 +117,7 @@ def _learn(arguments: argparse.Namespace, text: str, scene: Scene) -> int:
         learning = Learning(cast, teachers, settings, device, _taken_over(arguments, cast))
         if before is not None:
             learning.restore(before.tensors)
+        folder_of(arguments.output)
         _say(arguments, cast, learning)
         with interruptions() as stopped:
             used = before.seconds if before is not None else 0.0
