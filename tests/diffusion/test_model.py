@@ -100,6 +100,6 @@ def test_a_full_gpu_is_one_line() -> None:
     with pytest.raises(SceneError, match="memory of the GPU is full") as caught, memory_told():
         raise torch.cuda.OutOfMemoryError("CUDA out of memory. Tried to allocate 2.00 GiB")
     assert caught.value.name == "unsupported"
-    assert "--size" in (caught.value.hint or "")
+    assert "--device cpu" in (caught.value.hint or "")
     with pytest.raises(ZeroDivisionError), memory_told():
         raise ZeroDivisionError
