@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 from typing import Any
 
 from scenelang.cli.embedding_vectors import add_actions, vector_of_picture
@@ -52,20 +53,40 @@ def list_embeddings(arguments: argparse.Namespace) -> int:
     result = evaluated(arguments)
     if result.scene is None:
         return 1
-    rows = _rows(result.scene)
+    rows, learned = _rows(result.scene), _learned(z_path(arguments))
     if arguments.json:
         print_json(
             [
                 {"handle": f"<{name}>", "word": e.word, "text": e.embedding.text, "attributes": plain_attributes(e)}
+                | ({"vectors": learned[name]} if name in learned else {})
                 for name, e in rows.items()
             ]
         )
         return 0
-    cells = [(f"<{name}>", e.word, e.embedding.text or "", _attributes(e)) for name, e in rows.items()]
-    print(table([("handle", "word", "text", "attributes"), *cells], (False, False, False, False)))
+    cells = [
+        (f"<{name}>", e.word, e.embedding.text or "", _attributes(e), learned.get(name, "")) for name, e in rows.items()
+    ]
+    shown = 5 if learned else 4
+    titles = ("handle", "word", "text", "attributes", "learned vectors")
+    print(table([row[:shown] for row in (titles, *cells)], (False,) * shown))
     if len(rows) == MAX_ROWS:
         print(f"... only the first {MAX_ROWS} are shown")
     return 0
+
+
+def _learned(path: Path | None) -> dict[str, str]:
+    """How the vectors came to be that Z has of handles, in words: how many, how wide, by what, of what."""
+    if path is None or not path.exists():
+        return {}
+    from scenelang.zfile import read_made, read_z
+
+    vectors, made = read_z(path)[1], read_made(path)
+    found = {}
+    for name, vector in vectors.items():
+        shape = " x ".join(map(str, vector.shape))
+        told = made.get(name)
+        found[name] = f"{shape}, {told.how} of {told.source}" if told is not None else shape
+    return found
 
 
 def _attributes(entity: Entity) -> str:

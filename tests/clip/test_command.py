@@ -40,6 +40,18 @@ def said(capsys: pytest.CaptureFixture[str], *arguments: str) -> Any:
     return json.loads(capsys.readouterr().out)
 
 
+def test_learned_vectors_are_listed(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert "learned" not in _listed(capsys)
+    write_vectors(z(place), {"z2": np.zeros((1, 32), np.float32)}, {"z2": Made("inversion", "a.png", "m", "2026")})
+    assert "1 x 32, inversion of a.png" in _listed(capsys)
+    assert [row.get("vectors") for row in said(capsys, "list")][1] == "1 x 32, inversion of a.png"
+
+
+def _listed(capsys: pytest.CaptureFixture[str]) -> str:
+    assert main(["embeddings", "beach.scene", "list"]) == 0
+    return capsys.readouterr().out
+
+
 def test_every_sentence_is_encoded(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
     torch = seeded()
     assert main(["embeddings", "beach.scene", "encode", "--device", "cpu"]) == 0
