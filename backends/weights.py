@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+import logging
 import os
-from collections.abc import Callable
+import socket
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from textwrap import shorten
 from typing import TypeVar
+from urllib.parse import urlsplit
 
 from scenelang.grammar.diagnostics import SceneError
 
 T = TypeVar("T")
 VARIABLE = "SCENELANG_MODELS"
+_HUB = "https://huggingface.co"
+_PROXIES = ("HTTPS_PROXY", "https_proxy", "HTTP_PROXY", "http_proxy", "ALL_PROXY", "all_proxy")
+_PATIENCE = 3.0  # seconds
 _NOT_FETCHED = ("LocalEntryNotFoundError", "OfflineModeIsEnabled")
 INSTALL = '"scenelang[neural]"'
 
@@ -42,7 +50,10 @@ class Shelf:
         """
         place = self.place(name)
         try:
-            return local(place) if place is not None else hub(name, not self.fetch)
+            if place is not None:
+                return local(place)
+            with _silent_hub():
+                return hub(name, not (self.fetch and hub_is_reachable()))
         except SceneError:
             raise
         except Exception as error:  # what the libraries raise for files and networks has no common type
@@ -60,10 +71,34 @@ def shelf(folder: str | Path | None = None, fetch: bool = True) -> Shelf:
     return Shelf(path, fetch)
 
 
+def hub_is_reachable() -> bool:
+    """Whether the hub of models answers: its library would try for half a minute. Behind a proxy nobody knows."""
+    if any(os.environ.get(name) for name in _PROXIES):
+        return True
+    address = urlsplit(os.environ.get("HF_ENDPOINT") or _HUB)
+    try:
+        port = address.port or (80 if address.scheme == "http" else 443)
+        with socket.create_connection((address.hostname or "", port), timeout=_PATIENCE):
+            return True
+    except (OSError, ValueError):
+        return False
+
+
+@contextmanager
+def _silent_hub() -> Iterator[None]:
+    """What libraries log of their tries is not for users, who get one line."""
+    before = logging.root.manager.disable
+    logging.disable(logging.ERROR)
+    try:
+        yield
+    finally:
+        logging.disable(before)
+
+
 def _absent(name: str, place: Path | None, error: Exception) -> SceneError:
-    said = " ".join(str(error).split())[:160] or type(error).__name__
+    said = shorten(str(error), 160, placeholder=" ...") or type(error).__name__
     if type(error).__name__ in _NOT_FETCHED:  # the hub's own words tell of its settings, which nobody made
-        said = "they have not been fetched"
+        said = "they have not been fetched, and the hub cannot be asked"
     if place is not None:
         return SceneError("weights", f"{place} does not hold the model `{name}`: {said}")
     hint = f"connect to the network, or name the folder that holds it: --models-dir DIR, or {VARIABLE}"

@@ -42,16 +42,24 @@ def leaves_of(scene: Scene, granularity: Granularity, sayings: Sayings) -> list[
     Raises SceneError: "value" for a name that nothing in the scene has, "empty-scene", LimitError.
     """
     check_template(sayings.template)
-    if sum(map(primitive_count, scene.frames)) > MOST:
+    counts = list(map(primitive_count, scene.frames))
+    if not any(counts):
+        raise _empty(scene)
+    if sum(counts) > MOST:
         raise LimitError("primitives", f"the scene has more than the {MOST:,} primitives that can be described")
     numbers = frame_numbers(scene) if len(scene.frames) > 1 else None
-    ancestries = [ancestry_of(root) for root in scene.frames]
-    frames = [(ancestry, instance_handles(scene, ancestry, numbers)) for ancestry in ancestries]
+    ancestries = [ancestry_of(root) if count else None for root, count in zip(scene.frames, counts)]
+    frames = [(each, instance_handles(scene, each, numbers)) for each in ancestries if each is not None]
     check_named(frames, granularity)
-    found = [list(_of_frame(ancestry, handles, granularity, sayings)) for ancestry, handles in frames]
+    leaves = iter([list(_of_frame(ancestry, handles, granularity, sayings)) for ancestry, handles in frames])
+    found = [next(leaves) if count else [] for count in counts]
     if not any(found):
-        raise SceneError("empty-scene", f'the scene "{scene.word}" has no primitives, so there is nothing to learn')
+        raise _empty(scene)
     return found
+
+
+def _empty(scene: Scene) -> SceneError:
+    return SceneError("empty-scene", f'the scene "{scene.word}" has no primitives, so there is nothing to learn')
 
 
 def _of_frame(ancestry: Ancestry, handles: Sequence[str], granularity: Granularity, sayings: Sayings) -> Iterator[Leaf]:

@@ -79,7 +79,7 @@ def _check_cached(open_clip: Any, name: ClipName) -> None:
     for file in ("open_clip_model.safetensors", "open_clip_pytorch_model.bin"):
         if isinstance(hub.try_to_load_from_cache(repository, file), str):
             return
-    raise FileNotFoundError(f"{repository or name} has not been fetched")
+    raise FileNotFoundError(f"{repository or name} has not been fetched, and the hub cannot be asked")
 
 
 def _made(open_clip: Any, architecture: str, device: str, **options: Any) -> Any:

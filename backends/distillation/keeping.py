@@ -41,21 +41,32 @@ class Player:
     handle: str
     shown: tuple[bool, ...]
 
+    @property
+    def word(self) -> str:
+        """The word of the thing itself."""
+        return self.name.rpartition("/")[2]
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Kept:
     """What a run's file holds: ``tensors`` as ``Learning.state`` gives them, ``keys`` of the figures, the actors, what
-    was ``asked`` (settings, models and prompt, as JSON data) and how long it took in seconds."""
+    was ``asked`` (settings, models and prompt, as JSON data) and how long it took in seconds; the figures numbered
+    ``frozen`` were taken over from another run."""
 
     tensors: Mapping[str, Tensor]
     keys: tuple[str, ...]
     players: tuple[Player, ...]
     asked: Mapping[str, Any]
     seconds: float
+    frozen: tuple[int, ...] = ()
 
     @property
     def frames(self) -> int:
         return len(self.players[0].shown)
+
+    def frozen_states(self) -> dict[int, dict[str, Tensor]]:
+        """The states of the figures that were taken over."""
+        return {number: figure_state(self.tensors, number) for number in self.frozen}
 
     def thetas(self) -> list[Gaussians]:
         """The Gaussians of every figure in its frame, colours sRGB."""
@@ -89,7 +100,14 @@ def asked_of(settings: Settings, models: Sequence[str], prompt: str) -> dict[str
     return {**asdict(settings), "models": list(models), "prompt": prompt}
 
 
-def keep(folder: Path, state: Mapping[str, Tensor], cast: Cast, asked: Mapping[str, Any], seconds: float) -> None:
+def keep(
+    folder: Path,
+    state: Mapping[str, Tensor],
+    cast: Cast,
+    asked: Mapping[str, Any],
+    seconds: float,
+    frozen: Sequence[int] = (),
+) -> None:
     """Write the state of a run, whole or not at all; raises SceneError("file")."""
     save = need("safetensors.torch", INSTALL).save
     players = [
@@ -102,6 +120,7 @@ def keep(folder: Path, state: Mapping[str, Tensor], cast: Cast, asked: Mapping[s
         "players": players,
         "asked": dict(asked),
         "seconds": seconds,
+        "frozen": list(frozen),
     }
     data = save(dict(state), metadata={_ENTRY: json.dumps(told)})
     with written_whole(folder / STATE) as temporary:
@@ -122,9 +141,19 @@ def kept_in(folder: Path) -> Kept:
             Player(int(p["figure"]), str(p["name"]), str(p["handle"]), tuple(map(bool, p["shown"])))
             for p in told["players"]
         )
-        kept = Kept(tensors, tuple(map(str, told["keys"])), players, told["asked"], float(told["seconds"]))
+        kept = Kept(
+            tensors, tuple(map(str, told["keys"])), players, told["asked"], float(told["seconds"]), _numbers(told)
+        )
         _check(kept)
         return kept
+
+
+def _numbers(told: Mapping[str, Any]) -> tuple[int, ...]:
+    """The figures that were taken over; raises ValueError for numbers of none."""
+    found = tuple(int(number) for number in told["frozen"])
+    if any(not 0 <= number < len(told["keys"]) for number in found):
+        raise ValueError("it took over figures that it does not have")
+    return found
 
 
 def _check(kept: Kept) -> None:

@@ -27,6 +27,7 @@ from scenelang.backends.splats.gaussians import Splats, joined, posed
 from scenelang.backends.splats.initial import gaussians_of
 from scenelang.backends.splats.rasterise import rasterise
 from scenelang.backends.splats.view import view_of
+from scenelang.grammar.diagnostics import SceneError
 
 if TYPE_CHECKING:
     from torch import Generator, Tensor
@@ -70,6 +71,7 @@ class Learning:
         self.figures = [self._figure(number) for number in range(len(cast.figures))]
         for number, state in frozen.items():
             self.figures[number].restore(state)
+        self.frozen = tuple(sorted(frozen))
         self._active = [number for number in range(len(cast.figures)) if number not in frozen]
         starts = np.stack([actor.poses for actor in cast.actors])
         self._starts = torch.from_numpy(starts).float().to(device)
@@ -82,6 +84,11 @@ class Learning:
         self.step_number = 0
         self._heard: dict[int, Heard] = {}
         self._hulls: dict[int, Splats] = {}
+
+    @property
+    def learned(self) -> int:
+        """How many figures have turns."""
+        return len(self._active)
 
     @property
     def steps(self) -> int:
@@ -102,6 +109,10 @@ class Learning:
         scene = self._scene_term(done) if self._teachers.scene is not None else None
         if scene is not None:
             loss = loss + weights.scene * scene
+        if not bool(torch.isfinite(loss)):
+            said = self.cast.figures[number].condition.plain
+            message = f"step {self.step_number + 1} gives no numbers for `{said}`: the models say nothing of use"
+            raise SceneError("unsupported", message, hint="less --guidance, whole weights, or no half precision")
         torch.autograd.backward(loss)
         self._follow(figure, scene is not None)
         figure.turned(generator)

@@ -17,6 +17,7 @@ from scenelang.backends.splats.view import view_of
 from scenelang.backends.stage import Staging
 from scenelang.backends.studio import encode, film, from_srgb
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.entity import descendants
 
 
 class DistilledPainter:
@@ -26,6 +27,13 @@ class DistilledPainter:
         self._staging = staging
         self._kept: Kept = kept_in(folder)
         self._folder = folder
+        words = {entity.word for entity in descendants(*staging.roots.values())}
+        frames = [frame for frame in staging.roots if frame < self._kept.frames]
+        players = [player for player in self._kept.players if any(player.shown[frame] for frame in frames)]
+        strange = next((player.name for player in players if player.word not in words), None)
+        if strange is not None:
+            message = f"the run in {folder} was made of another scene: there is no `{strange}` in this one"
+            raise SceneError("value", message)
 
     def paint(self, shot: Shot, progress: Progress | None = None) -> Image:
         import torch

@@ -13,6 +13,7 @@ from scenelang.backends.distillation.keeping import keep
 from scenelang.backends.distillation.learning import Learning, Losses
 from scenelang.backends.distillation.outcome import write_preview
 from scenelang.backends.files import written_whole
+from scenelang.grammar.diagnostics import SceneError
 
 LOSSES = "losses.jsonl"
 _PAUSE = 30.0  # seconds between two files
@@ -52,7 +53,11 @@ def run(
         used = time.monotonic() - begun
         if budget is not None and used >= budget:
             break
-        losses = learning.step(None if budget is None else used / budget)
+        try:
+            losses = learning.step(None if budget is None else used / budget)
+        except SceneError:
+            _write(learning, folder, asked, used, told)
+            raise
         share = max(learning.step_number / learning.steps, 0.0 if budget is None else used / budget)
         told.append({"step": learning.step_number, **asdict(losses)})
         tell(Told(learning.step_number, learning.steps, min(share, 1.0), losses))
@@ -67,7 +72,7 @@ def run(
 def _write(
     learning: Learning, folder: Path, asked: Mapping[str, Any], seconds: float, told: list[dict[str, Any]]
 ) -> None:
-    keep(folder, learning.state(), learning.cast, asked, seconds)
+    keep(folder, learning.state(), learning.cast, asked, seconds, learning.frozen)
     _add_losses(folder / LOSSES, told)
     told.clear()
     write_preview(learning, folder)

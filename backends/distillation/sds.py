@@ -110,7 +110,6 @@ def distance(
         else:
             weight = 1.0 - alphas if guiding.weighting == "sds" else 1.0
             target = latents - weight * (guided - noise)
-        target = torch.nan_to_num(target)
     return 0.5 * (latents - target).square().sum() / len(latents)
 
 

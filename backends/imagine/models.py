@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from scenelang.backends.base import need
+from scenelang.backends.diffusion.quiet import quiet_libraries
 from scenelang.backends.diffusion.words import TransformerWords
 from scenelang.backends.weights import INSTALL, Shelf
 from scenelang.grammar.diagnostics import SceneError
@@ -90,18 +90,17 @@ def _ready(network: Any, device: str) -> Any:
     """The network on ``device``, to be used only."""
     torch = need("torch", INSTALL)
     kind = torch.float16 if device.startswith("cuda") else torch.float32
-    return network.to(device, kind).eval().requires_grad_(False)
+    with quiet_libraries(bars=False):
+        return network.to(device, kind).eval().requires_grad_(False)
 
 
 def _loaded(make: Any, name: str, shelf: Shelf | None) -> Any:
-    with suppress(SceneError):
-        need("transformers.utils.logging", INSTALL).disable_progress_bar()
-    need("diffusers.utils.logging", INSTALL).disable_progress_bar()
-
     def local(folder: Path) -> Any:
-        return make(str(folder), local_files_only=True)
+        with quiet_libraries(bars=False):
+            return make(str(folder), local_files_only=True)
 
     def hub(called: str, offline: bool) -> Any:
-        return make(called, local_files_only=offline)
+        with quiet_libraries(bars=not offline):
+            return make(called, local_files_only=offline)
 
     return (shelf or Shelf()).load(name, local, hub)

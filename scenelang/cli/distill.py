@@ -20,7 +20,7 @@ from scenelang.cli.neural_scene import (
 )
 from scenelang.cli.options import UsageError, add_common, add_file, amount, session_of, whole
 from scenelang.cli.output import report_run
-from scenelang.cli.pictures import done
+from scenelang.cli.pictures import check_folder, done
 from scenelang.grammar.diagnostics import SceneError
 
 if TYPE_CHECKING:
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from scenelang.backends.distillation.settings import Settings
     from scenelang.interpreter.entity import Scene
 
+_MOST_GUIDANCE = 1e4
 WEIGHTINGS = ("reconstruction", "sds", "uniform")
 
 
@@ -75,10 +76,15 @@ def distill(arguments: argparse.Namespace) -> int:
 
     if arguments.resume and arguments.force:
         raise UsageError("value", "`--resume` goes on and `--force` begins anew: choose one")
+    if arguments.resume and arguments.start is not None:
+        raise UsageError("value", "`--start` begins a run, and `--resume` knows what it took over: choose one")
+    if not 0.0 <= arguments.guidance <= _MOST_GUIDANCE:
+        raise UsageError("value", f"`--guidance` must be 0 to {_MOST_GUIDANCE:,.0f}, not {arguments.guidance:g}")
     if arguments.film is not None:
         from scenelang.backends.film import FPS, check_film
 
         check_film(Path(arguments.film), FPS)
+        check_folder(Path(arguments.film))
     session = session_of(arguments)
     source = session.source(arguments.file)
     result = session.evaluate(source)
@@ -114,7 +120,8 @@ def _learn(arguments: argparse.Namespace, text: str, scene: Scene) -> int:
         asked = asked_of(settings, names, prompt)
         if before is not None:
             check_same(before, cast, asked)
-        learning = Learning(cast, teachers, settings, device, _taken_over(arguments, cast))
+        frozen = _taken_over(arguments, cast) if before is None else before.frozen_states()
+        learning = Learning(cast, teachers, settings, device, frozen)
         if before is not None:
             learning.restore(before.tensors)
         folder_of(arguments.output)
@@ -197,7 +204,7 @@ def _say(arguments: argparse.Namespace, cast: Cast, learning: Learning) -> None:
         return
     left = learning.steps - learning.step_number
     print(
-        f"{len(cast.actors):,} things, {len(cast.figures):,} to learn, {left:,} steps in {arguments.output}",
+        f"{len(cast.actors):,} things, {learning.learned:,} to learn, {left:,} steps in {arguments.output}",
         file=sys.stderr,
     )
     for figure in cast.figures if arguments.verbose else ():

@@ -5,8 +5,6 @@ from __future__ import annotations
 
 import argparse
 import json
-from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,11 +17,11 @@ from scenelang.cli.programs import evaluated
 from scenelang.grammar.diagnostics import SceneError
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from scenelang.backends.clip.conditions import Condition
     from scenelang.backends.clip.encodings import Encodings
-    from scenelang.backends.clip.models import ClipModel
-    from scenelang.backends.clip.picture_words import PictureWord
     from scenelang.interpreter.entity import Scene
-    from scenelang.zfile import Made
 
 _PICTURES = (".png", ".jpg", ".jpeg", ".webp")
 _EXPORTS = (".npz", ".safetensors", ".json")
@@ -57,7 +55,9 @@ def add_actions(actions: Any) -> None:
 
 
 def encode(arguments: argparse.Namespace) -> int:
+    from scenelang.backends.clip.encodings import encoded
     from scenelang.backends.clip.models import TEXT_SPACE, ClipName, load_clip
+    from scenelang.backends.clip.text import TextEncoder
     from scenelang.zfile import beside, write_encodings
 
     result = evaluated(arguments)
@@ -67,8 +67,9 @@ def encode(arguments: argparse.Namespace) -> int:
         raise SceneError("file", "say where Z is: --z FILE")
     path = z_path(arguments) or beside(arguments.file)
     name = ClipName.parse(arguments.model) if arguments.model else TEXT_SPACE
+    conditions, vectors = _said(arguments, result.scene)
     model = load_clip(name, shelf_of(arguments), device_of(arguments))
-    found = _encoded(arguments, result.scene, model)
+    found = encoded(conditions, TextEncoder(model), tensors_of(vectors, device_of(arguments)), str(model.name))
     write_encodings(path, found)
     if not arguments.quiet:
         count = sum(len(row.handles) for row in found.rows)
@@ -76,43 +77,14 @@ def encode(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _encoded(arguments: argparse.Namespace, scene: Scene, model: ClipModel) -> Encodings:
-    """The sentences of a scene, encoded; texts and learned vectors in Z win."""
+def _said(arguments: argparse.Namespace, scene: Scene) -> tuple[tuple[Condition, ...], Mapping[str, Any]]:
+    """The sentences of a scene, each once, and the learned vectors of Z by handle; texts and vectors in Z win."""
     from scenelang.backends.clip.conditions import together
-    from scenelang.backends.clip.encodings import encoded
     from scenelang.backends.clip.leaves import leaves_of
-    from scenelang.backends.clip.text import TextEncoder
 
     sayings, vectors = sayings_of(arguments)
     frames = leaves_of(scene, granularity_of(arguments), sayings)
-    conditions = together(leaf.condition for leaves in frames for leaf in leaves)
-    return encoded(conditions, TextEncoder(model), tensors_of(vectors, device_of(arguments)), str(model.name))
-
-
-# --- set -------------------------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True)
-class PictureVector:
-    """A pseudo-word of a picture, and how it came to be."""
-
-    word: PictureWord
-    made: Made
-
-
-def vector_of_picture(arguments: argparse.Namespace) -> PictureVector:
-    """The vector of ``--image``; raises SceneError."""
-    from scenelang.backends.clip.images import open_picture
-    from scenelang.backends.clip.models import TEXT_SPACE, ClipName, load_clip
-    from scenelang.backends.clip.picture_words import START, picture_word
-    from scenelang.zfile import Made
-
-    picture = open_picture(arguments.image)
-    name = ClipName.parse(arguments.model) if arguments.model else TEXT_SPACE
-    model = load_clip(name, shelf_of(arguments), device_of(arguments))
-    word = picture_word(model, picture, arguments.start or START)
-    when = datetime.now(UTC).isoformat(timespec="seconds")
-    return PictureVector(word, Made("picture", Path(arguments.image).name, str(model.name), when))
+    return together(leaf.condition for leaves in frames for leaf in leaves), vectors
 
 
 # --- swap ------------------------------------------------------------------------------------------------------------

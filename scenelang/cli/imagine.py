@@ -65,6 +65,8 @@ def _add_drawing(group: Any) -> None:
 
 
 def imagine(arguments: argparse.Namespace) -> int:
+    from scenelang.backends.base import frame_of
+
     output = Path(arguments.output)
     with usage_errors():
         _check(arguments, output)
@@ -75,6 +77,8 @@ def imagine(arguments: argparse.Namespace) -> int:
     report_run(arguments, result)
     if result.scene is None:
         return 1
+    if arguments.frame is not None:
+        frame_of(result.scene, arguments.frame)
     if arguments.layout_only:
         _write_layout(arguments, result.scene, source.text, output)
         return 0

@@ -43,6 +43,9 @@ def way_of(arguments: argparse.Namespace) -> Way:
     from scenelang.backends.inversion.settings import Settings
     from scenelang.cli.inversion_work import Way
 
+    for option, word in (("class-word", arguments.class_word), ("style-word", arguments.style_word)):
+        if word is not None and not word.strip():
+            raise UsageError("value", f"`--{option}` is a word to start from, not nothing")
     settings = Settings(arguments.steps, arguments.rate, arguments.batch, arguments.seed)
     return Way(
         shelf_of(arguments), device_of(arguments), settings, arguments.model, arguments.detector, arguments.segmenter,

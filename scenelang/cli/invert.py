@@ -13,6 +13,7 @@ from scenelang.cli.neural_options import device_of, shelf_of
 from scenelang.cli.options import UsageError, add_common, add_file, session_of
 from scenelang.cli.output import print_json, report_run
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.entity import primitive_count
 
 if TYPE_CHECKING:
     from scenelang.backends.inversion.run import Outcome
@@ -144,6 +145,8 @@ def _scene(arguments: argparse.Namespace, z: Path) -> Scene | None:
     result = session.evaluate(session.source(arguments.file))
     report_run(arguments, result)
     scene = result.scene
+    if scene is not None and not any(map(primitive_count, scene.frames)):
+        raise SceneError("empty-scene", f'the scene "{scene.word}" has no primitives, so there is nothing to learn')
     for package in ("torch", "diffusers", "transformers") if scene is not None else ():
         need(package, INSTALL)
     return scene

@@ -74,6 +74,8 @@ def read_answers(path: Path) -> Answers:
         if path.stat().st_size > _MOST_BYTES:
             raise ValueError("it is too large")
         data = json.loads(path.read_text("utf-8"))
+        if not isinstance(data, dict):
+            raise ValueError("it is another kind of file")
         if data["format"] != _FORMAT or data["version"] != _VERSION:
             raise ValueError("it is another kind of file")
         choices = dict(_choice(item) for item in data["answers"])

@@ -138,6 +138,9 @@ def test_frames_have_one_theta_and_their_own_poses(words: list[str]) -> None:
         (["--scene-model", "figures"], 1, "E707"),
         (["--depth", "1", "--entity", "house"], 1, "nothing in the scene is called `house`"),
         (["--steps", "0"], 2, "at least 1 step"),
+        (["--guidance", "nan"], 2, "`--guidance` must be 0 to 10,000"),
+        (["--film", "nowhere/a.gif"], 1, "nowhere"),
+        (["--resume", "--start", "b"], 2, "choose one"),
         (["--resume", "--force"], 2, "choose one"),
         (["--resume"], 1, "there is no distillation in run"),
         (["--start", "b"], 1, "there is no distillation in b"),
@@ -161,3 +164,44 @@ def test_nothing_left_to_learn_is_told(words: list[str], capsys: pytest.CaptureF
     assert main([*words, "-q"]) == 0
     assert main([*words, "-o", "again", "--start", "run"]) == 1
     assert "so there is nothing to learn" in said(capsys)
+
+
+def test_what_was_taken_over_stays_after_a_break(words: list[str]) -> None:
+    assert main([*words, "-q"]) == 0
+    Path("a.scene").write_text(TWO.replace('(call "sphere")', '(call "sphere" :text "golden")'), "utf-8")
+    assert main([*words, "-o", "again", "--start", "run", "-q"]) == 0
+    before = kept_in(Path("again"))
+    assert before.frozen == (1,)
+    assert main([*words, "-o", "again", "--resume", "--steps", "9", "-q"]) == 0
+    after = kept_in(Path("again"))
+    assert int(after.tensors["step"]) == 9
+    assert not before.tensors["figure/0/theta/means"].equal(after.tensors["figure/0/theta/means"])
+    for name in (name for name in before.tensors if name.startswith("figure/1/")):
+        assert before.tensors[name].equal(after.tensors[name])
+
+
+def test_an_empty_scene_and_a_run_of_another_one(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([*words, "-q"]) == 0
+    Path("a.scene").write_text('(bind "other" (lambda () (call "cone")))', "utf-8")
+    assert main(["render", "a.scene", "--backend", "splats", "--distilled", "run", "-o", "a.png"]) == 1
+    assert "was made of another scene" in said(capsys)
+    Path("a.scene").write_text('(bind "e" (lambda () (union)))', "utf-8")
+    for command in (words, ["embeddings", "a.scene", "encode"]):
+        assert main([*command, "--force"] if command is words else command) == 1
+        told = said(capsys)
+        assert "no primitives" in told
+        assert "internal error" not in told
+
+
+def test_frames_without_anything_are_left_out(words: list[str]) -> None:
+    Path("a.scene").write_text('(bind "a" (lambda () (frames (list (union) (call "sphere")))))', "utf-8")
+    assert main([*words, "--steps", "5", "-q"]) == 0
+    assert [path.name for path in Path("run").glob("*.ply")] == ["scene-001.ply"]
+
+
+def test_models_that_give_no_numbers_are_told(words: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    from scenelang.backends.diffusion.model import Diffusion
+
+    monkeypatch.setattr(Diffusion, "predict", lambda self, latents, *_: latents * float("nan"))
+    assert main(words) == 1
+    assert int(kept_in(Path("run")).tensors["step"]) == 0
