@@ -87,6 +87,32 @@ def _said(arguments: argparse.Namespace, scene: Scene) -> tuple[tuple[Condition,
     return together(leaf.condition for leaves in frames for leaf in leaves), vectors
 
 
+# --- set -------------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class PictureVector:
+    """A pseudo-word of a picture, and how it came to be."""
+
+    word: PictureWord
+    made: Made
+
+
+def vector_of_picture(arguments: argparse.Namespace) -> PictureVector:
+    """The vector of ``--image``; raises SceneError."""
+    from scenelang.backends.clip.images import open_picture
+    from scenelang.backends.clip.models import TEXT_SPACE, ClipName, load_clip
+    from scenelang.backends.clip.picture_words import START, picture_word
+    from scenelang.zfile import Made
+
+    picture = open_picture(arguments.image)
+    name = ClipName.parse(arguments.model) if arguments.model else TEXT_SPACE
+    model = load_clip(name, shelf_of(arguments), device_of(arguments))
+    word = picture_word(model, picture, arguments.start or START)
+    when = datetime.now(UTC).isoformat(timespec="seconds")
+    return PictureVector(word, Made("picture", Path(arguments.image).name, str(model.name), when))
+
+
 # --- swap ------------------------------------------------------------------------------------------------------------
 
 
