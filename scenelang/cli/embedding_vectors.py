@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import argparse
 import json
+from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +23,9 @@ if TYPE_CHECKING:
 
     from scenelang.backends.clip.conditions import Condition
     from scenelang.backends.clip.encodings import Encodings
+    from scenelang.backends.clip.picture_words import PictureWord
     from scenelang.interpreter.entity import Scene
+    from scenelang.zfile import Made
 
 _PICTURES = (".png", ".jpg", ".jpeg", ".webp")
 _EXPORTS = (".npz", ".safetensors", ".json")
