@@ -43,8 +43,11 @@ class Shelf:
         inside = (self.folder / part for part in (name, name.replace("/", "--"), name.rsplit("/", 1)[-1]))
         return next((place for place in inside if place.is_dir()), None)
 
-    def load(self, name: str, local: Callable[[Path], T], hub: Callable[[str, bool], T]) -> T:
-        """What ``local(folder)`` makes of the model's folder, else ``hub(name, offline)`` of its name.
+    def load(
+        self, name: str, local: Callable[[Path], T], hub: Callable[[str, bool], T], address: str | None = None
+    ) -> T:
+        """What ``local(folder)`` makes of the model's folder, else ``hub(name, offline)`` of its name. ``address``:
+        where the weights are fetched from, by default the hub of Hugging Face.
 
         Raises SceneError("weights") where the weights are not to be had, or are no weights of that model.
         """
@@ -53,7 +56,7 @@ class Shelf:
             if place is not None:
                 return local(place)
             with _silent_hub():
-                return hub(name, not (self.fetch and hub_is_reachable()))
+                return hub(name, not (self.fetch and is_reachable(address or os.environ.get("HF_ENDPOINT") or _HUB)))
         except SceneError:
             raise
         except Exception as error:  # what the libraries raise for files and networks has no common type
@@ -71,11 +74,11 @@ def shelf(folder: str | Path | None = None, fetch: bool = True) -> Shelf:
     return Shelf(path, fetch)
 
 
-def hub_is_reachable() -> bool:
-    """Whether the hub of models answers: its library would try for half a minute. Behind a proxy nobody knows."""
+def is_reachable(url: str) -> bool:
+    """Whether a host answers: libraries would try for half a minute. Behind a proxy nobody knows, so it is True."""
     if any(os.environ.get(name) for name in _PROXIES):
         return True
-    address = urlsplit(os.environ.get("HF_ENDPOINT") or _HUB)
+    address = urlsplit(url)
     try:
         port = address.port or (80 if address.scheme == "http" else 443)
         with socket.create_connection((address.hostname or "", port), timeout=_PATIENCE):

@@ -42,9 +42,8 @@ def leaves_of(scene: Scene, granularity: Granularity, sayings: Sayings) -> list[
     Raises SceneError: "value" for a name that nothing in the scene has, "empty-scene", LimitError.
     """
     check_template(sayings.template)
+    check_anything(scene)
     counts = list(map(primitive_count, scene.frames))
-    if not any(counts):
-        raise _empty(scene)
     if sum(counts) > MOST:
         raise LimitError("primitives", f"the scene has more than the {MOST:,} primitives that can be described")
     numbers = frame_numbers(scene) if len(scene.frames) > 1 else None
@@ -56,6 +55,12 @@ def leaves_of(scene: Scene, granularity: Granularity, sayings: Sayings) -> list[
     if not any(found):
         raise _empty(scene)
     return found
+
+
+def check_anything(scene: Scene) -> None:
+    """Raises SceneError("empty-scene") for a scene without any primitive."""
+    if not any(map(primitive_count, scene.frames)):
+        raise _empty(scene)
 
 
 def _empty(scene: Scene) -> SceneError:

@@ -20,10 +20,10 @@ from scenelang.backends.distillation.cast import Cast, Figure
 from scenelang.backends.distillation.figure_learning import FigureLearning
 from scenelang.backends.distillation.regularisers import outside, too_long
 from scenelang.backends.distillation.sds import Heard, sds_loss, window_at
-from scenelang.backends.distillation.settings import BACKGROUND, Settings
+from scenelang.backends.distillation.settings import Settings
 from scenelang.backends.distillation.theta import Poses, copies, on_stage, resting, shown_by_figure
-from scenelang.backends.distillation.views import around, before, depth_pictures, stacked
-from scenelang.backends.splats.gaussians import Splats, joined, posed
+from scenelang.backends.distillation.views import alone, around, before, depth_pictures, pictured, stacked
+from scenelang.backends.splats.gaussians import Splats, joined
 from scenelang.backends.splats.initial import gaussians_of
 from scenelang.backends.splats.rasterise import rasterise
 from scenelang.backends.splats.view import view_of
@@ -139,8 +139,8 @@ class Learning:
         model, learning = self._teachers.figures, self.figures[number]
         gaussians = learning.theta.gaussians()
         cameras = around(model.views, model.size, generator)
-        alone = posed(gaussians, *_unmoved(learning.box))
-        pictures = stacked([self._picture(alone, camera)[0] for camera in cameras])
+        splats = alone(gaussians)
+        pictures = stacked([pictured(splats, camera) for camera in cameras])
         told = sds_loss(
             model, pictures, self._told(number, cameras), self._settings.guiding, window_at(done), generator
         )
@@ -167,21 +167,15 @@ class Learning:
         frame = int(shown[int(generator.initial_seed() % len(shown))])
         splats = self.splats(frame)
         camera = before(*self._reach(frame), model.size, generator)
-        picture, _ = self._picture(splats, camera)
         heard = self._told_scene(self._depth(frame, camera))
         return sds_loss(
-            model, stacked([picture]), heard, self._settings.scene_guiding, window_at(done), generator
+            model, stacked([pictured(splats, camera)]), heard, self._settings.scene_guiding, window_at(done), generator
         )  # fmt: skip
 
     def splats(self, frame: int) -> Splats:
         """All that is on the stage in a frame, colours sRGB; differentiable."""
         thetas = [figure.theta.gaussians() for figure in self.figures]
         return on_stage(thetas, self.cast.actors, self._starts, self.poses, frame)
-
-    def _picture(self, splats: Splats, camera: Camera) -> tuple[Tensor, Tensor]:
-        """The colours (H, W, 3) before the background, and the depth."""
-        drawn = rasterise(splats, view_of(camera, splats.means))
-        return drawn.color + (1.0 - drawn.alpha[..., None]) * BACKGROUND, drawn.depth
 
     def _depth(self, frame: int, camera: Camera) -> Tensor:
         """The depth picture (1, 3, H, W) of the program's own primitives where they stand now."""
@@ -311,9 +305,3 @@ def figure_key(figure: Figure) -> str:
 
 def _leaves(poses: Poses) -> Poses:
     return Poses(*(column.requires_grad_(True) for column in poses.columns().values()))
-
-
-def _unmoved(like: Tensor) -> tuple[Tensor, Tensor]:
-    import torch
-
-    return torch.eye(3, device=like.device), torch.zeros(3, device=like.device)

@@ -10,14 +10,11 @@ import numpy.typing as npt
 
 from scenelang.backends.distillation.cast import Cast
 from scenelang.backends.distillation.keeping import Kept
-from scenelang.backends.distillation.settings import BACKGROUND
-from scenelang.backends.distillation.views import ring
+from scenelang.backends.distillation.views import alone, pictured, ring
 from scenelang.backends.files import write_json, written_whole
 from scenelang.backends.picture import save_picture
 from scenelang.backends.splats.files import write_gaussians
-from scenelang.backends.splats.gaussians import Splats, gaussians_from, posed
-from scenelang.backends.splats.rasterise import rasterise
-from scenelang.backends.splats.view import view_of
+from scenelang.backends.splats.gaussians import Splats, gaussians_from
 from scenelang.backends.studio import from_srgb
 
 if TYPE_CHECKING:
@@ -39,12 +36,8 @@ def _strip(gaussians: Gaussians) -> npt.NDArray[np.uint8]:
     import torch
 
     with torch.no_grad():
-        like = gaussians.means
-        splats = posed(gaussians, torch.eye(3).to(like), torch.zeros(3).to(like))
-        pictures = []
-        for camera in ring(_VIEWS, _SIZE):
-            drawn = rasterise(splats, view_of(camera, like))
-            pictures.append((drawn.color + (1.0 - drawn.alpha[..., None]) * BACKGROUND).cpu().numpy())
+        splats = alone(gaussians)
+        pictures = [pictured(splats, camera).cpu().numpy() for camera in ring(_VIEWS, _SIZE)]
     return np.asarray(np.rint(255.0 * np.clip(np.concatenate(pictures, 1), 0.0, 1.0)), np.uint8)
 
 

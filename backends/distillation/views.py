@@ -1,4 +1,5 @@
-"""Cameras of the two terms: four at equal steps around a figure, as MVDream was trained; one before the scene."""
+"""Cameras of the two terms, and what they see: four at equal steps around a figure, as MVDream was trained; one before
+the scene."""
 
 from __future__ import annotations
 
@@ -10,10 +11,16 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.camera import Camera, camera_at
+from scenelang.backends.distillation.settings import BACKGROUND
+from scenelang.backends.splats.gaussians import posed
+from scenelang.backends.splats.rasterise import rasterise
+from scenelang.backends.splats.view import view_of
 from scenelang.backends.viewpoint import Viewpoint, axes_of, place
 
 if TYPE_CHECKING:
     from torch import Generator, Tensor
+
+    from scenelang.backends.splats.gaussians import Gaussians, Splats
 
 FIELDS = (30.0, 50.0)  # degrees
 ELEVATIONS = (0.0, 30.0)
@@ -63,6 +70,20 @@ def depth_pictures(depth: Tensor, alpha: Tensor) -> Tensor:
         low, high = inverse[seen].min(), inverse[seen].max()
         inverse = torch.where(seen, 0.1 + 0.9 * (inverse - low) / (high - low).clamp_min(1e-9), 0.0)
     return inverse[None, None].expand(1, 3, -1, -1)
+
+
+def alone(gaussians: Gaussians) -> Splats:
+    """A figure's Gaussians where they are in its own frame."""
+    import torch
+
+    like = gaussians.means
+    return posed(gaussians, torch.eye(3).to(like), torch.zeros(3).to(like))
+
+
+def pictured(splats: Splats, camera: Camera) -> Tensor:
+    """Splats as the models see them, (H, W, 3) sRGB over the grey BACKGROUND; differentiable."""
+    drawn = rasterise(splats, view_of(camera, splats.means))
+    return drawn.color + (1.0 - drawn.alpha[..., None]) * BACKGROUND
 
 
 def stacked(pictures: Sequence[Tensor]) -> Tensor:

@@ -38,13 +38,12 @@ def state_of(published: Published, shelf: Shelf) -> dict[str, Any]:
             return _read(kept)
         if offline:
             raise FileNotFoundError(f"{published.file} has not been fetched")
-        address = f"{_HOST}{published.file}"
         found: dict[str, Any] = torch.hub.load_state_dict_from_url(
-            address, map_location="cpu", check_hash=True, progress=False, weights_only=True
+            f"{_HOST}{published.file}", map_location="cpu", check_hash=True, progress=False, weights_only=True
         )
         return found
 
-    return shelf.load(published.name, lambda folder: _read(_file_in(folder, published)), hub)
+    return shelf.load(published.name, lambda folder: _read(_file_in(folder, published)), hub, _HOST)
 
 
 def _file_in(folder: Path, published: Published) -> Path:

@@ -18,9 +18,9 @@ from scenelang.cli.neural_scene import (
     scene_prompt,
     tensors_of,
 )
-from scenelang.cli.options import UsageError, add_common, add_file, amount, session_of, whole
-from scenelang.cli.output import report_run
+from scenelang.cli.options import UsageError, add_common, add_file, amount, whole
 from scenelang.cli.pictures import check_folder, done
+from scenelang.cli.programs import evaluated_text
 from scenelang.grammar.diagnostics import SceneError
 
 if TYPE_CHECKING:
@@ -85,15 +85,12 @@ def distill(arguments: argparse.Namespace) -> int:
 
         check_film(Path(arguments.film), FPS)
         check_folder(Path(arguments.film))
-    session = session_of(arguments)
-    source = session.source(arguments.file)
-    result = session.evaluate(source)
-    report_run(arguments, result)
+    result, text = evaluated_text(arguments)
     if result.scene is None:
         return 1
     for package in ("torch", "diffusers", "open_clip"):
         need(package, INSTALL)
-    return _learn(arguments, source.text, result.scene)
+    return _learn(arguments, text, result.scene)
 
 
 def _learn(arguments: argparse.Namespace, text: str, scene: Scene) -> int:

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.cli.neural_options import add_models, device_of, shelf_of
 from scenelang.cli.neural_scene import add_granularity, granularity_of, sayings_of, scene_prompt
-from scenelang.cli.options import UsageError, add_common, add_file, session_of, usage_errors, whole
-from scenelang.cli.output import progress, report_run, warnings
+from scenelang.cli.options import UsageError, add_common, add_file, usage_errors, whole
+from scenelang.cli.output import progress, warnings
 from scenelang.cli.pictures import add_camera, check_folder, done
-from scenelang.cli.programs import session_limit
+from scenelang.cli.programs import evaluated_text, session_limit
 
 if TYPE_CHECKING:
     from scenelang.backends.clip.conditions import Condition
@@ -71,18 +71,15 @@ def imagine(arguments: argparse.Namespace) -> int:
     with usage_errors():
         _check(arguments, output)
     check_folder(output)
-    session = session_of(arguments)
-    source = session.source(arguments.file)
-    result = session.evaluate(source)
-    report_run(arguments, result)
+    result, text = evaluated_text(arguments)
     if result.scene is None:
         return 1
     if arguments.frame is not None:
         frame_of(result.scene, arguments.frame)
     if arguments.layout_only:
-        _write_layout(arguments, result.scene, source.text, output)
+        _write_layout(arguments, result.scene, text, output)
         return 0
-    _draw(arguments, result.scene, source.text, output)
+    _draw(arguments, result.scene, text, output)
     return 0
 
 

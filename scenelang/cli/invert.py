@@ -13,7 +13,6 @@ from scenelang.cli.neural_options import device_of, shelf_of
 from scenelang.cli.options import UsageError, add_common, add_file, session_of
 from scenelang.cli.output import print_json, report_run
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.entity import primitive_count
 
 if TYPE_CHECKING:
     from scenelang.backends.inversion.run import Outcome
@@ -138,6 +137,7 @@ def _scene(arguments: argparse.Namespace, z: Path) -> Scene | None:
     """The scene of the command's program, with the packages at hand that its embeddings need. A file ``z`` that is not
     there yet will be written."""
     from scenelang.backends.base import need
+    from scenelang.backends.clip.leaves import check_anything
     from scenelang.backends.weights import INSTALL
 
     known = arguments if z.exists() else argparse.Namespace(**{**vars(arguments), "z": None, "file": "-"})
@@ -145,8 +145,8 @@ def _scene(arguments: argparse.Namespace, z: Path) -> Scene | None:
     result = session.evaluate(session.source(arguments.file))
     report_run(arguments, result)
     scene = result.scene
-    if scene is not None and not any(map(primitive_count, scene.frames)):
-        raise SceneError("empty-scene", f'the scene "{scene.word}" has no primitives, so there is nothing to learn')
+    if scene is not None:
+        check_anything(scene)
     for package in ("torch", "diffusers", "transformers") if scene is not None else ():
         need(package, INSTALL)
     return scene

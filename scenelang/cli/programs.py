@@ -20,10 +20,16 @@ from scenelang.summary import summary, summary_rows
 
 def evaluated(arguments: argparse.Namespace) -> Evaluated:
     """Evaluate the command's file and print what the run said."""
+    return evaluated_text(arguments)[0]
+
+
+def evaluated_text(arguments: argparse.Namespace) -> tuple[Evaluated, str]:
+    """As ``evaluated``, with the file's text."""
     session = session_of(arguments)
-    result = session.evaluate(session.source(arguments.file))
+    source = session.source(arguments.file)
+    result = session.evaluate(source)
     report_run(arguments, result)
-    return result
+    return result, source.text
 
 
 # --- check, run, expand --------------------------------------------------------------------------------------------
