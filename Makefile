@@ -6,7 +6,7 @@ BIN    := $(VENV)/bin
 SCENE  := examples/chessboard.scene
 ROOMS  := grammar interpreter stdlib backends scenelang
 
-.PHONY: demo test test-blender lint install bench eval-recorded gallery docs viewer build-page blocks editors chromium wheel test-gpu test-grammar test-minecraft test-slow test-browser train-toy clean
+.PHONY: demo test test-blender lint install bench eval-recorded gallery docs viewer build-page blocks editors chromium wheel test-gpu test-hostile fuzz test-grammar test-minecraft test-slow test-browser train-toy clean
 
 # What the package needs, then the tools of development; redone when the project's files change.
 $(VENV)/.run: pyproject.toml constraints.txt
@@ -38,6 +38,7 @@ demo: install
 lint: $(VENV)/.dev $(VENV)/.package
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/bandit --quiet --recursive --configfile pyproject.toml $(ROOMS)
 	cd $(VENV) && bin/mypy --config-file ../pyproject.toml -p scenelang
 
 # The viewer's page is tested in a browser; without one those tests say so and are skipped.
@@ -97,6 +98,16 @@ test-blender: $(VENV)/.dev $(VENV)/.package $(BLENDER)/.ready
 
 test-gpu: $(VENV)/.dev $(VENV)/.package
 	$(BIN)/pytest -m gpu
+
+# Hostile programs, each a process of its own under a limit of a second and 300 MB, measured from outside.
+test-hostile: $(VENV)/.dev $(VENV)/.package
+	cd tests && ../$(BIN)/python -P -c "import sys; sys.path.insert(0, '.'); from hostile.__main__ import main; sys.exit(main())"
+
+# `make fuzz TARGET=reader N=20000`: inputs until there were so many in all; .fuzz keeps the count and what was found.
+TARGET ?= all
+N ?= 20000
+fuzz: $(VENV)/.dev $(VENV)/.package
+	cd tests && ../$(BIN)/python -P -c "import sys; sys.path.insert(0, '.'); from fuzz.__main__ import main; sys.exit(main('$(TARGET)', '$(N)'))"
 
 test-slow: $(VENV)/.dev $(VENV)/.package
 	$(BIN)/pytest -m slow

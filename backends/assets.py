@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import json
-import struct
+import io
+import logging
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from scenelang.backends.asset_gltf import MOST_TRIANGLES, checked_gltf
+from scenelang.backends.asset_references import LARGEST_FILE, References
 from scenelang.backends.base import need
 from scenelang.backends.studio import from_srgb
 from scenelang.grammar.diagnostics import SceneError
@@ -21,9 +23,8 @@ from scenelang.grammar.diagnostics import SceneError
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
-LARGEST_FILE = 128_000_000  # bytes
-MOST_TRIANGLES = 2_000_000
 ENDINGS = (".glb", ".gltf", ".obj", ".ply", ".stl", ".off")
+_GLTF = (".glb", ".gltf")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,10 +42,11 @@ class AssetMesh:
         return np.asarray(self.vertices[self.faces], np.float64)
 
 
-def load_asset(file: str | Path) -> AssetMesh:
+def load_asset(file: str | Path, root: str | Path | None = None) -> AssetMesh:
     """The mesh of a file (glTF, OBJ, PLY, STL, OFF), of all its parts together.
 
-    Raises SceneError("file") where it cannot be read, holds no mesh, or is too large.
+    The other files that it refers to lie in the folder ``root``, by default its own. Raises SceneError: "file" where it
+    cannot be read, holds no mesh, or is too large, "import-outside" where it refers to what lies elsewhere.
     """
     path = Path(file)
     if path.suffix.lower() not in ENDINGS:
@@ -57,38 +59,69 @@ def load_asset(file: str | Path) -> AssetMesh:
         raise SceneError(
             "file", f"the asset {path.name} has {state.st_size:,} bytes, more than the {LARGEST_FILE:,} that it may"
         )
-    return _loaded(str(path), state.st_mtime_ns, state.st_size)
+    return _loaded(str(path), str(root or path.resolve().parent), state.st_mtime_ns, state.st_size)
+
+
+_QUIET = logging.NullHandler()
 
 
 @lru_cache(maxsize=32)
-def _loaded(path: str, changed: int, size: int) -> AssetMesh:
+def _loaded(path: str, root: str, changed: int, size: int) -> AssetMesh:
     """The mesh of a file in the state that ``changed`` and ``size`` tell apart from others."""
-    trimesh = need("trimesh", "trimesh")
-    name = Path(path).name
+    ending, name = Path(path).suffix.lower(), Path(path).name
+    references = References(Path(path), Path(root), decoded=ending in _GLTF)
     try:
-        scene = trimesh.load_scene(path, process=False)
-        parts = [part for part in _parts(scene) if isinstance(part[0], trimesh.Trimesh) and len(part[0].faces)]
+        mesh = _mesh(Path(path), references)
+    except SceneError:
+        raise
     except Exception as error:  # a reader of foreign files may raise anything
         said = str(error).splitlines()[0][:120] if str(error) else type(error).__name__
-        ending = Path(path).suffix
-        raise SceneError("file", f"the asset {name} cannot be read as a {ending} file: {said}") from None
+        problem = SceneError("file", f"the asset {name} cannot be read as a {ending} file: {said}")
+        raise references.problem or problem from None
+    if references.problem is not None:  # which the reader of meshes may have passed over
+        raise references.problem
+    return mesh
+
+
+def _mesh(path: Path, references: References) -> AssetMesh:
+    """The mesh of a file; raises SceneError, or anything else for files that cannot be read."""
+    trimesh = need("trimesh", "trimesh")
+    ending, name = path.suffix.lower(), path.name
+    with path.open("rb") as file:
+        data = file.read(LARGEST_FILE + 1)
+    document = checked_gltf(data, ending == ".glb", references) if ending in _GLTF else None
+    # It logs tracebacks of files that it reads in another way then, which Python prints where nobody takes them.
+    logging.getLogger("trimesh").addHandler(_QUIET)
+    with np.errstate(all="ignore"):
+        scene = trimesh.load_scene(io.BytesIO(data), file_type=ending[1:], resolver=references, process=False)
+    parts = [part for part in _parts(scene) if isinstance(part[0], trimesh.Trimesh) and len(part[0].faces)]
     if not parts:
         raise SceneError("file", f"the asset {name} holds no mesh")
     meshes = [mesh for mesh, _ in parts]
     count = sum(len(mesh.faces) for mesh in meshes)
     if count > MOST_TRIANGLES:
         raise SceneError("file", f"the asset {name} has {count:,} triangles, more than the {MOST_TRIANGLES:,} it may")
+    for mesh in meshes:
+        _check_faces(mesh, name)
     starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
     vertices = np.concatenate([mesh.vertices @ pose[:3, :3].T + pose[:3, 3] for mesh, pose in parts])
     if not np.isfinite(vertices).all():
         raise SceneError("file", f"the asset {name} has vertices that are no numbers")
     faces = np.concatenate([np.asarray(m.faces, np.int64) + start for m, start in zip(meshes, starts, strict=True)])
-    factors = _gltf_factors(Path(path))
-    colors = [_colors(mesh, factors) for mesh in meshes]
+    factors = None if document is None else _gltf_factors(document)
+    pictures: dict[int, npt.NDArray[np.uint8]] = {}
+    colors = [_colors(mesh, factors, pictures) for mesh in meshes]
     if all(color is None for color in colors):
         return AssetMesh(vertices, faces, None)
     filled = [np.ones((len(m.faces), 3)) if c is None else c for m, c in zip(meshes, colors, strict=True)]
     return AssetMesh(vertices, faces, np.concatenate(filled))
+
+
+def _check_faces(mesh: Any, name: str) -> None:
+    low, high, count = int(mesh.faces.min()), int(mesh.faces.max()), len(mesh.vertices)
+    if low < 0 or high >= count:
+        wrong = low if low < 0 else high
+        raise SceneError("file", f"the asset {name} is broken: a face has vertex {wrong:,}, and there are {count:,}")
 
 
 def _parts(scene: Any) -> Iterator[tuple[Any, FloatArray]]:
@@ -98,25 +131,24 @@ def _parts(scene: Any) -> Iterator[tuple[Any, FloatArray]]:
         yield scene.geometry[name], np.asarray(pose, np.float64)
 
 
-def _gltf_factors(path: Path) -> dict[str, FloatArray] | None:
+def _gltf_factors(document: dict[str, Any]) -> dict[str, FloatArray]:
     """The base colours (3,), linear, of a glTF file's materials by name: trimesh rounds them to bytes, which shows in
-    dark colours. None for files of other kinds."""
-    ending = path.suffix.lower()
-    if ending not in (".glb", ".gltf"):
-        return None
-    data = path.read_bytes()
-    if ending == ".glb":
-        data = data[20 : 20 + struct.unpack_from("<I", data, 12)[0]]
-    materials = json.loads(data).get("materials", [])
-    given = [(m.get("name"), m.get("pbrMetallicRoughness", {}).get("baseColorFactor", [1.0] * 4)) for m in materials]
+    dark colours."""
+    materials = document.get("materials") or ()
+    given = [
+        (m.get("name"), (m.get("pbrMetallicRoughness") or {}).get("baseColorFactor", [1.0] * 4)) for m in materials
+    ]
     named = Counter(name for name, _ in given)
     return {name: np.array(factor[:3], np.float64) for name, factor in given if name and named[name] == 1}
 
 
-def _colors(mesh: Any, factors: dict[str, FloatArray] | None) -> FloatArray | None:
+def _colors(
+    mesh: Any, factors: dict[str, FloatArray] | None, pictures: dict[int, npt.NDArray[np.uint8]]
+) -> FloatArray | None:
     """The linear colours (F, 3) of a mesh's faces: of its vertices or faces, or of its material and texture.
 
     ``factors`` are the materials' colours of a glTF file, whose vertex colours are linear too; None for other files.
+    ``pictures`` keeps the pixels of textures, by ``id``: many parts may share one.
     """
     visual = mesh.visual
     if visual.kind in ("vertex", "face"):
@@ -136,7 +168,9 @@ def _colors(mesh: Any, factors: dict[str, FloatArray] | None) -> FloatArray | No
         return None
     colors = np.tile(np.ones(3) if factor is None else factor, (len(mesh.faces), 1))
     if texture is not None and uv is not None and len(uv) == len(mesh.vertices):
-        colors *= _sampled(texture, np.asarray(uv, np.float64)[mesh.faces].mean(axis=1))
+        if id(texture) not in pictures:
+            pictures[id(texture)] = np.asarray(texture.convert("RGB"))
+        colors *= _sampled(pictures[id(texture)], np.asarray(uv, np.float64)[mesh.faces].mean(axis=1))
     return colors
 
 
@@ -157,10 +191,9 @@ def _unit(values: npt.NDArray[Any]) -> FloatArray:
     return values.astype(np.float64) / 255.0 if values.dtype.kind in "ui" else np.clip(values.astype(np.float64), 0, 1)
 
 
-def _sampled(texture: Any, uv: FloatArray) -> FloatArray:
-    """The linear colours (F, 3) of ``texture`` at ``uv`` (F, 2), repeated beyond [0, 1]."""
-    pixels = np.asarray(texture.convert("RGB"), np.float64) / 255.0
+def _sampled(pixels: npt.NDArray[np.uint8], uv: FloatArray) -> FloatArray:
+    """The linear colours (F, 3) of ``pixels`` (H, W, 3) at ``uv`` (F, 2), repeated beyond [0, 1]."""
     height, width = pixels.shape[:2]
     column = np.floor(np.mod(uv[:, 0], 1.0) * width).astype(np.int64) % width
     row = np.floor(np.mod(1.0 - uv[:, 1], 1.0) * height).astype(np.int64) % height
-    return np.asarray(from_srgb(pixels[row, column]), np.float64)
+    return np.asarray(from_srgb(pixels[row, column].astype(np.float64) / 255.0), np.float64)

@@ -16,6 +16,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from scenelang.backends.files import read_regular
 from scenelang.grammar.diagnostics import SceneError
 
 FloatArray = npt.NDArray[np.float64]
@@ -145,7 +146,7 @@ def read_camera(path: Path | str) -> Camera:
     try:
         if target.stat().st_size > _LARGEST_FILE:
             raise SceneError("file", f"`{target}` is too large for a camera")
-        data = json.loads(target.read_text("utf-8"))
+        data = json.loads(read_regular(target))
     except OSError as error:
         raise SceneError("file", f"cannot read {target}: {error.strerror or error}") from error
     except (ValueError, RecursionError):

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import shutil
 import stat
+import sys
 import tempfile
+import zlib
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from scenelang.grammar.diagnostics import SceneError
 
+_NONBLOCK = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
 _FOLDERS = {"CACHE": ".cache", "CONFIG": ".config", "STATE": ".local/state"}
 
 
@@ -21,6 +26,37 @@ def user_folder(purpose: str) -> Path:
     """The user's folder of this program for ``purpose``, "CACHE", "CONFIG" or "STATE", which may not be there yet."""
     base = os.environ.get(f"XDG_{purpose}_HOME")
     return (Path(base) if base else Path.home() / _FOLDERS[purpose]) / "scenelang"
+
+
+def read_regular(path: Path | str, most: int | None = None) -> bytes:
+    """The bytes of a regular file, at most ``most`` of them. Raises OSError for anything else: a device has no end, and
+    nobody may ever write to a pipe."""
+    handle = os.open(path, os.O_RDONLY | _NONBLOCK)
+    with open(handle, "rb") as file:
+        mode = os.fstat(handle).st_mode
+        if stat.S_ISDIR(mode):
+            raise IsADirectoryError(errno.EISDIR, "it is a folder", str(path))
+        if not stat.S_ISREG(mode):
+            raise OSError(errno.EINVAL, "it is not a regular file", str(path))
+        return file.read() if most is None else file.read(most)
+
+
+@contextmanager
+def alone_in(folder: Path) -> Iterator[None]:
+    """While this lasts no other process is in such a block for the same folder, so that what is read, changed and
+    written back loses no other change. Without effect where the system has no such locks, or there is no folder."""
+    try:
+        import fcntl
+
+        handle = os.open(folder, os.O_RDONLY)
+        fcntl.flock(handle, fcntl.LOCK_EX)
+    except (ImportError, OSError):
+        yield
+        return
+    try:
+        yield
+    finally:
+        os.close(handle)
 
 
 @contextmanager
@@ -33,7 +69,8 @@ def written_whole(path: Path | str, mode: int | None = None) -> Iterator[Path]:
     """
     target = Path(path)
     try:
-        handle, name = tempfile.mkstemp(suffix=target.suffix, prefix=".scenelang-", dir=target.parent)
+        _sweep(target.parent)
+        handle, name = tempfile.mkstemp(suffix=target.suffix, prefix=_mark(), dir=target.parent)
     except OSError as error:
         raise SceneError("file", f"`{target}` cannot be written: {error.strerror or error}") from error
     os.close(handle)
@@ -49,6 +86,41 @@ def written_whole(path: Path | str, mode: int | None = None) -> Iterator[Path]:
         raise SceneError("file", f"`{target}` cannot be written: {error.strerror or error}") from error
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def _mark() -> str:
+    """How the names of this process's temporary files begin: the machine and the process."""
+    return f".scenelang-{_machine()}-{os.getpid()}-"
+
+
+@cache
+def _machine() -> str:
+    return f"{zlib.crc32(os.uname().nodename.encode()):08x}" if hasattr(os, "uname") else "0"
+
+
+def _sweep(folder: Path) -> None:
+    """Remove what processes of this machine left in ``folder`` that were killed while they wrote."""
+    for path in folder.glob(f".scenelang-{_machine()}-*"):
+        process = path.name.split("-")[2]
+        if not process.isdecimal() or _is_running(int(process)):
+            continue
+        if path.is_dir():
+            shutil.rmtree(path, ignore_errors=True)
+        else:
+            with suppress(OSError):
+                path.unlink()
+
+
+def _is_running(process: int) -> bool:
+    if sys.platform == "win32":
+        return True  # os.kill would end it
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:
+        return True
+    return True
 
 
 def rewrite(path: Path, text: str) -> None:
@@ -85,7 +157,8 @@ def written_together(folder: Path) -> Iterator[Path]:
     SceneError("file") when the folder or a file cannot be written.
     """
     try:
-        temporary = Path(tempfile.mkdtemp(prefix=".scenelang-", dir=folder))
+        _sweep(folder)
+        temporary = Path(tempfile.mkdtemp(prefix=_mark(), dir=folder))
     except OSError as error:
         raise SceneError("file", f"`{folder}` cannot be written: {error.strerror or error}") from error
     try:

@@ -18,7 +18,8 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.appearance import Look, Looks, look_of, looks_of
-from scenelang.backends.assets import MOST_TRIANGLES, load_asset
+from scenelang.backends.asset_gltf import MOST_TRIANGLES
+from scenelang.backends.assets import load_asset
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.entity import Entity
 from scenelang.interpreter.flatten import FlatFrame
@@ -259,7 +260,7 @@ def _asset_mesh(entity: Entity, look: Look, table: _LookTable) -> _Mesh:
     """The triangles of a mesh file, in their own colours unless the primitive has a ``:color``."""
     assert entity.shape is not None
     assert entity.shape.file is not None
-    mesh = load_asset(entity.shape.file)
+    mesh = load_asset(entity.shape.file, entity.shape.root)
     local, kept = triangle_poses(mesh.corners)
     if mesh.face_colors is None or entity.embedding.attributes.get("color") is not None:
         return _Mesh(local, np.full(len(local), table.number(look)))

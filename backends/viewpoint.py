@@ -69,13 +69,13 @@ def place(viewpoint: Viewpoint, low: FloatArray, high: FloatArray, width: int, h
     tangent = math.tan(math.radians(viewpoint.fov) / 2.0)
     kx, ky = tangent * width / height * (1.0 - MARGIN), tangent * (1.0 - MARGIN)
     if viewpoint.target is None:
-        shift_x, near_x = _fit(x, z, kx)
-        shift_y, near_y = _fit(y, z, ky)
-        fitted = max(near_x, near_y)
-        center = center + shift_x * right + shift_y * up
+        fitted = max(_nearest(x, z, kx), _nearest(y, z, ky))
     else:
         fitted = max(float(np.max(np.abs(x) / kx - z)), float(np.max(np.abs(y) / ky - z)))
     distance = viewpoint.distance if viewpoint.distance is not None else max(fitted, 1e-3 * extent) or 1.0
+    if viewpoint.target is None:
+        depth = z + max(distance, 0.05 * extent - float(z.min()), 1e-9)  # the eye may be asked for within the box
+        center = center + _middle(x, depth) * right + _middle(y, depth) * up
     focal = height / (2.0 * tangent)
     return camera_at(center - distance * forward, axes, focal, width, height, **_lens(viewpoint, distance))
 
@@ -118,10 +118,18 @@ def axes_of(azimuth: float, elevation: float) -> tuple[FloatArray, FloatArray, F
     return right, np.cross(right, forward), forward
 
 
-def _fit(x: FloatArray, z: FloatArray, k: float) -> tuple[float, float]:
-    """The shift c and the least distance d with |x - c| <= k (z + d) for all corners."""
-    a, b = float(np.max(x - k * z)), float(np.max(-x - k * z))
-    return (a - b) / 2.0, (a + b) / (2.0 * k)
+def _nearest(x: FloatArray, z: FloatArray, k: float) -> float:
+    """The least distance d for which some c has |x - c| <= k (z + d) for all corners."""
+    return float(np.max(x - k * z) + np.max(-x - k * z)) / (2.0 * k)
+
+
+def _middle(x: FloatArray, depth: FloatArray) -> float:
+    """The c with the least greatest |x - c| / depth: the corners project as far to one side of it as to the other.
+    That greatest ratio is the largest of (x_i - x_j) / (depth_i + depth_j) over all pairs of corners."""
+    sums = depth[:, None] + depth[None, :]
+    ratios = (x[:, None] - x[None, :]) / sums
+    i, j = np.unravel_index(int(np.argmax(ratios)), ratios.shape)
+    return float(x[i] * depth[j] + x[j] * depth[i]) / float(sums[i, j])
 
 
 # --- as text ---------------------------------------------------------------------------------------------------

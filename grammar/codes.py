@@ -67,6 +67,7 @@ CODES: dict[str, Code] = {
     "memory": Code("E506", "The program used more memory than allowed (--max-memory)."),
     "time": Code("E507", "The program ran longer than allowed (--max-seconds)."),
     "interrupted": Code("E508", "The evaluation was interrupted."),
+    "crash": Code("E509", "The process that worked on the program ended without a result."),
     # E6xx: scenes
     "parts": Code("E601", "A function's value is no entity, pair of entity and matrix, or list of these."),
     "pose": Code("E602", "A pose must be a finite 4x4 matrix whose last row is 0 0 0 1."),
@@ -78,7 +79,6 @@ CODES: dict[str, Code] = {
     "endless": Code("E608", "The root's list of handles has no end, and this operation would need it."),
     "word": Code("E609", "A word must be a string."),
     "blocks": Code("E610", "A pose or size of Minecraft blocks does not come to whole cells."),
-    "block-property": Code("E611", "A Minecraft block has no such property, or the property no such value."),
     # E7xx: files
     "file": Code("E701", "A file cannot be read or written."),
     "import-cycle": Code("E702", "Files import one another in a circle."),
@@ -130,12 +130,17 @@ CODES: dict[str, Code] = {
     "idle-attribute": Code("W608", "A primitive's geometry does not read an attribute: perhaps a misspelling."),
     "set-order": Code("W607", "The order of a set's strings is not that of Python."),
     "unknown-block": Code("W616", "Minecraft has no block of this name, so another one is laid instead."),
+    "block-property": Code("W623", "A Minecraft block takes no such property or value, so it is left out."),
+    "off-cells": Code(
+        "W624", "Blocks stand between cells, and moving them to cells changes the distances between them."
+    ),
     "no-block": Code("W617", "Something lays no blocks, so it is missing from the build."),
     "too-new": Code("W620", "The version of Minecraft that a file is for does not have a block."),
     "lost-contents": Code("W618", "A file of a Minecraft build holds things that blocks alone do not."),
     "plain-look": Code(
         "W619", "The game's looks have no model for a block, so boxes of its average colour stand for it."
     ),
+    "not-shown": Code("W625", "More was found than is shown at once."),
     "crowded-layout": Code("W621", "More things are seen than a text-to-image model is told of at once."),
     "unread-vectors": Code("W622", "Learned vectors are for another text encoder than the model's, so texts serve."),
     "unknown-function": Code("W801", "`library_call` names no registered function; the call gives an empty shape."),

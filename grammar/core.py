@@ -199,6 +199,11 @@ def _core_parser() -> Lark:
     return build_parser("core.lark", "start", _CoreLexer, _Builder())
 
 
+def prepare() -> None:
+    """Load the parser's tables now, for a thread that will not be able to save them."""
+    _core_parser()
+
+
 def parse_core(datums: Sequence[Datum]) -> tuple[Any, ...]:
     """The core AST of expanded top-level forms. Raises SceneError at the datum that does not fit its form."""
     try:

@@ -59,6 +59,7 @@ class Diagnostic:
 
 
 _LONGEST_KEPT = 200
+_LONGEST_NAME = 100  # characters
 
 
 @dataclass(eq=False)
@@ -94,8 +95,14 @@ class LimitError(SceneError):
 
 
 def near_names(name: str, candidates: Iterable[str]) -> list[str]:
-    """The one or two candidates that ``name`` may be a misspelling of."""
-    lowered = {candidate.lower(): candidate for candidate in candidates if candidate != name}
+    """The one or two candidates that ``name`` may be a misspelling of; names of a human length have such."""
+    if len(name) > _LONGEST_NAME:
+        return []
+    lowered = {
+        candidate.lower(): candidate
+        for candidate in candidates
+        if candidate != name and len(candidate) <= _LONGEST_NAME
+    }
     cutoff = 0.72 if len(name) > 3 else 0.8  # of a short name, two letters out of three say nothing
     return [lowered[match] for match in get_close_matches(name.lower(), lowered, n=2, cutoff=cutoff)]
 
@@ -196,6 +203,34 @@ def render_text(diagnostic: Diagnostic, color: bool = False) -> str:
             lines += _excerpt(note.span, "-")
     lines += _chain_lines(diagnostic.chain)
     return "\n".join(lines)
+
+
+_MOST_SHOWN = 100
+_LONGEST_SHOWN = 64_000  # characters of all that is shown
+
+
+def capped(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
+    """As many diagnostics as a person or a program will read, errors before warnings where not all fit, in their order;
+    at the end how many were left out."""
+    if len(diagnostics) <= _MOST_SHOWN and sum(map(_length, diagnostics)) <= _LONGEST_SHOWN:
+        return list(diagnostics)
+    kept: set[int] = set()
+    left = _LONGEST_SHOWN
+    for number in sorted(range(len(diagnostics)), key=lambda n: not diagnostics[n].is_error):
+        left -= _length(diagnostics[number])
+        if kept and (len(kept) >= _MOST_SHOWN or left < 0):
+            break
+        kept.add(number)
+    shown = [diagnostics[number] for number in sorted(kept)]
+    errors = sum(diagnostic.is_error for diagnostic in diagnostics) - sum(d.is_error for d in shown)
+    more = len(diagnostics) - len(shown)
+    return [*shown, Diagnostic("not-shown", f"{more:,} more findings are not shown, {errors:,} errors among them")]
+
+
+def _length(diagnostic: Diagnostic) -> int:
+    """About how many characters a diagnostic has when it is shown."""
+    notes = sum(len(note.message) + _WIDEST for note in diagnostic.notes)
+    return len(diagnostic.message) + len(diagnostic.hint or "") + 2 * _WIDEST + notes
 
 
 def _json_place(span: Span | None) -> dict[str, Any] | None:

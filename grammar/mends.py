@@ -68,6 +68,7 @@ _LIMITS = {
     "size": "Look for a list, string or number that grows without end; else raise `--max-size`.",
     "memory": "Keep less at a time; else raise `--max-memory`.",
     "time": "Look for a loop or recursion without end; else raise `--max-seconds`.",
+    "crash": "Lower --max-memory where the system ran out of memory; otherwise a library failed: please report it.",
     "interrupted": "Run it again, with smaller numbers or limits if it took too long.",
 }
 
@@ -82,7 +83,6 @@ _SCENES = {
     "endless": "Take as many handles as you need: `(list-head gamma n)`.",
     "word": 'Put the word in quotes: `"park"`.',
     "blocks": "Compose blocks with `translate` and whole numbers in `scale` only.",
-    "block-property": "Take one of those that the message lists, or leave the property out: it has a default.",
 }
 
 _FILES = {
@@ -142,10 +142,13 @@ _WARNINGS = {
     "coincident-faces": "Move one of the faces by a thousandth, or make one of the things a little smaller.",
     "geometry-limit": "Check a part of the scene by itself: `--root WORD`.",
     "unknown-block": "Name the block that is laid instead, or another one that the game has.",
+    "block-property": "Take one of those that the message lists, or leave the property out: it has a default.",
+    "off-cells": "Move blocks by whole numbers: distances and gaps of combinators too.",
     "no-block": "Lay blocks with `set-cuboid`, or turn the scene into blocks with `export --voxelize`.",
     "too-new": "Name a newer version with `--mc-version`, or lay a block that the older one has.",
     "lost-contents": "Nothing need be done; fill chests and write signs in the game.",
     "plain-look": "Give the looks of the whole game with `--textures`; a resource pack may hold a part of them only.",
+    "not-shown": "Fix what is shown first; one mistake often has many consequences.",
     "crowded-layout": "Take whole entities as one: `--depth N`, `--entity NAME`; or come nearer with `--camera`.",
     "unread-vectors": "Name a model whose text encoder they were learned for: `--model NAME`.",
     "unknown-function": "Register a function of that name, or correct the name.",

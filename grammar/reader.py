@@ -213,6 +213,14 @@ def atom_value(text: str) -> Any:
     return Symbol(text)
 
 
+_KEYWORD_NAME = re.compile(r"""[^\s()\[\]{}";'`,:|#]+\Z""")
+
+
+def is_keyword_name(text: str) -> bool:
+    """Whether ``:text`` reads as one keyword of that name, wherever it stands."""
+    return text.isprintable() and _KEYWORD_NAME.match(text) is not None
+
+
 def _number(text: str) -> int | float:
     if _INTEGER.match(text):
         if len(text) > _MAX_DIGITS:
@@ -347,6 +355,11 @@ class _Parser:
 @cache
 def _parser() -> _Parser:
     return _Parser()
+
+
+def prepare() -> None:
+    """Load the parser's tables now, for a thread that will not be able to save them."""
+    _parser()
 
 
 @cache

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, TypeAlias
 
 NOTE = "\0"  # stands before a comment at a line's end until all lines are known
+# control characters, line and paragraph separators, marks of direction, halves of surrogate pairs
+_UNSEEN = re.compile(r"[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]")
 _UNEVEN = 12  # comments of neighbouring lines are aligned when the lines differ by no more
 
 
@@ -51,8 +54,8 @@ NOTHING_WRITTEN = Written()
 
 
 def line_comment(text: str) -> str:
-    """A comment of one line that says ``text``."""
-    return f"; {text}".rstrip()
+    """A comment of one line that says ``text``. What may end a line somewhere, or cannot be seen, becomes a space."""
+    return "; {}".format(_UNSEEN.sub(" ", text)).rstrip()
 
 
 def joined_notes(first: str, second: str | None) -> str:

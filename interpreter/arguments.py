@@ -9,11 +9,14 @@ from scenelang.grammar.diagnostics import LimitError, SceneError, suggest
 from scenelang.interpreter.library import Builtin, Parameter
 from scenelang.interpreter.procedures import split_keywords
 from scenelang.interpreter.show import show
-from scenelang.interpreter.types import Mismatch, note_reads, type_name
+from scenelang.interpreter.types import Mismatch, type_name
 from scenelang.interpreter.values import Procedure
 
 if TYPE_CHECKING:
     from scenelang.interpreter.runtime import Runtime
+
+
+_FEW = 32  # arguments: more of them are charged
 
 
 def builtin_arity_error(builtin: Builtin, given: int) -> SceneError:
@@ -46,17 +49,16 @@ def _article(name: str) -> str:
 def convert(runtime: Runtime, builtin: Builtin, parameter: Parameter, value: Any) -> Any:
     """``value`` as the parameter's type, or a diagnostic."""
     try:
-        converted = parameter.type.convert(value)
+        return parameter.type.checker(runtime)(value)
     except Mismatch:
         raise type_error(builtin, parameter, value) from None
-    if converted is not value:
-        note_reads(runtime, value)
-    return converted
 
 
 def call_builtin(runtime: Runtime, builtin: Builtin, arguments: Sequence[Any]) -> Any:
     """Call a builtin with any arguments; Python's own arithmetic errors become diagnostics."""
     signature = builtin.signature
+    if len(arguments) > _FEW:
+        runtime.charge(len(arguments) >> 1)
     keywords: dict[str, Any] = {}
     if signature.keywords:
         positional, given = split_keywords(builtin.name, builtin.usage, arguments)

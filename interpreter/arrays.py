@@ -10,7 +10,7 @@ import numpy as np
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter import pose
 from scenelang.interpreter.show import show
-from scenelang.interpreter.types import numbers_of, type_name
+from scenelang.interpreter.types import Reader, numbers_of, type_name
 from scenelang.interpreter.values import Array, Matrix, MutableArray, MutableList, Pair, Vector
 
 if TYPE_CHECKING:
@@ -48,8 +48,9 @@ def numbers_to_numpy(numbers: Any) -> npt.NDArray[Any]:
         raise SceneError("domain", "an integer is too large to stand in an array") from None
 
 
-def array_literal(items: Sequence[Any]) -> Any:
-    """The value of ``[item ...]``: numbers, or arrays of one shape. Raises SceneError for anything else."""
+def array_literal(items: Sequence[Any], reader: Reader | None = None) -> Any:
+    """The value of ``[item ...]``: numbers, or arrays of one shape. Raises SceneError for anything else. ``reader`` is
+    told of the mutable things among the items; a constant has none."""
     kinds = {type(item) for item in items}
     if kinds <= {float} or kinds == {int}:
         return Vector(items)
@@ -62,21 +63,25 @@ def array_literal(items: Sequence[Any]) -> Any:
     try:
         if kinds == {int, float}:
             return Vector([float(item) for item in items])
-        return from_numpy(numbers_to_numpy([_row(item) for item in items]))
+        return from_numpy(numbers_to_numpy([_row(item, reader) for item in items]))
     except OverflowError:
         raise SceneError("domain", "an integer is too large to stand in an array of floats") from None
     except ValueError:
         raise SceneError("value", "the rows of an array must have one shape") from None
 
 
-def _row(item: Any) -> Any:
+def _row(item: Any, reader: Reader | None) -> Any:
     if isinstance(item, (Array, MutableArray)):
+        if reader is not None:
+            reader.charge(item.data.size >> 5)
+            if isinstance(item, MutableArray):
+                reader.read(item)
         return item.data.tolist()
     if type(item) is Matrix:
         return pose.to_array(item).tolist()
     if type(item) in (int, float):
         return item
-    numbers = numbers_of(item)
+    numbers = numbers_of(item, reader)
     if numbers is None:
         raise SceneError("type", f"a row of an array holds numbers, got {show(item, 60)}")
     return numbers

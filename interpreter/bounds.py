@@ -8,7 +8,7 @@ what may beat the best point found so far is opened. Boxes are cached on entitie
 from __future__ import annotations
 
 import heapq
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from scenelang.interpreter.entity import Entity
@@ -18,30 +18,44 @@ from scenelang.interpreter.values import IDENTITY
 UNIT_BOX: Box = (-0.5, -0.5, -0.5, 0.5, 0.5, 0.5)
 _INFINITY = float("inf")
 _TOLERANCE = 1e-12
+Charge = Callable[[int], None]
 
 
-def entity_box(entity: Entity) -> Box | None:
+def _nothing(work: int) -> None:
+    """Outside an evaluation nothing is counted."""
+
+
+def _cost(entity: Entity) -> int:
+    """The steps that one look at a part counts for; a mesh has many points."""
+    shape = entity.shape
+    return 1 if shape is None or shape.asset is None else 16 + (len(shape.asset.support) >> 4)
+
+
+def entity_box(entity: Entity, charge: Charge = _nothing) -> Box | None:
     """The exact box of ``entity`` in its own frame, or None when nothing below it has geometry."""
     if entity.box is None:
-        _fill(entity)
+        _fill(entity, charge)
     return entity.box or None
 
 
-def parts_box(parts: Sequence[Any]) -> Box | None:
-    """The exact box of pairs ``(Entity . Matrix)``, or None when nothing in them has geometry."""
+def parts_box(parts: Sequence[Any], charge: Charge = _nothing) -> Box | None:
+    """The exact box of pairs ``(Entity . Matrix)``, or None when nothing in them has geometry. ``charge`` counts the
+    work while it is done."""
+    charge(len(parts) >> 4)
     for part in parts:
         if part.car.box is None:
-            _fill(part.car)
-    return _union_box(parts) or None
+            _fill(part.car, charge)
+    return _union_box(parts, charge) or None
 
 
-def _fill(root: Entity) -> None:
+def _fill(root: Entity, charge: Charge) -> None:
     stack = [root]
     while stack:
         entity = stack[-1]
         if entity.box is not None:
             stack.pop()
             continue
+        charge(1 + (len(entity.children) >> 3))
         waiting = [part.car for part in entity.children if part.car.box is None]
         if waiting:
             stack.extend({id(child): child for child in waiting}.values())
@@ -50,7 +64,7 @@ def _fill(root: Entity) -> None:
         if entity.shape is not None:
             entity.box = box_under(entity.shape, IDENTITY) if entity.shape.has_geometry else ()
         else:
-            entity.box = _union_box(entity.children)
+            entity.box = _union_box(entity.children, charge)
 
 
 def _moved(box: Box, m: Sequence[float]) -> Box:
@@ -77,14 +91,17 @@ def _is_aligned(m: Sequence[float]) -> bool:
     )
 
 
-def _union_box(parts: Sequence[Any]) -> Box | tuple[()]:
+def _union_box(parts: Sequence[Any], charge: Charge) -> Box | tuple[()]:
     x0 = y0 = z0 = _INFINITY
     x1 = y1 = z1 = -_INFINITY
     open_parts: list[tuple[Any, Box]] = []
-    for part in parts:
+    for index, part in enumerate(parts):
+        if not index & 1023:
+            charge(min(1024, len(parts) - index) >> 2)
         child, pose = part.car, part.cdr
         if not child.box:
             continue
+        charge(_cost(child))
         if child.shape is not None:
             box = child.box if pose == IDENTITY else box_under(child.shape, pose)
         else:
@@ -97,13 +114,13 @@ def _union_box(parts: Sequence[Any]) -> Box | tuple[()]:
     if open_parts:
         limits = [-x0, -y0, -z0, x1, y1, z1]
         for axis in range(3):
-            limits[axis] = _search(open_parts, axis, -1.0, limits[axis])
-            limits[axis + 3] = _search(open_parts, axis, 1.0, limits[axis + 3])
+            limits[axis] = _search(open_parts, axis, -1.0, limits[axis], charge)
+            limits[axis + 3] = _search(open_parts, axis, 1.0, limits[axis + 3], charge)
         x0, y0, z0, x1, y1, z1 = -limits[0], -limits[1], -limits[2], limits[3], limits[4], limits[5]
     return (x0, y0, z0, x1, y1, z1) if x0 <= x1 else ()
 
 
-def _search(open_parts: Sequence[tuple[Any, Box]], axis: int, sign: float, best: float) -> float:
+def _search(open_parts: Sequence[tuple[Any, Box]], axis: int, sign: float, best: float, charge: Charge) -> float:
     """The greatest ``sign * coordinate[axis]`` over ``open_parts``, at least ``best``; best first, deepest on ties."""
     heap: list[tuple[float, int, int, Entity, float, float, float, float]] = []
     serial = 0
@@ -118,10 +135,12 @@ def _search(open_parts: Sequence[tuple[Any, Box]], axis: int, sign: float, best:
         bound, depth, _, entity, a, b, c, t = heapq.heappop(heap)
         if -bound <= best + _TOLERANCE * max(1.0, abs(best)):
             break
+        charge(1 + (len(entity.children) >> 2))
         for part in entity.children:
             child, m = part.car, part.cdr
             if not child.box:
                 continue
+            charge(_cost(child))
             i = a * m[0] + b * m[4] + c * m[8]
             j = a * m[1] + b * m[5] + c * m[9]
             k = a * m[2] + b * m[6] + c * m[10]

@@ -13,7 +13,7 @@ from scenelang.interpreter.frames import undefined
 from scenelang.interpreter.iteration import items_of
 from scenelang.interpreter.library import Builtin
 from scenelang.interpreter.procedures import TAIL, UNDEFINED, Cell, Closure, Frame, Node, bind_arguments
-from scenelang.interpreter.types import BASE_TYPES, Mismatch, note_reads
+from scenelang.interpreter.types import BASE_TYPES, Mismatch
 from scenelang.interpreter.values import NIL, Pair, Procedure, Vector
 
 if TYPE_CHECKING:
@@ -432,7 +432,7 @@ def builtin_call(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], span:
     if keywords or count > 3 or (signature.rest is not None and count > len(parameters)):
         slow = slow_call(rt, builtin, span)
         return lambda f: slow([argument(f) for argument in arguments])
-    checks = tuple([p.type.convert if p.type is not BASE_TYPES["Any"] else None for p in parameters[:count]])
+    checks = tuple([p.type.checker(rt) if p.type is not BASE_TYPES["Any"] else None for p in parameters[:count]])
     return _FIXED[count](rt, builtin, arguments, checks, span)
 
 
@@ -466,8 +466,6 @@ def _builtin1(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: 
         try:
             if check_a is not None:
                 x = check_a(given)
-                if x is not given:
-                    note_reads(rt, given)
             return function(rt, x)
         except Mismatch:
             raise _mismatch(builtin, checks, (given,), span) from None
@@ -487,12 +485,8 @@ def _builtin2(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: 
         try:
             if check_a is not None:
                 x = check_a(first)
-                if x is not first:
-                    note_reads(rt, first)
             if check_b is not None:
                 y = check_b(second)
-                if y is not second:
-                    note_reads(rt, second)
             return function(rt, x, y)
         except Mismatch:
             raise _mismatch(builtin, checks, (first, second), span) from None
@@ -509,9 +503,6 @@ def _builtin3(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: 
         given = [argument(f) for argument in arguments]
         try:
             x, y, z = [value if check is None else check(value) for check, value in zip(checks, given)]
-            for value, converted in zip(given, (x, y, z)):
-                if converted is not value:
-                    note_reads(rt, value)
             return function(rt, x, y, z)
         except Mismatch:
             raise _mismatch(builtin, checks, given, span) from None
@@ -549,7 +540,7 @@ def _placed(builtin: Builtin, error: Exception, span: Span) -> SceneError:
     return error
 
 
-def array_node(items: Sequence[Node], span: Span) -> Node:
+def array_node(rt: Runtime, items: Sequence[Node], span: Span) -> Node:
     """``[item ...]``."""
     if len(items) == 3:
         a, b, c = items
@@ -564,15 +555,15 @@ def array_node(items: Sequence[Node], span: Span) -> Node:
                     return Vector((float(x), float(y), float(z)))
                 except OverflowError:
                     pass  # an integer too large for a float: the general case says so
-            return _array((x, y, z), span)
+            return _array(rt, (x, y, z), span)
 
         return three
-    return lambda f: _array([item(f) for item in items], span)
+    return lambda f: _array(rt, [item(f) for item in items], span)
 
 
-def _array(values: Sequence[Any], span: Span) -> Any:
+def _array(rt: Runtime, values: Sequence[Any], span: Span) -> Any:
     try:
-        return array_literal(values)
+        return array_literal(values, rt)
     except SceneError as error:
         if error.span is None:
             error.span = span

@@ -20,6 +20,7 @@ from scenelang.interpreter.arrays import array_literal
 from scenelang.interpreter.frames import Layout, cell_reader, checked_reader, slot_reader, slot_writer, undefined
 from scenelang.interpreter.iteration import items_of
 from scenelang.interpreter.library import Builtin
+from scenelang.interpreter.limits import STEPS_OF_ERROR
 from scenelang.interpreter.procedures import (
     UNDEFINED,
     Cell,
@@ -443,6 +444,7 @@ class Compiler:
         body = self.compile(node.body, context.inner)
         bind = self.binder(node.target, context.layout, node.span)
         handler = self.compile(node.handler, context)
+        charge = self.rt.charge
 
         def run(f: Frame) -> Any:
             try:
@@ -451,6 +453,7 @@ class Compiler:
                 raise
             except SceneError as error:
                 caught = error
+            charge(STEPS_OF_ERROR)
             bind(f, raised_value(caught))
             return handler(f)
 
@@ -576,7 +579,7 @@ class Compiler:
                 pass  # it fails when it runs, where a `guard` may stand
             else:
                 return lambda f: value
-        return calls.array_node(items, span)
+        return calls.array_node(self.rt, items, span)
 
     def for_loop(self, node: ast.For, context: Context) -> Node:
         return comprehension.compile_for(self, node, context)

@@ -312,7 +312,7 @@ def expand_case(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
     _count(datum, 2)
     span = datum.span
     key = Variable("key", span)
-    contains = expander.builtin("contains?", span, scope)
+    member, equal = (expander.builtin(name, span, scope) for name in ("member", "equal?"))
     result: Datum = none(span)
     for index in range(len(datum.items) - 1, 1, -1):
         clause = datum.items[index]
@@ -324,7 +324,7 @@ def expand_case(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
         if not isinstance(clause.items[0], ListDatum):
             raise syntax_error("case", "a clause begins with a list of constants", clause.items[0].span)
         constants = core("QUOTE", [opaque("DATUM", quoted_value(clause.items[0]), span)], span)
-        test = ListDatum((contains, constants, Atom(key, span)), None, clause.span)
+        test = ListDatum((member, Atom(key, span), constants, equal), None, clause.span)
         result = core("IF", [test, _case_body(expander, clause, scope, key), result], clause.span)
     definition = core("DEFINE", [Atom(key, span), expander.expand(datum.items[1], scope)], span)
     return core("BODY", [definition, result], span)

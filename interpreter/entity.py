@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from scenelang.grammar.source import Span
-from scenelang.interpreter.shapes import Box, Shape
+from scenelang.interpreter.shapes import BLOCK_WORDS, Box, Shape
 from scenelang.interpreter.values import Embedding, Matrix
 
 
@@ -19,13 +19,15 @@ class Entity:
 
     ``function``, ``rest`` and ``serial`` say how it was made (the entity function, gamma, the number of the call in
     the run, whether it changed things outside), so that one instance can be made again under another embedding.
-    ``tainted``: reaches a mutable thing or a function. ``box`` caches the exact bounding box (see ``bounds``).
+    ``tainted``: reaches a mutable thing or a function. ``box`` caches the exact bounding box (see ``bounds``),
+    ``has_blocks`` what ``lays_blocks`` finds.
     ``places`` are the calls that made a primitive: equal calls share it, so there may be several (of which the first
     sixteen are kept).
     """
 
     __slots__ = (
-        "box", "children", "effects", "embedding", "function", "places", "rest", "serial", "shape", "tainted", "word",
+        "box", "children", "effects", "embedding", "function", "has_blocks", "places", "rest", "serial", "shape",
+        "tainted", "word",
     )  # fmt: skip
 
     def __init__(
@@ -47,6 +49,7 @@ class Entity:
         self.serial = 0
         self.effects = False
         self.box: Box | tuple[()] | None = None
+        self.has_blocks: bool | None = None
         self.places = places
 
     @property
@@ -101,6 +104,22 @@ def descendants(*roots: Entity) -> Iterator[Entity]:
             else:
                 stack.pop()
                 yield entity
+
+
+def lays_blocks(entity: Entity) -> bool:
+    """Whether a primitive of Minecraft blocks is ``entity`` or below it."""
+    stack = [entity]
+    while stack:
+        top = stack[-1]
+        waiting = [part.car for part in top.children if part.car.has_blocks is None]
+        if top.has_blocks is None and waiting:
+            stack.extend({id(child): child for child in waiting}.values())
+            continue
+        stack.pop()
+        if top.has_blocks is None:
+            own = top.shape is not None and top.word in BLOCK_WORDS
+            top.has_blocks = own or any(part.car.has_blocks for part in top.children)
+    return bool(entity.has_blocks)
 
 
 def instance_counts(order: Sequence[Entity]) -> dict[int, int]:

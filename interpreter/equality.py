@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import isfinite
 from struct import Struct, pack
 from typing import Any, Protocol
 
@@ -30,6 +31,7 @@ _CHARGE = 1024
 _PLAIN = frozenset((int, str, bool, type(None), Symbol))
 _pack_three = Struct("3d").pack
 _LONGEST_KEY = 200_000
+_FEW = 32  # items that are not charged
 
 
 class Reader(Protocol):
@@ -67,41 +69,47 @@ def equal(reader: Reader, a: Any, b: Any, typed: bool = True) -> bool:
                 return False
             continue
         if isinstance(a, (MutableList, Pair)) or a is NIL:
-            left, right = _sequence_step(a, b)
+            left, right = _sequence_step(reader, a, b)
             if left is None or right is None:
                 return False
             stack.extend(zip(left, right))
             continue
         if kind is not type(b) and not _both_arrays(a, b):
             return False
-        if not _same_kind(a, b, stack, typed):
+        if not _same_kind(reader, a, b, stack, typed):
             return False
     return True
 
 
-def _sequence_step(a: Any, b: Any) -> tuple[list[Any] | None, list[Any] | None]:
+def _sequence_step(reader: Reader, a: Any, b: Any) -> tuple[list[Any] | None, list[Any] | None]:
     """What is left to compare of two lists; None when they cannot be equal."""
     if type(a) is Pair and type(b) is Pair:
         return [a.car, a.cdr], [b.car, b.cdr]
-    left, right = _list_or_none(a), _list_or_none(b)
+    left, right = _list_or_none(reader, a), _list_or_none(reader, b)
     if left is None or right is None or len(left) != len(right):
         return None, None
     return left, right
 
 
-def _list_or_none(value: Any) -> list[Any] | None:
+def _list_or_none(reader: Reader, value: Any) -> list[Any] | None:
     if isinstance(value, MutableList):
+        reader.charge(1 + (len(value.items) >> 8))
         return value.items
     items = []
     while type(value) is Pair:
         items.append(value.car)
         value = value.cdr
+    reader.charge(1 + (len(items) >> 4))
     return items if value is NIL else None
 
 
 def _both_arrays(a: Any, b: Any) -> bool:
     arrays = (Vector, Matrix, Array, MutableArray)
     return isinstance(a, arrays) and isinstance(b, arrays)
+
+
+def _array_size(value: Any) -> int:
+    return len(value) if isinstance(value, tuple) else value.data.size
 
 
 def _array_items(value: Any) -> tuple[tuple[int, ...], list[Any]]:
@@ -112,14 +120,21 @@ def _array_items(value: Any) -> tuple[tuple[int, ...], list[Any]]:
     return value.data.shape, value.data.ravel().tolist()
 
 
-def _same_kind(a: Any, b: Any, stack: list[tuple[Any, Any]], typed: bool) -> bool:
+def _same_kind(reader: Reader, a: Any, b: Any, stack: list[tuple[Any, Any]], typed: bool) -> bool:
     kind = type(a)
-    if kind in (str, int, float, bool, Symbol, Keyword):
+    if kind in (int, float, bool):
+        return bool(a == b)
+    if kind is str or kind is Symbol or kind is Keyword:
+        if len(a) > _CHARGE:
+            reader.charge(len(a) >> 10)
         return bool(a == b)
     if _both_arrays(a, b):
+        reader.charge(1 + ((_array_size(a) + _array_size(b)) >> 5))
         (shape_a, items_a), (shape_b, items_b) = _array_items(a), _array_items(b)
         same_types = not typed or [type(x) for x in items_a] == [type(x) for x in items_b]
         return shape_a == shape_b and items_a == items_b and same_types
+    if kind is Embedding or kind is Table or kind is Set:
+        reader.charge(len(a.attributes if kind is Embedding else a.entries) >> 3)
     if kind is Embedding:
         if (a.handle, a.text, set(a.attributes)) != (b.handle, b.text, set(b.attributes)):
             return False
@@ -144,39 +159,62 @@ class _Opaque(Exception):
 
 _SCALAR_TAGS: dict[type, str] = {str: "s", Symbol: "y", Keyword: "k", bool: "b", type(None): "n"}
 
+# CPython gives integers that differ by a multiple of 2^61 - 1 one hash, so that a table of such is searched one by one.
+# Where integers are that long, their digits are the key, for the hash of a text is another in every process.
+_LONG = 1 << 60
 
-def memo_key(value: Any) -> Any:
+Charge = Callable[[int], None]
+
+
+def _uncharged(_: int) -> None:
+    """For keys of what is known to be small."""
+
+
+def memo_key(value: Any, charge: Charge = _uncharged) -> Any:
     """A hashable key, equal for values that no program can tell apart; None when ``value`` is not immutable data.
 
     Flat, so that hashing never recurses. Numbers are keyed by type: 1, 1.0, -0.0 and #t differ.
     """
     try:
-        return _key(value, typed=True)
+        return _key(value, typed=True, charge=charge)
     except _Opaque:
         return None
 
 
-def table_key(value: Any) -> Any:
+def table_key(value: Any, charge: Charge = _uncharged) -> Any:
     """The canonical key under which tables and sets keep ``value``: numbers by value, lists by content, others by
     identity."""
     kind = type(value)
-    if kind is str or kind is int or kind is float:
+    if kind is str:
         return value
-    return _key(value, typed=False)
+    if kind is int or kind is float:
+        return value if -_LONG < value < _LONG else _long_key(value)
+    return _key(value, typed=False, charge=charge)
 
 
-def _key(value: Any, typed: bool) -> tuple[Any, ...]:
+def _long_key(number: int | float) -> Any:
+    """The key of a number of many digits; an integer and an equal float have one key."""
+    if type(number) is float and not isfinite(number):
+        return number
+    return ("i", hex(int(number)))
+
+
+def _key(value: Any, typed: bool, charge: Charge) -> tuple[Any, ...]:
     out: list[Any] = []
     stack = [value]
+    charged = 0
     while stack:
         item = stack.pop()
         kind = type(item)
-        if len(out) > _LONGEST_KEY:
-            if typed:
-                raise _Opaque
-            raise LimitError("size", "a key of a table or set is too large")
+        if len(out) - charged >= _CHARGE:
+            charge((len(out) - charged) >> 4)
+            charged = len(out)
+            if charged > _LONGEST_KEY:
+                if typed:
+                    raise _Opaque
+                raise LimitError("size", "a key of a table or set is too large")
         if kind is float or kind is int:
-            out.append(_number_key(item) if typed else item)
+            out.append(_number_key(item) if typed else table_key(item))
         elif kind in _SCALAR_TAGS:
             out += (_SCALAR_TAGS[kind], item)
         elif kind is Pair:
@@ -185,28 +223,33 @@ def _key(value: Any, typed: bool) -> tuple[Any, ...]:
         elif item is NIL:
             out.append(")")
         elif kind is Vector or kind is Matrix:
+            charge(len(item) >> 5)
             out += ("v" if kind is Vector else "m", len(item))
-            out += map(_number_key, item) if typed else item
+            out += map(_number_key if typed else table_key, item)
         elif kind is Array:
+            charge(item.data.size >> 8)
             out += ("a", item.data.shape, item.data.dtype.str, item.data.tobytes())
         elif kind is Embedding:
             out += ("e", item.handle, item.text, len(item.attributes))
             for name, attribute in item.attributes.items():
                 stack += (attribute, name)
+            charge(len(item.attributes) >> 4)
         elif kind is HandleList:
             out += ("h", item.start)
         elif kind is Table and item.birth < 0:
             out += ("t", len(item.entries))
             for key, entry in item.entries.values():
                 stack += (entry, key)
+            charge(len(item.entries) >> 4)
         else:
             out += ("o", _opaque_key(item, typed))
+    charge((len(out) - charged) >> 4)
     return tuple(out)
 
 
 def _number_key(item: Any) -> Any:
     if type(item) is int:
-        return item
+        return item if -_LONG < item < _LONG else _long_key(item)
     return ("f", "-0") if item == 0.0 and str(item)[0] == "-" else ("f", item)
 
 
@@ -219,27 +262,35 @@ def _opaque_key(item: Any, typed: bool) -> Any:
     return item
 
 
-def embedding_key(embedding: Embedding) -> Any:
+def embedding_key(embedding: Embedding, charge: Charge = _uncharged) -> Any:
     """``memo_key`` of an embedding, cached; False when it has none."""
     key = embedding.key
     if key is None:
-        key = _plain_key(embedding)
+        key = _plain_key(embedding, charge)
         if key is None:
-            key = memo_key(embedding)
+            key = memo_key(embedding, charge)
         key = embedding.key = False if key is None else key
     return key
 
 
-def _plain_key(embedding: Embedding) -> Any:
+def _plain_key(embedding: Embedding, charge: Charge) -> Any:
     """The key of an embedding whose attributes are numbers, strings and vectors, as nearly all are; else None."""
     out: list[Any] = [embedding.handle, embedding.text]
+    if len(embedding.attributes) > _FEW:
+        charge(len(embedding.attributes) >> 4)
     for name, value in embedding.attributes.items():
         kind = type(value)
         if kind is Vector:
+            if len(value) > _FEW:
+                charge(len(value) >> 5)
             if value and type(value[0]) is float:  # bytes, since -0.0 is no 0.0
                 value = _pack_three(*value) if len(value) == 3 else pack(f"{len(value)}d", *value)
+            elif value:
+                value = tuple(map(_number_key, value))
         elif kind is float:
             value = value if value else repr(value)
+        elif kind is int:
+            value = _number_key(value)
         elif kind not in _PLAIN:
             return None
         out += (name, kind, value)

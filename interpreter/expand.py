@@ -94,6 +94,9 @@ class Pending:
     datum: Datum
 
 
+_MOST_SEARCHES = 100
+
+
 class Expander:
     """Expands one file. ``fallback`` resolves builtins and prelude names; ``run_macro`` evaluates a macro's body."""
 
@@ -104,6 +107,7 @@ class Expander:
         self.found_records: set[str] = set()  # those of the form that is being scanned
         self.expansions = 0
         self.expanded = 0
+        self.searches = 0  # for names that are like one that is not defined
         self.template_scope: Scope | None = None  # set while a define-macro's body is expanded or runs
         self.template_aliases: dict[Symbol, Symbol] = {}
         self.uses: list[Use] | None = None  # where editors want to know what every identifier means
@@ -141,10 +145,18 @@ class Expander:
         elif module is not None:
             hint = f'`(import "{module}")` brings it'
         else:
-            near = near_names(name, {*scope.names(), *self.known_names(), *FORMS})
+            near = self._near(name, scope)
             hint = did_you_mean(near)
         fixes = renamings(atom.span, name, near)
         return SceneError("unbound", f"`{name}` is not defined", hint, atom.span, fixes=fixes)
+
+    def _near(self, name: str, scope: Scope) -> list[str]:
+        """Names that ``name`` may be a misspelling of. A search takes a millisecond or more, so that a text of nothing
+        but unknown names gets them for the first ones alone."""
+        self.searches += 1
+        if self.searches > _MOST_SEARCHES:
+            return []
+        return near_names(name, {*scope.names(), *self.known_names(), *FORMS})
 
     def known_names(self) -> Iterable[str]:
         """Names of builtins and prelude, for suggestions; the program's loader overrides this."""

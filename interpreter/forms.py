@@ -81,7 +81,11 @@ _FORMS = [
     Form("begin", "(begin expression ...)", "One after the other; the value is the last one's.", 0),
     Form("begin0", "(begin0 expression ...)", "One after the other; the value is the first one's.", 0),
     Form("cond", "(cond (test body ...) (test => function) ... (else body ...))", "The first true test decides.", 0),
-    Form("case", "(case key ((datum ...) body ...) ... (else body ...))", "Choose by an equal constant."),
+    Form(
+        "case",
+        "(case key ((datum ...) body ...) ... (else body ...))",
+        "Choose by an equal constant, as `equal?` has it: 1 and 1.0 differ.",
+    ),
     Form("when", "(when test body ...)", "Run the body if the test is true."),
     Form("unless", "(unless test body ...)", "Run the body if the test is false."),
     Form("and", "(and expression ...)", "The first false value, or the last one.", None),

@@ -96,6 +96,7 @@ class TopLevel:
         given_forms = [form for form in forms if form.datums]
         self.file.source = source if whole else self.main  # where imports are looked for
         self.state.run_macro = self.file.expander.run_macro = self._new_macros()
+        self.file.expander.searches = 0
         batches = [given_forms] if whole else list(groups(given_forms))
         for group in batches:
             if len(group) == 1 or whole or self._expands(group):

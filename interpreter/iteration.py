@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.diagnostics import SceneError
@@ -27,6 +28,9 @@ if TYPE_CHECKING:
     from scenelang.interpreter.runtime import Runtime
 
 
+_BLOCK = 1024  # items between two checks
+
+
 def iterate(rt: Runtime, value: Any) -> Iterable[Any]:
     """What a ``for`` clause runs through: the items of a sequence, or 0 .. n-1 for a whole number n."""
     kind = type(value)
@@ -43,9 +47,11 @@ def iterate(rt: Runtime, value: Any) -> Iterable[Any]:
         return value.items  # type: ignore[no-any-return]
     if kind is Table:
         rt.read(value)
+        rt.charge(len(value.entries) >> 4)
         return _unchanging(value, [key for key, _ in value.entries.values()])
     if kind is Set:
         rt.read(value)
+        rt.charge(len(value.entries) >> 4)
         members = list(value.entries.values())
         warn_of_order(rt, members)
         return _unchanging(value, members)
@@ -65,10 +71,24 @@ def rows(rt: Runtime, value: Any) -> list[Any]:
     if isinstance(value, (Array, MutableArray)):
         if isinstance(value, MutableArray):
             rt.read(value)
-        return [from_numpy(row) for row in value.data]
+        return array_rows(rt, value.data)
     if type(value) is HandleList:
         raise SceneError("endless", "the root's list of handles has no end", "take some: `(list-head gamma n)`")
     raise SceneError("type", f"a sequence is wanted here, got {type_name(value)}: {show(value, 60)}")
+
+
+def array_rows(rt: Runtime, data: Any) -> list[Any]:
+    """The items of a numpy array along its first axis, as values."""
+    if data.ndim == 1:
+        rt.charge(data.size >> 6)
+        numbers: list[Any] = data.tolist()
+        return numbers
+    out: list[Any] = []
+    for start in range(0, len(data), _BLOCK):
+        block = data[start : start + _BLOCK]
+        rt.charge((len(block) >> 2) + (block.size >> 5) + 1)
+        out += [Vector(row) for row in block.tolist()] if data.ndim == 2 else map(from_numpy, block)
+    return out
 
 
 def _list_iterator(value: Any) -> Iterator[Any]:
@@ -92,5 +112,11 @@ def _unchanging(collection: Any, members: list[Any]) -> Iterator[Any]:
 def items_of(rt: Runtime, value: Any) -> list[Any]:
     """The items of a sequence as a new Python list, for patterns and builtins."""
     if type(value) is int:
-        raise SceneError("type", f"a sequence is wanted here, got an Integer: {value}")
-    return list(iterate(rt, value))
+        raise SceneError("type", f"a sequence is wanted here, got an Integer: {show(value, 60)}")
+    out: list[Any] = []
+    pending = iter(iterate(rt, value))
+    while block := list(islice(pending, _BLOCK)):
+        out += block
+        if len(block) == _BLOCK:
+            rt.charge(_BLOCK >> 4)
+    return out

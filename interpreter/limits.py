@@ -14,6 +14,11 @@ from scenelang.grammar.diagnostics import LimitError
 
 _CHUNK = 2048
 _CHUNKS_PER_MEMORY_CHECK = 16
+_LITTLE_MEMORY = 1_000_000_000  # bytes: a limit below is looked at four times as often
+_WORTH_A_LOOK = 4_000_000  # bytes: less is found by the checks that follow
+_SIZES = {"a string": 2, "an array": 40}  # bytes of an item; a list's pair and its item take more
+_SIZE_OF_ITEM = 96
+STEPS_OF_ERROR = 16  # what an error costs that a program catches: its message and its chain of calls are made
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,22 +55,44 @@ def _peak_bytes() -> int:
     return peak if sys.platform == "darwin" else peak * 1024
 
 
+def time_error(seconds: float) -> LimitError:
+    """E507: a run that is longer than allowed."""
+    return LimitError(
+        "time", f"the program ran longer than {seconds:g} seconds", hint="raise the limit with --max-seconds"
+    )
+
+
+def memory_error(limit: int) -> LimitError:
+    """E506: a run that uses more memory than allowed."""
+    return LimitError(
+        "memory", f"the program used more than {limit / 1e9:g} GB of memory", hint="raise the limit with --max-memory"
+    )
+
+
+def show_size(size: int) -> str:
+    """A size in a message; Python refuses to print integers of thousands of digits."""
+    return f"{size:,}" if size.bit_length() < 200 else f"about 2^{size.bit_length()}"
+
+
 class Meter:
     """Counts steps and watches time and memory. ``tick()`` counts one step at almost no cost."""
 
     def __init__(self, limits: Limits) -> None:
         self.limits = limits
         self._block = repeat(None, _CHUNK)
+        self._patience = _CHUNKS_PER_MEMORY_CHECK // (4 if limits.memory < _LITTLE_MEMORY else 1)
         self.renew()
         self.tick: Callable[[], Any] = chain.from_iterable(self._refill()).__next__
 
-    def renew(self) -> None:
-        """Begin to count anew, with all that the limits allow; ``tick`` goes on to work, also after an error."""
+    def renew(self, started: float | None = None) -> None:
+        """Begin to count anew, with all that the limits allow; ``tick`` goes on to work, also after an error.
+
+        ``started`` (``time.monotonic()``) is when the seconds began, for a caller that has spent some of them."""
         self.steps = length_hint(self._block) - _CHUNK  # what was counted of the running chunk
         self.cancelled = False
         self._owed = 0
         self._chunks = 0
-        self._deadline = time.monotonic() + self.limits.seconds
+        self._deadline = (time.monotonic() if started is None else started) + self.limits.seconds
         self._memory = resident_bytes() + self.limits.memory
 
     def _refill(self) -> Iterator[Iterator[None]]:
@@ -85,7 +112,10 @@ class Meter:
         self.cancelled = True
 
     def charge(self, work: int) -> None:
-        """Count ``work`` steps at once, for a builtin that does as much."""
+        """Count ``work`` steps at once, for a builtin that does as much.
+
+        A builtin charges before the work, and so much that a step is no more than about 20 microseconds and a kilobyte:
+        ``n >> 8`` for n items that C goes through, ``n >> 4`` for those of a loop in Python."""
         self._owed += work
         if self._owed >= _CHUNK:
             owed, self._owed = self._owed, 0
@@ -103,31 +133,36 @@ class Meter:
                 hint="is there a loop or recursion without end? raise the limit with --max-steps",
             )
         if time.monotonic() > self._deadline:
-            raise LimitError(
-                "time",
-                f"the program ran longer than {limits.seconds:g} seconds",
-                hint="raise the limit with --max-seconds",
-            )
+            raise time_error(limits.seconds)
         self._chunks += 1
-        if self._chunks % _CHUNKS_PER_MEMORY_CHECK == 0 or steps > 100_000:
+        if self._chunks % self._patience == 0 or steps > 100_000:
             self.check_memory()
 
     def check_memory(self) -> None:
-        if resident_bytes() > self._memory:
-            raise LimitError(
-                "memory",
-                f"the program used more than {self.limits.memory / 1e9:g} GB of memory",
-                hint="raise the limit with --max-memory",
-            )
+        self._check_bytes(0)
 
-    def check_size(self, size: int, what: str) -> None:
-        """Refuse to make ``what`` (a list, a string, an array) of ``size`` items."""
+    def reserve(self, size: int) -> None:
+        """Refuse to allocate ``size`` bytes that would go past the limit, before they are there."""
+        if size >= _WORTH_A_LOOK:
+            self._check_bytes(size)
+
+    def _check_bytes(self, more: int) -> None:
+        if resident_bytes() + more > self._memory:
+            raise memory_error(self.limits.memory)
+
+    def check_growth(self, size: int, what: str) -> None:
+        """Refuse ``what`` that has grown to ``size`` items; for a loop that charges what it does."""
         if size > self.limits.size:
             raise LimitError(
                 "size",
-                f"{what} of {size:,} items is larger than the limit of {self.limits.size:,}",
+                f"{what} of {show_size(size)} items is larger than the limit of {self.limits.size:,}",
                 hint="raise the limit with --max-size",
             )
+
+    def check_size(self, size: int, what: str) -> None:
+        """Refuse to make ``what`` (a list, a string, an array) of ``size`` items; else charge for them."""
+        self.check_growth(size, what)
+        self.reserve(size * _SIZES.get(what, _SIZE_OF_ITEM))
         self.charge(size >> 3)
 
 

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Symbol
 from scenelang.grammar.diagnostics import LimitError, Note, SceneError
 from scenelang.grammar.source import Expansion, Span
-from scenelang.interpreter.scope import Annotated, Macro, Scope, Special, base_name, make_alias
+from scenelang.interpreter.scope import Alias, Annotated, Macro, Scope, Special, base_name, make_alias
 from scenelang.interpreter.syntax_values import datum_of, syntax_value
 
 if TYPE_CHECKING:
@@ -97,12 +97,33 @@ def broken(name: str, span: Span) -> Macro:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Rules:
+    """``ellipsis`` is the identifier that the macro names for it, None for the usual ``...``. It and the ``literals``
+    are identifiers, not names: what another macro inserts may have their name and be something else."""
+
     name: str
-    ellipsis: str
-    literals: frozenset[str]
+    ellipsis: Symbol | None
+    literals: frozenset[Symbol]
     rules: tuple[tuple[Datum, Datum], ...]
     scope: Scope
     span: Span
+
+    def is_ellipsis(self, datum: Datum) -> bool:
+        """Whether ``datum`` repeats what stands before it; a literal of the same name does not (R7RS 4.3.2)."""
+        if not isinstance(datum, Atom) or not isinstance(datum.value, Symbol) or datum.value in self.literals:
+            return False
+        if self.ellipsis is not None:
+            return _is_same(datum.value, self.ellipsis)
+        return base_name(datum.value) == "..." and self.scope.lookup(datum.value) is None
+
+    @property
+    def dots(self) -> str:
+        """The ellipsis as it is written."""
+        return "..." if self.ellipsis is None else base_name(self.ellipsis)
+
+
+def _is_same(a: Symbol, b: Symbol) -> bool:
+    """Whether two identifiers of one form are the same."""
+    return a is b if isinstance(a, Alias) or isinstance(b, Alias) else a == b
 
 
 def syntax_rules(expander: Expander, datum: Datum, scope: Scope, name: str, span: Span) -> Macro:
@@ -114,19 +135,22 @@ def syntax_rules(expander: Expander, datum: Datum, scope: Scope, name: str, span
             "macro", f"the macro `{name}` needs `(syntax-rules (literal ...) (pattern template) ...)`", None, span
         )
     rest = items[1:]
-    ellipsis = "..."
+    ellipsis: Symbol | None = None
     if isinstance(rest[0], Atom) and isinstance(rest[0].value, Symbol):
-        ellipsis, rest = base_name(rest[0].value), rest[1:]
+        ellipsis, rest = rest[0].value, rest[1:]
     if not rest or not isinstance(rest[0], ListDatum):
         raise SceneError("macro", "the literals of `syntax-rules` stand in a list", None, datum.span)
-    literals = frozenset(_name(item) or "" for item in rest[0].items)
+    literals = frozenset(
+        item.value for item in rest[0].items if isinstance(item, Atom) and isinstance(item.value, Symbol)
+    )
+    known = _Rules(name, ellipsis, literals, (), scope, span)
     rules = []
     for rule in rest[1:]:
         if not isinstance(rule, ListDatum) or len(rule.items) != 2 or not isinstance(rule.items[0], ListDatum):
             raise SceneError("macro", "a rule is `(pattern template)`", None, rule.span)
-        _check_pattern(rule.items[0], ellipsis)
+        _check_pattern(known, rule.items[0])
         rules.append((rule.items[0], rule.items[1]))
-    known = _Rules(name, ellipsis, literals, tuple(rules), scope, span)
+    known = replace(known, rules=tuple(rules))
     return Macro(name, lambda use, use_scope: _apply_rules(known, use, use_scope), span)
 
 
@@ -134,14 +158,14 @@ def _name(datum: Datum) -> str | None:
     return base_name(datum.value) if isinstance(datum, Atom) and isinstance(datum.value, Symbol) else None
 
 
-def _check_pattern(pattern: Datum, ellipsis: str) -> None:
+def _check_pattern(known: _Rules, pattern: Datum) -> None:
     if isinstance(pattern, Atom):
         return
-    dots = [index for index, item in enumerate(pattern.items) if _name(item) == ellipsis]
+    dots = [index for index, item in enumerate(pattern.items) if known.is_ellipsis(item)]
     if len(dots) > 1 or dots[:1] == [0]:
-        raise SceneError("macro", f"`{ellipsis}` may stand once in a list, after a pattern", None, pattern.span)
+        raise SceneError("macro", f"`{known.dots}` may stand once in a list, after a pattern", None, pattern.span)
     for item in pattern.items:
-        _check_pattern(item, ellipsis)
+        _check_pattern(known, item)
 
 
 def _apply_rules(known: _Rules, use: Datum, scope: Scope) -> Datum:
@@ -175,7 +199,7 @@ def _match(known: _Rules, pattern: Datum, datum: Datum, scope: Scope, bound: dic
     assert not isinstance(datum, Atom)
     items, tail = list(pattern.items), getattr(pattern, "tail", None)
     given, rest = list(datum.items), getattr(datum, "tail", None)
-    dots = next((i for i, item in enumerate(items) if _name(item) == known.ellipsis), None)
+    dots = next((i for i, item in enumerate(items) if known.is_ellipsis(item)), None)
     if dots is None:
         return _match_fixed(known, items, tail, given, rest, datum, scope, bound)
     before, repeated, after = items[: dots - 1], items[dots - 1], items[dots + 1 :]
@@ -219,7 +243,7 @@ def _match_atom(known: _Rules, pattern: Atom, datum: Datum, scope: Scope, bound:
     if not isinstance(value, Symbol):
         return isinstance(datum, Atom) and type(datum.value) is type(value) and bool(datum.value == value)
     name = base_name(value)
-    if name in known.literals:
+    if value in known.literals:
         if _name(datum) != name or not isinstance(datum, Atom):
             return False
         return scope.lookup(datum.value) is known.scope.lookup(value)
@@ -234,8 +258,9 @@ def _pattern_variables(known: _Rules, pattern: Datum) -> list[Any]:
     while stack:
         item = stack.pop()
         if isinstance(item, Atom):
-            name = _name(item)
-            if name is not None and name not in known.literals and name not in ("_", known.ellipsis):
+            if not isinstance(item.value, Symbol) or item.value in known.literals or known.is_ellipsis(item):
+                continue
+            if base_name(item.value) != "_":
                 found.append(item.value)
         else:
             stack.extend(item.items)
@@ -260,13 +285,13 @@ class _Instance:
         if isinstance(template, Atom):
             return self._atom(template, bound)
         items = template.items
-        if not escaped and len(items) == 2 and _name(items[0]) == self.known.ellipsis:
+        if not escaped and len(items) == 2 and self.known.is_ellipsis(items[0]):
             return self.build(items[1], bound, True)  # (... template) takes `...` literally
         built: list[Datum] = []
         position = 0
         while position < len(items):
             item, depth = items[position], 0
-            while not escaped and position + 1 < len(items) and _name(items[position + 1]) == self.known.ellipsis:
+            while not escaped and position + 1 < len(items) and self.known.is_ellipsis(items[position + 1]):
                 depth, position = depth + 1, position + 1
             built += self._repeat(item, bound, depth) if depth else [self.build(item, bound, escaped)]
             position += 1
@@ -287,7 +312,7 @@ class _Instance:
             found = bound[value]
             if isinstance(found, list):
                 name = base_name(value)
-                raise SceneError("macro", f"`{name}` needs `{self.known.ellipsis}` after it here", None, atom.span)
+                raise SceneError("macro", f"`{name}` needs `{self.known.dots}` after it here", None, atom.span)
             return found  # type: ignore[no-any-return]
         if isinstance(value, Keyword) and "::" not in value:
             return Atom(value, self.span)
@@ -309,7 +334,7 @@ class _Instance:
     def _repeat(self, item: Datum, bound: dict[Any, Any], depth: int) -> list[Datum]:
         variables = [v for v in _pattern_variables(self.known, item) if isinstance(bound.get(v), list)]
         if not variables:
-            message = f"nothing before `{self.known.ellipsis}` repeats in this template"
+            message = f"nothing before `{self.known.dots}` repeats in this template"
             raise SceneError("macro", message, None, item.span)
         lengths = {len(bound[v]) for v in variables}
         if len(lengths) > 1:

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter import pose
 from scenelang.interpreter.entity import Entity
 from scenelang.interpreter.equality import table_key
-from scenelang.interpreter.shapes import Box
+from scenelang.interpreter.shapes import Asset
 from scenelang.interpreter.show import show
-from scenelang.interpreter.types import matrix_or_none, note_reads, type_name
+from scenelang.interpreter.types import matrix_or_none, type_name
 from scenelang.interpreter.values import (
     ANONYMOUS,
     IDENTITY,
@@ -32,8 +32,14 @@ if TYPE_CHECKING:
     from scenelang.interpreter.runtime import Runtime
 
 
+_BLOCK = 256  # parts between two checks
+_FEW = 32  # attributes that are not charged
+
+
 def parts_of(runtime: Runtime, value: Any, word: str | None = None) -> tuple[Pair, ...]:
-    """The flat tuple of pairs ``(Entity . Matrix)`` that ``value`` is; raises SceneError naming ``word``."""
+    """The flat tuple of pairs ``(Entity . Matrix)`` that ``value`` is; raises SceneError naming ``word``.
+
+    Lists that share their members can be far larger than they look, so the work is charged as it is done."""
     if type(value) is Entity:
         return (Pair(value, IDENTITY),)
     out: list[Pair] = []
@@ -43,9 +49,12 @@ def parts_of(runtime: Runtime, value: Any, word: str | None = None) -> tuple[Pai
         item = stack.pop()
         kind = type(item)
         turns += 1
-        if turns & 1023 == 0:
-            runtime.charge(4096)  # lists that share their members can be far larger than they look
-        while kind is Pair:
+        if turns >= _BLOCK:
+            turns = 0
+            runtime.charge(_BLOCK)
+            runtime.meter.check_growth(len(out), "a list of parts")
+        while kind is Pair and turns < _BLOCK:
+            turns += 1
             head = item.car
             if type(head) is Entity:
                 tail = item.cdr
@@ -69,29 +78,36 @@ def parts_of(runtime: Runtime, value: Any, word: str | None = None) -> tuple[Pai
             kind = type(item)
         if kind is Entity:
             out.append(Pair(item, IDENTITY))
+        elif kind is Pair:
+            stack.append(item)
         elif isinstance(item, MutableList):
             runtime.read(item)
+            runtime.charge(len(item.items) >> 8)
             stack.extend(reversed(item.items))
         elif item is not NIL:
             raise _no_part(item, word)
-    runtime.charge(len(out) >> 2)
+    runtime.charge(turns >> 1)
     return tuple(out)
 
 
 def primitives_of(runtime: Runtime, value: Any) -> list[Pair]:
     """The primitives of an entity, pair or parts, depth first: pairs (entity . pose within ``value``)."""
     found: list[Pair] = []
-    stack = list(reversed(parts_of(runtime, value)))
+    stack: list[tuple[Matrix, Iterator[Pair]]] = [(IDENTITY, iter(parts_of(runtime, value)))]
     while stack:
-        part = stack.pop()
-        entity, matrix = part.car, part.cdr
-        runtime.charge(1)
-        if entity.is_primitive:
-            found.append(part)
-            runtime.meter.check_size(len(found), "a list of primitives")
+        around, pending = stack[-1]
+        part = next(pending, None)
+        if part is None:
+            stack.pop()
             continue
-        for child in reversed(entity.children):
-            stack.append(Pair(child.car, pose.compose(matrix, child.cdr)))
+        runtime.charge(1)
+        entity = part.car
+        inside = part.cdr if len(stack) == 1 else pose.compose(around, part.cdr)
+        if entity.is_primitive:
+            found.append(part if len(stack) == 1 else Pair(entity, inside))
+            runtime.meter.check_growth(len(found), "a list of primitives")
+        else:
+            stack.append((inside, iter(entity.children)))
     return found
 
 
@@ -110,11 +126,7 @@ def _no_part(item: Any, word: str | None) -> SceneError:
 
 def pose_of(runtime: Runtime, value: Any) -> Matrix:
     """The finite pose that ``value`` is, or an error."""
-    if type(value) is Matrix:
-        matrix: Matrix | None = value
-    else:
-        note_reads(runtime, value)
-        matrix = matrix_or_none(value)
+    matrix = matrix_or_none(runtime, value)
     if matrix is None:
         message = f"a pose must be a 4x4 matrix whose last row is 0 0 0 1, got {type_name(value)}: {show(value, 60)}"
         raise SceneError("pose", message, hint="a vector becomes a pose with `(translate [x y z])`")
@@ -165,6 +177,8 @@ def not_an_embedding(word: str, value: Any) -> SceneError:
 def with_attributes(runtime: Runtime, z: Embedding, attributes: Mapping[str, Any]) -> Embedding:
     """``z`` with more attributes, which win over its own; tables are copied, so that later changes do not show."""
     copied = {name: copy_table(runtime, value) if type(value) is Table else value for name, value in attributes.items()}
+    if len(z.attributes) + len(copied) > _FEW:
+        runtime.charge((len(z.attributes) + len(copied)) >> 4)
     return Embedding(z.handle, z.text, {**z.attributes, **copied} if z.attributes else copied)
 
 
@@ -173,31 +187,37 @@ def copy_table(runtime: Runtime, table: Table) -> Table:
     if table.birth < 0:
         return table
     runtime.read(table)
+    runtime.charge(len(table.entries) >> 5)
     return Table(dict(table.entries), -1)
 
 
 def geometric_attributes(runtime: Runtime, z: Embedding) -> dict[str, Any]:
     """The attributes as geometry reads them; mutable lists and arrays count as read at this moment."""
     attributes = dict(z.attributes)
+    if len(attributes) > _FEW:
+        runtime.charge(len(attributes) >> 4)
     for value in attributes.values():
         if isinstance(value, (MutableList, MutableArray, Set)):
             runtime.read(value)
+            if isinstance(value, MutableArray):
+                runtime.charge(value.data.size >> 6)
     return attributes
 
 
-def load_asset(runtime: Runtime, attributes: dict[str, Any]) -> tuple[Box, dict[str, Any]]:
-    """The box of an asset's mesh file, and its attributes with the file's resolved path."""
+def load_asset(runtime: Runtime, attributes: dict[str, Any]) -> tuple[Asset, dict[str, Any]]:
+    """What is known of an asset's mesh file, and its attributes with the file's resolved path."""
     file = attributes.get("file")
     if type(file) is not str:
         raise SceneError("attribute", 'the primitive "asset" needs the attribute `:file`, a string')
     if runtime.asset is None:
         raise SceneError("file", f"the asset {file} cannot be read here")
-    box, path = runtime.asset(file)
-    return box, {**attributes, "file": path}
+    asset = runtime.asset(file, runtime.charge)
+    return asset, {**attributes, "file": asset.path}
 
 
 def attribute_table(runtime: Runtime, pairs: Mapping[str, Any]) -> Table:
     """A table from names to values."""
+    runtime.charge(len(pairs) >> 4)
     return runtime.table_of({table_key(name): (name, value) for name, value in pairs.items()})
 
 
@@ -207,8 +227,11 @@ def transformed(runtime: Runtime, part: Any, matrix: Any) -> Any:
     if type(part) is Entity:
         return Pair(part, moved)
     parts = parts_of(runtime, part)
-    runtime.charge(len(parts))
-    composed = [Pair(p.car, pose_of(runtime, pose.compose(moved, p.cdr))) for p in parts]
+    composed: list[Pair] = []
+    for start in range(0, len(parts), _BLOCK):
+        block = parts[start : start + _BLOCK]
+        runtime.charge(len(block))
+        composed += [Pair(p.car, pose_of(runtime, pose.compose(moved, p.cdr))) for p in block]
     if type(part) is Pair and type(part.car) is Entity and part.cdr is not NIL and type(part.cdr) is not Pair:
         return composed[0]
     return make_list(composed)

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.interpreter.show import show
-from scenelang.interpreter.types import Mismatch, Type, note_reads, type_name
+from scenelang.interpreter.types import Mismatch, Type, type_name
 from scenelang.interpreter.values import NIL, Embedding, Keyword, Mutable, Pair, Procedure, make_list
+from scenelang.interpreter.values import Condition as Condition
 
 if TYPE_CHECKING:
     from scenelang.interpreter.runtime import Runtime
@@ -25,6 +26,7 @@ class Tail:
 
 
 TAIL = Tail()
+_FEW = 32  # arguments: more of them are charged
 
 
 class Undefined:
@@ -121,13 +123,6 @@ class EscapeSignal(Exception):
         self.value = value
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Condition:
-    """What ``guard`` binds for an error that is not a raised value: the error, as data."""
-
-    error: SceneError
-
-
 def arity_error(code: Code, given: int) -> SceneError:
     required, positional = code.required, code.positional
     if code.rest is not None:
@@ -163,6 +158,8 @@ def split_keywords(name: str, usage: str, arguments: Sequence[Any]) -> tuple[lis
 def bind_arguments(runtime: Runtime, closure: Closure, arguments: Sequence[Any]) -> Frame:
     """The frame for a call of ``closure``; the callee decides whether keywords are arguments or plain values."""
     code = closure.code
+    if len(arguments) > _FEW:
+        runtime.charge(len(arguments) >> 2)
     if code.keyword_names is None:
         return _fill(runtime, closure, arguments, {})
     positional, keywords = split_keywords(code.name, code.usage, arguments)
@@ -239,10 +236,7 @@ def _checked(runtime: Runtime, code: Code, parameter: CodeParameter, value: Any,
     if parameter.type is None:
         return value
     try:
-        converted = parameter.type.convert(value)
-        if converted is not value:
-            note_reads(runtime, value)
-        return converted
+        return parameter.type.checker(runtime)(value)
     except Mismatch:
         owner = f'"{word}"' if word is not None else f"`{code.name}`"
         sign = ":" if parameter.kind == "keyword" else ""

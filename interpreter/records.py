@@ -36,12 +36,12 @@ def make_record(rt: Runtime, facts: Any, *defaults: Any) -> Any:
     return make_list(procedures)
 
 
-def _converted(kind: RecordType, index: int, types: Sequence[Type | None], value: Any) -> Any:
+def _converted(rt: Runtime, kind: RecordType, index: int, types: Sequence[Type | None], value: Any) -> Any:
     wanted = types[index]
     if wanted is None:
         return value
     try:
-        return wanted.convert(value)
+        return wanted.checker(rt)(value)
     except Mismatch:
         field = kind.fields[index]
         message = f"the field `{field}` of `{kind.name}` is of type {wanted.name}, got {type_name(value)}"
@@ -66,7 +66,7 @@ def _constructor(kind: RecordType, types: Sequence[Type | None], defaults: Seque
                 value = rt.apply(defaults[index], values)
             else:
                 raise SceneError("keyword", f"`{kind.name}` needs the field `{field}`", hint=f"make one with {usage}")
-            values.append(_converted(kind, index, types, value))
+            values.append(_converted(rt, kind, index, types, value))
         for name in keywords:
             raise SceneError(
                 "keyword", f"`{kind.name}` has no field `{name}` left to fill", hint=f"make one with {usage}"
@@ -113,7 +113,7 @@ def _modifier(kind: RecordType, index: int, wanted: Type | None) -> Any:
 
     def modify(rt: Runtime, arguments: Sequence[Any]) -> None:
         record = _one(kind, name, arguments, 2)
-        value = _converted(kind, index, {index: wanted}, arguments[1])  # type: ignore[arg-type]
+        value = _converted(rt, kind, index, {index: wanted}, arguments[1])  # type: ignore[arg-type]
         rt.write(record)
         record.values[index] = value
 

@@ -33,8 +33,8 @@ from scenelang.interpreter.procedures import (
     check_keywords,
 )
 from scenelang.interpreter.randomness import Streams
-from scenelang.interpreter.shapes import Box, shape_of
-from scenelang.interpreter.show import show
+from scenelang.interpreter.shapes import Asset, shape_of
+from scenelang.interpreter.show import LONGEST, show
 from scenelang.interpreter.types import type_name
 from scenelang.interpreter.values import (
     NIL,
@@ -49,6 +49,7 @@ from scenelang.interpreter.values import (
 
 _NEVER = 1 << 62
 _MOST_PLACES = 16
+_FEW = 32  # items of a key that are not charged
 
 
 class WordCell(Mutable):
@@ -89,7 +90,7 @@ def _note_place(entity: Entity, span: Span) -> None:
 class Runtime:
     """One run of one program. ``handles`` maps handle names to Z's entries; ``memoise`` is False only in tests of the
     memo itself; ``snapshots`` are the serials of the calls at whose start the streams' state is kept
-    (None: all). ``asset(file)`` gives a mesh file's box and resolved path."""
+    (None: all). ``asset(file, charge)`` measures a mesh file."""
 
     def __init__(
         self,
@@ -99,7 +100,7 @@ class Runtime:
         handles: Mapping[str, Entry] | None = None,
         memoise: bool = True,
         snapshots: frozenset[int] | None = frozenset(),
-        asset: Callable[[str], tuple[Box, str]] | None = None,
+        asset: Callable[[str, Callable[[int], None]], Asset] | None = None,
     ) -> None:
         self.library = library
         self.asset = asset
@@ -131,9 +132,9 @@ class Runtime:
         self._snapshot_at = snapshots
         self.snapshots: dict[int, Any] = {}
 
-    def renew(self) -> None:
-        """Begin another evaluation in the same run: limits, log and warnings begin anew."""
-        self.meter.renew()
+    def renew(self, started: float | None = None) -> None:
+        """Begin another evaluation in the same run: limits, log and warnings begin anew. ``started``: see ``Meter``."""
+        self.meter.renew(started)
         self.entities = 0
         self.log.clear()
         self._log_size = 0
@@ -227,6 +228,22 @@ class Runtime:
         if thing.birth < self.oldest_write:
             self.oldest_write = thing.birth
 
+    def show(self, value: Any, limit: int = LONGEST) -> str:
+        """``value`` as text that the program gets: what can change in it is read."""
+        text = show(value, limit, self.read)
+        if len(text) > _FEW:
+            self.charge(len(text) >> 3)
+        return text
+
+    def display(self, value: Any) -> str:
+        """As ``show``, but a string is its own text."""
+        return value if type(value) is str else self.show(value)
+
+    def look_at_error(self) -> None:
+        """Note that a program looks at the text of an error, which may show anything that can change: the running calls
+        are not shared."""
+        self.drew = True
+
     def draw(self, stream: Any = None) -> None:
         """Note that a random number is drawn: from ``stream``, or from a global stream."""
         if stream is None:
@@ -289,11 +306,13 @@ class Runtime:
             return self.primitive(word, z, span)
         if written and type(function) is Closure:
             check_keywords(function.code, tuple(written), word)
-        key: Any = z.key if z.key is not None else embedding_key(z)
-        rest_key = () if rest is NIL else memo_key(rest)
+        key: Any = z.key if z.key is not None else embedding_key(z, self.charge)
+        rest_key = () if rest is NIL else memo_key(rest, self.charge)
         if key is False or rest_key is None or not self._memoise:
             key = False
         else:
+            if len(key) + len(rest_key) > _FEW:
+                self.charge((len(key) + len(rest_key)) >> 6)  # what hashing and comparing the key costs
             key = (function, word, key, rest_key)
             entry = self._recall(key)
             if entry is not None:
@@ -322,17 +341,18 @@ class Runtime:
 
     def shared_application(self, function: Procedure, z: Embedding, rest: Any) -> Any:
         """``apply-entity-function``: run an entity function on z and gamma, shared like a ``call``."""
-        key: Any = z.key if z.key is not None else embedding_key(z)
-        rest_key = memo_key(rest)
+        key: Any = z.key if z.key is not None else embedding_key(z, self.charge)
+        rest_key = memo_key(rest, self.charge)
         if key is False or rest_key is None or not self._memoise:
             key = False
         else:
+            self.charge((len(key) + len(rest_key)) >> 6)
             key = (function, key, rest_key)
             entry = self._recall(key)
             if entry is not None:
                 return entry.value
         run = lambda serial: self.apply_entity_function(function, function.name, z, rest)
-        return self._account(key, run, lambda value: memo_key(value) is None)
+        return self._account(key, run, lambda value: memo_key(value, self.charge) is None)
 
     def _recall(self, key: Any) -> MemoEntry | None:
         """A stored call that still holds; what it read is merged into the running call's account."""
@@ -409,7 +429,7 @@ class Runtime:
     def make_entity(self, word: str, z: Embedding, children: tuple[Any, ...]) -> Entity:
         """A new entity with ``children``, pairs ``(Entity . Matrix)``."""
         self._count_entity()
-        tainted = (z.key if z.key is not None else embedding_key(z)) is False
+        tainted = (z.key if z.key is not None else embedding_key(z, self.charge)) is False
         if not tainted:
             for part in children:
                 if part.car.tainted:
@@ -419,9 +439,11 @@ class Runtime:
 
     def primitive(self, word: str, z: Embedding, span: Span | None = None) -> Entity:
         """The primitive ``word`` under ``z``; shared with every equal one."""
-        key: Any = z.key if z.key is not None else embedding_key(z)
+        key: Any = z.key if z.key is not None else embedding_key(z, self.charge)
         if key is False:
             return self._new_primitive(word, z, True, span)
+        if len(key) > _FEW:
+            self.charge(len(key) >> 6)
         entity = self._primitives.get((word, key))
         if entity is None:
             entity = self._primitives[word, key] = self._new_primitive(word, z, False, span)
@@ -432,10 +454,10 @@ class Runtime:
     def _new_primitive(self, word: str, z: Embedding, tainted: bool, span: Span | None) -> Entity:
         self._count_entity()
         attributes = parts.geometric_attributes(self, z)
-        box = None
+        asset = None
         if word == "asset":
-            box, attributes = parts.load_asset(self, attributes)
-        shape = shape_of(word, attributes, box)
+            asset, attributes = parts.load_asset(self, attributes)
+        shape = shape_of(word, attributes, asset)
         if shape.is_flat:
             self.warn("no-extent", f'the primitive "{word}" has no extent in some direction', span)
         return Entity(word, z, (), shape, tainted, () if span is None else (span,))

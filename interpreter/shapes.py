@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Protocol
 
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.values import Array, MutableArray, MutableList, Pair, Vector, list_items
@@ -19,7 +19,7 @@ Box = tuple[float, float, float, float, float, float]  # min x, y, z, max x, y, 
 class Kind(Enum):
     """CUBE: centred box of ``size``. SPHERE: centred, ``radius``. CYLINDER, CONE: solid from ``p0`` to ``p1`` (the
     cone's apex is ``p1``). BOX: the stand-in for a semantic primitive, a centred box of ``size``. CUBOID: Minecraft
-    blocks from the origin to ``size``. VOID: deleted blocks, no geometry. ASSET: a mesh file with box ``box``."""
+    blocks from the origin to ``size``. VOID: deleted blocks, no geometry. ASSET: the mesh of ``asset``."""
 
     CUBE = "cube"
     SPHERE = "sphere"
@@ -84,6 +84,29 @@ ATTRIBUTES: Mapping[str, str] = MappingProxyType({
 })  # fmt: skip
 
 
+class Support(Protocol):
+    """How far something reaches."""
+
+    def interval(self, a: float, b: float, c: float) -> tuple[float, float]:
+        """Least and greatest value of ``a x + b y + c z`` over it."""
+        ...
+
+    def __len__(self) -> int:
+        """How many points decide that."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Asset:
+    """A mesh file: its resolved ``path``, the folder ``root`` in which all that it refers to must lie, and the ``box``
+    and ``support`` of its vertices."""
+
+    path: str
+    root: str
+    box: Box
+    support: Support
+
+
 @dataclass(frozen=True, slots=True)
 class Shape:
     """A primitive's own geometry. Sizes are in the scene's units, ``color`` is linear sRGB in [0, 1]."""
@@ -94,8 +117,13 @@ class Shape:
     p0: Point = (0.0, 0.0, 0.0)
     p1: Point = (0.0, 1.0, 0.0)
     color: Point = (1.0, 1.0, 1.0)
-    file: str | None = None
-    box: Box | None = None  # ASSET only
+    file: str | None = None  # ASSET only, as the next
+    asset: Asset | None = None
+
+    @property
+    def root(self) -> str | None:
+        """The folder in which what the mesh file refers to lies."""
+        return None if self.asset is None else self.asset.root
 
     @property
     def has_geometry(self) -> bool:
@@ -169,7 +197,7 @@ def _color(word: str, value: Any) -> Point:
     return (min(1.0, max(0.0, r)), min(1.0, max(0.0, g)), min(1.0, max(0.0, b)))
 
 
-def shape_of(word: str, attributes: Mapping[str, Any], asset_box: Box | None = None) -> Shape:
+def shape_of(word: str, attributes: Mapping[str, Any], asset: Asset | None = None) -> Shape:
     """The geometry of the primitive ``word``; raises SceneError where an attribute does not fit it.
 
     A missing attribute, or one that is ``none``, has the default of language.md, section 6.
@@ -184,7 +212,7 @@ def shape_of(word: str, attributes: Mapping[str, Any], asset_box: Box | None = N
         p1 = _point(word, "p1", given["p1"]) if "p1" in given else (0.0, 1.0, 0.0)
         return Shape(kind, radius=_radius(word, given.get("radius", 1.0)), p0=p0, p1=p1, color=color)
     if kind is Kind.ASSET:
-        return Shape(kind, color=color, file=given.get("file"), box=asset_box)
+        return Shape(kind, color=color, file=given.get("file"), asset=asset)
     size = _size(word, given["scale"]) if "scale" in given else (1.0, 1.0, 1.0)
     return Shape(kind, size=size, color=color)
 
@@ -207,7 +235,8 @@ def default_attributes(shape: Shape) -> dict[str, Any]:
 def box_under(shape: Shape, m: Sequence[float]) -> Box:
     """The exact axis-aligned box of ``shape`` under the affine pose ``m`` (12 floats); closed form per kind.
 
-    An ellipsoid's box is the ellipsoid's; a cylinder is the hull of its two disks, a cone of its disk and apex.
+    An ellipsoid's box is the ellipsoid's; a cylinder is the hull of its two disks, a cone of its disk and apex, a mesh
+    of its vertices.
     """
     low, high = [0.0] * 3, [0.0] * 3
     for axis in range(3):
@@ -230,11 +259,10 @@ def interval(shape: Shape, a: float, b: float, c: float) -> tuple[float, float]:
         return -half, half
     if kind is Kind.CYLINDER or kind is Kind.CONE:
         return _round_interval(shape, a, b, c)
-    if kind is Kind.ASSET and shape.box is not None:
-        x0, y0, z0, x1, y1, z1 = shape.box
-    else:
-        x0 = y0 = z0 = 0.0
-        x1, y1, z1 = shape.size
+    if shape.asset is not None:
+        return shape.asset.support.interval(a, b, c)
+    x0 = y0 = z0 = 0.0
+    x1, y1, z1 = shape.size
     middle = 0.5 * (a * (x0 + x1) + b * (y0 + y1) + c * (z0 + z1))
     half = 0.5 * (abs(a) * (x1 - x0) + abs(b) * (y1 - y0) + abs(c) * (z1 - z0))
     return middle - half, middle + half

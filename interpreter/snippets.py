@@ -21,7 +21,7 @@ def snippet(form: Form) -> str:
     pieces = []
     for position, token in enumerate(_TOKEN.findall(usage)):
         name = token.strip('"')
-        if position == 1 or token in "()" or token.isspace() or name in _KEPT or name.startswith(":"):
+        if position == 1 or token in ("(", ")") or token.isspace() or name in _KEPT or name.startswith(":"):
             pieces.append(token)
             continue
         number += 1

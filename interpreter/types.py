@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
+from itertools import islice
 from typing import Any, Protocol
 
 import numpy as np
@@ -15,6 +16,7 @@ from scenelang.interpreter.entity import Entity, Frames
 from scenelang.interpreter.values import (
     NIL,
     Array,
+    Condition,
     Embedding,
     HandleList,
     Keyword,
@@ -41,12 +43,27 @@ class Mismatch(Exception):
     """The value has another type; whoever knows the parameter turns this into a diagnostic."""
 
 
+class Reader(Protocol):
+    """Who is told of what a conversion reads and how much work it is: the runtime."""
+
+    def read(self, thing: Mutable) -> None:
+        """Note that ``thing`` is read."""
+
+    @property
+    def charge(self) -> Callable[[int], None]: ...
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Type:
-    """``convert(value)`` gives the value as this type or raises Mismatch; ``name`` is what people read."""
+    """``checker(reader)`` gives the function that makes a value one of this type or raises Mismatch; ``name`` is what
+    people read. A type whose values are looked into has ``walk``, which tells the reader; any other has ``convert``."""
 
     name: str
     convert: Callable[[Any], Any]
+    walk: Callable[[Reader, Any], Any] | None = None
+
+    def checker(self, reader: Reader) -> Callable[[Any], Any]:
+        return self.convert if self.walk is None else partial(self.walk, reader)
 
 
 def type_name(value: Any) -> str:
@@ -66,7 +83,7 @@ _NAMES: dict[type, str] = {
     Symbol: "a symbol", Keyword: "a keyword", Pair: "a List", type(NIL): "the empty list", Vector: "a Vector",
     Matrix: "a Matrix", Array: "an Array", MutableArray: "a mutable array", MutableList: "a mutable list",
     Table: "a table", Set: "a set", Stream: "a random stream", Embedding: "an Embedding", Entity: "an Entity",
-    Frames: "frames", HandleList: "the root's list of handles", RecordType: "a record type",
+    Frames: "frames", Condition: "an error", HandleList: "the root's list of handles", RecordType: "a record type",
 }  # fmt: skip
 
 
@@ -126,10 +143,14 @@ def _embedding(value: Any) -> Embedding:
     raise Mismatch
 
 
-def numbers_of(value: Any) -> list[Any] | None:
+def numbers_of(value: Any, reader: Reader | None = None) -> list[Any] | None:
     """The items of a Vector, one-dimensional array or list when all are numbers, else None."""
     if type(value) is Vector:
+        if reader is not None:
+            reader.charge(len(value) >> 4)
         return list(value)
+    if reader is not None:
+        _note(reader, value)
     if type(value) is Pair:
         items = list_items(value)
     elif isinstance(value, MutableList):
@@ -138,13 +159,20 @@ def numbers_of(value: Any) -> list[Any] | None:
         items = value.data.tolist()
     else:
         return None
+    if reader is not None:
+        reader.charge(len(items) >> 4)
     return list(items) if all(type(item) in (int, float) for item in items) else None
 
 
-def _vector(value: Any) -> Vector:
+def _note(reader: Reader, value: Any) -> None:
+    if isinstance(value, Mutable):
+        reader.read(value)
+
+
+def _vector(reader: Reader, value: Any) -> Vector:
     if type(value) is Vector:
         return value
-    numbers = numbers_of(value)
+    numbers = numbers_of(value, reader)
     if numbers is None:
         raise Mismatch
     return vector_of(numbers)
@@ -160,28 +188,32 @@ def vector_of(numbers: list[Any]) -> Vector:
         raise Mismatch from None
 
 
-def _point(value: Any) -> Vector:
-    vector = _vector(value)
+def _point(reader: Reader, value: Any) -> Vector:
+    vector = _vector(reader, value)
     if len(vector) != 3:
         raise Mismatch
     return vector
 
 
-def matrix_or_none(value: Any) -> Matrix | None:
+def matrix_or_none(reader: Reader, value: Any) -> Matrix | None:
     """The pose that ``value`` (Matrix, 4x4 array, nested list) is, or None."""
     if type(value) is Matrix:
         return value
+    _note(reader, value)
     if isinstance(value, (Array, MutableArray)):
         return pose.from_array(value.data)
     if isinstance(value, (Pair, MutableList)):
-        rows = [numbers_of(row) for row in (value.items if isinstance(value, MutableList) else list_items(value))]
-        if len(rows) == 4 and all(row is not None and len(row) == 4 for row in rows):
+        members = value.items if isinstance(value, MutableList) else list(islice(iterate_list(value), 5))
+        if len(members) != 4:
+            return None
+        rows = [numbers_of(row, reader) for row in members]
+        if all(row is not None and len(row) == 4 for row in rows):
             return pose.from_array(np.array(rows, float))
     return None
 
 
-def _matrix(value: Any) -> Matrix:
-    matrix = matrix_or_none(value)
+def _matrix(reader: Reader, value: Any) -> Matrix:
+    matrix = matrix_or_none(reader, value)
     if matrix is None:
         raise Mismatch
     return matrix
@@ -193,30 +225,35 @@ def _list(value: Any) -> Any:
     raise Mismatch
 
 
-def _list_of(item: Type) -> Callable[[Any], Any]:
-    def convert(value: Any) -> Any:
+def _list_of(item: Type) -> Callable[[Reader, Any], Any]:
+    def walk(reader: Reader, value: Any) -> Any:
         _list(value)
-        if isinstance(value, (HandleList, MutableList)):
-            if isinstance(value, MutableList):
-                for member in value.items:
-                    item.convert(member)
+        if isinstance(value, HandleList):
             return value
-        return make_list([item.convert(member) for member in list_items(value)])
-
-    return convert
-
-
-def _tuple_of(items: tuple[Type, ...]) -> Callable[[Any], Any]:
-    def convert(value: Any) -> Any:
-        if type(value) is Pair and len(items) == 2 and type(value.cdr) is not Pair and value.cdr is not NIL:
-            return Pair(items[0].convert(value.car), items[1].convert(value.cdr))
-        members = value.items if isinstance(value, MutableList) else list_items(_list(value))
-        if len(members) != len(items):
-            raise Mismatch
-        converted = [kind.convert(member) for kind, member in zip(items, members)]
+        _note(reader, value)
+        members = value.items if isinstance(value, MutableList) else list_items(value)
+        reader.charge(1 + (len(members) >> 3))
+        check = item.checker(reader)
+        converted = [check(member) for member in members]
         return value if isinstance(value, MutableList) else make_list(converted)
 
-    return convert
+    return walk
+
+
+def _tuple_of(items: tuple[Type, ...]) -> Callable[[Reader, Any], Any]:
+    def walk(reader: Reader, value: Any) -> Any:
+        if type(value) is Pair and len(items) == 2 and type(value.cdr) is not Pair and value.cdr is not NIL:
+            return Pair(items[0].checker(reader)(value.car), items[1].checker(reader)(value.cdr))
+        _note(reader, _list(value))
+        most = len(items) + 1
+        members = value.items if isinstance(value, MutableList) else list(islice(iterate_list(value), most))
+        if len(members) != len(items):
+            raise Mismatch
+        reader.charge(1)
+        converted = [kind.checker(reader)(member) for kind, member in zip(items, members)]
+        return value if isinstance(value, MutableList) else make_list(converted)
+
+    return walk
 
 
 # an entity and the root's handles pass, since the functions on sequences say best why these are none
@@ -240,9 +277,9 @@ BASE_TYPES: Mapping[str, Type] = {
         Type("Word", _string),
         Type("String", _string),
         Type("Embedding", _embedding),
-        Type("Matrix", _matrix),
-        Type("Vector", _vector),
-        Type("Point", _point),
+        Type("Matrix", _identity, _matrix),
+        Type("Vector", _identity, _vector),
+        Type("Point", _identity, _point),
         Type("Array", _instance(Vector, Matrix, Array, MutableArray)),
         Type("Entity", _instance(Entity)),
         Type("Parts", _instance(Entity, Pair, type(NIL), MutableList)),
@@ -288,9 +325,11 @@ def parse_type(text: str) -> Type:
         arguments = tuple(parse_type(part) for part in _split_arguments(match[2]))
         name = f"{match[1]}[{', '.join(argument.name for argument in arguments)}]"
         if match[1] == "Tuple":
-            return Type(name, _tuple_of(arguments))
+            return Type(name, _identity, _tuple_of(arguments))
         if len(arguments) == 1:
-            return Type(name, _list_of(arguments[0]) if match[1] == "List" else BASE_TYPES["Array"].convert)
+            if match[1] == "List":
+                return Type(name, _identity, _list_of(arguments[0]))
+            return Type(name, BASE_TYPES["Array"].convert)
     raise KeyError(text)
 
 
@@ -303,21 +342,3 @@ def record_type(name: str) -> Type:
         raise Mismatch
 
     return Type(name, convert)
-
-
-class Reader(Protocol):
-    """Who is told of the mutable things that a conversion reads: the runtime."""
-
-    def read(self, thing: Mutable) -> None:
-        """Note that ``thing`` is read."""
-
-
-def note_reads(reader: Reader, value: Any) -> None:
-    """Note that a value was read to make another of it: itself, and the rows of a list, where they can change."""
-    if isinstance(value, Mutable):
-        reader.read(value)
-    if type(value) is Pair or type(value) is MutableList:
-        rows = value.items if type(value) is MutableList else iterate_list(value)
-        for row in rows:
-            if isinstance(row, Mutable):
-                reader.read(row)

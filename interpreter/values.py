@@ -7,6 +7,7 @@ Numbers, strings, booleans and ``none`` are Python's own. Everything here is imm
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.datum import Keyword as Keyword
@@ -14,6 +15,8 @@ from scenelang.grammar.datum import Symbol as Symbol
 
 if TYPE_CHECKING:
     import numpy.typing as npt
+
+    from scenelang.grammar.diagnostics import SceneError
 
 
 class Nil:
@@ -127,6 +130,13 @@ class Procedure:
 
     __slots__ = ()
     name: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Condition:
+    """What ``guard`` binds for an error that is not a raised value: the error, as data."""
+
+    error: SceneError
 
 
 # --- mutable twins ---------------------------------------------------------------------------------------------

@@ -1,5 +1,5 @@
 """``python -m scenelang``: the command line."""
 
-from scenelang.cli.main import entry
+from scenelang.start import entry
 
 entry()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from scenelang.backends.files import read_regular
 from scenelang.grammar.datum import Atom, Datum, Keyword, ListDatum
 from scenelang.grammar.layout_rules import head_of
 from scenelang.grammar.macro_indents import learnt_indents
@@ -72,6 +73,6 @@ def _found(folder: Path, name: str) -> Path | None:
 
 def _text_of(path: Path) -> str | None:
     try:
-        return path.read_bytes().decode("utf-8-sig")
+        return read_regular(path).decode("utf-8-sig")
     except (OSError, UnicodeDecodeError):
         return None

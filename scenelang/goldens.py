@@ -14,6 +14,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from scenelang.backends.files import read_regular
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.difference import Sheet, Solid, solid_of
 
@@ -39,8 +40,7 @@ _HINT = "`scenelang flatten FILE --json` prints one"
 
 def _text(path: str) -> str:
     try:
-        with open(path, "rb") as file:
-            data = file.read(_LARGEST_FILE + 1)
+        data = read_regular(path, _LARGEST_FILE + 1)
     except (OSError, ValueError) as error:
         raise SceneError("file", f"cannot read {path}: {getattr(error, 'strerror', None) or 'is no path'}") from None
     if len(data) > _LARGEST_FILE:

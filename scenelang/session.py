@@ -3,6 +3,7 @@ out. It puts library and interpreter together; meaning lives below."""
 
 from __future__ import annotations
 
+import errno
 import gc
 import os
 import re
@@ -10,12 +11,15 @@ import sys
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from scenelang.backends.asset_files import AssetFiles
+from scenelang.backends.files import read_regular
+from scenelang.grammar import core, reader
 from scenelang.grammar.core import check_strict
 from scenelang.grammar.datum import Atom, Datum, ListDatum, Symbol
 from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError
@@ -34,6 +38,7 @@ from scenelang.interpreter.procedures import Closure
 from scenelang.interpreter.program import Program, load_program
 from scenelang.interpreter.runtime import Entry, Runtime
 from scenelang.notebook import install
+from scenelang.sandbox.supervision import limited, link
 from scenelang.stdlib.library import build_library
 
 if TYPE_CHECKING:
@@ -97,14 +102,21 @@ class Evaluated:
         return self.scene is not None
 
 
-def run_with_room(action: Callable[[], T], depth: int, cancel: Callable[[], None] | None = None) -> T:
-    """Run ``action`` in a thread whose stack allows deep recursion. Ctrl-C calls ``cancel``, then waits for the end."""
+def run_with_room(
+    action: Callable[[], T], depth: int, cancel: Callable[[], None] | None = None, folders: tuple[str, ...] = ()
+) -> T:
+    """Run ``action`` in a thread whose stack allows deep recursion. Ctrl-C calls ``cancel``, then waits for the end. In
+    a watched process the thread may only read, and only ``folders``."""
+    watched = link()
+    if watched is not None:
+        reader.prepare()
+        core.prepare()
     outcome: list[Any] = []
     done = threading.Event()  # Ctrl-C during Thread.join makes Python 3.11 believe that the thread has ended
 
     def target() -> None:
         try:
-            with recursion_room(depth):
+            with recursion_room(depth), watched.evaluating(folders) if watched is not None else nullcontext():
                 outcome.append((True, action()))
         except BaseException as error:
             outcome.append((False, error))
@@ -155,6 +167,10 @@ class Session:
         """The folder that programs may not leave: the one that was set, else the main file's."""
         return (self.options.project or self._folder(main)).resolve()
 
+    def folders(self, main: Source) -> tuple[str, ...]:
+        """What an evaluation may read beside the package."""
+        return ("/",) if self.options.allow_outside else (str(self._project(main)), str(self._folder(main).resolve()))
+
     def importer(self, main: Source, texts: Mapping[Path, str] | None = None) -> Callable[[str, Source, Span], Source]:
         """Finds imported files: relative to the importing one, inside the project folder. ``texts`` holds, by resolved
         path, those that are open in an editor."""
@@ -174,8 +190,6 @@ class Session:
                 raise SceneError("import-outside", f"this program may not import `{path[:80]}`", None, span)
             if texts and target in texts:
                 return Source(shown, texts[target])
-            if os.path.exists(target) and not os.path.isfile(target):
-                raise SceneError("file", f"cannot read {shown}: it is no regular file", None, span)
             try:
                 return _read_source(str(target), shown)
             except SceneError as error:
@@ -191,7 +205,9 @@ class Session:
         if is_scene_file(source):
             return Checked(None, self._read_scene(source).diagnostics)
         try:
-            return run_with_room(lambda: self._check(source, self._translation(source)), EXPANSION_DEPTH)
+            with limited(self.options.limits):
+                check = lambda: self._check(source, self._translation(source))
+                return run_with_room(check, EXPANSION_DEPTH, folders=self.folders(source))
         except RecursionError:
             return Checked(None, (Diagnostic("nesting", "the program is nested too deeply", Span(source, 0, 1)),))
 
@@ -215,7 +231,8 @@ class Session:
             return translation.checked(checked.diagnostics)
 
         try:
-            return run_with_room(work, EXPANSION_DEPTH)
+            with limited(self.options.limits):
+                return run_with_room(work, EXPANSION_DEPTH, folders=self.folders(source))
         except RecursionError:
             problem = Diagnostic("nesting", "the Python is nested too deeply", Span(source, 0, 1))
             return Translation((), "", (problem,))
@@ -237,6 +254,9 @@ class Session:
         found = translation.diagnostics if translation is not None else ()
         if translation is not None and not translation.ok:
             return Checked(None, found)
+        watched = link()
+        if watched is not None:
+            watched.note(Span(source, 0, 1))
         datums = translation.forms if translation is not None else None
         program = load_program(
             source, self.library, self.importer(source), macro_runner(self.library, MACRO_LIMITS), overrides, datums
@@ -289,6 +309,11 @@ class Session:
 
     def evaluate(self, source: Source) -> Evaluated:
         """Check and run a program, or read the scene in a JSON file; never raises for a mistake in it."""
+        with limited(self.options.limits) as started:
+            return self._evaluate(source, started)
+
+    def _evaluate(self, source: Source, started: float) -> Evaluated:
+        """``started``: when the time that the limits give began."""
         if is_scene_file(source):
             return self._read_scene(source)
         checked = self.check(source)
@@ -296,8 +321,10 @@ class Session:
             return Evaluated(checked.program, None, checked.diagnostics)
         program = checked.program
         runtime = self._runtime(source)
+        runtime.meter.renew(started)
+        run = lambda: self._run(program, runtime)
         try:
-            scene = run_with_room(lambda: self._run(program, runtime), self.options.limits.depth, runtime.meter.cancel)
+            scene = run_with_room(run, self.options.limits.depth, runtime.meter.cancel, self.folders(source))
             problem = None
         except (SceneError, RecursionError, MemoryError) as error:
             scene, problem = None, self.problem_of(error)
@@ -313,13 +340,14 @@ class Session:
         """What ``evaluate`` says, and what is suspicious about the geometry of the scene."""
         from scenelang.backends.solidity.check import check_geometry
 
-        result = self.evaluate(source)
-        if result.scene is None:
-            return list(result.diagnostics)
-        try:
-            found = check_geometry(result.scene)
-        except SceneError as error:
-            found = [error.diagnostic]
+        with limited(self.options.limits):
+            result = self.evaluate(source)
+            if result.scene is None:
+                return list(result.diagnostics)
+            try:
+                found = check_geometry(result.scene)
+            except SceneError as error:
+                found = [error.diagnostic]
         sources = result.program.sources if result.program is not None else ()
         return [*result.diagnostics, *not_allowed(found, sources)]
 
@@ -380,7 +408,13 @@ class Session:
 
     def _run_once(self, program: Program, runtime: Runtime, word: str) -> Scene:
         run = Run(self.library, runtime)
-        run.run_forms(program)
+        watched = link()
+        for form in program.forms:
+            if watched is not None:
+                watched.note(form.span)
+            run.run_form(form)
+        if watched is not None:
+            watched.note(program.all_words.get(word), f'"{word}"')
         return run.run_root(program, word, self.options.seed)
 
     def _with_entries(self, program: Program, runtime: Runtime, word: str, scene: Scene) -> Scene:
@@ -471,10 +505,19 @@ def _sorted(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
 def _imports(path: Path, names: set[str]) -> bool:
     """Whether a file says that it imports one of the files ``names``."""
     try:
-        text = path.read_text("utf-8") if path.stat().st_size <= _LARGEST_IMPORTER else ""
+        data = read_regular(path, _LARGEST_IMPORTER + 1)
+        text = data.decode("utf-8") if len(data) <= _LARGEST_IMPORTER else ""
     except (OSError, ValueError):
         return False
     return any(match[1].removeprefix("./") in names for match in IMPORT_FORM.finditer(text))
+
+
+def _reading_hint(error: Exception) -> str | None:
+    """What to do about a file that cannot be read as a program."""
+    number = getattr(error, "errno", None)
+    if number == errno.EISDIR:
+        return "name a file in it; `check` and `fmt` take folders"
+    return "`-` reads standard input" if number == errno.EINVAL else None
 
 
 def _read_source(path: str, shown: str) -> Source:
@@ -482,11 +525,10 @@ def _read_source(path: str, shown: str) -> Source:
         if path == "-":
             data = sys.stdin.buffer.read(_LARGEST_FILE + 1)
         else:
-            with open(path, "rb") as file:
-                data = file.read(_LARGEST_FILE + 1)
+            data = read_regular(path, _LARGEST_FILE + 1)
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or "is no path"
-        raise SceneError("file", f"cannot read {shown}: {reason}") from None
+        reason = getattr(error, "strerror", None) or "it is not a path"
+        raise SceneError("file", f"cannot read {shown}: {reason}", _reading_hint(error)) from None
     if len(data) > _LARGEST_FILE:
         raise SceneError("file", f"{shown} is larger than {_LARGEST_FILE:,} bytes, which no program is")
     name = "<stdin>" if path == "-" else shown

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.files import written_whole
+from scenelang.backends.files import alone_in, read_regular, written_whole
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.plain import NotPlain, plain_value
 from scenelang.interpreter.runtime import Entry
@@ -29,32 +29,71 @@ if TYPE_CHECKING:
     from scenelang.backends.clip.encodings import Encodings
     from scenelang.backends.wording.wording import Wording
 
+_SUFFIX = ".z.safetensors"
 _KEY = "scenelang"
 _WORDING = "scenelang-wording"
 _MADE = "scenelang-made"
 _ENCODINGS = "scenelang-encodings"
 _MATRIX = "/encodings"  # no handle is called so
+_LARGEST_HEADER = 4_000_000  # bytes
 Vectors = Mapping[str, npt.NDArray[Any]]
 
 
 def beside(program: str) -> Path:
     """Where Z of a program lives: ``chess.scene`` has ``chess.z.safetensors``."""
-    return Path(program).with_suffix(".z.safetensors")
+    path = Path(program)
+    return path.with_suffix(_SUFFIX) if path.name else path / _SUFFIX
 
 
 def read_z(path: Path) -> tuple[dict[str, Entry], dict[str, npt.NDArray[Any]]]:
     """Entries and vectors by handle name; raises SceneError for a file that is missing or malformed."""
     with _faults(path):
         header, vectors = _contents(path)
-        entries = {str(name): _entry(fields) for name, fields in json.loads(header.get(_KEY, "{}")).items()}
+        entries = {str(name): _named_entry(name, fields) for name, fields in _parsed(header, _KEY).items()}
     learned = {name: vector for name, vector in vectors.items() if name != _MATRIX}
     for name in learned:
         entries.setdefault(name, Entry())
     return entries, learned
 
 
+def read_entries(path: Path) -> dict[str, Entry]:
+    """The entries alone by handle name, without reading vectors, which may be large; raises SceneError."""
+    from safetensors import safe_open
+
+    with _faults(path):
+        _check_header(path)
+        with safe_open(str(path), framework="numpy") as file:
+            names, header = list(file.keys()), file.metadata() or {}
+        entries = {str(name): _named_entry(name, fields) for name, fields in _parsed(header, _KEY).items()}
+    for name in names:
+        if name != _MATRIX:
+            entries.setdefault(name, Entry())
+    return entries
+
+
 def write_z(path: Path, entries: Mapping[str, Entry], vectors: Vectors) -> None:
     """Write Z atomically; a wording that the file holds stays, and how the vectors came to be that are written."""
+    with alone_in(path.parent):
+        _write_z(path, entries, vectors)
+
+
+def set_entry(path: Path, name: str, text: str | None, attributes: Mapping[str, Any], clear: bool = False) -> None:
+    """Change one entry of Z, a new file where there is none: another ``text`` (None: as it was) and more attributes, or
+    with ``clear`` these alone, vectors forgotten. Changes by other processes are not lost."""
+    with alone_in(path.parent):
+        entries, vectors = read_z(path) if path.exists() else ({}, {})
+        old = Entry() if clear else entries.get(name, Entry())
+        entry = Entry(text if text is not None else old.text, {**old.attributes, **attributes})
+        if clear:
+            vectors.pop(name, None)
+        if clear and entry == Entry():
+            entries.pop(name, None)
+        else:
+            entries[name] = entry
+        _write_z(path, entries, vectors)
+
+
+def _write_z(path: Path, entries: Mapping[str, Entry], vectors: Vectors) -> None:
     data = {
         name: {"text": entry.text, "attributes": {key: _to_json(value) for key, value in entry.attributes.items()}}
         for name, entry in entries.items()
@@ -62,7 +101,7 @@ def write_z(path: Path, entries: Mapping[str, Entry], vectors: Vectors) -> None:
     header, old = _old(path)
     kept = {_MATRIX: old[_MATRIX]} if _MATRIX in old else {}
     if _MADE in header:
-        made = json.loads(header[_MADE])
+        made = _table(path, header, _MADE)
         header[_MADE] = json.dumps({name: each for name, each in made.items() if name in vectors})
     _write(path, {**header, _KEY: json.dumps(data)}, {**vectors, **kept})
 
@@ -80,8 +119,9 @@ def write_wording(path: Path, wording: Wording) -> None:
     """Write the wording into Z atomically, a new file where there is none; entries and vectors stay."""
     from scenelang.backends.wording.stored import to_json
 
-    header, vectors = _old(path)
-    _write(path, {**header, _WORDING: json.dumps(to_json(wording))}, vectors)
+    with alone_in(path.parent):
+        header, vectors = _old(path)
+        _write(path, {**header, _WORDING: json.dumps(to_json(wording))}, vectors)
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,22 +138,36 @@ class Made:
 def read_made(path: Path) -> dict[str, Made]:
     """How the vectors of each handle came to be, where the file tells; raises SceneError."""
     with _faults(path):
-        found = json.loads(_contents(path)[0].get(_MADE, "{}"))
-        return {str(name): Made(**{key: str(value) for key, value in fields.items()}) for name, fields in found.items()}
+        found = _parsed(_contents(path)[0], _MADE)
+        return {str(name): _made(name, fields) for name, fields in found.items()}
+
+
+def _made(name: str, fields: Any) -> Made:
+    """How a vector came to be. Raises ValueError that names the handle."""
+    try:
+        return Made(**{key: str(value) for key, value in fields.items()})
+    except (TypeError, AttributeError) as error:
+        raise ValueError(f"how <{name[:40]}> came to be: {error}") from None
 
 
 def write_vectors(path: Path, vectors: Vectors, made: Mapping[str, Made]) -> None:
     """Add learned vectors to Z atomically, a new file where there is none; those of the same handles are replaced."""
-    header, old = _old(path)
-    told = json.loads(header.get(_MADE, "{}")) | {name: asdict(each) for name, each in made.items()}
-    _write(path, {**header, _MADE: json.dumps(told)}, {**old, **vectors})
+    with alone_in(path.parent):
+        header, old = _old(path)
+        told = _table(path, header, _MADE) | {name: asdict(each) for name, each in made.items()}
+        _write(path, {**header, _MADE: json.dumps(told)}, {**old, **vectors})
 
 
 def swap_handles(path: Path, one: str, other: str) -> bool:
     """Exchange what Z says of two handles: texts, attributes, vectors and how these came to be; False where it says
     nothing of either. Encodings of the old sentences are dropped."""
+    with alone_in(path.parent):
+        return _swap_handles(path, one, other)
+
+
+def _swap_handles(path: Path, one: str, other: str) -> bool:
     header, vectors = _old(path)
-    tables = {key: json.loads(header.get(key, "{}")) for key in (_KEY, _MADE)}
+    tables = {key: _table(path, header, key) for key in (_KEY, _MADE)}
     swapped = [_swapped(each, one, other) for each in (*tables.values(), vectors)]
     if not any(name in each for each in (*tables.values(), vectors) for name in (one, other)):
         return False
@@ -141,9 +195,10 @@ def write_encodings(path: Path, encodings: Encodings) -> None:
     """Write encoded conditions into Z atomically, a new file where there is none."""
     from scenelang.backends.clip.encodings import to_json
 
-    header, vectors = _old(path)
-    header[_ENCODINGS] = json.dumps(to_json(encodings))
-    _write(path, header, {**vectors, _MATRIX: encodings.matrix})
+    with alone_in(path.parent):
+        header, vectors = _old(path)
+        header[_ENCODINGS] = json.dumps(to_json(encodings))
+        _write(path, header, {**vectors, _MATRIX: encodings.matrix})
 
 
 def _old(path: Path) -> tuple[dict[str, str], dict[str, npt.NDArray[Any]]]:
@@ -154,12 +209,26 @@ def _old(path: Path) -> tuple[dict[str, str], dict[str, npt.NDArray[Any]]]:
         return _contents(path)
 
 
+def _table(path: Path, header: Mapping[str, str], key: str) -> dict[str, Any]:
+    """What the header says by handle name under a key; raises SceneError where that is malformed."""
+    with _faults(path):
+        return _parsed(header, key)
+
+
 def _contents(path: Path) -> tuple[dict[str, str], dict[str, npt.NDArray[Any]]]:
     from safetensors import safe_open
 
+    _check_header(path)
     with safe_open(str(path), framework="numpy") as file:
         vectors = {name: np.asarray(file.get_tensor(name)) for name in file.keys()}  # noqa: SIM118
         return file.metadata() or {}, vectors
+
+
+def _check_header(path: Path) -> None:
+    """Raise ValueError for a header that would take long to read, OSError for what is no regular file."""
+    start = read_regular(path, 8)
+    if len(start) == 8 and int.from_bytes(start, "little") > _LARGEST_HEADER:
+        raise ValueError(f"its header is longer than {_LARGEST_HEADER:,} bytes")
 
 
 @contextmanager
@@ -172,7 +241,7 @@ def _faults(path: Path) -> Iterator[None]:
     except FileNotFoundError:
         raise SceneError("file", f"cannot read {path}: No such file or directory") from None
     except (SafetensorError, OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
-        raise SceneError("z-file", f"{path} is no file of embeddings: {str(error)[:120]}") from None
+        raise SceneError("z-file", f"{path} is not a file of embeddings: {str(error)[:200]}") from None
 
 
 def _write(path: Path, header: Mapping[str, str], vectors: Vectors) -> None:
@@ -183,11 +252,42 @@ def _write(path: Path, header: Mapping[str, str], vectors: Vectors) -> None:
         temporary.write_bytes(data)
 
 
+def _parsed(header: Mapping[str, str], key: str) -> dict[str, Any]:
+    """A table of the header, which is JSON. Raises ValueError that names it."""
+    try:
+        found = json.loads(header.get(key, "{}"))
+    except ValueError as error:
+        raise ValueError(f"`{key}` of its header is not JSON ({error})") from None
+    if not isinstance(found, dict):
+        raise ValueError(f"`{key}` of its header is not a table")
+    return found
+
+
+def _named_entry(name: str, fields: Any) -> Entry:
+    """An entry. Raises ValueError that names what of which entry is wrong."""
+    try:
+        if not isinstance(fields, dict):
+            raise ValueError("it is not a table with a text and attributes")
+        return _entry(fields)
+    except (ValueError, TypeError, AttributeError, KeyError) as error:
+        raise ValueError(f"the entry <{name[:40]}>: {error}") from None
+
+
 def _entry(fields: Mapping[str, Any]) -> Entry:
     text = fields.get("text")
     if text is not None and not isinstance(text, str):
         raise ValueError("a text must be a string")
-    return Entry(text, {str(name): value_of(value) for name, value in (fields.get("attributes") or {}).items()})
+    attributes = fields.get("attributes") or {}
+    if not isinstance(attributes, dict):
+        raise ValueError("its attributes are not a table")
+    return Entry(text, {str(name): _attribute(str(name), value) for name, value in attributes.items()})
+
+
+def _attribute(name: str, value: Any) -> Any:
+    try:
+        return value_of(value)
+    except (ValueError, TypeError, KeyError) as error:
+        raise ValueError(f"the attribute `{name[:40]}`: {error}") from None
 
 
 def _to_json(value: Any) -> Any:

@@ -63,6 +63,13 @@ def operand_error(name: str, value: Any) -> SceneError:
     return wrong_type(name, "numbers or arrays", value, hint)
 
 
+def charge_digits(rt: Runtime, *numbers: Any) -> None:
+    """Charge for work on long integers that grows faster than their length."""
+    for number in numbers:
+        if type(number) is int and not -INT64 < number < INT64:
+            rt.charge(number.bit_length() >> 8)
+
+
 def check_operand(name: str, value: Any) -> None:
     if type(value) is not int and type(value) is not float and not is_array(value):
         raise operand_error(name, value)
@@ -95,7 +102,15 @@ def itemwise(rt: Runtime, name: str, operation: Operation, a: Any, b: Any) -> An
     left, right = to_numpy(rt, a, name), to_numpy(rt, b, name)
     shape = common_shape(rt, name, left, right)
     pairs = zip(np.broadcast_to(left, shape).ravel().tolist(), np.broadcast_to(right, shape).ravel().tolist())
-    return from_flat([operation(x, y) for x, y in pairs], shape)
+    out = []
+    for index, (x, y) in enumerate(pairs):
+        if not index & 15:
+            rt.charge(1)
+        number = operation(x, y)
+        if type(number) is int and not -INT64 < number < INT64:
+            rt.charge(number.bit_length() >> 9)
+        out.append(number)
+    return from_flat(out, shape)
 
 
 def _broadcast(rt: Runtime, name: str, operation: Operation, a: Numpy, b: Numpy) -> Any:

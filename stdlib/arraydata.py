@@ -23,6 +23,7 @@ from scenelang.interpreter.values import (
     Pair,
     Vector,
     list_items,
+    make_list,
 )
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ Numpy: TypeAlias = "npt.NDArray[Any]"
 ARRAYS = (Vector, Matrix, Array, MutableArray)
 INT64 = 1 << 63
 _DEEPEST = 32
+_FEW = 32  # items that are not charged
 
 
 def is_array(value: Any) -> bool:
@@ -45,11 +47,14 @@ def to_numpy(rt: Runtime, value: Any, name: str = "array") -> Numpy:
     if kind is int or kind is float:
         return numbers_to_numpy(value)
     if kind is Vector:
+        if len(value) > _FEW:
+            rt.charge(len(value) >> 5)
         return numbers_to_numpy(list(value))
     if kind is Matrix:
         return pose.to_array(value)
     if kind is Array:
         data: Numpy = value.data
+        rt.charge(data.size >> 7)
         return data
     if kind is MutableArray:
         rt.read(value)
@@ -84,12 +89,15 @@ def _nested(rt: Runtime, value: Any, name: str, depth: int) -> Any:
         if kind is MutableList:
             rt.read(value)
         members = value.items if kind is MutableList else list_items(value)
-        rt.charge(len(members))
+        rt.charge(1 + len(members))
         return [_nested(rt, member, name, depth + 1) for member in members]
     if kind is Vector:
+        rt.charge(len(value) >> 5)
         return list(value)
     if kind in ARRAYS:
-        return to_numpy(rt, value, name).tolist()
+        data = to_numpy(rt, value, name)
+        rt.charge(data.size >> 5)
+        return data.tolist()
     raise not_numeric(name, value)
 
 
@@ -117,18 +125,20 @@ def flat_items(rt: Runtime, value: Any) -> list[Any]:
     """All numbers of an array as Python numbers, row by row."""
     if type(value) is Vector:
         return list(value)
-    return to_numpy(rt, value).ravel().tolist()
+    data = to_numpy(rt, value)
+    rt.charge(data.size >> 5)
+    return data.ravel().tolist()
 
 
 def check_shape(rt: Runtime, shape: Sequence[int], name: str) -> tuple[int, ...]:
     """``shape`` when an array of it may be made; refuses negative sides and too many items."""
+    if len(shape) > _DEEPEST:
+        raise SceneError("value", f"`{name}` makes arrays of at most {_DEEPEST} dimensions, got {len(shape)}")
     size = 1
     for side in shape:
         if side < 0:
             raise SceneError("value", f"`{name}` got the shape {_shape_text(shape)}; a side cannot be negative")
         size *= side
-    if len(shape) > _DEEPEST:
-        raise SceneError("value", f"`{name}` makes arrays of at most {_DEEPEST} dimensions, got {len(shape)}")
     rt.meter.check_size(max(size, *shape) if shape else 1, "an array")
     return tuple(shape)
 
@@ -142,6 +152,7 @@ def shape_argument(rt: Runtime, value: Any, name: str) -> tuple[int, ...]:
         sides = value.items
     else:
         sides = list(value) if type(value) is Vector else list_items(value)
+    rt.charge(len(sides) >> 4)
     counts = []
     for side in sides:
         if type(side) is float and side.is_integer():
@@ -155,7 +166,7 @@ def shape_argument(rt: Runtime, value: Any, name: str) -> tuple[int, ...]:
 
 
 def _shape_text(shape: Sequence[int]) -> str:
-    return "(" + " ".join(map(str, shape)) + ")"
+    return show(make_list(shape), 200)
 
 
 def common_shape(rt: Runtime, name: str, *arrays: Numpy) -> tuple[int, ...]:

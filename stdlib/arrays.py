@@ -38,6 +38,9 @@ from scenelang.stdlib.items import items
 
 registry = Registry("arrays")
 
+_BLOCK = 1024  # arrays that are joined between two checks
+_MOST_SIDES = 32
+
 
 # --- making ----------------------------------------------------------------------------------------------------
 
@@ -57,7 +60,6 @@ def array(rt: Runtime, data: Any) -> Any:
 def vector(rt: Runtime, *numbers: Any) -> Any:
     if len(numbers) == 1 and not isinstance(numbers[0], (int, float)):
         return array(rt, numbers[0])
-    rt.charge(len(numbers) >> 2)
     return from_numpy(to_numpy(rt, make_list(numbers), "vector"))
 
 
@@ -123,7 +125,10 @@ def arange(rt: Runtime, start: Any, end: Any = None, step: Any = 1) -> Any:
     check_shape(rt, (count,), "arange")
     if max(abs(start), abs(end), abs(step)) >= 1 << 62:
         start, end, step = float(start), float(end), float(step)
-    return from_numpy(np.arange(start, end, step))
+    try:
+        return from_numpy(np.arange(start, end, step))
+    except (ValueError, OverflowError):
+        raise SceneError("value", f"`arange` cannot count from {show(start)} to {show(end)} in such steps") from None
 
 
 # --- shape -----------------------------------------------------------------------------------------------------
@@ -138,7 +143,9 @@ def array_shape(rt: Runtime, array: Any) -> Any:
 @registry.define("transpose", "array::Any", "Array", "The array with its axes reversed: rows become columns.",
                  ("(transpose [[1 2 3] [4 5 6]])", "[[1 4] [2 5] [3 6]]"))  # fmt: skip
 def transpose(rt: Runtime, array: Any) -> Any:
-    return from_numpy(to_numpy(rt, array, "transpose").T)
+    data = to_numpy(rt, array, "transpose")
+    rt.charge(data.size >> 5)
+    return from_numpy(data.T)
 
 
 @registry.define("reshape", "array::Any shape::Any", "Array",
@@ -146,7 +153,10 @@ def transpose(rt: Runtime, array: Any) -> Any:
                  ("(reshape [1 2 3 4 5 6] '(2 -1))", "[[1 2 3] [4 5 6]]"))  # fmt: skip
 def reshape(rt: Runtime, array: Any, shape: Any) -> Any:
     data = to_numpy(rt, array, "reshape")
+    rt.charge(data.size >> 5)
     sides = [shape] if type(shape) is int else [int(side) for side in to_numpy(rt, shape, "reshape").ravel().tolist()]
+    if len(sides) > _MOST_SIDES:
+        raise SceneError("value", f"`reshape` makes arrays of at most {_MOST_SIDES} dimensions, got {len(sides)}")
     known = math.prod(side for side in sides if side != -1)
     if sides.count(-1) == 1 and known and data.size % known == 0:
         sides[sides.index(-1)] = data.size // known
@@ -161,8 +171,14 @@ def _parts(rt: Runtime, name: str, arrays: tuple[Any, ...]) -> list[Numpy]:
     members = items(rt, arrays[0], name) if len(arrays) == 1 else list(arrays)
     if not members:
         raise empty_sequence(name)
-    parts = [to_numpy(rt, member, name) for member in members]
-    rt.meter.check_size(sum(part.size for part in parts), "an array")
+    parts = []
+    size = 0
+    for member in members:
+        rt.charge(1)
+        parts.append(to_numpy(rt, member, name))
+        size += parts[-1].size
+        rt.meter.check_growth(size, "an array")
+    rt.meter.check_size(size, "an array")
     return parts
 
 
@@ -171,19 +187,23 @@ def _parts(rt: Runtime, name: str, arrays: tuple[Any, ...]) -> list[Numpy]:
                  ("(list (stack-arrays [1 2] [3 4]) (stack-arrays (list [1 2] [3 4]) :axis 1))",
                   "([[1 2] [3 4]] [[1 3] [2 4]])"))  # fmt: skip
 def stack(rt: Runtime, *arrays: Any, axis: int = 0) -> Any:
-    return _joined("stack-arrays", np.stack, _parts(rt, "stack-arrays", arrays), axis)
+    return _joined(rt, "stack-arrays", np.stack, _parts(rt, "stack-arrays", arrays), axis)
 
 
 @registry.define("concatenate", "arrays::Any ... [:axis::Integer]", "Array",
                  "The arrays one behind the other along an axis (the first); also given as one list.",
                  ("(concatenate [1 2] [3])", "[1 2 3]"))  # fmt: skip
 def concatenate(rt: Runtime, *arrays: Any, axis: int = 0) -> Any:
-    return _joined("concatenate", np.concatenate, _parts(rt, "concatenate", arrays), axis)
+    return _joined(rt, "concatenate", np.concatenate, _parts(rt, "concatenate", arrays), axis)
 
 
-def _joined(name: str, join: Callable[..., Any], parts: list[Numpy], axis: int) -> Any:
+def _joined(rt: Runtime, name: str, join: Callable[..., Any], parts: list[Numpy], axis: int) -> Any:
+    joined = []
     try:
-        return from_numpy(join(parts, axis=axis))
+        for start in range(0, len(parts), _BLOCK):
+            rt.charge(_BLOCK >> 2)
+            joined.append(join(parts[start : start + _BLOCK], axis=axis))
+        return from_numpy(joined[0] if len(joined) == 1 else np.concatenate(joined, axis=axis))
     except ValueError:
         shapes = ", ".join(show(make_list(part.shape)) for part in parts[:4])
         raise SceneError("value", f"`{name}` cannot join arrays of the shapes {shapes} along axis {axis}") from None
@@ -204,7 +224,7 @@ def _reduced(rt: Runtime, name: str, value: Any, axis: int | None, reduce: Calla
     """A numpy reduction over all items or along one axis."""
     data = to_numpy(rt, value, name)
     check_axis(name, data, axis)
-    rt.charge(data.size >> 4)
+    rt.charge(data.size >> 5)
     if data.size == 0 and name != "sum" and name != "product":
         raise empty_sequence(name)
     if name == "sum" or name == "cumsum":
@@ -269,6 +289,7 @@ def _extreme(rt: Runtime, name: str, values: tuple[Any, ...], axis: int | None, 
         if type(only) is int or type(only) is float:
             return only
         values = tuple(items(rt, only, name, ordered=False))
+        rt.charge(len(values) >> 4)
         if not values:
             raise empty_sequence(name)
     for value in values:
@@ -280,6 +301,7 @@ def _extreme(rt: Runtime, name: str, values: tuple[Any, ...], axis: int | None, 
         common_shape(rt, name, *arrays)
         result = arrays[0]
         for other in arrays[1:]:
+            rt.charge(1 + (other.size >> 6))
             result = of_two(result, other)
         return from_numpy(result)
     rt.charge(len(values) >> 3)
@@ -344,6 +366,7 @@ def array_map(rt: Runtime, f: Any, array: Any, *more: Any) -> Any:
     arrays = [to_numpy(rt, value, "array-map") for value in (array, *more)]
     common_shape(rt, "array-map", *arrays)
     broadcast = np.broadcast_arrays(*arrays)
+    rt.charge(broadcast[0].size >> 5)
     results = [_number(rt.apply(f, list(numbers))) for numbers in zip(*(a.ravel().tolist() for a in broadcast))]
     return from_numpy(np.array(results).reshape(broadcast[0].shape))
 
@@ -374,8 +397,11 @@ def _mask(rt: Runtime, condition: Any, depth: int = 0) -> Any:
     if type(condition) is bool or condition is None:
         return bool(condition)
     if isinstance(condition, _CONTAINERS) and depth < 8:
+        rt.charge(1)
         return [_mask(rt, item, depth + 1) for item in items(rt, condition, "where")]
-    return (to_numpy(rt, condition, "where") != 0).tolist()
+    data = to_numpy(rt, condition, "where")
+    rt.charge(data.size >> 5)
+    return (data != 0).tolist()
 
 
 @registry.define("where", "condition::Any a::Any b::Any", "Any",

@@ -70,6 +70,7 @@ def _from_hex(text: str) -> Vector | None:
     ('(list (color "#f00") (color "white"))', "([1.0 0.0 0.0] [1.0 1.0 1.0])"),
 )
 def color(rt: Runtime, name: str) -> Vector:
+    rt.charge(len(name) >> 6)
     text = name.strip().lower()
     if not text.startswith("#"):
         digits = named_colors().get(text.replace(" ", ""))

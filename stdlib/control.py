@@ -10,18 +10,33 @@ from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.interpreter.library import Registry
 from scenelang.interpreter.procedures import Condition
 from scenelang.interpreter.runtime import Runtime
-from scenelang.interpreter.show import display, show
+from scenelang.interpreter.show import LONGEST, show
 from scenelang.stdlib.errors import wrong_type
 
 registry = Registry("control")
+
+_MOST_TEXTS = 100  # of an error's message and what it is about
+_TOLD = ("user", "assert")  # errors that a program made itself: what their messages show was read then
 
 
 @registry.define("error", "message::Any irritants::Any ...", "Any",
                  "Raises an error with a message, followed by the values that it is about.",
                  ('(guard (e (#t (error-message e))) (error "no such leg:" 5))', '"no such leg: 5"'))  # fmt: skip
 def error(rt: Runtime, message: Any, *irritants: Any) -> Any:
-    text = " ".join([display(message, 1000), *(show(irritant, 200) for irritant in irritants)])
-    raise SceneError("user", text)
+    texts = [_message(rt, message)]
+    for irritant in irritants:
+        texts.append(rt.show(irritant, 200))
+        if len(texts) > _MOST_TEXTS:
+            texts.append("...")
+            break
+    raise SceneError("user", " ".join(texts))
+
+
+def _message(rt: Runtime, value: Any) -> str:
+    """The value that an error has for its message, as text that is not too long for one."""
+    if type(value) is not str:
+        return rt.show(value, 1000)
+    return value if len(value) <= LONGEST else value[: LONGEST - 3] + "..."
 
 
 @registry.define("raise", "value::Any", "Any",
@@ -30,13 +45,14 @@ def error(rt: Runtime, message: Any, *irritants: Any) -> Any:
 def raise_(rt: Runtime, value: Any) -> Any:
     if type(value) is Condition:
         raise value.error
-    raise SceneError("user", f"the program raised {show(value, 200)}", value=value)
+    raise SceneError("user", f"the program raised {rt.show(value, 200)}", value=value)
 
 
 @registry.define("gensym", "[prefix::String]", "Symbol",
                  "A symbol that no program writes and no other call gives, for the names that a macro makes.",
                  ("(eq? (gensym) (gensym))", "#f"))  # fmt: skip
 def gensym(rt: Runtime, prefix: str = "g") -> Symbol:
+    rt.charge(len(prefix) >> 8)
     rt.symbols_made += 1
     return Symbol(f"{prefix}|{rt.symbols_made}|")
 
@@ -44,7 +60,7 @@ def gensym(rt: Runtime, prefix: str = "g") -> Symbol:
 @registry.define("assertion-failed", "message::Any", "Any", "Raises the error of `assert`, which calls this.",
                  ('(guard (e ((error-is? e "assert") (error-message e))) (assert (= 1 2) "no"))', '"no"'))  # fmt: skip
 def assertion_failed(rt: Runtime, message: Any) -> Any:
-    raise SceneError("assert", display(message, 1000))
+    raise SceneError("assert", _message(rt, message))
 
 
 @registry.define("error?", "value::Any", "Boolean", "True for an error that `guard` caught; false for a raised value.",
@@ -58,9 +74,11 @@ def is_error(rt: Runtime, value: Any) -> bool:
                   '"index 5 is outside the list of length 2"'))  # fmt: skip
 def error_message(rt: Runtime, caught: Any) -> str:
     if type(caught) is Condition:
-        message: str = caught.error.message
-        return message
-    return display(caught)
+        error: SceneError = caught.error
+        if error.name not in _TOLD:
+            rt.look_at_error()
+        return error.message
+    return rt.display(caught)
 
 
 def _condition(name: str, value: Any) -> SceneError:
@@ -103,7 +121,9 @@ def error_is(rt: Runtime, caught: Any, name: str) -> bool:
                  "Writes the values into the log, with blanks between them; gives none.",
                  ('(print "legs:" 4)', "none"))  # fmt: skip
 def print_(rt: Runtime, *values: Any) -> None:
-    rt.print(" ".join(display(value) for value in values))
+    texts = [rt.display(value) for value in values]
+    rt.meter.check_size(sum(map(len, texts)) + len(texts), "a string")
+    rt.print(" ".join(texts))
 
 
 @registry.define("void", "values::Any ...", "Any", "Gives none, whatever the arguments.", ("(void 1 2)", "none"))

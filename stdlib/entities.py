@@ -7,7 +7,7 @@ from typing import Any
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter import parts
 from scenelang.interpreter.bounds import UNIT_BOX, parts_box
-from scenelang.interpreter.entity import Entity, Frames
+from scenelang.interpreter.entity import Entity, Frames, lays_blocks
 from scenelang.interpreter.iteration import items_of
 from scenelang.interpreter.library import Registry
 from scenelang.interpreter.runtime import Runtime
@@ -156,6 +156,7 @@ def embedding(rt: Runtime, *arguments: Any) -> Embedding:
             text = argument
         elif type(argument) is Embedding:
             handle, text = argument.handle or handle, argument.text or text
+            rt.charge((len(argument.attributes) + len(attributes)) >> 4)
             attributes = {**argument.attributes, **attributes}
         else:
             hint = "attributes are named: `(embedding :name value)`"
@@ -207,6 +208,7 @@ def entity_embedding(rt: Runtime, entity: Entity) -> Embedding:
     ('(entity-children (call "cube"))', "()"),
 )  # fmt: skip
 def entity_children(rt: Runtime, entity: Entity) -> Any:
+    rt.charge(len(entity.children) >> 4)
     return make_list(entity.children)
 
 
@@ -218,9 +220,20 @@ def is_primitive(rt: Runtime, x: Any) -> bool:
     return type(x) is Entity and x.is_primitive
 
 
+@define(
+    "blocks?", "x::Parts", "Boolean",
+    "Whether Minecraft blocks are among the parts. Combinators then place things at whole cells.",
+    ('(blocks? (call "set-cuboid" :block-type "stone"))', "#t"),
+)  # fmt: skip
+def has_blocks(rt: Runtime, x: Any) -> bool:
+    members = parts.parts_of(rt, x)
+    rt.charge(len(members))
+    return any(lays_blocks(part.car) for part in members)
+
+
 def box_of(rt: Runtime, x: Any) -> tuple[float, ...]:
     """The exact box of what a program measures; the unit box, with a warning, when it has no geometry."""
-    box = parts_box(parts.parts_of(rt, x))
+    box = parts_box(parts.parts_of(rt, x), rt.charge)
     if box is None:
         rt.warn("empty-box", "the bounding box of nothing is [-.5, .5] on each axis")
         return UNIT_BOX

@@ -10,7 +10,8 @@ from typing import Any
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.library import Registry
 from scenelang.interpreter.runtime import Runtime
-from scenelang.interpreter.show import display, show
+from scenelang.interpreter.show import show
+from scenelang.stdlib.arithmetic import charge_digits
 
 registry = Registry("strings")
 
@@ -56,24 +57,26 @@ def format_template(rt: Runtime, template: str, values: tuple[Any, ...]) -> str:
         pieces = [literal]
         if name is not None:
             value = fields.take(name)
-            pieces.append(format_value(rt, _converted(value, conversion), _filled_spec(spec or "", fields)))
+            pieces.append(format_value(rt, _converted(rt, value, conversion), _filled_spec(rt, spec or "", fields)))
         out += pieces
-        size += sum(map(len, pieces))
-        rt.meter.check_size(size, "a string")
+        length = sum(map(len, pieces))
+        size += length
+        rt.charge(1 + (length >> 4))
+        rt.meter.check_growth(size, "a string")
     return "".join(out)
 
 
-def _converted(value: Any, conversion: str | None) -> Any:
+def _converted(rt: Runtime, value: Any, conversion: str | None) -> Any:
     if conversion is None:
         return value
     if conversion == "s":
-        return display(value)
+        return rt.display(value)
     if conversion in ("r", "a"):
-        return show(value)
+        return rt.show(value)
     raise SceneError("format", f"`format` knows the conversions !s and !r, got !{conversion}")
 
 
-def _filled_spec(spec: str, fields: _Fields) -> str:
+def _filled_spec(rt: Runtime, spec: str, fields: _Fields) -> str:
     """The format of a field, whose own fields (``{:{}}``) are filled in."""
     if "{" not in spec:
         return spec
@@ -83,7 +86,8 @@ def _filled_spec(spec: str, fields: _Fields) -> str:
         if name is not None:
             if inner or conversion:
                 raise SceneError("format", f"the format {show(spec, 40)} is nested too deep")
-            out.append(display(fields.take(name), 100))
+            value = fields.take(name)
+            out.append(value if type(value) is str else rt.show(value, 100))
     return "".join(out)
 
 
@@ -95,7 +99,8 @@ def format_value(rt: Runtime, value: Any, spec: str) -> str:
     for digits in (match["width"], match["precision"]):
         if digits:
             rt.meter.check_size(int(digits[:18]), "a string")
-    plain = value if type(value) in (int, float, str) else display(value)
+    plain = value if type(value) in (int, float, str) else rt.display(value)
+    charge_digits(rt, plain)
     try:
         return format(plain, spec)
     except (ValueError, OverflowError) as error:

@@ -11,7 +11,7 @@ from scenelang.interpreter import parts, pose
 from scenelang.interpreter.library import Registry
 from scenelang.interpreter.runtime import Runtime
 from scenelang.interpreter.show import show
-from scenelang.interpreter.types import Mismatch, note_reads, numbers_of, type_name, vector_of
+from scenelang.interpreter.types import Mismatch, numbers_of, type_name, vector_of
 from scenelang.interpreter.values import Matrix, Vector
 
 registry = Registry("poses")
@@ -73,8 +73,7 @@ def scale(rt: Runtime, factors: Any, origin: Any = _ORIGIN) -> Matrix:
         _point("scale", "`origin`", origin)
     if type(factors) in (int, float):
         return _finite("scale", lambda: pose.scaling(factors, factors, factors, origin))
-    note_reads(rt, factors)
-    numbers = numbers_of(factors)
+    numbers = numbers_of(factors, rt)
     if numbers is None:
         message = f"`scale` wants a number or three of them, got {type_name(factors)}: {show(factors, 60)}"
         raise SceneError("type", message, "its signature is (scale factors [origin])")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from itertools import islice
 from typing import Any
 
 from scenelang.grammar.diagnostics import SceneError, suggest
@@ -36,6 +38,8 @@ registry = Registry("sequences")
 
 Axis = int | slice
 
+_MOST_KNOWN = 200  # keys among which a misspelt one is looked for
+
 
 def whole(key: Any, name: str = "ref") -> int:
     """``key`` as an index."""
@@ -63,8 +67,9 @@ def _name_of(key: Any, what: str) -> str:
     raise SceneError("type", message)
 
 
-def missing_key(what: str, key: Any, known: list[Any]) -> SceneError:
+def missing_key(what: str, key: Any, keys: Iterable[Any]) -> SceneError:
     """The error for a key that a table, record or embedding does not hold."""
+    known = list(islice(keys, _MOST_KNOWN))
     hint = None
     if isinstance(key, str):
         hint = suggest(str(key), [str(name) for name in known if isinstance(name, str)])
@@ -76,12 +81,12 @@ def missing_key(what: str, key: Any, known: list[Any]) -> SceneError:
 def table_ref(rt: Runtime, table: Table, key: Any, default: tuple[Any, ...]) -> Any:
     """The value under ``key``, else the default if one is given."""
     rt.read(table)
-    entry = table.entries.get(table_key(key))
+    entry = table.entries.get(table_key(key, rt.charge))
     if entry is not None:
         return entry[1]
     if default:
         return default[0]
-    raise missing_key("table", key, [name for name, _ in table.entries.values()])
+    raise missing_key("table", key, (name for name, _ in table.entries.values()))
 
 
 def _attribute(embedding: Embedding, key: Any, default: tuple[Any, ...]) -> Any:
@@ -90,7 +95,7 @@ def _attribute(embedding: Embedding, key: Any, default: tuple[Any, ...]) -> Any:
         return embedding.attributes[name]
     if default:
         return default[0]
-    raise missing_key("embedding", Keyword(name), [Keyword(known) for known in embedding.attributes])
+    raise missing_key("embedding", Keyword(name), map(Keyword, embedding.attributes))
 
 
 def field_index(record: Record, key: Any) -> int:
@@ -105,10 +110,11 @@ def array_ref(rt: Runtime, array: Any, keys: tuple[Any, ...]) -> Any:
     """The item, or the part, of an array at one index per axis."""
     if type(array) is Vector and len(keys) == 1:
         return array[check_index(whole(keys[0]), len(array), array)]
-    data = array.data if type(array) is MutableArray else to_numpy(rt, array)
     if type(array) is MutableArray:
         rt.read(array)
+    data = array.data if type(array) in (Array, MutableArray) else to_numpy(rt, array)
     part = data[check_axes(data.shape, keys, "ref")]
+    rt.charge(part.size >> 6)
     return from_numpy(part.copy() if type(array) is MutableArray else part)
 
 
@@ -240,10 +246,14 @@ def axis_selection(shape: tuple[int, ...], keys: tuple[Any, ...], name: str) -> 
 def _slice_array(rt: Runtime, array: Any, keys: tuple[Any, ...]) -> Any:
     if len(shape_of(array)) == 1 and not any(map(_is_range, keys)):
         if type(array) is Vector:
-            return Vector(array[slice_of(keys)])
+            part = array[slice_of(keys)]
+            rt.charge(len(part) >> 6)
+            return Vector(part)
         return from_numpy(to_numpy(rt, array)[slice_of(keys)])
-    data = to_numpy(rt, array)
-    return from_numpy(data[axis_selection(data.shape, keys, "slice")])
+    data = array.data if type(array) is Array else to_numpy(rt, array)
+    selected = data[axis_selection(data.shape, keys, "slice")]
+    rt.charge(selected.size >> 6)
+    return from_numpy(selected)
 
 
 @registry.define(
@@ -264,6 +274,7 @@ def slice_(rt: Runtime, xs: Any, start: Any, *more: Any) -> Any:
         raise SceneError("arity", f"`slice` wants 2 to 4 arguments, got {2 + len(more)}")
     cut = slice_of((start, *more))
     if type(xs) is str:
+        rt.charge(len(xs) >> 8)
         return xs[cut]
     return rebuild(rt, xs, items(rt, xs, "slice")[cut])
 
@@ -282,4 +293,5 @@ def substring(rt: Runtime, text: str, start: int, end: int | None = None) -> str
             raise bad_index(index, len(text), "string")
     if start > last:
         raise SceneError("index", f"`substring` wants a start that is not behind the end, got {start} and {last}")
+    rt.charge((last - start) >> 8)
     return text[start:last]

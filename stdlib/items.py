@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
+import numpy as np
+
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.iteration import warn_of_order
+from scenelang.interpreter.iteration import array_rows, warn_of_order
 from scenelang.interpreter.runtime import Runtime
 from scenelang.interpreter.types import vector_of
 from scenelang.interpreter.values import (
@@ -21,8 +23,10 @@ from scenelang.interpreter.values import (
     Vector,
     make_list,
 )
-from scenelang.stdlib.arraydata import from_numpy, numbers_to_numpy, to_numpy
+from scenelang.stdlib.arraydata import Numpy, from_numpy, to_numpy
 from scenelang.stdlib.errors import improper, not_a_sequence
+
+_BLOCK = 4096  # items between two checks
 
 
 def items(rt: Runtime, value: Any, name: str = "a sequence", ordered: bool = True) -> list[Any]:
@@ -34,6 +38,7 @@ def items(rt: Runtime, value: Any, name: str = "a sequence", ordered: bool = Tru
             out.append(value.car)
             value = value.cdr
         if value is not NIL:
+            rt.charge(len(out) >> 4)
             raise improper(name, value)
     elif kind is MutableList:
         rt.read(value)
@@ -69,12 +74,7 @@ def rows(rt: Runtime, value: Any) -> list[Any]:
     data = to_numpy(rt, value)
     if data.ndim == 0:
         raise not_a_sequence("a sequence", value)
-    if data.ndim == 1:
-        numbers: list[Any] = data.tolist()
-        return numbers
-    if data.ndim == 2:
-        return [Vector(row) for row in data.tolist()]
-    return [from_numpy(row) for row in data]
+    return array_rows(rt, data)
 
 
 def iterate(rt: Runtime, value: Any, name: str = "a sequence") -> Iterable[Any]:
@@ -94,6 +94,14 @@ def _watched(collection: Table | Set, members: list[Any]) -> Iterator[Any]:
             raise SceneError("changed", f"the {what} was changed while it was being iterated", hint=hint)
 
 
+def blocks(rt: Runtime, members: Sequence[Any]) -> Iterator[Sequence[Any]]:
+    """``members`` in pieces, each charged before it is given, for a loop that makes something of every item."""
+    for start in range(0, len(members), _BLOCK):
+        block = members[start : start + _BLOCK]
+        rt.charge(1 + (len(block) >> 3))
+        yield block
+
+
 def length(rt: Runtime, value: Any, name: str = "length") -> int:
     """The number of items of any sequence."""
     kind = type(value)
@@ -102,9 +110,9 @@ def length(rt: Runtime, value: Any, name: str = "length") -> int:
         while type(value) is Pair:
             count += 1
             value = value.cdr
+        rt.charge(count >> 4)
         if value is not NIL:
             raise improper(name, value)
-        rt.charge(count >> 3)
         return count
     if kind is Vector or kind is str:
         return len(value)
@@ -129,6 +137,7 @@ def length(rt: Runtime, value: Any, name: str = "length") -> int:
 def rebuild(rt: Runtime, original: Any, members: list[Any]) -> Any:
     """``members`` as an immutable sequence of the kind that ``original`` is: string, array or list."""
     kind = type(original)
+    rt.charge(len(members) >> 5)
     if kind is str:
         return "".join(members)
     if kind is Vector or (kind is MutableArray and original.data.ndim == 1):
@@ -136,5 +145,17 @@ def rebuild(rt: Runtime, original: Any, members: list[Any]) -> Any:
     if kind in (Matrix, Array, MutableArray):
         if not members:
             return from_numpy(to_numpy(rt, original)[:0])
-        return from_numpy(numbers_to_numpy([to_numpy(rt, member) for member in members]))
+        return from_numpy(_joined_rows(rt, members))
     return make_list(members)
+
+
+def _joined_rows(rt: Runtime, members: list[Any]) -> Numpy:
+    """The array whose items along the first axis are ``members``, all of one shape."""
+    first = to_numpy(rt, members[0])
+    rt.meter.check_size(first.size * len(members), "an array")
+    out = np.empty((len(members), *first.shape), first.dtype)
+    for index, member in enumerate(members):
+        if not index & 255:
+            rt.charge(256 >> 2)
+        out[index] = to_numpy(rt, member)
+    return out

@@ -50,7 +50,7 @@ def _numpy_product(rt: Runtime, name: str, multiply: Callable[..., Any], left: N
         raise SceneError("value", message, hint="the columns of the first must be as many as the rows of the second")
     size = max(1, left.size // max(1, inner)) * max(1, right.size // max(1, inner))
     rt.meter.check_size(size, "an array")
-    rt.charge(size * inner >> 6)
+    rt.charge(size * inner >> (6 if left.dtype.kind == right.dtype.kind == "f" else 4))
     if left.dtype.kind == right.dtype.kind == "i" and largest(left) * largest(right) * max(1, inner) >= INT64:
         left = left.astype(float)
     try:
@@ -94,7 +94,8 @@ def cross(rt: Runtime, a: Vector, b: Vector) -> Any:
 
 def _flat(rt: Runtime, name: str, value: Any) -> list[float]:
     flat: list[float] = list(value) if type(value) is Vector else to_numpy(rt, value, name).ravel().tolist()
-    rt.charge(len(flat) >> 2)
+    if len(flat) > 16:
+        rt.charge(len(flat) >> 4)
     return flat
 
 
@@ -117,6 +118,7 @@ def normalize(rt: Runtime, v: Vector) -> Any:
     length = norm(rt, v)
     if length == 0.0:
         raise SceneError("domain", "a vector of length 0 has no direction, so it cannot be normalized")
+    rt.charge(len(v) >> 4)
     return Vector([x / length for x in v])
 
 

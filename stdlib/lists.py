@@ -8,12 +8,12 @@ from typing import Any
 
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.entity import Entity
-from scenelang.interpreter.library import Registry
+from scenelang.interpreter.library import Builtin, Registry
 from scenelang.interpreter.runtime import Runtime
-from scenelang.interpreter.values import NIL, HandleList, MutableList, Nil, Pair, Vector, make_list
-from scenelang.stdlib.errors import bad_index, empty_sequence, wrong_type
-from scenelang.stdlib.items import items, length
-from scenelang.stdlib.predicates import identical, same_value
+from scenelang.interpreter.values import NIL, HandleList, MutableList, Nil, Pair, Symbol, Vector, make_list
+from scenelang.stdlib.errors import bad_index, empty_sequence, endless, wrong_type
+from scenelang.stdlib.items import blocks, items, length
+from scenelang.stdlib.predicates import equal, identical, same_value
 
 registry = Registry("lists")
 
@@ -151,8 +151,22 @@ def iota(rt: Runtime, count: int, start: Any = 0, step: Any = 1) -> Any:
         raise SceneError("value", f"`iota` wants a count that is not negative, got {count}")
     rt.meter.check_size(count, "a list")
     if type(start) is int and type(step) is int:
-        return make_list([start + step * i for i in range(count)])
+        return make_list(_progression(rt, count, start, step))
+    rt.charge(count >> 4)
     return make_list([start if i == 0 else start + step * i for i in range(count)])
+
+
+def _progression(rt: Runtime, count: int, start: int, step: int) -> list[int]:
+    """``count`` integers from ``start`` in steps of ``step``; long ones take memory of their own."""
+    bits = max(start.bit_length(), (step * count).bit_length())
+    if bits > 64:
+        rt.meter.reserve(count * (bits >> 3))
+    turns = range(count)
+    out: list[int] = []
+    for block in blocks(rt, turns):
+        rt.charge(len(block) * bits >> 12)
+        out += [start + step * i for i in block]
+    return out
 
 
 @registry.define("range", "start::Integer [end::Integer] [step::Integer]", "List",
@@ -166,7 +180,7 @@ def range_(rt: Runtime, start: int, end: int | None = None, step: int = 1) -> An
         raise SceneError("value", "`range` wants a step that is not 0")
     count = max(0, -((start - end) // step))
     rt.meter.check_size(count, "a list")
-    return make_list([start + step * i for i in range(count)])
+    return make_list(_progression(rt, count, start, step))
 
 
 @registry.define("append", "lists::Any ...", "List",
@@ -206,16 +220,18 @@ def drop_front(rt: Runtime, xs: Any, count: int, name: str) -> Any:
     """What a list is after its first ``count`` items; shares the list."""
     if type(xs) is MutableList:
         xs = make_list(items(rt, xs, name))
+    if type(xs) is HandleList:
+        if count < 0:
+            raise endless(name)
+        return HandleList(xs.start + count)
     if count < 0:
         raise bad_index(count, length(rt, xs, name), "list")
-    if type(xs) is HandleList:
-        return HandleList(xs.start + count)
     rest = xs
     for _ in range(count):
         if type(rest) is not Pair:
             raise bad_index(count, length(rt, xs, name), "list")
         rest = rest.cdr
-    rt.charge(count >> 3)
+    rt.charge(count >> 4)
     return rest
 
 
@@ -227,6 +243,7 @@ def take_front(rt: Runtime, xs: Any, count: int, name: str) -> list[Any]:
         raise bad_index(count, length(rt, xs, name), "list")
     if type(xs) is HandleList:
         rt.meter.check_size(count, "a list")
+        rt.charge(count)
         return [rt.handle(f"z{k}") for k in range(xs.start, xs.start + count)]
     members: list[Any] = []
     rest = xs
@@ -272,12 +289,22 @@ def _same_by(same: Any) -> Same:
     """Equality by value, or by a function of the program."""
     if same is None:
         return same_value
+    if type(same) is Builtin and same.function is equal:
+        return _same_in_type
 
     def by_function(rt: Runtime, a: Any, b: Any) -> bool:
         result = rt.call2(same, a, b)
         return result is not False and result is not None
 
     return by_function
+
+
+def _same_in_type(rt: Runtime, a: Any, b: Any) -> bool:
+    """``equal?``, which ``case`` compares by."""
+    kind = type(a)
+    if kind is int or kind is str or kind is Symbol:
+        return type(b) is kind and bool(a == b)
+    return bool(equal(rt, a, b))
 
 
 def _same_identity(rt: Runtime, a: Any, b: Any) -> bool:

@@ -33,6 +33,8 @@ from scenelang.stdlib.sorting import sorted_items
 
 registry = Registry("changes")
 
+_LONG = 1 << 16  # items
+
 _TWINS: dict[type, tuple[str, str]] = {
     Pair: ("a list", "a mutable list"),
     type(NIL): ("a list", "a mutable list"),
@@ -77,6 +79,8 @@ def _writable_table(rt: Runtime, name: str, value: Any) -> dict[Any, tuple[Any, 
 
 
 def _check_growth(rt: Runtime, count: int) -> None:
+    if count > _LONG:
+        rt.charge(count >> 16)  # now and then a long list moves to where it has room
     if count >= rt.limits.size:
         rt.meter.check_size(count + 1, "a list")
 
@@ -84,9 +88,9 @@ def _check_growth(rt: Runtime, count: int) -> None:
 # --- setting ---------------------------------------------------------------------------------------------------
 
 
-def set_entry(entries: dict[Any, tuple[Any, Any]], key: Any, value: Any) -> None:
+def set_entry(rt: Runtime, entries: dict[Any, tuple[Any, Any]], key: Any, value: Any) -> None:
     """Put ``value`` under ``key``; a key that is there stays as it was written first."""
-    canonical = table_key(key)
+    canonical = table_key(key, rt.charge)
     old = entries.get(canonical)
     entries[canonical] = (key if old is None else old[0], value)
 
@@ -97,6 +101,7 @@ def set_array(rt: Runtime, array: MutableArray, keys: tuple[Any, ...], value: An
     place = axis_selection(data.shape, keys, "set-ref!")
     filling = to_numpy(rt, value, "set-ref!")
     if data.dtype.kind == "i" and filling.dtype.kind == "f":
+        rt.charge(filling.size >> 4)
         if not all(number.is_integer() and abs(number) < INT64 for number in filling.ravel().tolist()):
             hint = "make it of Floats: `(mutable (* 1. array))`"
             raise SceneError("type", f"this array holds Integers, not {show(value, 60)}", hint=hint)
@@ -133,7 +138,7 @@ def set_ref(rt: Runtime, thing: Any, key: Any, *more: Any) -> None:
             raise SceneError("value", "`set-ref!` goes deeper only through lists and tables", hint=hint)
     if type(thing) is Table:
         rt.write(thing)
-        set_entry(thing.entries, key, value)
+        set_entry(rt, thing.entries, key, value)
         _check_growth(rt, len(thing.entries))
     else:
         members = _writable_list(rt, "set-ref!", thing)
@@ -201,12 +206,12 @@ def _pop_entry(rt: Runtime, table: Table, given: tuple[Any, ...]) -> Any:
     if not given:
         raise SceneError("arity", "`pop!` of a table wants a key", hint="`(pop! table key default)`")
     entries = _writable_table(rt, "pop!", table)
-    key = table_key(given[0])
+    key = table_key(given[0], rt.charge)
     if key in entries:
         return entries.pop(key)[1]
     if len(given) == 2:
         return given[1]
-    raise missing_key("table", given[0], [name for name, _ in entries.values()])
+    raise missing_key("table", given[0], (name for name, _ in entries.values()))
 
 
 @registry.define(
@@ -241,7 +246,7 @@ def extend(rt: Runtime, xs: Any, more: Any) -> None:
         entries = _writable_table(rt, "extend!", xs)
         rt.charge(len(added))
         for key, value in added:
-            set_entry(entries, key, value)
+            set_entry(rt, entries, key, value)
         _check_growth(rt, len(entries))
         return
     members = items(rt, more, "extend!")
@@ -267,7 +272,7 @@ def add(rt: Runtime, target: Any, member: Any) -> None:
         raise wrong_type("add!", "a set", target, hint)
     rt.write(target)
     _check_growth(rt, len(target.entries))
-    target.entries.setdefault(table_key(member), member)
+    target.entries.setdefault(table_key(member, rt.charge), member)
 
 
 @registry.define(
@@ -280,9 +285,10 @@ def add(rt: Runtime, target: Any, member: Any) -> None:
 def remove(rt: Runtime, xs: Any, value: Any) -> None:
     if type(xs) is Set:
         rt.write(xs)
-        if table_key(value) not in xs.entries:
-            raise missing_key("set", value, list(xs.entries.values()))
-        del xs.entries[table_key(value)]
+        member = table_key(value, rt.charge)
+        if member not in xs.entries:
+            raise missing_key("set", value, xs.entries.values())
+        del xs.entries[member]
         return
     if type(xs) is Table:
         raise wrong_type("remove!", "a mutable list or a set", xs, "`remove-key!` removes an entry of a table")
@@ -317,6 +323,7 @@ def remove_at(rt: Runtime, xs: Any, index: int) -> None:
 def splice(rt: Runtime, xs: Any, start: Any, end: Any, new: Any) -> None:
     members = _writable_list(rt, "splice!", xs)
     bounds = [None if bound is None else whole(bound, "splice!") for bound in (start, end)]
+    rt.charge(len(members) >> 7)
     members[slice(*bounds)] = list(items(rt, new))
     rt.meter.check_size(len(members), "a list")
 
@@ -330,9 +337,10 @@ def splice(rt: Runtime, xs: Any, start: Any, end: Any, new: Any) -> None:
 )
 def remove_key(rt: Runtime, table: Any, key: Any) -> None:
     entries = _writable_table(rt, "remove-key!", table)
-    if table_key(key) not in entries:
-        raise missing_key("table", key, [name for name, _ in entries.values()])
-    del entries[table_key(key)]
+    canonical = table_key(key, rt.charge)
+    if canonical not in entries:
+        raise missing_key("table", key, (name for name, _ in entries.values()))
+    del entries[canonical]
 
 
 @registry.define(
@@ -345,9 +353,12 @@ def remove_key(rt: Runtime, table: Any, key: Any) -> None:
 def clear(rt: Runtime, xs: Any) -> None:
     if type(xs) is Table or type(xs) is Set:
         rt.write(xs)
+        rt.charge(len(xs.entries) >> 6)
         xs.entries.clear()
     else:
-        _writable_list(rt, "clear!", xs).clear()
+        members = _writable_list(rt, "clear!", xs)
+        rt.charge(len(members) >> 6)
+        members.clear()
 
 
 # --- reordering ------------------------------------------------------------------------------------------------
@@ -384,6 +395,7 @@ def reorder(rt: Runtime, name: str, xs: Any, order: Any) -> None:
     elif type(xs) is MutableArray:
         members = [to_numpy(rt, row) for row in order(items(rt, xs, name))]
         rt.write(xs)
+        rt.charge(len(members) >> 4)
         for index, row in enumerate(members):
             xs.data[index] = row
     else:

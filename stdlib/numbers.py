@@ -19,6 +19,7 @@ from scenelang.stdlib.arithmetic import (
     MOST_DIGITS,
     add,
     bounded,
+    charge_digits,
     check_operand,
     itemwise,
     multiply,
@@ -45,9 +46,10 @@ def unary(rt: Runtime, name: str, function: Unary, value: Any) -> Any:
             raise domain_error(name, value) from None
     check_operand(name, value)
     flat = flat_items(rt, value)
-    rt.charge(len(flat) >> 1)
     out = []
-    for item in flat:
+    for index, item in enumerate(flat):
+        if not index & 15:
+            rt.charge(1)
         try:
             out.append(function(item))
         except ValueError:
@@ -126,9 +128,15 @@ def exact(rt: Runtime, x: Any) -> Any:
 def round_(rt: Runtime, x: Any, digits: int | None = None) -> Any:
     if digits is None:
         return unary(rt, "round", round, x)
-    # Beyond these bounds nothing changes any more, but Python would compute a power of ten.
-    places = max(-2 * MOST_DIGITS, min(digits, 400))
-    return unary(rt, "round", lambda number: round(number, places), x)
+    charge_digits(rt, x)
+    return unary(rt, "round", lambda number: _rounded(number, min(digits, 400)), x)
+
+
+def _rounded(number: Any, places: int) -> Any:
+    """``round(number, places)``, where Python would compute a power of ten that is larger than any number."""
+    if type(number) is int and -places > number.bit_length() // 3 + 2:
+        return 0
+    return round(number, max(places, -2 * MOST_DIGITS))
 
 
 @registry.define(
@@ -290,6 +298,7 @@ def arithmetic_shift(rt: Runtime, n: int, count: int) -> Any:
     "gcd", "integers::Integer ...", "Integer", "The greatest common divisor, never negative.", ("(gcd 12 18)", "6")
 )
 def gcd(rt: Runtime, *integers: int) -> int:
+    charge_digits(rt, *integers)
     return math.gcd(*integers)
 
 
@@ -299,6 +308,7 @@ def gcd(rt: Runtime, *integers: int) -> int:
 def lcm(rt: Runtime, *integers: int) -> Any:
     result = 1
     for integer in integers:
+        charge_digits(rt, result, integer)
         result = bounded(math.lcm(result, integer))
     return result
 
@@ -342,6 +352,7 @@ def is_odd(rt: Runtime, n: int) -> bool:
 
 # --- text ------------------------------------------------------------------------------------------------------
 
+_SHORT = 32
 _DIGITS = "0123456789abcdefghijklmnopqrstuvwxyz"
 _DECIMAL = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?\Z", re.ASCII)
 
@@ -360,16 +371,27 @@ def _check_radix(name: str, radix: int) -> None:
 )
 def number_to_string(rt: Runtime, x: Any, radix: int = 10) -> str:
     _check_radix("number->string", radix)
+    charge_digits(rt, x)
     if radix == 10:
         return number_text(x)
     if type(x) is not int:
         raise SceneError("value", f"only an Integer has a text in radix {radix}, got {show(x, 30)}")
-    digits = []
-    rest = abs(x)
-    while rest:
-        rest, digit = divmod(rest, radix)
-        digits.append(_DIGITS[digit])
-    return ("-" if x < 0 else "") + ("".join(reversed(digits)) or "0")
+    return ("-" if x < 0 else "") + (_digits_of(abs(x), radix).lstrip("0") or "0")
+
+
+def _digits_of(number: int, radix: int) -> str:
+    """The digits of ``number``, with zeros in front of them. A long one is halved, so that no step is quadratic."""
+    count = 1
+    while radix**count <= number:
+        count *= 2
+    if count <= _SHORT:
+        digits = []
+        for _ in range(count):
+            number, digit = divmod(number, radix)
+            digits.append(_DIGITS[digit])
+        return "".join(reversed(digits))
+    high, low = divmod(number, radix ** (count // 2))
+    return _digits_of(high, radix) + _digits_of(low, radix).rjust(count // 2, "0")
 
 
 @registry.define(
@@ -383,6 +405,7 @@ def string_to_number(rt: Runtime, text: str, radix: int = 10) -> Any:
     _check_radix("string->number", radix)
     if len(text) > MOST_DIGITS:
         return False
+    rt.charge(len(text) >> 6)
     if radix != 10:
         valid = re.fullmatch(r"[+-]?[0-9a-z]+", text.lower())
         try:

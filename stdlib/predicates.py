@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from scenelang.interpreter import equality
+from scenelang.interpreter import equality, pose
 from scenelang.interpreter.entity import Entity
 from scenelang.interpreter.library import Registry
 from scenelang.interpreter.runtime import Runtime
@@ -27,7 +27,7 @@ from scenelang.interpreter.values import (
     Table,
     Vector,
 )
-from scenelang.stdlib.arraydata import from_numpy, is_array
+from scenelang.stdlib.arraydata import is_array
 
 registry = Registry("tests")
 
@@ -113,7 +113,7 @@ _define_test(
 def is_matrix(rt: Runtime, value: Any) -> bool:
     if type(value) is MutableArray and value.data.shape == (4, 4):
         rt.read(value)
-        value = from_numpy(value.data)
+        return pose.from_array(value.data) is not None
     return type(value) is Matrix
 
 

@@ -206,14 +206,24 @@ def is_in(rt: Runtime, x: Any, xs: Any) -> bool:
     if type(xs) is str:
         if type(x) is not str:
             raise wrong_type("py-in", "a string to look for in a string", x)
-        rt.charge(len(xs) >> 6)
+        rt.charge(len(xs) >> 5)
         return x in xs
     if type(xs) is Table or type(xs) is Set:
+        _check_hashable(rt, x)
         rt.read(xs)
-        return not is_missing(find_entry(xs, x))
+        return not is_missing(find_entry(rt, xs, x))
     if type(x) in (int, float, bool) and len(shape_of(xs)) > 1:
         return python_member(rt, x, flat_items(rt, xs))
     return python_member(rt, x, _members(rt, xs, "py-in"))
+
+
+def _check_hashable(rt: Runtime, key: Any) -> None:
+    """Refuse what Python cannot look up in a dict or a set; an immutable list may have been a tuple."""
+    members = members_of(rt, key) if type(key) is Pair else None
+    for item in (key, *(members or ())):
+        if type(item) in (MutableList, Table, Set):
+            hint = "an immutable list serves as a key: `(list ...)`"
+            raise SceneError("type", f"`py-in` cannot look up {type_name(item)}, nor can Python", hint=hint)
 
 
 # --- items -----------------------------------------------------------------------------------------------------
@@ -255,7 +265,7 @@ def ref(rt: Runtime, thing: Any, key: Any, *more: Any) -> Any:
 def _item(rt: Runtime, thing: Any, key: Any) -> Any:
     if type(thing) is Table:
         rt.read(thing)
-        entry = find_entry(thing, key)
+        entry = find_entry(rt, thing, key)
         return indexing.table_ref(rt, thing, key, ()) if is_missing(entry) else entry[1]
     if _is_part(thing):
         thing = make_list(parts.primitives_of(rt, thing))

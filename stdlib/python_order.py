@@ -21,6 +21,7 @@ from scenelang.stdlib.items import items, rows
 
 _NUMBERS = (int, float, bool)
 _MISSING = object()
+_LONG = 1024  # characters: the comparison of longer strings is charged
 
 
 def members_of(rt: Runtime, value: Any) -> list[Any] | None:
@@ -36,7 +37,7 @@ def members_of(rt: Runtime, value: Any) -> list[Any] | None:
     while type(value) is Pair:
         found.append(value.car)
         value = value.cdr
-    rt.charge(len(found) >> 2)
+    rt.charge(1 + (len(found) >> 2))
     return found if value is NIL else None
 
 
@@ -68,6 +69,8 @@ def python_equal(rt: Runtime, a: Any, b: Any) -> bool:
 def _inner_pairs(rt: Runtime, a: Any, b: Any) -> list[tuple[Any, Any]] | None:
     """What must be equal for ``a`` and ``b`` to be; None when they differ."""
     kind = type(a)
+    if kind is str and len(a) > _LONG:
+        rt.charge(len(a) >> 10)
     if kind in _NUMBERS or kind is str or a is None:
         same_kind = type(b) in _NUMBERS if kind in _NUMBERS else type(b) is kind
         return [] if same_kind and a == b else None
@@ -100,7 +103,7 @@ def _entry_pairs(rt: Runtime, a: Any, b: Any) -> list[tuple[Any, Any]] | None:
     rt.charge(len(a.entries))
     pairs = []
     for entry in a.entries.values():
-        other = find_entry(b, entry[0] if type(a) is Table else entry)
+        other = find_entry(rt, b, entry[0] if type(a) is Table else entry)
         if other is _MISSING:
             return None
         if type(a) is Table:
@@ -108,10 +111,10 @@ def _entry_pairs(rt: Runtime, a: Any, b: Any) -> list[tuple[Any, Any]] | None:
     return pairs
 
 
-def find_entry(collection: Table | Set, key: Any) -> Any:
+def find_entry(rt: Runtime, collection: Table | Set, key: Any) -> Any:
     """The entry of a table ``(key, value)`` or the member of a set that Python would find under ``key``, else
     ``_MISSING``. The caller notes the read."""
-    for form in _forms_of_key(key):
+    for form in _forms_of_key(rt, key):
         entry = collection.entries.get(form, _MISSING)
         if entry is not _MISSING:
             return entry
@@ -122,22 +125,23 @@ def is_missing(entry: Any) -> bool:
     return entry is _MISSING
 
 
-def _forms_of_key(key: Any) -> Iterator[Any]:
+def _forms_of_key(rt: Runtime, key: Any) -> Iterator[Any]:
     """The canonical keys under which tables may hold what Python calls one key: a boolean or its number, a tuple as a
     list or as a vector."""
-    yield table_key(key)
+    charge = rt.charge
+    yield table_key(key, charge)
     kind = type(key)
     if kind is bool:
         yield int(key)
     elif kind in (int, float) and (key == 0 or key == 1):
         yield table_key(bool(key))
     elif kind is Vector:
-        yield table_key(make_list(key))
+        yield table_key(make_list(key), charge)
     elif kind is Pair:
         numbers = [int(item) if type(item) is bool else item for item in list_items(key)]
-        yield table_key(make_list(numbers))
+        yield table_key(make_list(numbers), charge)
         if all(type(item) in (int, float) for item in numbers):
-            yield table_key(vector_of(numbers))
+            yield table_key(vector_of(numbers), charge)
 
 
 # --- order -----------------------------------------------------------------------------------------------------
@@ -176,7 +180,7 @@ def _is_subset(rt: Runtime, a: Set, b: Set) -> bool:
     rt.read(a)
     rt.read(b)
     rt.charge(len(a.entries))
-    return all(find_entry(b, member) is not _MISSING for member in a.entries.values())
+    return all(find_entry(rt, b, member) is not _MISSING for member in a.entries.values())
 
 
 # --- membership ------------------------------------------------------------------------------------------------

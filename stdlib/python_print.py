@@ -13,11 +13,13 @@ from scenelang.interpreter.runtime import Runtime
 from scenelang.interpreter.show import show
 from scenelang.interpreter.types import type_name
 from scenelang.interpreter.values import NIL, Keyword, MutableList, Pair, Set, Symbol, Table
+from scenelang.stdlib.arithmetic import charge_digits
 from scenelang.stdlib.arraydata import ARRAYS, to_numpy
 from scenelang.stdlib.items import items
 from scenelang.stdlib.python_order import find_entry, is_missing, members_of
 
 _LONGEST_LEAF = 10_000
+_MOST_PRINTED = 2_000  # numbers of an array
 
 
 class _Text:
@@ -39,7 +41,7 @@ def python_str(rt: Runtime, value: Any) -> str:
     if type(value) is str:
         return value
     if type(value) in ARRAYS:
-        return str(to_numpy(rt, value))
+        return _array_text(rt, value, str)
     return python_repr(rt, value)
 
 
@@ -61,8 +63,7 @@ def python_repr(rt: Runtime, value: Any) -> str:
         size += len(text)
         if not len(out) & 0xFF:
             rt.charge(0x100)
-        if size > rt.limits.size:
-            break
+        rt.meter.check_growth(size, "a string")
     rt.meter.check_size(size, "a string")
     return "".join(out)
 
@@ -101,13 +102,23 @@ def _piece(rt: Runtime, item: Any, stack: list[Any], open_now: set[int]) -> str:
 
 def _leaf(rt: Runtime, item: Any) -> str:
     kind = type(item)
+    if kind is str:
+        rt.charge(len(item) >> 4)
     if kind in (int, float, bool, str) or item is None:
+        charge_digits(rt, item)
         return repr(item)
     if kind is Symbol or kind is Keyword:
         return repr(str(item))
     if kind in ARRAYS:
-        return repr(np.asarray(to_numpy(rt, item)))
-    return show(item, _LONGEST_LEAF)
+        return _array_text(rt, item, repr)
+    return rt.show(item, _LONGEST_LEAF)
+
+
+def _array_text(rt: Runtime, value: Any, text: Callable[[Any], str]) -> str:
+    """The text of an array as numpy makes it, which leaves out the middle of a long one."""
+    data = np.asarray(to_numpy(rt, value))
+    rt.charge(min(data.size, _MOST_PRINTED))
+    return text(data)
 
 
 # --- the operator % on strings ---------------------------------------------------------------------------------
@@ -120,6 +131,7 @@ _FIELD = re.compile(
 
 def format_percent(rt: Runtime, template: str, values: Any) -> str:
     """``template % values``."""
+    rt.charge(len(template) >> 3)
     arguments = _Arguments(rt, template, values)
     size = 0
 
@@ -127,8 +139,8 @@ def format_percent(rt: Runtime, template: str, values: Any) -> str:
         nonlocal size
         text = _field(rt, template, match, arguments)
         size += len(text)
-        if size > rt.limits.size:
-            rt.meter.check_size(size, "a string")
+        rt.charge(1 + (len(text) >> 4))
+        rt.meter.check_growth(size, "a string")
         return text
 
     text = _FIELD.sub(fill, template)
@@ -163,7 +175,7 @@ class _Arguments:
         if self.table is None:
             raise _bad_template(self.template, "%(name) wants a table on the right")
         self.rt.read(self.table)
-        entry = find_entry(self.table, key)
+        entry = find_entry(self.rt, self.table, key)
         if is_missing(entry):
             raise SceneError("key", f"the table has no {show(key, 60)}")
         return entry[1]
@@ -193,7 +205,9 @@ def _field(rt: Runtime, template: str, match: re.Match[str], arguments: _Argumen
     if convert is None:
         raise _bad_template(template, f"it has no conversion {show('%' + kind, 10)}")
     try:
-        text: str = spec % (convert(rt, value),)
+        converted = convert(rt, value)
+        charge_digits(rt, converted)
+        text: str = spec % (converted,)
         return text
     except (TypeError, ValueError, OverflowError):
         why = f"{spec} does not fit {type_name(value)}: {show(value, 40)}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from itertools import accumulate
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from scenelang.interpreter.library import Registry
 from scenelang.interpreter.runtime import Runtime
 from scenelang.interpreter.show import show
 from scenelang.interpreter.values import NIL, Stream, Vector, make_list
+from scenelang.stdlib.arithmetic import charge_digits
 from scenelang.stdlib.arraydata import from_numpy, shape_argument, to_numpy
 from scenelang.stdlib.errors import empty_sequence, wrong_type
 from scenelang.stdlib.items import items, rebuild
@@ -22,6 +24,7 @@ from scenelang.stdlib.sorting import plain_kind
 registry = Registry("random")
 
 _INT64 = 1 << 63
+_BLOCK = 4096  # draws between two checks
 
 
 # --- streams ---------------------------------------------------------------------------------------------------
@@ -63,6 +66,7 @@ def _check_seed(name: str, seed: int) -> int:
                   "#t"))  # fmt: skip
 def random_state(rt: Runtime) -> Stream:
     rt.draw()
+    rt.charge(8)
     generator = np.random.RandomState()
     generator.set_state(rt.streams.numpy.get_state())
     return Stream("random-stream", generator, rt.clock)
@@ -72,6 +76,7 @@ def random_state(rt: Runtime) -> Stream:
                  "Puts the stream of `random uniform randint` and their kin where `random-state` found it.",
                  ("(let ((s (random-state))) (random) (set-random-state! s))", "none"))  # fmt: skip
 def set_random_state(rt: Runtime, saved: Stream) -> None:
+    rt.charge(8)
     rt.streams.numpy.set_state(_numpy_source(rt, "set-random-state!", saved).get_state())
     rt.draw()
 
@@ -90,6 +95,7 @@ def set_seed(rt: Runtime, seed: int) -> None:
                   "#t"))  # fmt: skip
 def py_set_seed(rt: Runtime, seed: int) -> None:
     rt.draw()
+    charge_digits(rt, seed)
     rt.streams.seed_python(seed)
 
 
@@ -98,6 +104,7 @@ def py_set_seed(rt: Runtime, seed: int) -> None:
                  ("(let ((a (random-stream 3)) (b (random-stream 3))) (= (random :stream a) (random :stream b)))",
                   "#t"))  # fmt: skip
 def random_stream(rt: Runtime, seed: int = 0) -> Stream:
+    rt.charge(8)
     return Stream("random-stream", np.random.RandomState(_check_seed("random-stream", seed)), rt.clock)
 
 
@@ -105,6 +112,8 @@ def random_stream(rt: Runtime, seed: int = 0) -> Stream:
                  "A stream of its own for `:stream`, as numpy's `default_rng(seed)`; the seed is 0 when left out.",
                  ("(randint 5 6 :stream (default-rng 3))", "5"))  # fmt: skip
 def default_rng(rt: Runtime, seed: int = 0) -> Stream:
+    rt.charge(8)
+    charge_digits(rt, seed)
     if seed < 0:
         raise SceneError("value", f"`default-rng` wants a seed that is not negative, got {show(seed, 30)}")
     return Stream("default-rng", np.random.default_rng(seed), rt.clock)
@@ -117,6 +126,8 @@ def default_rng(rt: Runtime, seed: int = 0) -> Stream:
 def py_random_stream(rt: Runtime, seed: int = 0) -> Stream:
     import random
 
+    rt.charge(4)
+    charge_digits(rt, seed)
     return Stream("py-random-stream", random.Random(seed), rt.clock)
 
 
@@ -227,6 +238,7 @@ def choice(rt: Runtime, xs: Any, *, size: Any = None, replace: bool = True, p: A
     chances = None if p is None else to_numpy(rt, p, "choice").astype(float)
     if chances is not None or not replace:
         rt.meter.check_size(len(pool), "an array")
+        rt.charge(len(pool) >> 3)
     source = _numpy_source(rt, "choice", stream)
     drawn = _drawn("choice", lambda: source.choice(len(pool), shape, replace, chances))
     if type(drawn) is int:
@@ -234,6 +246,7 @@ def choice(rt: Runtime, xs: Any, *, size: Any = None, replace: bool = True, p: A
     if isinstance(pool, range):
         return drawn
     indices = to_numpy(rt, drawn)
+    rt.charge(indices.size >> 4)
     chosen = [pool[index] for index in indices.ravel().tolist()]
     if as_array:
         return from_numpy(np.array(chosen).reshape(indices.shape))
@@ -248,10 +261,10 @@ def _nested_list(members: list[Any], shape: tuple[int, ...]) -> Any:
 
 def _shuffled(rt: Runtime, name: str, members: list[Any], stream: Any) -> list[Any]:
     """The items in the order that numpy's ``shuffle`` gives a list."""
-    rt.charge(len(members) >> 1)
-    order = list(range(len(members)))
+    rt.charge(len(members) >> 3)
+    order = np.arange(len(members))
     _numpy_source(rt, name, stream).shuffle(order)
-    return [members[index] for index in order]
+    return [members[index] for index in order.tolist()]
 
 
 @registry.define("shuffle", "xs::Sequence [:stream::Stream]", "Sequence",
@@ -275,8 +288,10 @@ def permutation(rt: Runtime, xs: Any, *, stream: Any = None) -> Any:
     if is_count:
         (count,) = shape_argument(rt, xs, "permutation")
         members, kind = list(range(count)), Vector()
+        rt.charge(count >> 3)
     else:
         members, kind = items(rt, xs, "permutation"), plain_kind(xs)
+    rt.charge(len(members) >> 3)
     order = _numpy_source(rt, "permutation", stream).permutation(len(members)).tolist()
     return rebuild(rt, kind, [members[index] for index in order])
 
@@ -335,10 +350,17 @@ def py_choices(rt: Runtime, xs: Any, *, weights: Any = None, k: int = 1, stream:
     rt.meter.check_size(max(0, k), "a list")
     chances = None
     if weights is not None:
-        chances = to_numpy(rt, weights, "py-choices").ravel().tolist()
-        if len(chances) != len(members) or not math.isfinite(sum(chances)) or sum(chances) <= 0:
+        flat = to_numpy(rt, weights, "py-choices").ravel().tolist()
+        chances = list(accumulate(flat, initial=0))[1:]
+        if not chances or len(chances) != len(members) or not math.isfinite(chances[-1]) or chances[-1] <= 0:
             raise SceneError("value", "`py-choices` wants a weight for every item, with a sum above 0")
-    return make_list(_python_source(rt, "py-choices", stream).choices(members, chances, k=k))
+    source = _python_source(rt, "py-choices", stream)
+    chosen: list[Any] = []
+    for start in range(0, k, _BLOCK):
+        count = min(_BLOCK, k - start)
+        rt.charge(count >> 3)
+        chosen += source.choices(members, cum_weights=chances, k=count)
+    return make_list(chosen)
 
 
 @registry.define("py-sample", "xs::Sequence count::Integer [:stream::Stream]", "List",
@@ -348,13 +370,27 @@ def py_sample(rt: Runtime, xs: Any, count: int, *, stream: Any = None) -> Any:
     members = items(rt, xs, "py-sample")
     if not 0 <= count <= len(members):
         raise SceneError("value", f"`py-sample` cannot draw {show(count, 30)} of {len(members)} items")
+    rt.charge(count >> 2)
     return make_list(_python_source(rt, "py-sample", stream).sample(members, count))
 
 
 def _py_shuffled(rt: Runtime, name: str, members: list[Any], stream: Any) -> list[Any]:
-    rt.charge(len(members))
-    _python_source(rt, name, stream).shuffle(members)
+    source = _python_source(rt, name, stream)
+    for index in range(len(members) - 1, 0, -1):  # `random.shuffle`, which goes on for seconds without a check
+        if not index & 1023:
+            rt.charge(1024 >> 3)
+        other = _below(source, index + 1)
+        members[index], members[other] = members[other], members[index]
     return members
+
+
+def _below(source: Any, limit: int) -> int:
+    """A number from 0 up to ``limit``, drawn as ``random.Random`` draws it."""
+    bits = limit.bit_length()
+    number: int = source.getrandbits(bits)
+    while number >= limit:
+        number = source.getrandbits(bits)
+    return number
 
 
 @registry.define("py-shuffle", "xs::Sequence [:stream::Stream]", "Sequence",

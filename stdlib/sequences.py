@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import islice
 from typing import Any
 
 from scenelang.grammar.diagnostics import SceneError
@@ -26,11 +27,13 @@ from scenelang.interpreter.values import (
 )
 from scenelang.stdlib.arraydata import ARRAYS, from_numpy, to_numpy
 from scenelang.stdlib.errors import bad_index, empty_sequence, kind_of
-from scenelang.stdlib.items import items, iterate, length, rebuild
+from scenelang.stdlib.items import blocks, items, iterate, length, rebuild
 from scenelang.stdlib.lists import car_of, cdr_of, drop_front, take_front
 from scenelang.stdlib.predicates import same_value
 
 registry = Registry("sequences")
+
+_INT64 = 1 << 63
 
 
 # --- length and ends -------------------------------------------------------------------------------------------
@@ -145,14 +148,20 @@ def reverse(rt: Runtime, xs: Any) -> Any:
                  ("(zip '(a b c) [1 2])", "((a 1) (b 2))"))  # fmt: skip
 def zip_(rt: Runtime, *sequences: Any) -> Any:
     columns = [items(rt, xs, "zip") for xs in sequences]
-    return make_list([make_list(row) for row in zip(*columns)])
+    rows = list(zip(*columns))
+    return make_list([make_list(row) for block in blocks(rt, rows) for row in block])
 
 
 @registry.define("enumerate", "xs::Sequence [start::Integer]", "List",
                  "The list of the lists (index item), counted from `start` (0).",
                  ("(enumerate '(a b))", "((0 a) (1 b))"))  # fmt: skip
 def enumerate_(rt: Runtime, xs: Any, start: int = 0) -> Any:
-    return make_list([make_list(pair) for pair in enumerate(items(rt, xs, "enumerate"), start)])
+    members = items(rt, xs, "enumerate")
+    if not -_INT64 < start < _INT64:
+        rt.meter.reserve(len(members) * start.bit_length() >> 3)
+        rt.charge(len(members) * start.bit_length() >> 13)
+    pairs = enumerate(members, start)
+    return make_list([make_list(pair) for block in blocks(rt, members) for pair in islice(pairs, len(block))])
 
 
 @registry.define("repeat", "xs::Sequence count::Integer", "Sequence",
@@ -173,7 +182,9 @@ def repeat(rt: Runtime, xs: Any, count: int) -> Any:
                  ("(list (flatten '(1 (2 (3)) ())) (flatten [[1 2] [3 4]]))", "((1 2 3) [1 2 3 4])"))  # fmt: skip
 def flatten(rt: Runtime, xs: Any) -> Any:
     if isinstance(xs, ARRAYS):
-        return from_numpy(to_numpy(rt, xs).ravel())
+        data = to_numpy(rt, xs)
+        rt.charge(data.size >> 5)
+        return from_numpy(data.ravel())
     out: list[Any] = []
     stack: list[Any] = items(rt, xs, "flatten")[::-1]
     while stack:
@@ -181,18 +192,20 @@ def flatten(rt: Runtime, xs: Any) -> Any:
         rt.charge(1)
         if item is NIL:
             continue
-        if type(item) is MutableList or (type(item) is Pair and _is_proper(item)):
+        if type(item) is MutableList or (type(item) is Pair and _is_proper(rt, item)):
             stack.extend(reversed(items(rt, item, "flatten")))
         else:
             out.append(item)
-            if not len(out) & 0xFFF:
-                rt.meter.check_size(len(out), "a list")
+            rt.meter.check_growth(len(out), "a list")
     return make_list(out)
 
 
-def _is_proper(value: Any) -> bool:
+def _is_proper(rt: Runtime, value: Any) -> bool:
+    count = 0
     while type(value) is Pair:
         value = value.cdr
+        count += 1
+    rt.charge(count >> 4)
     return value is NIL
 
 
@@ -204,8 +217,9 @@ def contains(rt: Runtime, xs: Any, x: Any) -> bool:
     kind = type(xs)
     if kind is Set or kind is Table:
         rt.read(xs)
-        return table_key(x) in xs.entries
+        return table_key(x, rt.charge) in xs.entries
     if kind is str:
+        rt.charge(len(xs) >> 5)
         return type(x) is str and x in xs
     return position_of(rt, xs, x, "contains?") is not None
 
@@ -213,6 +227,7 @@ def contains(rt: Runtime, xs: Any, x: Any) -> bool:
 def position_of(rt: Runtime, xs: Any, x: Any, name: str) -> int | None:
     """The first index at which ``x`` stands in a sequence."""
     if type(xs) is str:
+        rt.charge(len(xs) >> 5)
         position = xs.find(x) if type(x) is str else -1
         return None if position < 0 else position
     members = items(rt, xs, name, ordered=False)
@@ -250,6 +265,7 @@ def count(rt: Runtime, xs: Any, x: Any) -> int:
             total += result is not False and result is not None
         return total
     if type(xs) is str:
+        rt.charge(len(xs) >> 5)
         return xs.count(x) if type(x) is str and x else 0
     for item in items(rt, xs, "count", ordered=False):
         rt.charge(1)
@@ -264,7 +280,7 @@ def delete_duplicates(rt: Runtime, xs: Any) -> Any:
     seen: dict[Any, Any] = {}
     for item in items(rt, xs, "delete-duplicates"):
         rt.charge(1)
-        seen.setdefault(table_key(item), item)
+        seen.setdefault(table_key(item, rt.charge), item)
     return make_list(list(seen.values()))
 
 
@@ -313,6 +329,8 @@ def mutable(rt: Runtime, xs: Any) -> Any:
         return MutableArray(to_numpy(rt, xs).copy(), rt.clock)
     if isinstance(xs, Mutable):
         rt.read(xs)
+    if type(xs) is Table or type(xs) is Set:
+        rt.charge(len(xs.entries) >> 4)
     if type(xs) is Table:
         return rt.table_of(dict(xs.entries))
     if type(xs) is Set:

@@ -17,6 +17,7 @@ from scenelang.stdlib.items import items, iterate, rebuild
 registry = Registry("sequences")
 
 _DEEPEST = 30
+_BLOCK = 1 << 16  # items that are sorted between two checks
 
 
 def sort_key(rt: Runtime, value: Any, depth: int = 0) -> Any:
@@ -27,6 +28,7 @@ def sort_key(rt: Runtime, value: Any, depth: int = 0) -> Any:
     if kind is Pair or value is NIL or kind is MutableList or kind is Vector:
         if depth == _DEEPEST:
             raise SceneError("value", f"lists nested deeper than {_DEEPEST} levels have no order")
+        rt.charge(1)
         return [sort_key(rt, item, depth + 1) for item in items(rt, value, "sort")]
     if depth:
         return value  # has no order itself; the items before it may decide
@@ -49,7 +51,6 @@ def no_order(members: list[Any]) -> SceneError:
 
 def sorted_items(rt: Runtime, members: list[Any], less: Any, key: Any, reverse: bool) -> list[Any]:
     """``members`` in order; equal ones keep theirs, also when reversed."""
-    rt.charge(len(members) * len(members).bit_length() >> 2)
     if less is not None:
         wrapped = [(member, member if key is None else rt.call1(key, member)) for member in members]
         if reverse:
@@ -58,10 +59,23 @@ def sorted_items(rt: Runtime, members: list[Any], less: Any, key: Any, reverse: 
         return ordered[::-1] if reverse else ordered
     keys = keys_of(rt, members, key)
     try:
-        order = sorted(range(len(members)), key=keys.__getitem__, reverse=reverse)
+        order = _order(rt, keys, reverse)
     except TypeError:
         raise no_order(members) from None
     return [members[index] for index in order]
+
+
+def _order(rt: Runtime, keys: list[Any], reverse: bool) -> list[int]:
+    """The indices of ``keys`` in order: blocks are sorted, then pairs of them, which Python merges in one go."""
+    order = list(range(len(keys)))
+    width = _BLOCK
+    while True:
+        for start in range(0, len(order), width):
+            rt.charge(min(width, len(order) - start) >> 3)
+            order[start : start + width] = sorted(order[start : start + width], key=keys.__getitem__, reverse=reverse)
+        if width >= len(order):
+            return order
+        width *= 2
 
 
 def _merge_sort(rt: Runtime, pairs: list[Any], less: Any) -> list[Any]:
@@ -118,6 +132,8 @@ def _extreme(rt: Runtime, name: str, xs: Any, key: Any, largest: bool) -> Any:
     best = 0
     try:
         for index in range(1, len(keys)):
+            if not index & 63:
+                rt.charge(4)
             if keys[index] > keys[best] if largest else keys[index] < keys[best]:
                 best = index
     except TypeError:

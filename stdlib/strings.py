@@ -10,12 +10,14 @@ from typing import Any
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.library import Registry
 from scenelang.interpreter.runtime import Runtime
-from scenelang.interpreter.show import display, show
+from scenelang.interpreter.show import show
 from scenelang.interpreter.values import Symbol, make_list
 from scenelang.stdlib.errors import bad_index, wrong_type
 from scenelang.stdlib.items import items
 
 registry = Registry("strings")
+
+_FEW = 16  # characters that Python looks through faster than a set does
 
 
 def _check_text(rt: Runtime, size: int) -> None:
@@ -33,7 +35,7 @@ def _texts(name: str, values: Any) -> list[str]:
 @registry.define("string", "values::Any ...", "String", "The texts of all values, joined: as `print` shows them.",
                  ('(string "leg" 2 \'(a "b"))', '"leg2(a \\"b\\")"'))  # fmt: skip
 def string(rt: Runtime, *values: Any) -> str:
-    texts = [display(value) for value in values]
+    texts = [rt.display(value) for value in values]
     _check_text(rt, sum(map(len, texts)))
     return "".join(texts)
 
@@ -93,21 +95,36 @@ def string_downcase(rt: Runtime, text: str) -> str:
                  "The text without white space, or without the given characters, at both ends.",
                  ('(list (string-trim "  oak ") (string-trim "--oak-" "-"))', '("oak" "oak")'))  # fmt: skip
 def string_trim(rt: Runtime, text: str, characters: str | None = None) -> str:
-    return text.strip(characters)
+    return _trimmed(rt, text, characters, left=True, right=True)
 
 
 @registry.define("string-trim-left", "text::String [characters::String]", "String",
                  "The text without white space, or without the given characters, at its beginning.",
                  ('(string-trim-left "#ff8000" "#")', '"ff8000"'))  # fmt: skip
 def string_trim_left(rt: Runtime, text: str, characters: str | None = None) -> str:
-    return text.lstrip(characters)
+    return _trimmed(rt, text, characters, left=True)
 
 
 @registry.define("string-trim-right", "text::String [characters::String]", "String",
                  "The text without white space, or without the given characters, at its end.",
                  ('(string-trim-right "oak--" "-")', '"oak"'))  # fmt: skip
 def string_trim_right(rt: Runtime, text: str, characters: str | None = None) -> str:
-    return text.rstrip(characters)
+    return _trimmed(rt, text, characters, right=True)
+
+
+def _trimmed(rt: Runtime, text: str, characters: str | None, left: bool = False, right: bool = False) -> str:
+    """``text`` without ``characters`` at its ends. Python would look through all of them for every character."""
+    if characters is None or len(characters) <= _FEW:
+        rt.charge(len(text) >> 5)
+        return text.strip(characters) if left and right else (text.lstrip if left else text.rstrip)(characters)
+    rt.charge((len(text) + len(characters)) >> 4)
+    cut = frozenset(characters)
+    start, end = 0, len(text)
+    while left and start < end and text[start] in cut:
+        start += 1
+    while right and end > start and text[end - 1] in cut:
+        end -= 1
+    return text[start:end]
 
 
 @registry.define("string-contains?", "text::String part::String", "Boolean", "True when `part` stands in the text.",
@@ -120,12 +137,14 @@ def string_contains(rt: Runtime, text: str, part: str) -> bool:
 @registry.define("string-prefix?", "text::String prefix::String", "Boolean", "True when the text begins with `prefix`.",
                  ('(string-prefix? "chair leg" "chair")', "#t"))  # fmt: skip
 def string_prefix(rt: Runtime, text: str, prefix: str) -> bool:
+    rt.charge(len(prefix) >> 10)
     return text.startswith(prefix)
 
 
 @registry.define("string-suffix?", "text::String suffix::String", "Boolean", "True when the text ends with `suffix`.",
                  ('(string-suffix? "chair leg" "leg")', "#t"))  # fmt: skip
 def string_suffix(rt: Runtime, text: str, suffix: str) -> bool:
+    rt.charge(len(suffix) >> 10)
     return text.endswith(suffix)
 
 
@@ -144,6 +163,7 @@ def string_index(rt: Runtime, text: str, part: str, start: int = 0) -> Any:
                  "The text with every `old`, or the first `count` of them, replaced by `new`.",
                  ('(string-replace "oak leg" "oak" "ash")', '"ash leg"'))  # fmt: skip
 def string_replace(rt: Runtime, text: str, old: str, new: str, count: int = -1) -> str:
+    rt.charge(len(text) >> 4)
     found = text.count(old)
     if count >= 0:
         found = min(found, count)
@@ -154,7 +174,7 @@ def string_replace(rt: Runtime, text: str, old: str, new: str, count: int = -1) 
 def _padding(rt: Runtime, text: str, width: int, fill: str) -> str:
     if len(fill) != 1:
         raise SceneError("value", f"a text is padded with one character, got {show(fill, 30)}")
-    _check_text(rt, width)
+    _check_text(rt, max(width, len(text)))
     return fill * (width - len(text))
 
 
@@ -190,6 +210,7 @@ def chr_(rt: Runtime, number: int) -> str:
     "symbol->string", "symbol::Symbol", "String", "The name of a symbol.", ("(symbol->string 'oak)", '"oak"')
 )
 def symbol_to_string(rt: Runtime, symbol: Any) -> str:
+    rt.charge(len(symbol) >> 8)
     return str(symbol)
 
 
@@ -197,6 +218,7 @@ def symbol_to_string(rt: Runtime, symbol: Any) -> str:
     "string->symbol", "text::String", "Symbol", "The symbol with a name.", ('(string->symbol "oak")', "oak")
 )
 def string_to_symbol(rt: Runtime, text: str) -> Any:
+    rt.charge(len(text) >> 8)
     return Symbol(text)
 
 
@@ -206,6 +228,7 @@ def string_to_symbol(rt: Runtime, text: str) -> Any:
 def _define_comparison(sign: str, holds: Callable[[str, str], bool], doc: str, example: tuple[str, str]) -> None:
     @registry.define(f"string{sign}?", "text::String more::String ...", "Boolean", doc, example)
     def entry(rt: Runtime, *texts: str) -> bool:
+        rt.charge(len(texts[0]) * len(texts) >> 10)
         return all(holds(a, b) for a, b in pairwise(texts))
 
 

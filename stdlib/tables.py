@@ -11,7 +11,7 @@ from scenelang.interpreter.runtime import Runtime
 from scenelang.interpreter.types import type_name
 from scenelang.interpreter.values import NIL, Embedding, Keyword, Pair, Set, Symbol, Table, make_list
 from scenelang.stdlib.errors import wrong_type
-from scenelang.stdlib.items import items, length
+from scenelang.stdlib.items import blocks, items, length
 from scenelang.stdlib.mutation import set_entry
 
 registry = Registry("tables")
@@ -33,7 +33,7 @@ def table(rt: Runtime, *keys_and_values: Any) -> Any:
         raise SceneError("arity", message, hint='`(table "a" 1 "b" 2)`')
     entries: Entries = {}
     for index in range(0, len(keys_and_values), 2):
-        set_entry(entries, keys_and_values[index], keys_and_values[index + 1])
+        set_entry(rt, entries, keys_and_values[index], keys_and_values[index + 1])
     return rt.table_of(entries)
 
 
@@ -44,7 +44,7 @@ def list_to_table(rt: Runtime, pairs: Any) -> Any:
     entries: Entries = {}
     for pair in items(rt, pairs, "list->table"):
         rt.charge(1)
-        set_entry(entries, *_key_and_value(rt, pair))
+        set_entry(rt, entries, *_key_and_value(rt, pair))
     return rt.table_of(entries)
 
 
@@ -72,7 +72,8 @@ def table_values(rt: Runtime, table: Table) -> Any:
 @registry.define("table-items", "table::Table", "List", "The lists (key value), in order of insertion.",
                  ('(table-items (table "a" 1 "b" 2))', '(("a" 1) ("b" 2))'))  # fmt: skip
 def table_items(rt: Runtime, table: Table) -> Any:
-    return make_list([make_list(entry) for entry in _entries(rt, table)])
+    entries = _entries(rt, table)
+    return make_list([make_list(entry) for block in blocks(rt, entries) for entry in block])
 
 
 def _entries(rt: Runtime, table: Table) -> list[tuple[Any, Any]]:
@@ -87,8 +88,9 @@ def _entries(rt: Runtime, table: Table) -> list[tuple[Any, Any]]:
 def table_merge(rt: Runtime, *tables: Table) -> Any:
     entries: Entries = {}
     for one in tables:
-        for key, value in _entries(rt, one):
-            set_entry(entries, key, value)
+        for block in blocks(rt, _entries(rt, one)):
+            for key, value in block:
+                set_entry(rt, entries, key, value)
     return rt.table_of(entries)
 
 
@@ -98,7 +100,7 @@ def table_merge(rt: Runtime, *tables: Table) -> Any:
 def has_key(rt: Runtime, thing: Any, key: Any) -> bool:
     if type(thing) is Table:
         rt.read(thing)
-        return table_key(key) in thing.entries
+        return table_key(key, rt.charge) in thing.entries
     if type(thing) is not Embedding:
         raise wrong_type("has-key?", "a table or an embedding", thing)
     return isinstance(key, str) and str(key) in thing.attributes
@@ -120,11 +122,16 @@ def keywords(rt: Runtime, table: Table) -> Any:
 
 
 def _set_of(rt: Runtime, members: list[Any]) -> Any:
-    rt.charge(len(members))
+    return rt.set_of(_by_key(rt, members))
+
+
+def _by_key(rt: Runtime, members: list[Any]) -> dict[Any, Any]:
+    """The first of all equal members, by canonical key."""
     entries: dict[Any, Any] = {}
-    for member in members:
-        entries.setdefault(table_key(member), member)
-    return rt.set_of(entries)
+    for block in blocks(rt, members):
+        for member in block:
+            entries.setdefault(table_key(member, rt.charge), member)
+    return entries
 
 
 @registry.define("set", "members::Any ...", "Set",
@@ -146,12 +153,7 @@ def _entry_map(rt: Runtime, name: str, value: Any) -> dict[Any, Any]:
         rt.read(value)
         rt.charge(len(value.entries) >> 2)
         return dict(value.entries)
-    members = items(rt, value, name, ordered=False)
-    rt.charge(len(members))
-    entries: dict[Any, Any] = {}
-    for member in members:
-        entries.setdefault(table_key(member), member)
-    return entries
+    return _by_key(rt, items(rt, value, name, ordered=False))
 
 
 @registry.define("set-union", "set::Set more::Sequence ...", "Set", "A new set of the members of all.",
@@ -161,6 +163,7 @@ def set_union(rt: Runtime, first: Any, *more: Any) -> Any:
     for other in more:
         for key, member in _entry_map(rt, "set-union", other).items():
             entries.setdefault(key, member)
+        rt.charge(len(entries) >> 4)
     return rt.set_of(entries)
 
 
@@ -170,6 +173,7 @@ def set_intersection(rt: Runtime, first: Any, *more: Any) -> Any:
     entries = _entry_map(rt, "set-intersection", first)
     for other in more:
         kept = _entry_map(rt, "set-intersection", other)
+        rt.charge(len(entries) >> 4)
         entries = {key: member for key, member in entries.items() if key in kept}
     return rt.set_of(entries)
 
@@ -181,6 +185,7 @@ def set_difference(rt: Runtime, first: Any, *more: Any) -> Any:
     entries = _entry_map(rt, "set-difference", first)
     for other in more:
         dropped = _entry_map(rt, "set-difference", other)
+        rt.charge(len(entries) >> 4)
         entries = {key: member for key, member in entries.items() if key not in dropped}
     return rt.set_of(entries)
 

@@ -26,10 +26,12 @@ CASES = sorted(p for p in BAD.iterdir() if p.suffix in (".scene", ".py") or (p /
 # Codes that no program shows by itself, with the test that does, or the reason.
 ELSEWHERE = {
     "E508": "an interruption comes from outside: tests/test_cli.py",
+    "E509": "no program ends its process: tests/sandbox",
     "E707": "weights are no program: tests/clip",
     **{f"E{number}": "a model's service, a run or a prompt is needed: tests/models" for number in range(901, 911)},
     **dict.fromkeys(["W618", "W620"], "a file or a version is needed: tests/minecraft"),
     **dict.fromkeys(["W621", "W622"], "a text-to-image model's layout, its vectors: tests/imagine"),
+    "W625": "a hundred findings are needed: tests/lint/test_caps.py",
     "W619": "it is about looks of the game: tests/deepslate/test_looks.py",
     "W802": "a response is text, as the goldens here are: tests/transpile/test_command.py",
 }

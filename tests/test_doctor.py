@@ -30,7 +30,7 @@ def test_it_tells_what_works_in_a_few_seconds(capsys: pytest.CaptureFixture[str]
     for name in ("language", "draft", "viewer", *(backend.name for backend in base.every(Work.EXPORT))):
         assert ("works", name) in by_name
     assert by_name["works", "language"]["state"] in ("ok", "note")
-    assert {"system", "works", "packages", "extras", "services", "folders", "terminal"} == {
+    assert {"system", "limits", "works", "packages", "extras", "services", "folders", "terminal"} == {
         topic for topic, _ in by_name
     }
 

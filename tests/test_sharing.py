@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from support import evaluate, failure, outcome, session, value
@@ -192,3 +193,31 @@ def test_a_misspelt_attribute_is_an_error_in_this_call_only() -> None:
     )
     assert name == "keyword"
     assert "heigth" in message
+
+
+@pytest.mark.parametrize(
+    ("thing", "change", "text"),
+    [
+        ("(mutable-list 1 2)", "(push! m 3)", "(string m)"),
+        ("(mutable-list 1 2)", "(push! m 3)", '(format "{}" m)'),
+        ("(mutable-list 1 2)", "(push! m 3)", '(format "{!r:>20}" m)'),
+        ("(table 1 2)", "(set-ref! m 3 4)", "(string (list 1 m))"),
+        ("(mutable-array [1 2])", "(set-ref! m 0 9)", "(string m)"),
+        ("(mutable-array [1 2])", "(set-ref! m 0 9)", "(string [m m])"),
+        ("(set 1)", "(add! m 2)", '(guard (e (#t (error-message e))) (error "no" m))'),
+        ("(mutable-list 1 2)", "(push! m 3)", "(guard (e (#t (error-message e))) (+ m 1))"),
+        ("(mutable-list 1 2)", "(push! m 3)", "(guard (e (#t (string e))) (raise m))"),
+        ('(mutable-list "a" 1 2)', "(set-ref! m 0 1)", "(guard (e (#t (error-code e))) (string (translate m)))"),
+        ("(point 1)", "(set-point-x! m 2)", "(string m)"),
+        ("(mutable-list 1)", "(push! m 3)", "(py-str m)"),
+        ("(mutable-list 1)", "(push! m 3)", '(py-% "%s" (list m))'),
+    ],
+)
+def test_text_of_a_mutable_value_counts_as_read(thing: str, change: str, text: str) -> None:
+    program = (
+        f'(import "std/python.scene") (define-record point x) (define m {thing})'
+        f'(bind "b" (lambda () (call "cube" :text {text})))'
+        f'(bind "t" (lambda () (define a (call "b")) {change} (union a (call "b"))))'
+    )
+    a, b = (part.car.children[0].car.embedding.attributes["text"] for part in evaluate(program).root.children)
+    assert a != b

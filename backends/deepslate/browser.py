@@ -48,7 +48,8 @@ _FLAGS = (
     "--disable-sync",
     "--host-resolver-rules=MAP * ~NOTFOUND",
 )
-_SHORT_FOLDER, _LONGEST_FOLDER = "/tmp", 50  # bytes of a path: with the browser's own names, some 100 are too many
+# Bytes of a path: with the browser's own names, some 100 are too many. Below /tmp a folder of a new name is made.
+_SHORT_FOLDER, _LONGEST_FOLDER = "/tmp", 50  # noqa: S108  # nosec B108
 _ADDRESS = "http://build.invalid/"  # no such host: the page comes from memory
 _LIMIT = 120.0  # seconds for the start of a browser with its page, or for one picture
 _GRACE = 10.0  # seconds for a browser to end
@@ -186,8 +187,8 @@ class _Driving:
         """End the browser and remove its profile, whatever it is doing."""
         try:
             self.submit(self._stop()).result(_GRACE)
-        except Exception:  # it is gone, or hangs: its driver ends with the pipe
-            pass
+        except Exception:  # noqa: S110  # nosec B110
+            pass  # it is gone, or hangs: its driver ends with the pipe
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join(_GRACE)
         shutil.rmtree(self._profile, ignore_errors=True)

@@ -18,7 +18,12 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 VIEWS = 4  # that MVDream was trained on
-_UP_Z = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])  # our world, +y up, in Blender's, +z up
+
+# Our world in MVDream's. Ours has +y up, and the front of a thing at +z (azimuth 0). MVDream's is Blender's, +z up,
+# with the front at +x: its sampling script begins with the view of azimuth 90, where `get_camera` puts the eye at +x,
+# and threestudio, which trains with its cameras, counts azimuths from +x with the front at 0. So +z becomes +x, +y
+# becomes +z and, since the turn keeps handedness, +x becomes +y.
+_WORLD = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
 
 # --- cameras ---------------------------------------------------------------------------------------------------------
@@ -33,8 +38,8 @@ def camera_row(world_to_camera: FloatArray) -> FloatArray:
     turn = world_to_camera[:3, :3].T
     eye = -turn @ world_to_camera[:3, 3]
     pose = np.eye(4)
-    pose[:3, :3] = _UP_Z @ turn @ np.diag([1.0, -1.0, -1.0])
-    pose[:3, 3] = _UP_Z @ eye / max(float(np.linalg.norm(eye)), 1e-8)
+    pose[:3, :3] = _WORLD @ turn @ np.diag([1.0, -1.0, -1.0])
+    pose[:3, 3] = _WORLD @ eye / max(float(np.linalg.norm(eye)), 1e-8)
     return pose.reshape(16)
 
 

@@ -11,7 +11,6 @@ from scenelang.backends.splats.gaussians import rotations
 if TYPE_CHECKING:
     from torch import Generator, Tensor
 
-_SHARE = 0.15  # of the Gaussians become more at once
 _LARGE = 0.12  # of the figure's size: what is wider is split, what is smaller doubled
 _SPLIT = 1.6  # by which the halves of a split one are smaller
 _FAINT = 0.03  # opacity below which a Gaussian goes
@@ -30,15 +29,14 @@ class Change:
 
 
 def changed(theta: Theta, box: Tensor, pull: Tensor, most: int, generator: Generator) -> Change:
-    """The Gaussians after pruning and densification, at most ``most``. ``pull`` (K,) is the mean length of the
-    gradient by each centre."""
+    """The Gaussians after pruning and densification: ``most``, but no more than twice those that stay. ``pull`` (K,) is
+    the mean length of the gradient by each centre."""
     import torch
 
     with torch.no_grad():
         kept = _kept(theta, box)
         source = kept.nonzero()[:, 0]
-        room = max(most - len(source), 0)
-        count = min(int(_SHARE * len(source)), room)
+        count = min(max(most - len(source), 0), len(source))
         chosen = source[pull[source].topk(count).indices] if count else source[:0]
         is_large = theta.log_scales[chosen].exp().amax(1) > _LARGE
         origin = torch.cat([source, chosen])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 from scenelang.backends.distillation.density import changed
@@ -18,7 +19,7 @@ class FigureLearning:
     def __init__(self, box: Tensor, settings: Settings, generator: Generator) -> None:
         self.box, self._settings = box, settings
         self.turns = 0
-        self._take(beginning(box, settings.first, generator))
+        self._take(beginning(box, settings.start, generator))
 
     def _take(self, theta: Theta) -> None:
         """Optimise ``theta`` from now on, of which the optimiser knows nothing yet."""
@@ -38,7 +39,7 @@ class FigureLearning:
         return self.turns / max(self._settings.steps, 1)
 
     def step(self) -> None:
-        """Follow the gradients that are there."""
+        """Follow the gradients that are there: of the figure's own terms, and of the scene's since its last turn."""
         gradient = self.theta.means.grad
         if gradient is not None:
             self._pull += gradient.norm(dim=1)
@@ -50,12 +51,14 @@ class FigureLearning:
         """Count a step of the figure's own; now and then change how many Gaussians there are."""
         self.turns += 1
         settings = self._settings
-        if self.turns % settings.every == 0 and self.done <= settings.until:
-            self._densify(generator)
+        left = settings.growths - self.turns // settings.every + 1
+        if self.turns % settings.every == 0 and left > 0:
+            growth = max(settings.most / len(self.theta), 1.0) ** (1.0 / left)
+            self._densify(min(math.ceil(growth * len(self.theta)), settings.most), generator)
 
-    def _densify(self, generator: Generator) -> None:
-        """More Gaussians and fewer; the optimiser goes on with those that stay."""
-        found = changed(self.theta, self.box, self._pull / max(self._pulls, 1), self._settings.most, generator)
+    def _densify(self, most: int, generator: Generator) -> None:
+        """More Gaussians, up to ``most``, and fewer; the optimiser goes on with those that stay."""
+        found = changed(self.theta, self.box, self._pull / max(self._pulls, 1), most, generator)
         before = {name: self._adam.state.get(column, {}) for name, column in self.theta.columns().items()}
         self._take(found.theta)
         for name, column in self.theta.columns().items():
@@ -80,6 +83,8 @@ class FigureLearning:
         found = {"turns": torch.tensor(self.turns), "pull": self._pull, "pulls": torch.tensor(self._pulls)}
         for name, column in self.theta.columns().items():
             found[f"theta/{name}"] = column.detach()
+            if column.grad is not None:
+                found[f"gradient/{name}"] = column.grad
             for key, value in self._adam.state.get(column, {}).items():
                 found[f"adam/{name}/{key}"] = value
         return found
@@ -89,6 +94,8 @@ class FigureLearning:
         device = self.box.device
         self._take(Theta(**{name: state[f"theta/{name}"].to(device) for name in self.theta.columns()}))
         for name, column in self.theta.columns().items():
+            if f"gradient/{name}" in state:
+                column.grad = state[f"gradient/{name}"].to(device).clone()
             kept = {key.rpartition("/")[2]: state[key] for key in state if key.startswith(f"adam/{name}/")}
             if kept:
                 self._adam.state[column] = {

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 STATE = "state.safetensors"
 VERSION = 1
 _ENTRY = "scenelang-distillation"
+_METHOD = 2  # what a step does; a run that was made by another one does not go on
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +98,7 @@ class Kept:
 
 def asked_of(settings: Settings, models: Sequence[str], prompt: str) -> dict[str, Any]:
     """What must be the same for a run to go on; more steps may be asked for."""
-    return {**asdict(settings), "models": list(models), "prompt": prompt}
+    return {**asdict(settings), "models": list(models), "prompt": prompt, "method": _METHOD}
 
 
 def keep(

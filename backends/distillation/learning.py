@@ -1,10 +1,12 @@
 """The optimisation: g_reparam as the minimum of the paper's loss over theta_j and t_j (appendix, "Primitive
 Reparameterization via SDS Guidance").
 
-Each step is the turn of one figure: four pictures of it for the term of MVDream, its L_reg and L_layout; and, where
-there is a model for whole scenes, one picture of a frame for the term of the depth-conditioned ControlNet. All that is
-random depends on the seed, on whose turn it is and on its number, so that a run goes on after a break as it would have,
-and what one figure is told changes no other one but through the scene's term.
+Each step is the turn of one figure: four pictures of it for the term of MVDream, its L_reg and L_layout. Where there is
+a model for whole scenes, the first step of a round, in which each figure has one turn, has the term of the
+depth-conditioned ControlNet too, for one picture of a frame: the paper's sum has it once, and the others once for each
+figure. Each figure follows what that term says at its own turn. All that is random depends on the seed, on whose turn
+it is and on its number, so that a run goes on after a break as it would have, and what one figure is told changes no
+other one but through the scene's term.
 """
 
 from __future__ import annotations
@@ -22,7 +24,7 @@ from scenelang.backends.distillation.regularisers import outside, too_long
 from scenelang.backends.distillation.sds import Heard, sds_loss, window_at
 from scenelang.backends.distillation.settings import Settings
 from scenelang.backends.distillation.theta import Poses, copies, on_stage, resting, shown_by_figure
-from scenelang.backends.distillation.views import alone, around, before, depth_pictures, pictured, stacked
+from scenelang.backends.distillation.views import alone, around, background, before, depth_pictures, pictured, stacked
 from scenelang.backends.splats.gaussians import Splats, joined
 from scenelang.backends.splats.initial import gaussians_of
 from scenelang.backends.splats.rasterise import rasterise
@@ -50,7 +52,7 @@ class Teachers:
 
 @dataclass(frozen=True, slots=True)
 class Losses:
-    """What the terms of one step were; ``scene`` is 0 without a model for it."""
+    """What the terms of one step were; ``scene`` is 0 without a model for it, and in steps that begin no round."""
 
     figure: float
     scene: float
@@ -106,7 +108,8 @@ class Learning:
         told, shape, layout = self._figure_terms(number, done, generator)
         weights = self._settings.weights
         loss = weights.figure * told + weights.shape * shape + weights.layout * layout
-        scene = self._scene_term(done) if self._teachers.scene is not None else None
+        begins = self.step_number % len(self._active) == 0
+        scene = self._scene_term(done) if begins and self._teachers.scene is not None else None
         if scene is not None:
             loss = loss + weights.scene * scene
         if not bool(torch.isfinite(loss)):
@@ -120,16 +123,16 @@ class Learning:
         terms = (told, scene, shape, layout)
         return Losses(*(0.0 if term is None else float(term.detach()) for term in terms))
 
-    def _follow(self, figure: FigureLearning, all_of_them: bool) -> None:
-        if not all_of_them:
-            figure.step()
+    def _follow(self, figure: FigureLearning, has_scene: bool) -> None:
+        """A step of the figure, and of the poses where there is the scene's term, whose gradients by other figures wait
+        for the turns of these."""
+        figure.step()
+        if not has_scene:
             return
-        for number in self._active:
-            self.figures[number].step()
         self._adam.step()
         self._adam.zero_grad(set_to_none=True)
-        for each in self.figures:  # what is frozen has gradients all the same
-            for column in each.theta.columns().values():
+        for number in self.frozen:  # what is frozen has gradients all the same
+            for column in self.figures[number].theta.columns().values():
                 column.grad = None
 
     # --- the terms ----------------------------------------------------------------------------------------------
@@ -140,7 +143,8 @@ class Learning:
         gaussians = learning.theta.gaussians()
         cameras = around(model.views, model.size, generator)
         splats = alone(gaussians)
-        pictures = stacked([pictured(splats, camera) for camera in cameras])
+        behind = background(generator)
+        pictures = stacked([pictured(splats, camera, behind) for camera in cameras])
         told = sds_loss(
             model, pictures, self._told(number, cameras), self._settings.guiding, window_at(done), generator
         )
@@ -167,9 +171,10 @@ class Learning:
         frame = int(shown[int(generator.initial_seed() % len(shown))])
         splats = self.splats(frame)
         camera = before(*self._reach(frame), model.size, generator)
+        picture = pictured(splats, camera, background(generator))
         heard = self._told_scene(self._depth(frame, camera))
         return sds_loss(
-            model, stacked([pictured(splats, camera)]), heard, self._settings.scene_guiding, window_at(done), generator
+            model, stacked([picture]), heard, self._settings.scene_guiding, window_at(done), generator
         )  # fmt: skip
 
     def splats(self, frame: int) -> Splats:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 from scenelang.backends.distillation.sds import Guiding
 
-BACKGROUND = 0.5  # grey, sRGB: behind everything that the models see
+BACKGROUND = 0.5  # grey, sRGB: behind previews; what the models see has another grey in each step
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,8 +36,9 @@ class Weights:
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """``steps`` for each figure; ``first`` Gaussians of a figure at the beginning, ``most`` later; ``every`` so many of
-    its steps a figure gets more and loses some, until the share ``until`` of its steps is done."""
+    """``steps`` for each figure; ``most`` Gaussians of a figure at the end, at the beginning ``first`` or as many as it
+    takes to grow to ``most``; ``every`` so many of its steps a figure gets more and loses some, until the share
+    ``until`` of its steps is done."""
 
     seed: int = 0
     steps: int = 2000
@@ -49,3 +51,13 @@ class Settings:
     weights: Weights = field(default_factory=Weights)
     rates: Rates = field(default_factory=Rates)
     hull: int = 2000  # Gaussians of the surface that gives a figure's depth
+
+    @property
+    def growths(self) -> int:
+        """How often the Gaussians of a figure become more, each time twice as many at most."""
+        return int(self.until * self.steps + 1e-9) // self.every
+
+    @property
+    def start(self) -> int:
+        """The Gaussians of a figure at the beginning."""
+        return min(self.most, max(self.first, math.ceil(self.most / 2.0 ** min(self.growths, 60))))

@@ -80,10 +80,18 @@ def alone(gaussians: Gaussians) -> Splats:
     return posed(gaussians, torch.eye(3).to(like), torch.zeros(3).to(like))
 
 
-def pictured(splats: Splats, camera: Camera) -> Tensor:
-    """Splats as the models see them, (H, W, 3) sRGB over the grey BACKGROUND; differentiable."""
+def background(generator: Generator) -> float:
+    """The grey, sRGB, behind the pictures of one step: over a fixed one, a thing of just that grey would have no
+    gradient by its opacities."""
+    import torch
+
+    return float(torch.rand((), generator=generator))
+
+
+def pictured(splats: Splats, camera: Camera, behind: float = BACKGROUND) -> Tensor:
+    """Splats as the models see them, (H, W, 3) sRGB over the grey ``behind``; differentiable."""
     drawn = rasterise(splats, view_of(camera, splats.means))
-    return drawn.color + (1.0 - drawn.alpha[..., None]) * BACKGROUND
+    return drawn.color + (1.0 - drawn.alpha[..., None]) * behind
 
 
 def stacked(pictures: Sequence[Tensor]) -> Tensor:

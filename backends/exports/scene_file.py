@@ -11,6 +11,7 @@ from typing import Any, NoReturn
 
 from scenelang.backends.asset_files import AssetFiles
 from scenelang.backends.exports.scene_json import FORMAT, VERSION
+from scenelang.backends.files import read_regular
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.entity import Entity, Scene
 from scenelang.interpreter.shapes import Kind, Shape, shape_of
@@ -59,7 +60,7 @@ def _parsed(path: Path) -> Any:
     try:
         if path.stat().st_size > LARGEST_FILE:
             raise LimitError("size", f"{path.name} is larger than the {LARGEST_FILE:,} bytes that a scene may be")
-        text = path.read_text(encoding="utf-8")
+        text = read_regular(path).decode("utf-8")
     except OSError as error:
         raise SceneError("file", f"{path} cannot be read: {error.strerror or error}") from None
     except UnicodeDecodeError:
@@ -154,5 +155,5 @@ class _Reader:
         shape = shape_of(word, attributes)
         if shape.kind is not Kind.ASSET:
             return shape
-        box, target = self.assets.measure(self.text(file, f"the file of {where}"))
-        return replace(shape, file=target, box=box)
+        asset = self.assets.measure(self.text(file, f"the file of {where}"))
+        return replace(shape, file=asset.path, asset=asset)

@@ -42,7 +42,7 @@ class Surface:
 def surface_key(shape: Shape) -> Hashable:
     """What the triangles of ``shape`` depend on."""
     kind = Kind.CUBE if shape.kind is Kind.BOX else shape.kind
-    return (kind, shape.size, shape.radius, shape.p0, shape.p1, shape.file, shape.box)
+    return (kind, shape.size, shape.radius, shape.p0, shape.p1, shape.file, shape.root)
 
 
 def surface_of(entity: Entity, segments: int = SEGMENTS) -> Surface | None:
@@ -59,7 +59,7 @@ def vertex_count(entity: Entity, segments: int) -> int:
     if shape is None:
         return 0
     if shape.kind is Kind.ASSET:
-        return 0 if shape.file is None else 3 * len(load_asset(shape.file).faces)
+        return 0 if shape.file is None else 3 * len(load_asset(shape.file, shape.root).faces)
     found = local_pose(shape)
     if found is None:
         return 0
@@ -121,7 +121,7 @@ class Solid:
     def own_surface(self, segments: int = SEGMENTS) -> Surface | None:
         """The triangles in the primitive's frame."""
         if self.shape.kind is Kind.ASSET:
-            mesh = load_asset(self.shape.file or "")
+            mesh = load_asset(self.shape.file or "", self.shape.root)
             return _faceted(mesh.vertices, mesh.faces, None if self.tinted else mesh.face_colors)
         found = local_pose(self.shape)
         return None if found is None else unit_surface(found[0], segments).under(found[1][None])

@@ -2,8 +2,8 @@
 
 Every distinct entity that stands in several places is a prototype, referenced by instanceable prims wherever it stands,
 also inside other prototypes: the file grows with distinct entities, not with instances. All is below the default prim,
-the root entity: its hierarchy, ``Prototypes`` (a class, which is not drawn itself) and ``Materials``. A primitive is an
-Xform with the entity's attributes over the prim ``geometry``.
+the root entity: its hierarchy, ``Prototypes`` and ``Shapes`` (classes, which are not drawn themselves) and
+``Materials``. A primitive is an Xform with the entity's attributes over the mesh ``geometry``.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from scenelang.backends.exports.merging import merged, segments_for
 from scenelang.backends.exports.surfaces import solid_of
 from scenelang.backends.exports.timeline import Moving, matched, variants
 from scenelang.backends.exports.usd_materials import Materials
-from scenelang.backends.exports.usd_prims import INSTALL, Names, Prims
+from scenelang.backends.exports.usd_prims import INSTALL, SHAPES, Names, Prims
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.values import IDENTITY, Matrix
 
@@ -138,7 +138,9 @@ class _Tree:
 
     def _name(self, parent: Any, word: str) -> str:
         if parent.path not in self._names:
-            reserved = {"Materials": 1, "Prototypes": 1, "geometry": 1} if parent == self.root else {"geometry": 1}
+            reserved = (
+                {"Materials": 1, "Prototypes": 1, SHAPES: 1, "geometry": 1} if parent == self.root else {"geometry": 1}
+            )
             self._names[parent.path] = Names(reserved)
         return self._names[parent.path].fresh(word)
 

@@ -15,19 +15,14 @@ from scenelang.backends.appearance import Look
 from scenelang.backends.base import need
 from scenelang.backends.exports.facts import facts_of, merged_facts
 from scenelang.backends.exports.items import Item
-from scenelang.backends.exports.surfaces import Surface
+from scenelang.backends.exports.surfaces import Surface, unit_surface
 from scenelang.backends.solids import Form
 from scenelang.interpreter.bounds import entity_box
 from scenelang.interpreter.values import IDENTITY, Matrix
 
 INSTALL = "'scenelang[usd]'"
-_SHAPES: dict[Form, tuple[str, dict[str, tuple[str, Any]]]] = {
-    Form.BLOCK: ("Cube", {"size": ("Double", 2.0)}),
-    Form.BALL: ("Sphere", {"radius": ("Double", 1.0)}),
-    Form.CYLINDER: ("Cylinder", {"radius": ("Double", 1.0), "height": ("Double", 2.0), "axis": ("Token", "Y")}),
-    Form.CONE: ("Cone", {"radius": ("Double", 1.0), "height": ("Double", 2.0), "axis": ("Token", "Y")}),
-}
-_UNIFORM = ("axis", "subdivisionScheme", "xformOpOrder")
+SHAPES = "Shapes"  # the prim below the root that holds the canonical solids
+_UNIFORM = ("subdivisionScheme", "xformOpOrder")
 
 
 def valid_name(word: str) -> str:
@@ -60,6 +55,7 @@ class Prims:
     def __init__(self, layer: Any) -> None:
         self.sdf, self.gf, self.vt = (need(f"pxr.{name}", INSTALL) for name in ("Sdf", "Gf", "Vt"))
         self.layer = layer
+        self._solids: dict[Form, Any] = {}
 
     def prim(self, parent: Any, name: str, kind: str, abstract: bool = False) -> Any:
         """A new prim of the schema ``kind`` below ``parent``, a prim or the layer."""
@@ -135,18 +131,34 @@ class Prims:
     # --- geometry ---
 
     def shape(self, parent: Any, name: str, form: Form, look: Look) -> Any:
-        """A canonical solid."""
-        kind, fields = _SHAPES[form]
-        prim = self.prim(parent, name, kind)
-        for field_, (type_, value) in fields.items():
-            self.attribute(prim, field_, type_, value)
-        self.attribute(prim, "extent", "Float3Array", self.points(np.array([[-1.0] * 3, [1.0] * 3])))
+        """A canonical solid: a reference to one mesh for all of its form. Blender gives materials to meshes only, not
+        to USD's own cubes and spheres."""
+        prim = self.prim(parent, name, "Mesh")
+        prim.referenceList.prependedItems = [self.sdf.Reference("", self._solid(form))]
         self._paint(prim, np.array([look.color]), "constant", look)
         return prim
+
+    def _solid(self, form: Form) -> Any:
+        """The path of a canonical solid's mesh, which is added when it is first asked for."""
+        if form not in self._solids:
+            root = self.layer.GetPrimAtPath(f"/{self.layer.defaultPrim}")
+            holder = root.nameChildren.get(SHAPES) or self.prim(root, SHAPES, "", abstract=True)
+            mesh = self.prim(holder, form.name.lower(), "Mesh")
+            self._triangles(mesh, unit_surface(form))
+            self._solids[form] = mesh.path
+        return self._solids[form]
 
     def mesh(self, parent: Any, name: str, surface: Surface, look: Look) -> Any:
         """Triangles with their normals and, where the surface has them, colours."""
         prim = self.prim(parent, name, "Mesh")
+        self._triangles(prim, surface)
+        if surface.colors is None:
+            self._paint(prim, np.array([look.color]), "constant", look)
+        else:
+            self._paint(prim, surface.colors, "vertex", look)
+        return prim
+
+    def _triangles(self, prim: Any, surface: Surface) -> None:
         counts = self.vt.IntArray(len(surface.faces), 3)
         indices = self.vt.IntArray.FromNumpy(np.ascontiguousarray(surface.faces.reshape(-1), np.int32))
         low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
@@ -158,11 +170,6 @@ class Prims:
         normals.SetInfo("interpolation", "vertex")
         self.attribute(prim, "extent", "Float3Array", self.points(np.stack([low, high])))
         self.attribute(prim, "doubleSided", "Bool", True)
-        if surface.colors is None:
-            self._paint(prim, np.array([look.color]), "constant", look)
-        else:
-            self._paint(prim, surface.colors, "vertex", look)
-        return prim
 
     def _paint(self, prim: Any, colors: npt.NDArray[np.float64], interpolation: str, look: Look) -> None:
         made = self.attribute(prim, "primvars:displayColor", "Color3fArray", self.points(colors))

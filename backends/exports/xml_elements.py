@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any
-from xml.sax.saxutils import quoteattr
+from xml.sax.saxutils import quoteattr  # writes only  # nosec B406
 
 import numpy as np
+
+from scenelang.grammar.diagnostics import printable
 
 _TAGS = {
     "path": "integrator",
@@ -35,12 +37,17 @@ _TAGS = {
 }
 
 
+def _quoted(text: str) -> str:
+    """An attribute's value; XML has no control characters, not even escaped ones."""
+    return quoteattr(printable(text))
+
+
 def elements(name: str | None, value: Any, indent: str = "  ") -> list[str]:
     """The lines of the property ``name``: a plugin (a mapping with a "type"), a transform (a matrix) or a plain value.
 
     The key "id" of a plugin names it, and a value ``{"ref": id}`` refers to it.
     """
-    named = "" if name is None else f" name={quoteattr(name)}"
+    named = "" if name is None else f" name={_quoted(name)}"
     if isinstance(value, Mapping):
         return _plugin(named, value, indent)
     if isinstance(value, np.ndarray):
@@ -53,17 +60,17 @@ def elements(name: str | None, value: Any, indent: str = "  ") -> list[str]:
     if isinstance(value, float):
         return [f'{indent}<float{named} value="{value:.9g}"/>']
     if isinstance(value, str):
-        return [f"{indent}<string{named} value={quoteattr(value)}/>"]
+        return [f"{indent}<string{named} value={_quoted(value)}/>"]
     return [f'{indent}<point{named} value="{_numbers(value)}"/>']
 
 
 def _plugin(named: str, value: Mapping[str, Any], indent: str) -> list[str]:
     if "ref" in value:
-        return [f"{indent}<ref id={quoteattr(value['ref'])}/>"]
+        return [f"{indent}<ref id={_quoted(value['ref'])}/>"]
     if value["type"] == "rgb":
         return [f'{indent}<rgb{named} value="{_numbers(value["value"])}"/>']
     tag = _TAGS[value["type"]]
-    label = f" id={quoteattr(value['id'])}" if "id" in value else named if tag == "texture" else ""
+    label = f" id={_quoted(value['id'])}" if "id" in value else named if tag == "texture" else ""
     lines = [f'{indent}<{tag} type="{value["type"]}"{label}>']
     for key, item in value.items():
         if key not in ("type", "id"):

@@ -15,6 +15,7 @@ from scenelang.backends.graph.layout import Place, laid_out
 from scenelang.backends.graph.model import CallGraph, Node, call_graph
 from scenelang.backends.maps.pictures import word_color
 from scenelang.backends.picture import PictureOptions, render
+from scenelang.grammar.diagnostics import printable
 from scenelang.interpreter.bounds import entity_box
 from scenelang.interpreter.entity import Scene
 
@@ -52,7 +53,7 @@ def drawing(graph: CallGraph, pictures: Sequence[str | None]) -> str:
     lines = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{box}" width="{right - left:.0f}" '
         f'height="{bottom + _MARGIN:.0f}" font-family="{_FAMILY}">',
-        f"<title>{escape(graph.nodes[0].word)}</title>",
+        f"<title>{escape(printable(graph.nodes[0].word))}</title>",
         '<defs><marker id="arrow" viewBox="0 0 8 8" refX="7.5" refY="4" markerWidth="7" markerHeight="7" '
         'orient="auto-start-reverse"><path d="M0 0.6 L8 4 L0 7.4 z" fill="#6b7280"/></marker></defs>',
         f'<rect x="{left:.1f}" y="{-_MARGIN:.1f}" width="100%" height="100%" fill="#ffffff"/>',
@@ -91,7 +92,7 @@ def _box(node: Node, place: Place, picture: str | None) -> list[str]:
     said = f"{node.word}: {node.instances:,} instances, {node.distinct:,} distinct"
     lines = [
         "<g>",
-        f"<title>{escape(said)}</title>",
+        f"<title>{escape(printable(said))}</title>",
         f'<rect x="{x:.1f}" y="{y:.1f}" width="{place.width:.1f}" height="{place.height:.1f}" rx="{radius}" '
         f'fill="#ffffff"/>',
         f'<rect x="{x:.1f}" y="{y:.1f}" width="{place.width:.1f}" height="{place.height:.1f}" rx="{radius}" '
@@ -132,7 +133,7 @@ def _arrow(start: Place, end: Place, way: Sequence[Place], label: str, number: i
 
 
 def _text(x: float, y: float, text: str, size: float, color: str, anchor: str) -> str:
-    shown = escape(text)
+    shown = escape(printable(text))
     return f'<text x="{x:.1f}" y="{y:.1f}" font-size="{size:g}" fill="{color}" text-anchor="{anchor}">{shown}</text>'
 
 

@@ -135,7 +135,7 @@ class MigcAttention:
         normal = torch.nn.functional.layer_norm(own, own.shape[-1:], weights["norm.weight"], weights["norm.bias"])
         enhanced = attention(weights, "ea", normal.expand(len(pooled), -1, -1), tokens)
         instances = (apart + enhanced) * guides.inside
-        layout = attention(weights, "la", own, own, _visible(guides))
+        layout = attention(weights, "la", own, own, visible(guides))
         rows = torch.cat([everywhere * guides.outside, instances, layout])
         masks = torch.cat([guides.outside[None], guides.inside, torch.ones_like(guides.inside[:1])])
         return (rows * shares(weights, rows, masks, guides.shape, self._source)).sum(0, keepdim=True)
@@ -188,10 +188,10 @@ def attention(weights: Mapping[str, Any], part: str, queries: Any, read: Any, vi
     return _linear(weights, f"{part}.to_out.0", found.transpose(1, 2).flatten(2))
 
 
-def _visible(guides: _Guides) -> Any:
-    """Which places (HW, HW) share a box, or the outside of all; the first box does not count, as in training."""
+def visible(guides: _Guides) -> Any:
+    """Which places (HW, HW) share a box, or the outside of all."""
     torch = need("torch", INSTALL)
-    groups = torch.cat([guides.inside[1:], guides.outside[None]])[..., 0]  # (N, HW)
+    groups = torch.cat([guides.inside, guides.outside[None]])[..., 0]  # (N, HW)
     return (groups.T @ groups) > 0.0
 
 

@@ -19,7 +19,7 @@ from scenelang.backends.language_models.conversation import (
     Turn,
     Usage,
 )
-from scenelang.backends.language_models.credentials import NO_KEY, Account
+from scenelang.backends.language_models.credentials import CONNECT_TIMEOUT, NO_KEY, Account
 from scenelang.backends.language_models.estimate import tokens_at_most, upper_estimate
 from scenelang.backends.language_models.provider import BrokenStream, Watch, arriving, failure, told
 from scenelang.grammar.diagnostics import SceneError
@@ -46,12 +46,13 @@ class AnthropicMessages:
 
     def __init__(self, account: Account) -> None:
         try:
-            from anthropic import Anthropic
+            from anthropic import Anthropic, Timeout
         except ImportError:
             hint = "pip install 'scenelang[lm]'"
             raise SceneError("model-request", "language models need the package `anthropic`", hint) from None
         self._account = account
-        self._client: Anthropic = Anthropic(api_key=account.key or NO_KEY, base_url=account.address)
+        timeout = Timeout(account.timeout, connect=min(CONNECT_TIMEOUT, account.timeout))
+        self._client: Anthropic = Anthropic(api_key=account.key or NO_KEY, base_url=account.address, timeout=timeout)
 
     @property
     def address(self) -> str:

@@ -21,17 +21,21 @@ _LARGEST_FILE = 1_000_000
 _HEADERS = ("ANTHROPIC_CUSTOM_HEADERS", "OPENAI_CUSTOM_HEADERS")
 _HIDDEN = "[key]"
 _KEY = re.compile(r"[!#-\[\]-~]+")  # what headers can carry and JSON writes as it is
+TIMEOUT = 120.0
+CONNECT_TIMEOUT = 10.0
 NO_KEY = "none"  # what the packages are given where a service wants no key
 
 
 @dataclass(frozen=True, slots=True)
 class Account:
-    """How a provider is reached. ``secrets`` are texts that must not be shown or kept, the key among them."""
+    """How a provider is reached. ``secrets`` are texts that must not be shown or kept, the key among them. ``timeout``:
+    seconds without a byte from the service, at each try."""
 
     key: str | None = field(repr=False)
     address: str = field(repr=False)
     settings: Mapping[str, Any] = field(default_factory=dict, repr=False)
     secrets: tuple[str, ...] = field(default=(), repr=False)
+    timeout: float = TIMEOUT
 
     def clean(self, text: str) -> str:
         """A text without secrets."""

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit, urlunsplit
 
 from scenelang.backends.language_models.conversation import Part, Picture, Reply, Request, Stop, Text, Turn, Usage
-from scenelang.backends.language_models.credentials import NO_KEY, Account
+from scenelang.backends.language_models.credentials import CONNECT_TIMEOUT, NO_KEY, Account
 from scenelang.backends.language_models.estimate import tokens_at_most, upper_estimate
 from scenelang.backends.language_models.provider import BrokenStream, Watch, arriving, told
 from scenelang.grammar.diagnostics import SceneError
@@ -34,12 +34,13 @@ class OpenAIChat:
 
     def __init__(self, account: Account) -> None:
         try:
-            from openai import OpenAI
+            from openai import OpenAI, Timeout
         except ImportError:
             hint = "pip install 'scenelang[lm]'"
             raise SceneError("model-request", "this provider needs the package `openai`", hint) from None
         self._account = account
-        self._client: OpenAI = OpenAI(api_key=account.key or NO_KEY, base_url=account.address)
+        timeout = Timeout(account.timeout, connect=min(CONNECT_TIMEOUT, account.timeout))
+        self._client: OpenAI = OpenAI(api_key=account.key or NO_KEY, base_url=account.address, timeout=timeout)
 
     @property
     def address(self) -> str:

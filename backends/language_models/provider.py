@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol, TypeVar
 
 from scenelang.backends.language_models.conversation import Reply, Request
-from scenelang.backends.language_models.credentials import Account, account
+from scenelang.backends.language_models.credentials import TIMEOUT, Account, account
 from scenelang.grammar.diagnostics import SceneError, suggest
 
 Piece = TypeVar("Piece")
@@ -99,10 +99,10 @@ def family(name: str) -> Family:
     raise SceneError("value", f"there is no provider `{name}`", suggest(name, known) or f"there are {', '.join(known)}")
 
 
-def connect(name: str) -> Provider:
+def connect(name: str, timeout: float = TIMEOUT) -> Provider:
     """The provider of a name, with its key and address from the environment or the configuration. Raises SceneError."""
     found = family(name)
-    return found.connect(connection(found))
+    return found.connect(replace(connection(found), timeout=timeout))
 
 
 def connection(family: Family) -> Account:
@@ -117,6 +117,9 @@ def unconnected(name: str) -> Provider:
     return found.connect(account(found.name, (), found.address_variable, found.default_address, needs_key=False))
 
 
+LONGEST_ANSWER = 2_000_000  # characters; the longest answers of models have a tenth
+
+
 class BrokenStream(Exception):
     """An answer ended too early, or made no sense on its way."""
 
@@ -124,8 +127,15 @@ class BrokenStream(Exception):
 def arriving(pieces: Iterable[Piece]) -> Iterator[Piece]:
     """The pieces of an answer. Whatever goes wrong while they are read, which libraries have no common class for, is a
     BrokenStream; what goes wrong where they are used is not."""
+    received = 0
     try:
-        yield from pieces
+        for piece in pieces:
+            received += len(piece) if isinstance(piece, str) else 0
+            if received > LONGEST_ANSWER:
+                raise BrokenStream(f"it is longer than {LONGEST_ANSWER:,} characters")
+            yield piece
+    except BrokenStream:
+        raise
     except Exception as error:
         raise BrokenStream(getattr(error, "api_message", None) or str(error) or "the stream ended early") from None
 
@@ -139,6 +149,9 @@ def told(package: Any, base: type[Exception], account: Account) -> Iterator[None
     except package.APIStatusError as error:
         said = getattr(error, "api_message", None) or error.message
         raise failure(error.status_code, said, account) from None
+    except package.APITimeoutError:
+        said = f"{account.shown_address} did not answer within {account.timeout:g} seconds, several times"
+        raise SceneError("model-offline", said, "--timeout waits longer") from None
     except package.APIConnectionError as error:
         raise unreachable(account, str(error.__cause__ or error)) from None
     except base as error:

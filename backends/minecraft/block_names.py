@@ -18,6 +18,7 @@ RENAMES = (
     ("noteblock", "note_block"), ("golden_rail", "powered_rail"), ("stonebrick", "stone_bricks"),
     ("reeds", "sugar_cane"), ("mob_spawner", "spawner"), ("slime", "slime_block"), ("magma", "magma_block"),
     ("tallgrass", "short_grass"), ("double_plant", "sunflower"), ("lit_redstone_lamp", "redstone_lamp"),
+    ("stained_hardened_clay", "terracotta"),
     ("flowing_water", "water"), ("flowing_lava", "lava"), ("stone_stairs", "cobblestone_stairs"),
 )  # fmt: skip
 _RENAMED_STARTS = (("silver_", "light_gray_"),)

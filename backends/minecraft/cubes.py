@@ -50,7 +50,7 @@ def as_cubes(scene: Scene, limit: int = 2_000_000, warn: Callable[[Diagnostic], 
     """``scene`` with its blocks as cubes, everything else as it is; itself where it has no blocks.
 
     ``warn`` is told which blocks were replaced by others. Raises SceneError: "blocks" for poses that blocks cannot
-    have, "attribute" and "block-property" for blocks that are none, and LimitError for more than ``limit`` primitives
+    have, "attribute" for blocks that are none, and LimitError for more than ``limit`` primitives
     or cubes, or too many cells.
     """
     if not any(entity.word in BLOCK_WORDS for entity in descendants(*scene.frames)):

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from scenelang.backends.minecraft.asked import NAMESPACE, namespaced
 from scenelang.backends.minecraft.block_names import alias, nearest, renamed
 from scenelang.backends.minecraft.blocks import BlockState
+from scenelang.backends.minecraft.old_properties import modern
 from scenelang.backends.minecraft.table import BlockKind, Table, load_table
-from scenelang.grammar.diagnostics import Diagnostic, SceneError, suggest
+from scenelang.grammar.diagnostics import Diagnostic, suggest
 from scenelang.grammar.source import Span
 
 Similar = Callable[[str, Sequence[str]], str | None]  # of the names, that which means most nearly the first text
@@ -36,23 +37,25 @@ def resolve(
     """The state of the block ``block_type``, with or without namespace, whose ``properties`` are as given.
 
     A block that the version does not have becomes, without a word, what the game calls it there; else the nearest one,
-    with a warning that names both: an alias, a misspelling, what ``similar`` finds, or the most alike name. Its
-    properties then are those that it has too. Raises SceneError("block-property") for an impossible property or value
-    of a block that there is; both carry ``span``.
+    with a warning that names both: an alias, a misspelling, what ``similar`` finds, or the most alike name.
+    Properties of earlier versions become what they are today, without a word; what means nothing to the block is left
+    out, with a warning. Warnings carry ``span``.
     """
     table = table or load_table()
     name = namespaced(block_type)
     given = dict(properties or {})
     kind = table.blocks.get(name) or _renamed(name, table)
     if kind is not None:
-        _check(kind, given, span)
-        return _filled(kind, given)
+        found = modern(name, kind, given, table)
+        return _filled(found.kind, found.given, *(_left_out(found.kind, *pair, span) for pair in found.dropped.items()))
     kind = _nearest(name.partition(":")[2][:_LONGEST], table, similar)
-    kept = {key: value for key, value in given.items() if value in kind.values.get(key, ())}
-    dropped = ", ".join(f"{key}={value}" for key, value in given.items() if key not in kept)
+    found = modern(name, kind, given, table)
+    dropped = ", ".join(f"{key}={value}" for key, value in given.items() if key in found.dropped)
     without = f", without {dropped}" if dropped else ""
-    message = f"Minecraft {table.version} has no block `{name[:_LONGEST]}`; `{kind.name}` is laid instead{without}"
-    return _filled(kind, kept, Diagnostic("unknown-block", message, span))
+    message = (
+        f"Minecraft {table.version} has no block `{name[:_LONGEST]}`; `{found.kind.name}` is laid instead{without}"
+    )
+    return _filled(found.kind, found.given, Diagnostic("unknown-block", message, span))
 
 
 def _filled(kind: BlockKind, given: Mapping[str, str], *warnings: Diagnostic) -> Resolved:
@@ -77,15 +80,15 @@ def _nearest(name: str, table: Table, similar: Similar | None) -> BlockKind:
     return table.blocks[NAMESPACE + found]
 
 
-def _check(kind: BlockKind, given: Mapping[str, str], span: Span | None) -> None:
-    for name, value in given.items():
-        if name not in kind.values:
-            have = f"it has {_listed(kind.values)}" if kind.values else "it has none"
-            message = f"the block `{kind.name}` has no property `{name}`; {have}"
-            raise SceneError("block-property", message, hint=suggest(name, kind.values), span=span)
-        if value not in kind.values[name]:
-            message = f"`{name}` of `{kind.name}` is {_listed(kind.values[name], 'or')}, not `{value}`"
-            raise SceneError("block-property", message, hint=suggest(value, kind.values[name]), span=span)
+def _left_out(kind: BlockKind, name: str, value: str, span: Span | None) -> Diagnostic:
+    """The warning for a property that the block does not take."""
+    if name not in kind.values:
+        have = f"it has {_listed(kind.values)}" if kind.values else "it has none"
+        message = f"the block `{kind.name}` has no property `{name[:_LONGEST]}`, which is left out; {have}"
+        return Diagnostic("block-property", message, span, hint=suggest(name, kind.values))
+    values = _listed(kind.values[name], "or")
+    message = f"`{name}` of `{kind.name}` is {values}, not `{value[:_LONGEST]}`, which is left out"
+    return Diagnostic("block-property", message, span, hint=suggest(value, kind.values[name]))
 
 
 def _listed(names: Sequence[str] | Mapping[str, object], last: str = "and") -> str:

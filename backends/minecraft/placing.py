@@ -12,13 +12,32 @@ from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.entity import Entity
 from scenelang.interpreter.flatten import FlatFrame
 
+_NEAR = 1e-9  # cells: what sums of poses may be off
 _SLACK = 1e-6  # cells: what multiplied poses may be off
 
 
 def first_cells(flat: FlatFrame) -> IntArray:
-    """The first cell of each instance (N, 3): its position, truncated toward zero."""
-    first: IntArray = np.trunc(flat.matrices[:, :, 3]).astype(np.int64)
+    """The first cell of each instance (N, 3): its position, truncated toward zero. What rounding of floats left beside
+    a whole number is that number."""
+    position = flat.matrices[:, :, 3]
+    whole = np.rint(position)
+    first: IntArray = np.where(np.abs(position - whole) < _NEAR, whole, np.trunc(position)).astype(np.int64)
     return first
+
+
+def off_cells(flat: FlatFrame) -> tuple[int, list[float], int] | None:
+    """How many instances stand between cells where truncation does not move all alike, so that distances change, the
+    position (3,) of the first of them, and its number; None where it moves all alike."""
+    position = flat.matrices[:, :, 3]
+    if not len(position):
+        return None
+    moved = position - first_cells(flat)
+    unlike = (np.abs(moved - moved[0]) > _NEAR).any(axis=1)
+    if not unlike.any():
+        return None
+    apart = (np.abs(moved) > _NEAR).any(axis=1)
+    first = int(np.argmax(apart))
+    return int(apart.sum()), position[first].tolist(), first
 
 
 def whole_sizes(flat: FlatFrame) -> IntArray:

@@ -29,10 +29,7 @@ class Settled:
 
 def settled(voxels: Voxels, table: Table | None = None, similar: Similar | None = by_meaning) -> Settled:
     """``voxels`` with states that the version of ``table`` has: unknown blocks replaced (see ``knowledge``), arms and
-    corners from the neighbours where the program does not set them, defaults for the rest.
-
-    Raises SceneError("block-property") with the place in the program.
-    """
+    corners from the neighbours where the program does not set them, defaults for the rest."""
     table = table or load_table()
     asked = voxels.build
     found = [Resolved(AIR_STATE)] + [
@@ -42,7 +39,8 @@ def settled(voxels: Voxels, table: Table | None = None, similar: Similar | None 
     warnings = {warning.message: warning for each in found for warning in each.warnings}
     build = unified(asked.origin, *_with_neighbours(asked.cells, found, table))
     left_out = ignored(voxels)
-    return Settled(build, (*warnings.values(), *([left_out] if left_out is not None else [])))
+    more = (each for each in (left_out, voxels.off_cells) if each is not None)
+    return Settled(build, (*warnings.values(), *more))
 
 
 def _with_neighbours(cells: Cells, found: Sequence[Resolved], table: Table) -> tuple[Cells, list[BlockState]]:

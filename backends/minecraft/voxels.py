@@ -9,7 +9,7 @@ cell is what the program asked for; ``settle`` makes whole block states of that.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,12 +17,12 @@ from scenelang.backends.minecraft.asked import asked_state, is_hollow, place_of
 from scenelang.backends.minecraft.blocks import AIR, AIR_STATE, BlockState, Build, Cells
 from scenelang.backends.minecraft.painting import IntArray, Laid, Stamp, paint
 from scenelang.backends.minecraft.palettes import numbers_in, smallest_box
-from scenelang.backends.minecraft.placing import cells_around, first_cells, whole_sizes
+from scenelang.backends.minecraft.placing import cells_around, first_cells, off_cells, whole_sizes
 from scenelang.backends.minecraft.repeats import FARTHEST, Folded, Sizes, Triple, folded
 from scenelang.grammar.diagnostics import Diagnostic, LimitError
 from scenelang.grammar.source import Span
 from scenelang.interpreter.entity import Entity, descendants, primitive_count
-from scenelang.interpreter.flatten import flatten_entity
+from scenelang.interpreter.flatten import FlatFrame, flatten_entity
 from scenelang.interpreter.shapes import BLOCK_WORDS
 
 MOST_CELLS = 200_000_000
@@ -34,11 +34,12 @@ _SLAB = 1 << 22  # cells that are looked at together
 class Voxels:
     """``build`` holds the states that the program asks for, with the properties that it gives and no others;
     ``places[n]`` is where the program asks for ``build.palette[n]``. ``others`` are the words of the primitives that
-    lay no blocks, sorted."""
+    lay no blocks, sorted; ``off_cells`` is the warning where blocks stand between cells, and not all alike."""
 
     build: Build
     places: tuple[Span | None, ...]
     others: tuple[str, ...]
+    off_cells: Diagnostic | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,11 +71,12 @@ def voxelised(root: Entity, limit: int = 2_000_000, most_cells: int = MOST_CELLS
         paint(cells, origin, _laid(pattern.entity, tree, asked), stamps)
         touched = cells != _UNTOUCHED
         stamps.append(Stamp(cells, None if touched.all() else touched))
-    laid = _laid(tree.root, tree, asked)
+    flat = flatten_entity(tree.root, whole_cells=False)
+    laid = _laid_of(flat, tree, asked)
     origin, size = cells_around(laid, most_cells)
     cells = np.zeros(size, np.uint32)
     paint(cells, origin, laid, stamps)
-    return _finished(cells, origin, asked)
+    return replace(_finished(cells, origin, asked), off_cells=_off_cells(flat))
 
 
 def ignored(voxels: Voxels) -> Diagnostic | None:
@@ -84,6 +86,22 @@ def ignored(voxels: Voxels) -> Diagnostic | None:
     shown = ", ".join(f'"{word}"' for word in voxels.others[:8]) + (", .." if len(voxels.others) > 8 else "")
     message = f"only {' and '.join(BLOCK_WORDS)} lay blocks; left out: {shown}"
     return Diagnostic("no-block", message, hint="fill the shapes of the whole scene with blocks: --voxelize 64")
+
+
+def _off_cells(flat: FlatFrame) -> Diagnostic | None:
+    """The warning for blocks between cells; what all stands as far from its cells keeps its distances. Patterns stand
+    and are at whole cells."""
+    found = off_cells(flat)
+    if found is None:
+        return None
+    count, at, number = found
+    entity = flat.primitives[int(flat.index[number])]
+    cell = first_cells(flat)[number].tolist()
+    message = (
+        f"{count:,} cuboids stand between cells, such as that at [{' '.join(f'{n:.6g}' for n in at)}], which is laid"
+    )
+    message += f" at [{' '.join(map(str, cell))}]; gaps between them change"
+    return Diagnostic("off-cells", message, place_of(entity), hint="move blocks by whole numbers")
 
 
 # --- what is asked for -----------------------------------------------------------------------------------------------
@@ -131,7 +149,10 @@ def _check_count(entities: Sequence[Entity], limit: int) -> None:
 
 def _laid(entity: Entity, tree: Folded, asked: _Asked) -> Laid:
     """The cuboids and stamps that ``entity`` lays, in order; raises SceneError("blocks")."""
-    flat = flatten_entity(entity, whole_cells=False)
+    return _laid_of(flatten_entity(entity, whole_cells=False), tree, asked)
+
+
+def _laid_of(flat: FlatFrame, tree: Folded, asked: _Asked) -> Laid:
     primitives = flat.primitives
     stamp = np.array([tree.numbers.get(id(p), -1) for p in primitives], np.int64)
     size = whole_sizes(flat)

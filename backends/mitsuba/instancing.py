@@ -103,7 +103,7 @@ def _counted(root: Entity) -> _Counts:
 def _solids_in(entity: Entity) -> int:
     """How many solids a primitive is: one, but as many as it has triangles for a mesh file."""
     if entity.shape is not None and entity.shape.kind is Kind.ASSET and entity.shape.file is not None:
-        return len(load_asset(entity.shape.file).faces)
+        return len(load_asset(entity.shape.file, entity.shape.root).faces)
     return int(entity.is_primitive)
 
 

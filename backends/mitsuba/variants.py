@@ -55,7 +55,8 @@ def use(choice: str, samples: int, has_instances: bool) -> Any:
 def works(name: str) -> bool:
     """Whether a small picture comes out of the variant ``name`` in another process."""
     try:
-        done = subprocess.run(trial_command(name), capture_output=True, text=True, timeout=_PATIENCE)
+        # a list of words, no shell: our interpreter or a program by its own name
+        done = subprocess.run(trial_command(name), capture_output=True, text=True, timeout=_PATIENCE)  # noqa: S603  # nosec B603
     except (OSError, subprocess.TimeoutExpired):
         return False
     return done.returncode == 0 and done.stdout.strip() == "True"

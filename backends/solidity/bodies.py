@@ -120,7 +120,7 @@ def _pose(entity: Entity) -> tuple[Form, FloatArray] | None:
         return None  # blocks take the place of those before them
     if shape.kind is not Kind.ASSET:
         return local_pose(shape)
-    if shape.box is None:
+    if shape.asset is None:
         return None
-    low, high = np.array(shape.box[:3]), np.array(shape.box[3:])
+    low, high = np.array(shape.asset.box[:3]), np.array(shape.asset.box[3:])
     return Form.BLOCK, np.concatenate([np.diag((high - low) / 2.0), ((low + high) / 2.0)[:, None]], axis=1)

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from scenelang.backends.base import need
 from scenelang.backends.exports.ply import write_ply
-from scenelang.backends.files import written_whole
+from scenelang.backends.files import read_regular, written_whole
 from scenelang.backends.splats.gaussians import Gaussians
 from scenelang.backends.studio import from_srgb, to_srgb
 from scenelang.backends.weights import INSTALL
@@ -121,7 +121,7 @@ def read_gaussians(path: Path | str) -> Gaussians:
     try:
         if target.stat().st_size > _LARGEST:
             raise LimitError("size", f"`{target}` is larger than {_LARGEST:,} bytes")
-        data = target.read_bytes()
+        data = read_regular(target)
     except OSError as error:
         raise SceneError("file", f"cannot read {target}: {error.strerror or error}") from error
     return from_splat(data) if target.suffix.lower() == ".splat" else from_ply(data)

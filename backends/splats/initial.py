@@ -169,7 +169,7 @@ def _solid_cover(shape: Shape, look: Look, count: int, seed: int) -> Cover | Non
 def _mesh_cover(entity: Entity, look: Look, count: int, seed: int) -> Cover | None:
     """The Gaussians of a mesh file, in its own colours unless the primitive has a ``:color``."""
     assert entity.shape is not None
-    mesh = load_asset(entity.shape.file or "")
+    mesh = load_asset(entity.shape.file or "", entity.shape.root)
     surface, which = on_triangles(mesh.corners, count, seed)
     if not len(surface.places):
         return None

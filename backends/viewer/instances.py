@@ -18,6 +18,7 @@ from scenelang.interpreter.flatten import FlatFrame, flatten
 from scenelang.interpreter.shapes import Kind
 
 FloatArray = npt.NDArray[np.float64]
+_File = tuple[str, str | None, bool]  # a mesh file, the folder of what it refers to, and whether in its own colours
 IntArray = npt.NDArray[np.int64]
 
 # Round solids come with two numbers of sides: what is small in the picture is drawn with the few.
@@ -155,7 +156,7 @@ def _geometries(
     return geometries, geometry_of, local
 
 
-def _add(geometries: list[Geometry], key: Form | tuple[str, bool], has_coarse: bool) -> int:
+def _add(geometries: list[Geometry], key: Form | _File, has_coarse: bool) -> int:
     """Add the geometry of ``key``, and before it its coarse one where that is another; its number."""
     if not isinstance(key, Form):
         geometries.append(_asset(*key))
@@ -167,7 +168,7 @@ def _add(geometries: list[Geometry], key: Form | tuple[str, bool], has_coarse: b
     return len(geometries) - 1
 
 
-def _geometry_key(entity: Entity) -> tuple[Form | tuple[str, bool] | None, FloatArray]:
+def _geometry_key(entity: Entity) -> tuple[Form | _File | None, FloatArray]:
     """What a primitive is drawn as, a canonical solid or a file's mesh (in its own colours or not), and its pose
     (3, 4); None: not at all."""
     shape, identity = entity.shape, np.eye(4)[:3]
@@ -175,7 +176,7 @@ def _geometry_key(entity: Entity) -> tuple[Form | tuple[str, bool] | None, Float
         return None, identity
     if shape.kind is Kind.ASSET:
         has_color = entity.embedding.attributes.get("color") is not None
-        return (shape.file, not has_color) if shape.file is not None else None, identity
+        return (shape.file, shape.root, not has_color) if shape.file is not None else None, identity
     found = local_pose(shape)
     return (None, identity) if found is None else found
 
@@ -189,9 +190,9 @@ def _unit(form: Form, sides: int) -> Geometry:
     )
 
 
-def _asset(file: str, own_colors: bool) -> Geometry:
+def _asset(file: str, root: str | None, own_colors: bool) -> Geometry:
     """The mesh of a file, flat-shaded; raises SceneError("file") when it cannot be read."""
-    mesh = load_asset(file)
+    mesh = load_asset(file, root)
     corners, colors = mesh.corners, mesh.face_colors if own_colors else None
     return Geometry(
         corners.astype(np.float32).reshape(-1),

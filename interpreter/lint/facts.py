@@ -56,7 +56,7 @@ def facts_of(form: Any) -> Facts:
         (
             *unused_locals(nodes, form),
             *shadowed_calls(nodes, form),
-            *constant_conditions(nodes),
+            *constant_conditions(nodes, form),
             *turned_after_moved(nodes),
         ),
         tuple(pattern_variables(form.target)) if type(form) is ast.Define else (),

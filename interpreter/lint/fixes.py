@@ -9,8 +9,10 @@ from dataclasses import replace
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix
 from scenelang.grammar.reader import read_comments
 from scenelang.grammar.source import Source, Span
+from scenelang.interpreter.lint.removal import spaced
 
 _FRACTION = re.compile(r"([+-]?\d+)/(\d+)\Z")
+_PIECES = re.compile(r"""(?:"(?:[^"\\]|\\.)*"|;[^\n]*|#\|.*?\|#|[()\[\]'`,]|[^\s()\[\]";'`,]+)""", re.S)
 _NAME = re.compile(r"[^\s()\[\]\";'`,]+\Z")
 
 
@@ -28,8 +30,24 @@ def with_fixes(diagnostic: Diagnostic) -> Diagnostic:
     elif diagnostic.name == "word" and _NAME.match(text):
         fix = Fix("Write it in quotes", (Edit(span, f'"{text}"'),), safe=True)
     elif diagnostic.name == "bad-atom" and (match := _FRACTION.match(text)):
-        fix = Fix("Write a division", (Edit(span, f"(/ {match[1]} {match[2]})"),), safe=True)
+        fix = Fix("Write a division", (Edit(span, f"(/ {match[1]} {match[2]})"),), safe=not _is_quoted(span))
     return replace(diagnostic, fixes=(fix,)) if fix is not None else diagnostic
+
+
+def _is_quoted(span: Span) -> bool:
+    """Whether a place is inside quoted data, where a list is no call."""
+    quoted = [False]
+    last = ""
+    for match in _PIECES.finditer(span.source.text, 0, span.start):
+        piece = match.group()
+        if piece == "(" or piece == "[":
+            quoted.append(quoted[-1] or last in ("'", "`"))
+        elif piece in ")]":
+            quoted = quoted[:-1] or [False]
+        elif last == "(" and piece in ("quote", "quasiquote"):
+            quoted[-1] = True
+        last = piece
+    return quoted[-1] or last in ("'", "`")
 
 
 def _careful(fix: Fix) -> Fix:
@@ -52,7 +70,9 @@ def _removal(form: Span) -> Edit:
     after = re.compile(r"[ \t]*\r?\n?").match(text, form.end)
     end = after.end() if after is not None else form.end
     alone = not text[line : form.start].strip() and (text[end - 1 : end] == "\n" or end == len(text))
-    return Edit(Span(form.source, line, end) if alone else form, "")
+    if alone:
+        return Edit(Span(form.source, line, end), "")
+    return Edit(form, spaced(form, "") or "")
 
 
 def apply_fixes(source: Source, diagnostics: Iterable[Diagnostic]) -> tuple[str, int]:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 from scenelang.grammar.diagnostics import Diagnostic
 from scenelang.interpreter.library import STD
 from scenelang.interpreter.lint.facts import Facts
 from scenelang.interpreter.lint.names import can_go, is_written, remove
+from scenelang.interpreter.lint.removal import keeps_root
 from scenelang.interpreter.lint.words import unreachable_words, word_warnings
 from scenelang.interpreter.program import Program
 
@@ -20,7 +22,7 @@ def lint(program: Program, is_scene: Callable[[], bool]) -> list[Diagnostic]:
     own = [each for each in program.facts if not _is_library(each.form)]
     found = word_warnings(program)
     for each in own:
-        found += each.local
+        found += [_with_safe_fixes(diagnostic, program) for diagnostic in each.local]
     found += unreachable_words(program)
     unused = list(_unused_globals(program, own))
     return [*found, *unused] if unused and is_scene() else found
@@ -28,7 +30,16 @@ def lint(program: Program, is_scene: Callable[[], bool]) -> list[Diagnostic]:
 
 def lint_of_forms(program: Program) -> list[Diagnostic]:
     """Warnings about single forms, for a program that has errors elsewhere."""
-    return [warning for each in program.facts if not _is_library(each.form) for warning in each.local]
+    local = (warning for each in program.facts if not _is_library(each.form) for warning in each.local)
+    return [_with_safe_fixes(warning, program) for warning in local]
+
+
+def _with_safe_fixes(diagnostic: Diagnostic, program: Program) -> Diagnostic:
+    """Fixes that could make another word the root are not safe."""
+    if all(not fix.safe or keeps_root(fix, program) for fix in diagnostic.fixes):
+        return diagnostic
+    fixes = (replace(fix, safe=fix.safe and keeps_root(fix, program)) for fix in diagnostic.fixes)
+    return replace(diagnostic, fixes=tuple(fixes))
 
 
 def _is_library(form: Any) -> bool:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from typing import Any
 
 from scenelang.grammar import ast
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix
-from scenelang.interpreter.analyse import walk
+from scenelang.interpreter.lint.removal import is_followed, is_inert, written_nodes
 from scenelang.interpreter.scope import Variable
 
 _MACROS = ("define-syntax", "let-syntax", "letrec-syntax", "define-macro")
@@ -28,7 +28,7 @@ def unused_locals(nodes: Sequence[Any], form: Any) -> Iterator[Diagnostic]:
         return  # a macro that nobody has used yet may read them
     used = {node.target for node in nodes if type(node) is ast.Reference}
     named = _named_functions(nodes, form)
-    removable = _removable(nodes)
+    removable = _removable(form)
     for node in nodes:
         if type(node) is ast.Define and node is not form:
             if isinstance(node.target, Variable):
@@ -58,21 +58,28 @@ def _named_functions(nodes: Iterable[Any], form: Any) -> set[int]:
     return found
 
 
-def _removable(nodes: Iterable[Any]) -> set[int]:
-    """Definitions of bodies that may go if nothing reads them: they do nothing else, and a value comes after them."""
+def _removable(form: Any) -> set[int]:
+    """Definitions of bodies that may go if nothing reads them: they do nothing else, nothing assigns them, and a value
+    comes after them."""
     found = set()
-    for node in nodes:
-        if type(node) is ast.Body:
-            found |= {id(item) for item in node.items[:-1] if can_go(item)}
+    for node in written_nodes(form):
+        if type(node) is not ast.Body:
+            continue
+        ready: set[Any] = set()
+        for item in node.items[:-1]:
+            if type(item) is not ast.Define or not isinstance(item.target, Variable):
+                continue
+            if can_go(item, ready) and not item.target.assigned and is_followed(form, item.span):
+                found.add(id(item))
+            ready.add(item.target)
     return found
 
 
-def can_go(form: Any) -> bool:
-    """Whether a form is a ``define`` that does nothing but define."""
+def can_go(form: Any, ready: Collection[Any] = ()) -> bool:
+    """Whether a form is a ``define`` that does nothing but define; ``ready``: the variables defined before it."""
     if type(form) is not ast.Define or not form.span.text.startswith("(define ") or form.span.expansion is not None:
         return False
-    pure = (ast.Constant, ast.Lambda, ast.Reference, ast.ArrayLiteral, ast.HandleLiteral)
-    return type(form.value) is ast.Lambda or all(type(part) in pure for part in walk(form.value))
+    return isinstance(form.target, Variable) and is_inert(form.value, ready)
 
 
 def remove(form: Any, safe: bool = True) -> Fix:

@@ -7,6 +7,7 @@ import re
 import symtable
 import warnings
 from dataclasses import dataclass, field
+from keyword import iskeyword
 
 from scenelang.grammar.diagnostics import Diagnostic
 from scenelang.grammar.source import Source, Span
@@ -208,6 +209,8 @@ def _named_tuple(statement: ast.stmt) -> ast.ClassDef | None:
     elif isinstance(fields, (ast.List, ast.Tuple)) and all(isinstance(e, ast.Constant) for e in fields.elts):
         names = [str(e.value) for e in fields.elts if isinstance(e, ast.Constant)]
     else:
+        return None
+    if not all(field.isidentifier() and not iskeyword(field) for field in names):
         return None
     body: list[ast.stmt] = [
         ast.AnnAssign(ast.Name(field, ast.Store()), ast.Name("Any", ast.Load()), None, simple=1) for field in names

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import ast
 import re
+import textwrap
+import warnings
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -26,15 +29,27 @@ class Response:
 
 def find_code(text: str) -> Response:
     """The code of a response: from the first line "```python" to the next "```", as the paper's own tool reads it; the
-    first block that registers something when that one does not; the whole text when nothing is fenced."""
+    first block that registers something when that one does not; the whole text when nothing is fenced, or when the
+    text is Python as it stands (its fences are then inside strings)."""
     blocks = _python_blocks(text) or _blocks(text)
-    if not blocks:
+    if not blocks or _is_python(text):
         return Response(0, len(text), "", "")
     chosen = next((block for block in blocks if _REGISTERS.search(text, block[1], block[2])), blocks[0])
     opening, start, end, closing = chosen
     before = _FENCE.sub("", _without_blocks(text, blocks, 0, opening))
     after = _FENCE.sub("", _without_blocks(text, blocks, closing, len(text)))
     return Response(start, end, before.strip(), after.strip(), len(blocks) - 1)
+
+
+def _is_python(text: str) -> bool:
+    """Whether a whole text parses as Python and is more than strings."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            tree = ast.parse(textwrap.dedent(text))
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return False
+    return any(not isinstance(node, ast.Expr) or not isinstance(node.value, ast.Constant) for node in tree.body)
 
 
 def code_of(text: str) -> str:

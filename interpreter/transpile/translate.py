@@ -154,7 +154,10 @@ def _written(
     footer = [*writer.pending_texts, *writer.comments_until(len(text.lines) + 1)]
     after = prose(text.response.after[:_LONGEST_PROSE])
     ending: list[str | None] = [*footer, *([None] if after else []), *after]
-    return Translation(datums, output.text(datums, header, ending), tuple(_sorted(diagnostics)))
+    written = output.text(datums, header, ending)
+    if isinstance(written, Diagnostic):
+        return Translation((), "", tuple(_sorted([*diagnostics, written])))
+    return Translation(datums, written, tuple(_sorted(diagnostics)))
 
 
 def _sorted(diagnostics: list[Diagnostic]) -> list[Diagnostic]:

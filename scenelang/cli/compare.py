@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from scenelang.cli.options import UsageError, add_common, limits_of, session_of, whole
-from scenelang.cli.output import print_json, report_run
+from scenelang.cli.output import print_json, report_run, say
+from scenelang.sandbox.supervision import limited
 from scenelang.scene_changes import TOLERANCE, change_lines, changes_between, sheets_in, sheets_of
 
 if TYPE_CHECKING:
@@ -43,16 +44,18 @@ def diff(arguments: argparse.Namespace) -> int:
         raise UsageError("file", "only one of the two can be standard input")
     sides: list[Sequence[Sheet]] = []
     for path in (arguments.a, arguments.b):
-        sheets = _sheets(arguments, path)
+        with limited(limits_of(arguments)):
+            sheets = _sheets(arguments, path)
         if sheets is None:
             return 1
         sides.append(sheets)
     frames_a, frames_b = sides
-    found = changes_between(frames_a, frames_b, arguments.tolerance)
+    with limited(limits_of(arguments)):
+        found = changes_between(frames_a, frames_b, arguments.tolerance)
     if arguments.json:
         print_json(found.data())
     else:
-        print("\n".join(change_lines(found, arguments.limit)))
+        say("\n".join(change_lines(found, arguments.limit)))
     return 0 if found.equal else 1
 
 

@@ -19,7 +19,7 @@ def add_completion(subparsers: Any) -> None:
         "`compinit`; for fish write it to ~/.config/fish/completions/scenelang.fish.",
     )
     parser.add_argument("shell", metavar="SHELL", choices=SHELLS, help="bash, zsh or fish")
-    parser.set_defaults(run=completion, json=False, quiet=False, no_color=False)
+    parser.set_defaults(evaluates=False, run=completion, json=False, quiet=False, no_color=False)
 
 
 def completion(arguments: argparse.Namespace) -> int:

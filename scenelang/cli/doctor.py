@@ -34,7 +34,7 @@ def add_doctor(subparsers: Any) -> None:
         "The exit code is 1 only where something that needs no extra is broken.",
     )
     add_output(parser)
-    parser.set_defaults(run=doctor)
+    parser.set_defaults(evaluates=False, run=doctor)
 
 
 def doctor(arguments: argparse.Namespace) -> int:
@@ -49,13 +49,14 @@ def doctor(arguments: argparse.Namespace) -> int:
 def checks() -> Iterator[Check]:
     """All findings; a group that fails to be looked at is a finding itself."""
     from scenelang.doctor.check import Check, State
-    from scenelang.doctor.machine import folder_checks, system_checks, terminal_checks
+    from scenelang.doctor.machine import folder_checks, limit_checks, system_checks, terminal_checks
     from scenelang.doctor.packages import package_checks
     from scenelang.doctor.services import service_checks
     from scenelang.doctor.works import work_checks
 
     groups: tuple[tuple[str, Callable[[], Iterable[Check]]], ...] = (
         ("system", system_checks),
+        ("limits", limit_checks),
         ("works", work_checks),
         ("packages", package_checks),
         ("services", service_checks),

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from scenelang.backends.files import read_regular
 from scenelang.cli.model_options import ablation_of, add_model_options, evaluation_options, settings_from
 from scenelang.cli.model_runs import (
     begun,
@@ -19,7 +20,7 @@ from scenelang.cli.model_runs import (
     show_dry_run,
 )
 from scenelang.cli.options import UsageError, whole
-from scenelang.cli.output import print_json, report_run, use_color
+from scenelang.cli.output import print_json, report_run, say, use_color
 from scenelang.cli.pictures import check_folder
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.session import Session
@@ -146,7 +147,7 @@ def _check_unchanged(path: Path, run: Run) -> None:
 def _digest(path: Path) -> str:
     from hashlib import sha256
 
-    return sha256(path.read_bytes()).hexdigest()
+    return sha256(read_regular(path)).hexdigest()
 
 
 def _write(target: Path, text: str) -> None:
@@ -182,7 +183,7 @@ def _show(arguments: argparse.Namespace, done_to: Edit) -> None:
         color = _COLORS.get(line[:1])
         shown = printable(line)
         print(f"\033[{color}m{shown}\033[0m" if colored and color else shown)
-    print("\n".join(change_lines(done_to.changes, arguments.limit, OF_AN_EDIT)))
+    say("\n".join(change_lines(done_to.changes, arguments.limit, OF_AN_EDIT)))
 
 
 COMMANDS = (add_edit,)

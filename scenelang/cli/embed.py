@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.cli.model_options import add_spending, describer
 from scenelang.cli.options import UsageError, add_common, add_file, session_of, usage_errors, z_path
-from scenelang.cli.output import print_json, report_run, table
+from scenelang.cli.output import print_json, report_run, say, table
 from scenelang.cli.programs import evaluated
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.session import Evaluated, Session, is_scene_file
@@ -72,9 +72,9 @@ def embed(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json(_data(wording))
     elif target is None:
-        print(_table(wording))
+        say(_table(wording))
     elif not arguments.quiet:
-        print(_summary(target, wording, known))
+        say(_summary(target, wording, known))
     if describe is not None and not arguments.quiet:
         print(f"asking cost ${describe.spent:.4f}", file=sys.stderr)
     return 0

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from scenelang.cli.neural_options import add_models, device_of, shelf_of
 from scenelang.cli.neural_scene import add_granularity, granularity_of, sayings_of, tensors_of
 from scenelang.cli.options import UsageError, add_common, whole, z_path
-from scenelang.cli.output import print_json, table
+from scenelang.cli.output import print_json, say, table
 from scenelang.cli.pictures import check_folder, done
 from scenelang.cli.programs import evaluated
 from scenelang.grammar.diagnostics import SceneError
@@ -77,7 +77,7 @@ def encode(arguments: argparse.Namespace) -> int:
     write_encodings(path, found)
     if not arguments.quiet:
         count = sum(len(row.handles) for row in found.rows)
-        print(f"wrote {path}: {len(found.rows):,} sentences of {count:,} embeddings, by {found.model}")
+        say(f"wrote {path}: {len(found.rows):,} sentences of {count:,} embeddings, by {found.model}")
     return 0
 
 
@@ -131,7 +131,7 @@ def swap(arguments: argparse.Namespace) -> int:
     if not swap_handles(path, one, other):
         raise SceneError("value", f"Z says nothing of <{one}> and <{other}>, so there is nothing to swap")
     if not arguments.quiet:
-        print(f"wrote {path}: <{one}> and <{other}> swapped; `encode` again if their sentences are needed")
+        say(f"wrote {path}: <{one}> and <{other}> swapped; `encode` again if their sentences are needed")
     return 0
 
 
@@ -150,7 +150,7 @@ def similar(arguments: argparse.Namespace) -> int:
         ])  # fmt: skip
         return 0
     cells = [(f"{cosine:.3f}", _some(encodings.rows[i].handles), encodings.rows[i].prompt) for i, cosine in rows]
-    print(table([("cosine", "handles", "sentence"), *cells], (True, False, False)))
+    say(table([("cosine", "handles", "sentence"), *cells], (True, False, False)))
     return 0
 
 

@@ -9,7 +9,7 @@ from typing import Any
 from scenelang.cli.embedding_vectors import add_actions, vector_of_picture
 from scenelang.cli.neural_options import add_models
 from scenelang.cli.options import UsageError, add_common, add_file, z_path
-from scenelang.cli.output import print_json, table
+from scenelang.cli.output import print_json, say, table
 from scenelang.cli.programs import evaluated
 from scenelang.grammar.datum import Handle
 from scenelang.grammar.diagnostics import SceneError
@@ -18,7 +18,6 @@ from scenelang.grammar.source import Source
 from scenelang.interpreter.entity import Entity, Scene
 from scenelang.interpreter.numbering import frame_numbers, instances, number_scene
 from scenelang.interpreter.plain import plain_attributes
-from scenelang.interpreter.runtime import Entry
 from scenelang.interpreter.show import show
 from scenelang.interpreter.syntax_values import quoted_value
 from scenelang.session import Session, is_scene_file
@@ -68,9 +67,9 @@ def list_embeddings(arguments: argparse.Namespace) -> int:
     ]
     shown = 5 if learned else 4
     titles = ("handle", "word", "text", "attributes", "learned vectors")
-    print(table([row[:shown] for row in (titles, *cells)], (False,) * shown))
+    say(table([row[:shown] for row in (titles, *cells)], (False,) * shown))
     if len(rows) == MAX_ROWS:
-        print(f"... only the first {MAX_ROWS} are shown")
+        say(f"... only the first {MAX_ROWS} are shown")
     return 0
 
 
@@ -112,7 +111,7 @@ def _rows(scene: Scene) -> dict[str, Entity]:
 
 
 def set_embedding(arguments: argparse.Namespace) -> int:
-    from scenelang.zfile import beside, read_z, write_vectors, write_z
+    from scenelang.zfile import beside, set_entry, write_vectors
 
     name = handle_of(arguments.handle)
     if arguments.file != "-":
@@ -129,21 +128,12 @@ def set_embedding(arguments: argparse.Namespace) -> int:
         raise UsageError("value", "`--start` is the word that a picture's vector starts from: give one with --image")
     attributes = dict(map(_attribute, arguments.attribute))
     learned = None if arguments.image is None else vector_of_picture(arguments)
-    entries, vectors = read_z(path) if path.exists() else ({}, {})
-    old = Entry() if arguments.clear else entries.get(name, Entry())
-    entry = Entry(arguments.text if arguments.text is not None else old.text, {**old.attributes, **attributes})
-    if arguments.clear:
-        vectors.pop(name, None)
-    if arguments.clear and entry == Entry():
-        entries.pop(name, None)
-    else:
-        entries[name] = entry
-    write_z(path, entries, vectors)
+    set_entry(path, name, arguments.text, attributes, arguments.clear)
     if learned is not None:
         write_vectors(path, {name: learned.word.vectors}, {name: learned.made})
     if not arguments.quiet:
         told = f"; cosine {learned.word.before:.3f} -> {learned.word.cosine:.3f}" if learned is not None else ""
-        print(f"wrote {path}: <{name}>{told}")
+        say(f"wrote {path}: <{name}>{told}")
     return 0
 
 

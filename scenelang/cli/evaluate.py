@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from scenelang.cli.neural_options import add_models, device_of, shelf_of
 from scenelang.cli.neural_scene import folder_of
 from scenelang.cli.options import UsageError, add_common, session_of, usage_errors, whole
-from scenelang.cli.output import print_json, progress, report, report_run, warnings
+from scenelang.cli.output import print_json, progress, report, report_run, say, warnings
 from scenelang.cli.pictures import picture_size
 from scenelang.cli.programs import session_limit
 from scenelang.cli.study import alignment, answered, make_study
@@ -239,7 +239,7 @@ def _show(arguments: argparse.Namespace, records: list[Record], evaluation: Eval
         told = [asdict(record) for record in records]
         print_json({"tables": [as_data(table) for table in tables], "records": told, "left_out": left_out})
         return
-    print("\n\n".join(_written(table, arguments.layout) for table in tables))
+    say("\n\n".join(_written(table, arguments.layout) for table in tables))
     if not tables:
         print("nothing was measured", file=sys.stderr)
 

@@ -18,7 +18,7 @@ def add_explain(subparsers: Any) -> None:
     )
     parser.add_argument("codes", metavar="CODE", nargs="*", help="codes or names of errors and warnings")
     add_output(parser)
-    parser.set_defaults(run=explain)
+    parser.set_defaults(evaluates=False, run=explain)
 
 
 def explain(arguments: argparse.Namespace) -> int:

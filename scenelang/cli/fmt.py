@@ -12,8 +12,9 @@ from difflib import unified_diff
 from pathlib import Path
 from typing import Any
 
-from scenelang.cli.options import UsageError, add_output
-from scenelang.cli.output import print_json, report, use_color
+from scenelang.backends.files import read_regular
+from scenelang.cli.options import UsageError, add_output, program_files
+from scenelang.cli.output import print_json, report, say, use_color
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, to_json
 from scenelang.grammar.formatter import FormatFault, UnreadableError, format_range, format_text
 
@@ -35,7 +36,7 @@ def add_fmt(subparsers: Any) -> None:
     parser.add_argument("--diff", action="store_true", help="change nothing; show what would change")
     parser.add_argument("--lines", metavar="A:B", type=_lines, help="only the forms on lines A to B of one file")
     add_output(parser)
-    parser.set_defaults(run=fmt)
+    parser.set_defaults(evaluates=False, run=fmt)
 
 
 def _lines(text: str) -> tuple[int, int]:
@@ -61,7 +62,7 @@ class _Done:
 
 
 def fmt(arguments: argparse.Namespace) -> int:
-    files = list(_files(arguments.files))
+    files = program_files(arguments.files)
     if arguments.lines is not None and len(files) != 1:
         raise UsageError("value", f"--lines is for one file, got {len(files)}")
     done = [_one(arguments, name) for name in files]
@@ -75,25 +76,6 @@ def fmt(arguments: argparse.Namespace) -> int:
             print(f"internal error: {each.fault} (the file is as it was; please report it)", file=sys.stderr)
     failed = any(each.after is None for each in done)
     return 1 if failed or (arguments.check and any(each.changes for each in done)) else 0
-
-
-def _files(names: Iterable[str]) -> Iterator[str]:
-    """The files that are meant, each once: of a folder those that end in .scene, hidden ones left out."""
-    seen: set[str] = set()
-    for name in names:
-        found = [name]
-        if name != "-" and os.path.isdir(name):
-            found = [str(path) for path in _programs(Path(name))] or [name]
-        for each in found:
-            key = each if each == "-" else os.path.realpath(each)
-            if key not in seen:
-                seen.add(key)
-                yield each
-
-
-def _programs(folder: Path) -> list[Path]:
-    found = [path for path in folder.rglob("*.scene") if path.is_file()]
-    return sorted(p for p in found if not any(part.startswith(".") for part in p.relative_to(folder).parts))
 
 
 def _one(arguments: argparse.Namespace, name: str) -> _Done:
@@ -125,8 +107,7 @@ def _text_of(name: str) -> str:
         if name == "-":
             data = sys.stdin.buffer.read(_LARGEST_FILE + 1)
         else:
-            with open(name, "rb") as file:
-                data = file.read(_LARGEST_FILE + 1)
+            data = read_regular(name, _LARGEST_FILE + 1)
     except (OSError, ValueError) as error:
         raise SceneError("file", f"cannot read {name}: {getattr(error, 'strerror', None) or 'is no path'}") from None
     if len(data) > _LARGEST_FILE:
@@ -165,7 +146,7 @@ def _deliver(arguments: argparse.Namespace, name: str, done: _Done) -> None:
 
         rewrite(Path(name), done.after)
     if done.changes and name != "-" and not arguments.json and not arguments.quiet and not arguments.diff:
-        print(f"{'would format' if arguments.check else 'formatted'} {name}")
+        say(f"{'would format' if arguments.check else 'formatted'} {name}")
 
 
 def _difference(done: _Done, color: bool) -> Iterator[str]:

@@ -23,7 +23,7 @@ def add_grammar(subparsers: Any) -> None:
     parser.add_argument("--strict", action="store_true", help="exactly the paper's grammar, as check --strict has it")
     parser.add_argument("-o", "--output", metavar="FILE", help="where to write it (default: standard output)")
     add_output(parser)
-    parser.set_defaults(run=grammar)
+    parser.set_defaults(evaluates=False, run=grammar)
 
 
 def grammar(arguments: argparse.Namespace) -> int:

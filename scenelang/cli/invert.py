@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from scenelang.cli.inversion_options import add_inversion, place_of, way_of
 from scenelang.cli.neural_options import device_of, shelf_of
 from scenelang.cli.options import UsageError, add_common, add_file, session_of
-from scenelang.cli.output import print_json, report_run
+from scenelang.cli.output import print_json, report_run, say
 from scenelang.grammar.diagnostics import SceneError
 
 if TYPE_CHECKING:
@@ -164,7 +164,7 @@ def _tell(
     elif not arguments.quiet:
         learned = [name for part in parts for name in part.target.handles]
         shown = " ".join(f"<{handle}>" for handle in dict.fromkeys([*learned[:8], *styles[:8]]))
-        print(f"wrote {place.z}: {shown}; loss {outcome.before:.4g} -> {outcome.after:.4g}")
+        say(f"wrote {place.z}: {shown}; loss {outcome.before:.4g} -> {outcome.after:.4g}")
 
 
 # --- style -----------------------------------------------------------------------------------------------------------

@@ -13,7 +13,7 @@ from scenelang.backends.base import need
 def add_lsp(subparsers: Any) -> None:
     parser = subparsers.add_parser("lsp", help="serve an editor over standard input and output (docs/editors.md)")
     parser.add_argument("--stdio", action="store_true", help="what editors add; the only way there is")
-    parser.set_defaults(run=lsp)
+    parser.set_defaults(evaluates=False, run=lsp)
 
 
 def lsp(arguments: argparse.Namespace) -> int:

@@ -40,6 +40,7 @@ from scenelang.cli import (
 from scenelang.cli.options import UsageError
 from scenelang.cli.output import report
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.sandbox.supervision import INTERRUPTED, is_supported, supervise
 
 # In the order in which help and the reference list their commands.
 _MODULES = (
@@ -70,8 +71,6 @@ _MODULES = (
     completion,
 )
 
-INTERRUPTED = 130
-
 
 class _Version(argparse.Action):
     """Prints the version; looked up only when asked for, since that takes a while."""
@@ -95,13 +94,21 @@ def build_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command and return its exit code; argparse exits with 2 for wrong usage."""
+def main(argv: Sequence[str] | None = None, supervised: bool = False) -> int:
+    """Run one command and return its exit code; argparse exits with 2 for wrong usage. ``supervised``: commands that
+    evaluate programs do so in a child process under hard limits; the child returns from here as well."""
     arguments = build_parser().parse_args(argv)
+    if supervised and getattr(arguments, "evaluates", True) and is_supported():
+        stream = sys.stdout if arguments.command == "check" and arguments.json else None
+        return supervise(lambda: _run(arguments), lambda problem: report(arguments, [problem], stream))
+    return _run(arguments)
+
+
+def _run(arguments: argparse.Namespace) -> int:
     try:
         code: int = arguments.run(arguments)
         sys.stdout.flush()
-        return code
+        return INTERRUPTED if code and getattr(arguments, "was_interrupted", False) else code
     except SceneError as error:
         if _was_interrupted(error):
             return _report_interruption()
@@ -151,15 +158,15 @@ def _silence_stdout() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def entry() -> None:
-    """What the installed commands call."""
-    code = main()
+def entry() -> int:
+    """The command line under hard limits; ``start.entry`` ends the process with what this returns."""
+    code = main(supervised=True)
     if code == INTERRUPTED:  # threads of native libraries may still be at work, which Python's own end does not survive
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(code)
-    sys.exit(code)
+    return code
 
 
 if __name__ == "__main__":
-    entry()
+    sys.exit(entry())

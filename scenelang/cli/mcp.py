@@ -22,7 +22,7 @@ def add_mcp(subparsers: Any) -> None:
         "--project", metavar="DIR", default=".", help="the only folder whose files are read (default: the current one)"
     )
     add_limits(parser)
-    parser.set_defaults(run=mcp)
+    parser.set_defaults(evaluates=False, run=mcp)
 
 
 def mcp(arguments: argparse.Namespace) -> int:
@@ -33,12 +33,28 @@ def mcp(arguments: argparse.Namespace) -> int:
     from importlib.metadata import version
 
     from scenelang.mcp.project import Project
-    from scenelang.mcp.server import build_server
+    from scenelang.mcp.server import build_server, work
+    from scenelang.sandbox.worker import Worker
 
     root = folder.resolve()
     os.chdir(root)  # what programs import and what diagnostics name is relative to it
-    build_server(Project(root, limits_of(arguments)), version("scenelang")).run("stdio")
+    _import_ahead()
+    worker = Worker(work, (str(root),))
+    build_server(Project(root, limits_of(arguments)), version("scenelang"), worker).run("stdio")
     return 0
+
+
+def _import_ahead() -> None:
+    """Modules and tables that every request needs are loaded once, before processes are forked for requests."""
+    from scenelang.backends import picture  # noqa: F401
+    from scenelang.backends.base import every
+    from scenelang.grammar import core, reader
+    from scenelang.stdlib.library import build_library
+
+    reader.prepare()
+    core.prepare()
+    build_library()
+    every()
 
 
 COMMANDS = (add_mcp,)

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 _PROVIDER_HELP = "anthropic (default), or openai: any server of chat completions"
 _PRICE_HELP = "dollars per million tokens, for a model whose price is not known"
+_TIMEOUT_HELP = "seconds without a word from the service, at each of three tries (default 120)"
 _PROMPTS_HELP = "prompts that replace the package's, file by file"
 _TOKENS_OF_WORDS = 8_000
 
@@ -40,6 +41,7 @@ def add_model_options(parser: argparse.ArgumentParser) -> None:
     model.add_argument("--max-cost", type=dollars, metavar="DOLLARS", help="what the run may cost (default 5)")
     model.add_argument("--price", metavar="IN,OUT", help=_PRICE_HELP)
     model.add_argument("--prompt-dir", metavar="DIR", help=_PROMPTS_HELP)
+    model.add_argument("--timeout", type=_seconds, metavar="SECONDS", help=_TIMEOUT_HELP)
     model.add_argument("--no-cache", action="store_true", help="ask anew what was asked before")
     loop = parser.add_argument_group("tries")
     loop.add_argument(
@@ -71,10 +73,12 @@ def add_spending(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--max-cost", type=dollars, default=1.0, metavar="DOLLARS", help="what it may cost (default 1)")
     group.add_argument("--price", metavar="IN,OUT", help=_PRICE_HELP)
     group.add_argument("--prompt-dir", metavar="DIR", help=_PROMPTS_HELP)
+    group.add_argument("--timeout", type=_seconds, metavar="SECONDS", help=_TIMEOUT_HELP)
 
 
 def describer(arguments: argparse.Namespace) -> Describer:
     """What asks a model how things look, as a command's options say. Raises SceneError."""
+    from scenelang.backends.language_models.credentials import TIMEOUT
     from scenelang.inference.describing import Describer
     from scenelang.inference.live_count import LiveCount
     from scenelang.inference.prompts import Prompts
@@ -88,10 +92,22 @@ def describer(arguments: argparse.Namespace) -> Describer:
         max_tokens=_TOKENS_OF_WORDS,
         max_cost=arguments.max_cost,
         prompt_dir=arguments.prompt_dir,
+        timeout=arguments.timeout or TIMEOUT,
     )
     client = settings.client()
     speaker = settings.speaker(client.model, Notation.PYTHON)
     return Describer(client, Prompts(settings.prompts_folder), speaker, LiveCount(live_stream(arguments)))
+
+
+def _seconds(text: str) -> float:
+    """A time to wait."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0.1 <= value <= 86_400:
+        raise argparse.ArgumentTypeError(f"`{text}` is not a number of seconds between 0.1 and 86,400")
+    return value
 
 
 def dollars(text: str) -> float:
@@ -107,6 +123,7 @@ def dollars(text: str) -> float:
 
 def settings_from(arguments: argparse.Namespace) -> Settings:
     """The settings that a command's options give. Raises UsageError for those that make no sense."""
+    from scenelang.backends.language_models.credentials import TIMEOUT
     from scenelang.backends.language_models.provider import family
     from scenelang.inference.settings import Settings
 
@@ -121,6 +138,7 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
         is_batch=arguments.batch,
         uses_replies=not arguments.no_cache,
         prompt_dir=arguments.prompt_dir,
+        timeout=arguments.timeout or TIMEOUT,
     )
     return with_limits(arguments, settings)
 

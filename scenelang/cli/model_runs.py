@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.cli.model_options import live_stream, with_limits
 from scenelang.cli.options import UsageError, usage_errors
-from scenelang.cli.output import print_json, report
+from scenelang.cli.output import print_json, report, say
 from scenelang.cli.pictures import done
 from scenelang.grammar.diagnostics import SceneError
 
@@ -47,10 +47,10 @@ def show_dry_run(arguments: argparse.Namespace, inference: Inference) -> int:
     if arguments.json:
         print_json({"address": provider.address, "request": payload, "tokens": tokens, "cost": cost})
         return 0
-    print(payload_text(payload))
+    say(payload_text(payload))
     if request.grammar is not None:
-        print(f"\ngrammar: {len(request.grammar):,} characters, where the server takes one")
-    print(f"\nto {provider.address}: at most {tokens:,} tokens and ${cost:.4f} before repairs and critiques")
+        say(f"\ngrammar: {len(request.grammar):,} characters, where the server takes one")
+    say(f"\nto {provider.address}: at most {tokens:,} tokens and ${cost:.4f} before repairs and critiques")
     return 0
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
+import os
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import fields
 from pathlib import Path
@@ -63,6 +64,23 @@ def add_file(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", metavar="FILE", help="a program, `-` for standard input")
 
 
+def program_files(names: Iterable[str]) -> list[str]:
+    """The files that are meant, each once: of a folder those that end in .scene, hidden ones left out."""
+    found: dict[str, str] = {}
+    for name in names:
+        programs = [name]
+        if name != "-" and os.path.isdir(name):
+            programs = [str(path) for path in _programs(Path(name))] or [name]
+        for each in programs:
+            found.setdefault(each if each == "-" else os.path.realpath(each), each)
+    return list(found.values())
+
+
+def _programs(folder: Path) -> list[Path]:
+    found = [path for path in folder.rglob("*.scene") if path.is_file()]
+    return sorted(p for p in found if not any(part.startswith(".") for part in p.relative_to(folder).parts))
+
+
 def add_output(parser: argparse.ArgumentParser) -> None:
     """How much is said, and how."""
     group = parser.add_argument_group("output")
@@ -119,15 +137,16 @@ def z_path(arguments: argparse.Namespace) -> Path | None:
 def z_entries(arguments: argparse.Namespace) -> dict[str, Entry]:
     if arguments.z is None and (arguments.file == "-" or not _has_z(arguments.file)):
         return {}
-    from scenelang.zfile import read_z
+    from scenelang.zfile import read_entries
 
     path = z_path(arguments)
-    return read_z(path)[0] if path is not None else {}
+    return read_entries(path) if path is not None else {}
 
 
 def _has_z(program: str) -> bool:
     """Whether Z lies beside a program; asked before anything is imported for it."""
-    return Path(program).with_suffix(".z.safetensors").exists()
+    path = Path(program)
+    return bool(path.name) and path.with_suffix(".z.safetensors").exists()
 
 
 def session_of(arguments: argparse.Namespace, strict: bool = False) -> Session:

@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, TextIO
 
-from scenelang.grammar.diagnostics import Diagnostic, printable, render_text, to_json
+from scenelang.grammar.diagnostics import Diagnostic, capped, printable, render_text, to_json
 from scenelang.session import Evaluated
 
 _PATIENCE = 1.0  # seconds before progress is shown
@@ -24,7 +24,9 @@ def use_color(arguments: argparse.Namespace, stream: TextIO) -> bool:
 def report(arguments: argparse.Namespace, diagnostics: Iterable[Diagnostic], stream: TextIO | None = None) -> None:
     """Print diagnostics: errors always, warnings unless quiet; with ``--json`` one list."""
     quiet = getattr(arguments, "quiet", False)
-    shown = [d for d in diagnostics if d.is_error or not quiet]
+    shown = capped([d for d in diagnostics if d.is_error or not quiet])
+    if any(d.name == "interrupted" for d in shown):
+        arguments.was_interrupted = True
     stream = stream or sys.stderr
     if getattr(arguments, "json", False):
         print(json.dumps([to_json(d) for d in shown]), file=stream)
@@ -45,6 +47,11 @@ def report_run(arguments: argparse.Namespace, result: Evaluated) -> None:
         report(arguments, result.diagnostics)
     if arguments.verbose:
         print(f"{result.steps:,} steps", file=sys.stderr)
+
+
+def say(text: str, end: str = "\n", flush: bool = False) -> None:
+    """Print text that may hold words of a program: no terminal acts on it."""
+    print(printable(text), end=end, flush=flush)
 
 
 def print_json(data: Any) -> None:
@@ -86,7 +93,8 @@ def progress(arguments: argparse.Namespace, label: str) -> Callable[[float], Non
 
 
 def table(rows: Sequence[Sequence[str]], right: Sequence[bool]) -> str:
-    """Rows in aligned columns."""
+    """Rows in aligned columns; a cell is one line."""
+    rows = [[printable(cell).replace("\n", "\\n") for cell in row] for row in rows]
     widths = [max((len(row[i]) for row in rows), default=0) for i in range(len(right))]
     lines = []
     for row in rows:

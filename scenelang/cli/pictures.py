@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scenelang.cli.options import add_common, add_file, add_output, usage_errors, whole
-from scenelang.cli.output import print_json, progress, table, warnings
+from scenelang.cli.output import print_json, progress, say, table, warnings
 from scenelang.cli.programs import evaluated, session_limit
 from scenelang.grammar.diagnostics import SceneError
 
@@ -245,11 +245,11 @@ def backends(arguments: argparse.Namespace) -> int:
         (b.name, b.work.value, " ".join(b.endings), "yes" if b.is_installed else f"pip install {b.install}", b.doc)
         for b in found
     ]
-    print(table([("backend", "command", "writes", "installed", ""), *rows], (False,) * 5))
+    say(table([("backend", "command", "writes", "installed", ""), *rows], (False,) * 5))
     if arguments.verbose:
         for backend in found:
             for option in backend.options:
-                print(f"{backend.name} --{option.name}: {option.doc}")
+                say(f"{backend.name} --{option.name}: {option.doc}")
     return 0
 
 
@@ -288,7 +288,7 @@ def done(arguments: argparse.Namespace, *written: Path) -> None:
     """Say what was written."""
     if not arguments.quiet:
         for output in written:
-            print(f"wrote {output}")
+            say(f"wrote {output}")
 
 
 COMMANDS = (add_render, add_export, add_backends)

@@ -6,16 +6,24 @@ import argparse
 import codecs
 import sys
 import time
+from itertools import chain, islice
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from scenelang.cli.options import UsageError, add_common, add_file, session_of, whole
-from scenelang.cli.output import print_json, report, report_run, table
+from scenelang.backends.files import read_regular
+from scenelang.cli.options import UsageError, add_common, add_file, limits_of, program_files, session_of, whole
+from scenelang.cli.output import print_json, report, report_run, say, table
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.grammar.source import Source
 from scenelang.interpreter.entity import count_words
+from scenelang.sandbox.supervision import limited
 from scenelang.session import Evaluated, Session
 from scenelang.summary import summary, summary_rows
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.program import Program
+
+_FIRST_LINES = 10_000
 
 
 def evaluated(arguments: argparse.Namespace) -> Evaluated:
@@ -37,7 +45,7 @@ def evaluated_text(arguments: argparse.Namespace) -> tuple[Evaluated, str]:
 
 def add_check(subparsers: Any) -> None:
     parser = subparsers.add_parser("check", help="find mistakes without running the program")
-    parser.add_argument("files", metavar="FILE", nargs="+", help="programs, `-` for standard input")
+    parser.add_argument("files", metavar="FILE", nargs="+", help="programs, folders of them, `-` for standard input")
     parser.add_argument("--strict", action="store_true", help="hold the program to the paper's grammar")
     parser.add_argument("--run", action="store_true", dest="evaluate", help="evaluate the programs as well")
     parser.add_argument("--geometry", action="store_true", help="evaluate, and look for odd overlaps, gaps and faces")
@@ -49,9 +57,10 @@ def add_check(subparsers: Any) -> None:
 def check(arguments: argparse.Namespace) -> int:
     found: list[Diagnostic] = []
     session: Session | None = None
-    if arguments.fix and not all(path.endswith(".scene") for path in arguments.files):
+    files = program_files(arguments.files)
+    if arguments.fix and not all(path.endswith(".scene") for path in files):
         raise UsageError("value", "--fix mends files of the language (.scene)")
-    for path in arguments.files:
+    for path in files:
         arguments.file = path
         session = session or session_of(arguments, arguments.strict)
         try:
@@ -73,7 +82,7 @@ def _mended(arguments: argparse.Namespace, session: Session, path: str) -> Sourc
     before = session.source(path)
     source, number = session.mended(before)
     if number:
-        mark = "\ufeff" if Path(path).read_bytes().startswith(codecs.BOM_UTF8) else ""
+        mark = "\ufeff" if read_regular(path, 3).startswith(codecs.BOM_UTF8) else ""
         rewrite(Path(path), mark + source.text)
         if not arguments.quiet:
             print(f"{path}: {number} {'fix' if number == 1 else 'fixes'} applied", file=sys.stderr)
@@ -91,16 +100,17 @@ def run(arguments: argparse.Namespace) -> int:
     session = session_of(arguments)
     source = session.source(arguments.file)
     started = time.perf_counter()
-    result = session.evaluate(source)
-    seconds = time.perf_counter() - started
+    with limited(session.options.limits):
+        result = session.evaluate(source)
+        seconds = time.perf_counter() - started
+        facts = summary(result.scene) if result.scene is not None else None
     report_run(arguments, result)
-    if result.scene is None:
+    if facts is None:
         return 1
-    facts = summary(result.scene)
     if arguments.json:
         print_json(facts | {"seconds": seconds})
     else:
-        print(table([*summary_rows(facts), ("time", f"{seconds:.3f} s")], (False, False)))
+        say(table([*summary_rows(facts), ("time", f"{seconds:.3f} s")], (False, False)))
     return 0
 
 
@@ -112,13 +122,6 @@ def add_expand(subparsers: Any) -> None:
 
 
 def expand(arguments: argparse.Namespace) -> int:
-    from scenelang.grammar.datum import Atom, Datum, ListDatum, Symbol, walk
-    from scenelang.grammar.layout import layout
-    from scenelang.grammar.reader import read
-    from scenelang.grammar.source import Source
-    from scenelang.interpreter.forms import INDENTS
-    from scenelang.interpreter.unparse import unparse
-
     session = session_of(arguments)
     checked = session.check(session.source(arguments.file))
     report_needed = [d for d in checked.diagnostics if d.is_error]
@@ -127,7 +130,19 @@ def expand(arguments: argparse.Namespace) -> int:
     if report_needed or checked.program is None:
         report(arguments, checked.diagnostics)
         return 1
-    program = checked.program
+    print(expansion(session, checked.program), end="")
+    return 0
+
+
+def expansion(session: Session, program: Program) -> str:
+    """The text of a program after macro expansion."""
+    from scenelang.grammar.datum import Atom, Datum, ListDatum, Symbol, walk
+    from scenelang.grammar.layout import layout
+    from scenelang.grammar.reader import read
+    from scenelang.grammar.source import Source
+    from scenelang.interpreter.forms import INDENTS
+    from scenelang.interpreter.unparse import unparse
+
     forms = [*program.forms, *([program.scene] if program.scene else [])]
     params = {param.span for param in program.params}
     imports = (f'(import "{module}")' for module in session.library_imports(program))
@@ -140,8 +155,7 @@ def expand(arguments: argparse.Namespace) -> int:
         elif form is program.scene and isinstance(datum, ListDatum):
             datum = ListDatum((Atom(Symbol("scene"), datum.span), *datum.items[1:]), None, datum.span)
         datums.append(datum)
-    print(layout(datums, indents=INDENTS, spelling=spelling), end="")
-    return 0
+    return layout(datums, indents=INDENTS, spelling=spelling)
 
 
 # --- count, bounds -------------------------------------------------------------------------------------------------
@@ -156,19 +170,21 @@ def add_count(subparsers: Any) -> None:
 
 
 def count(arguments: argparse.Namespace) -> int:
-    result = evaluated(arguments)
-    if result.scene is None:
-        return 1
-    frames = result.scene.frames
-    if arguments.frame >= len(frames):
-        raise SceneError("value", f"there is no frame {arguments.frame}; the scene has {len(frames)}, counted from 0")
-    counts = count_words(frames[arguments.frame])
+    with limited(limits_of(arguments)):
+        result = evaluated(arguments)
+        if result.scene is None:
+            return 1
+        frames = result.scene.frames
+        if arguments.frame >= len(frames):
+            said = f"there is no frame {arguments.frame}; the scene has {len(frames)}, counted from 0"
+            raise SceneError("value", said)
+        counts = count_words(frames[arguments.frame])
     if arguments.json:
         print_json(counts)
     else:
         if result.scene.animated:
-            print(f"frame {arguments.frame} of {len(frames)}:")
-        print(table([(f"{n:,}", word) for word, n in counts.items()], (True, False)))
+            say(f"frame {arguments.frame} of {len(frames)}:")
+        say(table([(f"{n:,}", word) for word, n in counts.items()], (True, False)))
     return 0
 
 
@@ -183,10 +199,11 @@ def add_bounds(subparsers: Any) -> None:
 def bounds(arguments: argparse.Namespace) -> int:
     from scenelang.interpreter.selection import word_box
 
-    result = evaluated(arguments)
-    if result.scene is None:
-        return 1
-    box = word_box(result.scene, arguments.word)
+    with limited(limits_of(arguments)):
+        result = evaluated(arguments)
+        if result.scene is None:
+            return 1
+        box = word_box(result.scene, arguments.word)
     if box is None:
         what = f'"{arguments.word}"' if arguments.word else "the scene"
         raise SceneError("empty-scene", f"{what} has no geometry, so it has no bounding box")
@@ -201,7 +218,7 @@ def bounds(arguments: argparse.Namespace) -> int:
         print_json(facts)
     else:
         rows = [(name, *(f"{x:.6g}" for x in values)) for name, values in facts.items()]
-        print(table(rows, (False, True, True, True)))
+        say(table(rows, (False, True, True, True)))
     return 0
 
 
@@ -221,14 +238,20 @@ def add_tree(subparsers: Any) -> None:
 def tree(arguments: argparse.Namespace) -> int:
     from scenelang.interpreter.outline import outline, outline_data
 
-    result = evaluated(arguments)
-    if result.scene is None:
-        return 1
+    with limited(limits_of(arguments)):
+        result = evaluated(arguments)
+        if result.scene is None:
+            return 1
+        if arguments.json:
+            data = outline_data(result.scene, arguments.depth)
+        else:
+            lines = outline(result.scene, arguments.depth, arguments.poses, arguments.all)
+            first = list(islice(lines, _FIRST_LINES))
     if arguments.json:
-        print_json(outline_data(result.scene, arguments.depth))
+        print_json(data)
         return 0
-    for line in outline(result.scene, arguments.depth, arguments.poses, arguments.all):
-        print(line)
+    for line in chain(first, lines):  # who reads them may take their time
+        say(line)
     return 0
 
 
@@ -240,19 +263,20 @@ def add_flatten(subparsers: Any) -> None:
 
 
 def flatten(arguments: argparse.Namespace) -> int:
-    result = evaluated(arguments)
-    if result.scene is None:
-        return 1
     from scenelang.interpreter.flatten import flatten as flatten_scene
     from scenelang.interpreter.numbering import primitive_handles
 
-    flat = flatten_scene(result.scene, session_limit(arguments))
+    with limited(limits_of(arguments)):
+        result = evaluated(arguments)
+        if result.scene is None:
+            return 1
+        flat = flatten_scene(result.scene, session_limit(arguments))
+        handles = primitive_handles(result.scene, flat) if arguments.json else []
     if not arguments.json:
         for number, frame in enumerate(flat.frames):
             label = f"frame {number}: " if flat.animated else ""
-            print(f"{label}{len(frame):,} primitives, {len(frame.primitives):,} distinct")
+            say(f"{label}{len(frame):,} primitives, {len(frame.primitives):,} distinct")
         return 0
-    handles = primitive_handles(result.scene, flat)
     _write_flat(flat, handles)
     return 0
 

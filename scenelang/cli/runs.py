@@ -6,7 +6,7 @@ import argparse
 from typing import TYPE_CHECKING, Any
 
 from scenelang.cli.options import add_output
-from scenelang.cli.output import print_json, table
+from scenelang.cli.output import print_json, say, table
 from scenelang.grammar.diagnostics import SceneError, printable
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ def add_runs(subparsers: Any) -> None:
     parser.add_argument("run_name", metavar="RUN", nargs="?", help="a run: its name, `last`, or its folder")
     parser.add_argument("--runs", metavar="DIR", help="where runs are kept (default: the user's state folder)")
     add_output(parser)
-    parser.set_defaults(run=runs)
+    parser.set_defaults(evaluates=False, run=runs)
 
 
 def runs(arguments: argparse.Namespace) -> int:
@@ -40,11 +40,11 @@ def runs(arguments: argparse.Namespace) -> int:
         print_json(found)
         return 0
     if not found:
-        print(f"there are no runs in {folder}")
+        say(f"there are no runs in {folder}")
         return 0
     rows = [(f["name"], f["command"], f["state"], str(f["attempts"]), f"${f['cost']:.4f}", f["task"]) for f in found]
     header = ("run", "command", "state", "attempts", "cost", "task")
-    print(table([header, *rows], (False, False, False, True, True, False)))
+    say(table([header, *rows], (False, False, False, True, True, False)))
     return 0
 
 
@@ -82,11 +82,11 @@ def _show_run(arguments: argparse.Namespace, run: Run) -> None:
     if arguments.json:
         print_json(facts | {"attempts": [_attempt_data(attempt) for attempt in attempts]})
         return
-    print(f"{facts['name']}: {facts['command']}, {facts['state']}, ${facts['cost']:.4f}")
-    print(f"{facts['task']}\n{run.path}")
+    say(f"{facts['name']}: {facts['command']}, {facts['state']}, ${facts['cost']:.4f}")
+    say(f"{facts['task']}\n{run.path}")
     rows = [_attempt_row(attempt) for attempt in attempts]
     header = ("sample", "attempt", "why", "ended", "sent", "answered", "cost", "came to")
-    print(table([header, *rows], (True, True, False, False, True, True, True, False)))
+    say(table([header, *rows], (True, True, False, False, True, True, True, False)))
 
 
 def _attempt_row(attempt: Attempt) -> tuple[str, ...]:

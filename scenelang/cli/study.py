@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scenelang.cli.output import print_json, progress, table
+from scenelang.cli.output import print_json, progress, say, table
 from scenelang.cli.pictures import check_folder, done
 from scenelang.grammar.diagnostics import SceneError
 
@@ -84,8 +84,8 @@ def answered(arguments: argparse.Namespace) -> int:
         cells = (f"{shares[method]:.2f}" if method in shares else "-" for method in methods)
         rows.append((prompt if len(prompt) <= 60 else f"{prompt[:57]}...", *cells))
     rows.append(("all", *("{:.2f} ± {:.2f}".format(*found.of(method)) for method in methods)))
-    print(table(rows, (False, *(True for _ in methods))))
-    print(f"{found.participants:,} {'participant' if found.participants == 1 else 'participants'}")
+    say(table(rows, (False, *(True for _ in methods))))
+    say(f"{found.participants:,} {'participant' if found.participants == 1 else 'participants'}")
     return 0
 
 

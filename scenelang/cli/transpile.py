@@ -7,9 +7,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from scenelang.cli.options import UsageError, add_output
+from scenelang.cli.options import UsageError, add_limits, add_output, limits_of
 from scenelang.cli.output import report
-from scenelang.session import Session
+from scenelang.session import Options, Session
 
 
 def add_transpile(subparsers: Any) -> None:
@@ -23,13 +23,14 @@ def add_transpile(subparsers: Any) -> None:
     )
     parser.add_argument("-o", "--output", metavar="OUT.scene", help="where to write it (default: standard output)")
     add_output(parser)
+    add_limits(parser)
     parser.set_defaults(run=transpile)
 
 
 def transpile(arguments: argparse.Namespace) -> int:
     if arguments.output is not None and Path(arguments.output).resolve() == Path(arguments.file).resolve():
         raise UsageError("file", "the output would replace the Python that it is made of")
-    session = Session()
+    session = Session(Options(limits=limits_of(arguments)))
     translation = session.transpile(session.source(arguments.file))
     report(arguments, translation.diagnostics)
     if not translation.ok:

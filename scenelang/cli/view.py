@@ -17,7 +17,7 @@ from scenelang.session import Session
 
 if TYPE_CHECKING:
     from scenelang.backends.viewer.splats import SplatsOf
-    from scenelang.viewer.workspace import Workspace
+    from scenelang.viewer.workspace import Evaluate, Workspace
 
 
 def _port(text: str) -> int:
@@ -53,13 +53,18 @@ def view(arguments: argparse.Namespace) -> int:
         from scenelang.cli.build_view import view_build
 
         return view_build(arguments)
-    workspace = _workspace(arguments)
-    return save(arguments, workspace) if arguments.html else serve(arguments, workspace)
-
-
-def _workspace(arguments: argparse.Namespace) -> Workspace:
-    from scenelang.backends.viewer.packet import LIMIT
+    from scenelang.sandbox.worker import Worker
     from scenelang.viewer.workspace import Workspace
+
+    evaluate = _evaluator(arguments)
+    if arguments.html:
+        return save(arguments, Workspace(arguments.files, evaluate))
+    return serve(arguments, Workspace(arguments.files, Worker(evaluate).ask))
+
+
+def _evaluator(arguments: argparse.Namespace) -> Evaluate:
+    from scenelang.backends.viewer.packet import LIMIT
+    from scenelang.viewer.workspace import evaluator
 
     def open_session(file: str, values: Mapping[str, str]) -> Session:
         chosen = copy.copy(arguments)
@@ -70,7 +75,7 @@ def _workspace(arguments: argparse.Namespace) -> Workspace:
     arguments.file = arguments.files[0]
     session_of(arguments)  # mistakes of the command line come first
     limit = arguments.max_primitives
-    return Workspace(arguments.files, open_session, LIMIT if limit is None else int(limit), _splats(arguments))
+    return evaluator(open_session, LIMIT if limit is None else int(limit), _splats(arguments))
 
 
 def _splats(arguments: argparse.Namespace) -> SplatsOf | None:

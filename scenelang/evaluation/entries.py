@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from scenelang.backends.files import read_regular
 from scenelang.grammar.diagnostics import SceneError, suggest
 
 _MOST_BYTES, _MOST_ENTRIES, _LONGEST = 16_000_000, 10_000, 10_000
@@ -53,7 +54,7 @@ def _read(path: Path) -> list[Entry]:
     try:
         if path.stat().st_size > _MOST_BYTES:
             raise SceneError("file", f"{path} is too large for a list of scenes")
-        data = json.loads(path.read_text("utf-8"))
+        data = json.loads(read_regular(path))
     except (OSError, ValueError, RecursionError) as error:
         said = error.strerror if isinstance(error, OSError) else str(error)
         raise SceneError("file", f"{path} cannot be read: {said}") from None

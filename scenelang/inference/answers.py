@@ -15,6 +15,8 @@ from scenelang.inference.task import Kind, Notation, Task
 from scenelang.interpreter.entity import Scene, count_words, primitive_count
 from scenelang.interpreter.shapes import BLOCK_WORDS
 from scenelang.interpreter.transpile.response import code_of
+from scenelang.sandbox.supervision import limited
+from scenelang.sandbox.worker import trial
 from scenelang.scene_changes import changes_between, sheets_of
 from scenelang.session import Options, Session
 
@@ -70,9 +72,15 @@ class Reader:
         if not answer.strip():
             return _refused("model-answer", "the answer is empty")
         with _EVALUATING:
-            return self._read(self.brief.restored(answer))
+            restored = self.brief.restored(answer)
+            problem = trial(lambda: self._read(restored))  # what does not stay within its limits there is not read here
+            return self._read(restored) if problem is None else Verdict("", None, (problem,))
 
     def _read(self, answer: str) -> Verdict:
+        with limited(self.options.limits):
+            return self._judged(answer)
+
+    def _judged(self, answer: str) -> Verdict:
         session = Session(self.options)
         task = self.brief.task
         source = Source("answer.txt", answer)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from io import BytesIO
 from pathlib import Path
 
+from scenelang.backends.files import read_regular
 from scenelang.backends.language_models.conversation import Picture
 from scenelang.grammar.diagnostics import SceneError
 
@@ -23,7 +24,7 @@ def read_picture(path: str) -> Picture:
     try:
         if Path(path).stat().st_size > _MOST_BYTES:
             raise SceneError("file", f"the picture {path} is larger than {_MOST_BYTES:,} bytes")
-        data = Path(path).read_bytes()
+        data = read_regular(path)
         with Image.open(BytesIO(data)) as image:
             image.load()
             media_type = Image.MIME.get(image.format or "", "")

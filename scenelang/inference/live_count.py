@@ -54,7 +54,10 @@ class LiveCount:
                 self._width = 0
 
     def _line(self) -> str:
-        told = [f"{label}: ~{tokens:,} tokens, {lines:,} lines" for label, tokens, lines in self._counts.values()]
+        told = [
+            f"{label}: ~{tokens:,} tokens, {lines:,} lines" if tokens else f"{label}: waiting for the service"
+            for label, tokens, lines in self._counts.values()
+        ]
         return "; ".join(told)
 
     def _show(self, line: str) -> None:

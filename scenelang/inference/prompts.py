@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
 
+from scenelang.backends.files import read_regular
 from scenelang.grammar.diagnostics import SceneError, suggest
 
 _PLACE = re.compile(r"\{\{(\w+)\}\}")
@@ -70,7 +71,7 @@ def _file_text(path: Path) -> str:
     try:
         if path.stat().st_size > _LARGEST:
             raise SceneError("prompt", f"{path} is too large for a prompt")
-        return path.read_text("utf-8")
+        return read_regular(path).decode("utf-8")
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "it is no UTF-8 text"
         raise SceneError("prompt", f"cannot read the prompt {path}: {reason}") from None

@@ -227,15 +227,18 @@ def _answer_of(facts: Mapping[str, Any]) -> Answer | None:
     """A recorded answer, None where it is damaged."""
     try:
         answer = Answer(reply_of(facts), float(facts["cost"]), bool(facts["was_kept"]))
-    except (KeyError, TypeError, ValueError, AttributeError):
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError):
         return None
     return answer if isfinite(answer.cost) and answer.cost >= 0 else None
 
 
 def _lost(path: Path) -> float:
     """What requests that had no answer may have cost, in US dollars."""
-    amount = _json_object(path).get("lost", 0.0)
-    return float(amount) if isinstance(amount, (int, float)) and isfinite(amount) and amount > 0 else 0.0
+    try:
+        amount = float(_json_object(path).get("lost", 0.0))
+    except (TypeError, ValueError, OverflowError):
+        return 0.0
+    return amount if isfinite(amount) and amount > 0 else 0.0
 
 
 def _json_object(path: Path) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from urllib.parse import urlsplit
 
 from scenelang.backends.language_models import catalogue
 from scenelang.backends.language_models.client import Client
+from scenelang.backends.language_models.credentials import TIMEOUT
 from scenelang.backends.language_models.provider import Provider, connect, family
 from scenelang.backends.language_models.replies import Replies, reply_folder
 from scenelang.backends.language_models.spending import Spending
@@ -28,6 +29,7 @@ LIMITS: Mapping[str, tuple[float, float]] = MappingProxyType({
     "side_by_side": (1, 64),
     "max_tokens": (1, 10_000_000),
     "max_cost": (1e-9, 1e9),
+    "timeout": (0.1, 86_400),
 })  # fmt: skip
 Typed = TypeVar("Typed")
 
@@ -49,6 +51,7 @@ class Settings:
     is_batch: bool = False
     uses_replies: bool = True
     prompt_dir: str | None = None
+    timeout: float = TIMEOUT
 
     def data(self) -> dict[str, Any]:
         return asdict(self)
@@ -76,7 +79,7 @@ class Settings:
 
     def client(self, spent: float = 0.0) -> Client:
         """Connected to the provider, with ``spent`` dollars of the limit gone. Raises SceneError."""
-        provider = connect(self.provider)
+        provider = connect(self.provider, self.timeout)
         replies = Replies(reply_folder()) if self.uses_replies else None
         return Client(provider, self.known_model(provider), Spending(self.max_cost, spent), replies)
 

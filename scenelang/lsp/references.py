@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from scenelang.backends.files import read_regular
 from scenelang.editing import Editing
 from scenelang.grammar.source import Source, Span
 from scenelang.interpreter.library import STD
@@ -159,7 +160,7 @@ def _names_of(path: Path, documents: Documents) -> Names | None:
     try:
         if path.stat().st_size > _LARGEST:
             return None
-        text = path.read_text("utf-8-sig")
+        text = read_regular(path, _LARGEST).decode("utf-8-sig")
     except (OSError, ValueError):
         return None
     version = Editing(session_for(path, documents), documents.texts).check(Source(str(path), text)).version

@@ -11,7 +11,7 @@ from scenelang.grammar.diagnostics import SceneError, printable
 from scenelang.grammar.source import Source
 from scenelang.interpreter.limits import Limits
 from scenelang.session import Options, Session
-from scenelang.zfile import beside, read_z
+from scenelang.zfile import beside, read_entries
 
 if TYPE_CHECKING:
     from scenelang.interpreter.runtime import Entry
@@ -79,7 +79,7 @@ class Project:
     def _embeddings(self, file: Path) -> dict[str, Entry]:
         """Z of a program, as on the command line: what lies beside it."""
         z = beside(str(file))
-        return read_z(self.file(str(z)))[0] if os.path.exists(z) else {}
+        return read_entries(self.file(str(z))) if os.path.exists(z) else {}
 
 
 def _checked(text: str) -> str:

@@ -1,7 +1,7 @@
 """The server: the table of tools, and how their answers become results of the protocol.
 
-Evaluations change what the whole process shares (the size of stacks, the limit of recursion), so they run one at a
-time, in a thread beside the one that talks to the client.
+Every call that evaluates a program runs in a process of its own (``sandbox.worker``), one at a time; the server only
+talks to the client, so it answers whatever a program does.
 """
 
 from __future__ import annotations
@@ -18,9 +18,11 @@ from mcp.types import CallToolResult, ContentBlock, ImageContent, InputRequiredR
 from pydantic import Field, ValidationError
 
 from scenelang.mcp import tools
-from scenelang.mcp.answers import Answer, clipped
+from scenelang.mcp.answers import Answer, clipped, refused
 from scenelang.mcp.primer import primer_text
 from scenelang.mcp.project import Program, Project, WrongArguments
+from scenelang.sandbox.supervision import Ended
+from scenelang.sandbox.worker import Worker
 from scenelang.scene_changes import TOLERANCE
 
 PRIMER = "scenelang://primer"
@@ -33,7 +35,7 @@ _READS = ToolAnnotations(read_only_hint=True, destructive_hint=False, idempotent
 _LONGEST_ARGUMENT = 4_000  # characters, of all but programs
 _PROGRAMS = ("program", "program_a", "program_b")
 
-Result = Callable[[Callable[[], Answer]], Awaitable[CallToolResult]]
+Result = Callable[..., Awaitable[CallToolResult]]  # (tool, its arguments after the project)
 Text = Annotated[
     str, Field(description="the text of a program, or a model's Python; leave it out where a path is given")
 ]
@@ -75,8 +77,16 @@ def _line(error: ToolError) -> str:
     return clipped(str(cause or error)).replace("\n", " ")
 
 
-def build_server(project: Project, version: str) -> SceneServer:
-    """A server with all that it can do."""
+def work(tool: Callable[..., Answer], *arguments: Any) -> Answer:
+    """What a worker's process does."""
+    try:
+        return tool(*arguments)
+    except RecursionError:
+        raise WrongArguments("the program is nested too deeply for this tool") from None
+
+
+def build_server(project: Project, version: str, worker: Worker) -> SceneServer:
+    """A server with all that it can do; ``worker`` runs ``work``."""
     server = SceneServer(
         "scenelang",
         title="The Scene Language",
@@ -85,18 +95,19 @@ def build_server(project: Project, version: str) -> SceneServer:
         version=version,
         log_level="CRITICAL",
     )
-    turns = anyio.CapacityLimiter(1)
+    turns = anyio.Lock()
 
-    async def result(work: Callable[[], Answer]) -> CallToolResult:
-        return _result(await anyio.to_thread.run_sync(lambda: _tried(work), limiter=turns))
+    async def result(tool: Callable[..., Answer], *arguments: Any) -> CallToolResult:
+        async with turns:
+            return await _asked(worker, tool, project, *arguments)
 
-    _add_facts(server, project, result)
-    _add_pictures(server, project, result)
+    _add_facts(server, result)
+    _add_pictures(server, result)
     _add_help(server)
     return server
 
 
-def _add_facts(server: SceneServer, project: Project, result: Result) -> None:
+def _add_facts(server: SceneServer, result: Result) -> None:
     @server.tool(annotations=_READS)
     async def check(
         program: Text = "",
@@ -104,17 +115,17 @@ def _add_facts(server: SceneServer, project: Project, result: Result) -> None:
         geometry: Annotated[bool, Field(description="also evaluate, and look for odd overlaps and gaps")] = False,
     ) -> CallToolResult:
         """Find the mistakes of a program, with their places and how to mend them, without running it."""
-        return await result(lambda: tools.check(project, Program(program, path), geometry))
+        return await result(tools.check, Program(program, path), geometry)
 
     @server.tool(annotations=_READS)
     async def run(program: Text = "", path: File = "", root: Root = "") -> CallToolResult:
         """Evaluate a program: root, entities, instances, primitives, bounding box, frames, what it printed."""
-        return await result(lambda: tools.run(project, Program(program, path, root)))
+        return await result(tools.run, Program(program, path, root))
 
     @server.tool(annotations=_READS)
     async def count(program: Text = "", path: File = "", root: Root = "", frame: Number = 0) -> CallToolResult:
         """Evaluate a program and count the instances of every word."""
-        return await result(lambda: tools.count(project, Program(program, path, root), frame))
+        return await result(tools.count, Program(program, path, root), frame)
 
     @server.tool(annotations=_READS)
     async def diff(
@@ -126,10 +137,10 @@ def _add_facts(server: SceneServer, project: Project, result: Result) -> None:
     ) -> CallToolResult:
         """Evaluate two programs, A and B: what moved, was recoloured, is missing or new in B."""
         a, b = Program(program_a, path_a), Program(program_b, path_b)
-        return await result(lambda: tools.diff(project, a, b, tolerance))
+        return await result(tools.diff, a, b, tolerance)
 
 
-def _add_pictures(server: SceneServer, project: Project, result: Result) -> None:
+def _add_pictures(server: SceneServer, result: Result) -> None:
     @server.tool(annotations=_READS)
     async def render(
         program: Text = "",
@@ -142,7 +153,7 @@ def _add_pictures(server: SceneServer, project: Project, result: Result) -> None
     ) -> CallToolResult:
         """Evaluate a program and draw it: a draft picture (PNG)."""
         view = tools.View(camera, frame, width, height)
-        return await result(lambda: tools.render(project, Program(program, path, root), view))
+        return await result(tools.render, Program(program, path, root), view)
 
 
 def _add_help(server: SceneServer) -> None:
@@ -154,20 +165,34 @@ def _add_help(server: SceneServer) -> None:
     ) -> CallToolResult:
         """What a form, function, primitive or attribute of the language is, or how to mend a mistake by its code.
         Without a name: the language on a few pages."""
-        return _result(_tried(lambda: tools.explain(name)))
+        try:
+            return _result(tools.explain(name))
+        except WrongArguments as error:
+            raise ToolError(str(error)) from None
 
     @server.resource(PRIMER, title="The Scene Language on a few pages", mime_type="text/markdown")
     def overview() -> str:
         return primer_text()
 
 
-def _tried(work: Callable[[], Answer]) -> Answer:
+async def _asked(worker: Worker, tool: Callable[..., Answer], *arguments: Any) -> CallToolResult:
+    """The result of a tool that runs in a worker's process; a client that cancels the call ends it."""
     try:
-        return work()
+        return _result(await _in_thread(worker, tool, *arguments))
+    except Ended as error:
+        return _result(refused([error.problem]))
     except WrongArguments as error:
         raise ToolError(str(error)) from None
-    except RecursionError:
-        raise ToolError("the program is nested too deeply for this tool") from None
+
+
+async def _in_thread(worker: Worker, *arguments: Any) -> Answer:
+    ask = lambda: worker.ask(*arguments)
+    try:
+        answer: Answer = await anyio.to_thread.run_sync(ask, abandon_on_cancel=True)
+        return answer
+    except anyio.get_cancelled_exc_class():
+        worker.interrupt()
+        raise
 
 
 def _result(answer: Answer) -> CallToolResult:

@@ -13,6 +13,7 @@ from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.interpreter.entity import Scene, count_words
 from scenelang.mcp.answers import MOST_ITEMS, Answer, answer, bounded_text, diagnosed, printed, refused
 from scenelang.mcp.project import Program, Project, WrongArguments, wrong_arguments
+from scenelang.sandbox.supervision import limited
 from scenelang.scene_changes import TOLERANCE, change_lines, changes_between, sheets_in, sheets_of
 from scenelang.summary import summary, summary_rows
 
@@ -42,8 +43,9 @@ class View:
 def check(project: Project, program: Program, geometry: bool) -> Answer:
     """Every error and warning; ``geometry`` evaluates the program and looks for odd overlaps and gaps too."""
     try:
-        session, source = project.opened(program)
-        found = session.check_geometry(source) if geometry else session.check(source).diagnostics
+        with limited(project.limits):
+            session, source = project.opened(program)
+            found = session.check_geometry(source) if geometry else session.check(source).diagnostics
     except SceneError as error:
         return refused([error.diagnostic])
     lines, data = diagnosed(found)
@@ -115,7 +117,8 @@ def diff(project: Project, a: Program, b: Program, tolerance: float = TOLERANCE)
             return Answer(f"scene {name.upper()} is wrong:\n{side.text}", {"side": name, **(side.data or {})})
         sides.append(side)
     try:
-        found = changes_between(sides[0], sides[1], tolerance)
+        with limited(project.limits):
+            found = changes_between(sides[0], sides[1], tolerance)
     except SceneError as error:
         return refused([error.diagnostic])
     data = found.data(MOST_ITEMS)
@@ -145,11 +148,12 @@ def explain(name: str) -> Answer:
 def _of_scene(project: Project, program: Program, told: Callable[[Scene, Evaluated], Answer]) -> Answer:
     """What ``told`` says of the program's scene; its diagnostics where it has none, or where nothing can be said."""
     try:
-        session, source = project.opened(program)
-        result = session.evaluate(source)
-        if result.scene is None:
-            return refused(result.diagnostics, result.log)
-        return told(result.scene, result)
+        with limited(project.limits):
+            session, source = project.opened(program)
+            result = session.evaluate(source)
+            if result.scene is None:
+                return refused(result.diagnostics, result.log)
+            return told(result.scene, result)
     except SceneError as error:
         return refused([error.diagnostic])
 
@@ -161,9 +165,10 @@ def _sheets(project: Project, program: Program) -> list[Sheet] | Answer:
         sheets = sheets_in(str(project.file(program.path)), limit) if program.path and not program.text else None
         if sheets is not None:
             return sheets
-        session, source = project.opened(program)
-        result = session.evaluate(source)
-        return refused(result.diagnostics, result.log) if result.scene is None else sheets_of(result.scene, limit)
+        with limited(project.limits):
+            session, source = project.opened(program)
+            result = session.evaluate(source)
+            return refused(result.diagnostics, result.log) if result.scene is None else sheets_of(result.scene, limit)
     except SceneError as error:
         return refused([error.diagnostic])
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
-from scenelang.grammar.source import Source
+from scenelang.grammar.source import Source, Span
 from scenelang.interpreter.entity import Entity, Frames, Scene
 from scenelang.interpreter.interactive import Given
 from scenelang.interpreter.limits import Limits
@@ -17,9 +19,11 @@ from scenelang.interpreter.lint.words import find_root
 from scenelang.interpreter.parts import parts_of
 from scenelang.interpreter.runtime import Runtime
 from scenelang.repl.tracing import Tracer
+from scenelang.sandbox.supervision import Ended, limited, link
 from scenelang.session import EXPANSION_DEPTH, Session, run_with_room, settled
 
 T = TypeVar("T")
+_LONGEST_INPUT = 60
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,6 +43,20 @@ class Outcome:
         return not any(d.is_error for d in self.diagnostics)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Subject:
+    """A scene that a command is about. ``what`` it is, in words; None where the command named it."""
+
+    scene: Scene
+    what: str | None
+
+
+def _brief(text: str) -> str:
+    """An input on one line, cut."""
+    line = " ".join(text.split())
+    return line if len(line) <= _LONGEST_INPUT else line[: _LONGEST_INPUT - 3] + "..."
+
+
 class Evaluation:
     """The state of one REPL: session, top level, the file it was opened with, the number of inputs so far."""
 
@@ -48,6 +66,7 @@ class Evaluation:
         self.seed = session.options.seed
         self.inputs = 0
         self.tracer = Tracer()
+        self.replacements = 0  # processes that had to be ended
         self.loaded: str | None = None  # the last file that was loaded by command
         self._macros: Runtime | None = None
         self.reset()
@@ -56,6 +75,7 @@ class Evaluation:
         """Begin again with nothing defined."""
         main = Source(self.file or "<repl>", "")
         self.top = self.session.top_level(main, self._macros_started)
+        self._recent: tuple[str, Any] | None = None  # the last input and its value, while nothing was defined since
         self.top.rt.streams.seed(self.seed)
 
     def _macros_started(self, runtime: Runtime) -> None:
@@ -76,7 +96,14 @@ class Evaluation:
 
     def evaluate(self, source: Source, whole: bool = False) -> Outcome:
         """Evaluate the forms of an input; never raises for a mistake in them."""
-        return self._account(lambda give, warn: self.top.evaluate(source, give, warn, whole))
+
+        def work(give: Callable[[Given], None], warn: Callable[[Diagnostic], None]) -> None:
+            watched = link()
+            if watched is not None:
+                watched.note(Span(source, 0, len(source.text)))
+            self.top.evaluate(source, give, warn, whole)
+
+        return self._account(work, source, whole)
 
     def load(self, path: str) -> Outcome:
         """Evaluate a file as one input."""
@@ -97,7 +124,12 @@ class Evaluation:
             self.top.forget_versions(source)
         return outcome
 
-    def _account(self, work: Callable[[Callable[[Given], None], Callable[[Diagnostic], None]], None]) -> Outcome:
+    def _account(
+        self,
+        work: Callable[[Callable[[Given], None], Callable[[Diagnostic], None]], None],
+        source: Source,
+        whole: bool,
+    ) -> Outcome:
         values: list[Any] = []
         found: list[Diagnostic] = []
         rt = self.top.rt
@@ -109,6 +141,8 @@ class Evaluation:
 
         started = time.perf_counter()
         problem = self.attempt(lambda: work(give, found.append))
+        if values or problem is None:
+            self._recent = (_brief(source.text), values[-1]) if values and not whole else None
         seconds = time.perf_counter() - started
         found += rt.warnings.values()
         shown = list(settled(found, {d.span.source.name: d.span.source for d in found if d.span}.values()))
@@ -129,12 +163,32 @@ class Evaluation:
         return None
 
     def run(self, action: Callable[[], T]) -> T:
-        """Run an action under limits that begin anew; Ctrl-C ends it. Raises what it raises."""
+        """Run an action under limits that begin anew; Ctrl-C ends it. Raises what it raises, and Ended, with all as it
+        was before, where a monitor had to end the process."""
         rt = self.top.rt
         rt.renew()
         self.tracer.attach(self.top)
         depth = max(EXPANSION_DEPTH, self.session.options.limits.depth)
-        return run_with_room(action, depth, self._cancel)
+        folders = self.session.folders(self.top.main)
+        with self._restored(), limited(self.session.options.limits):
+            return run_with_room(action, depth, self._cancel, folders)
+
+    @contextmanager
+    def _restored(self) -> Iterator[None]:
+        """A copy of this process stands by: it goes on from here when this one has to be ended. Threads do not come
+        along, so only the main thread can be copied."""
+        watched = link()
+        if watched is None or threading.current_thread() is not threading.main_thread():
+            yield
+            return
+        checkpoint = watched.checkpoint()
+        if checkpoint.problem is not None:
+            self.replacements += 1
+            raise Ended(checkpoint.problem)
+        try:
+            yield
+        finally:
+            checkpoint.drop()
 
     def _cancel(self) -> None:
         self.top.rt.meter.cancel()
@@ -143,13 +197,25 @@ class Evaluation:
 
     # --- scenes ------------------------------------------------------------------------------------------------
 
-    def scene_of(self, text: str) -> Scene:
-        """The scene of a form, of the last value when there is no form, or else of the root. Raises SceneError."""
+    def subject_of(self, text: str) -> Subject:
+        """The scene of a form; without one that of the value which the last input gave, or else of the root, as it is
+        defined now. Raises SceneError."""
         if text.strip():
-            return self._scene_of_form(text)
-        last = self.top.latest.value
-        scene = self.as_scene(last) if last is not None else None
-        return scene or self.root()
+            return Subject(self._scene_of_form(text), None)
+        if self._recent is not None:
+            form, value = self._recent
+            scene = self.as_scene(value)
+            if scene is not None:
+                return Subject(scene, f"`{form}`, the last value")
+        try:
+            scene = self.root()
+        except SceneError as error:
+            last = self.top.latest.value
+            older = self.as_scene(last) if last is not None else None
+            if error.name != "no-root" or older is None:
+                raise
+            return Subject(older, "`*1`, an earlier value")
+        return Subject(scene, f'the root "{scene.word}"')
 
     def _scene_of_form(self, text: str) -> Scene:
         values: list[Any] = []

@@ -13,9 +13,10 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.source import Source
 from scenelang.repl.evaluation import Evaluation
 from scenelang.repl.saving import program_text
+from scenelang.sandbox.worker import Worker
 from scenelang.session import Options, Session
+from scenelang.viewer import workspace
 from scenelang.viewer.server import ViewServer
-from scenelang.viewer.workspace import Workspace
 
 _NAME = "session.scene"
 
@@ -41,18 +42,26 @@ class LiveView:
         self._folder = Path(tempfile.mkdtemp(prefix="scenelang-"))
         self._text = ""
         self.update()
-        limit = evaluation.limits.primitives
-        self._server = ViewServer(Workspace([str(self._folder / _NAME)], self._session, limit))
+        self._worker = Worker(self._evaluate)
+        ask = lambda file, values: self._worker.ask(file, values, self._options())
+        self._server = ViewServer(workspace.Workspace([str(self._folder / _NAME)], ask))
         threading.Thread(target=self._server.serve_forever, args=(0.2,), daemon=True).start()
 
     @property
     def address(self) -> str:
         return self._server.address
 
-    def _session(self, file: str, values: Mapping[str, str]) -> Session:
-        options = self._evaluation.session.options
-        defines = {**options.defines, **values}
-        return _TextSession(replace(options, defines=defines, seed=self._evaluation.seed), self._evaluation.folder)
+    def _options(self) -> Options:
+        return replace(self._evaluation.session.options, seed=self._evaluation.seed)
+
+    def _evaluate(self, file: str, values: Mapping[str, str], options: Options) -> workspace.Evaluation:
+        """Runs in a process of the worker, which has the session as it was when the viewer was opened."""
+
+        def open_session(_: str, values: Mapping[str, str]) -> Session:
+            chosen = replace(options, defines={**options.defines, **values})
+            return _TextSession(chosen, self._evaluation.folder)
+
+        return workspace.evaluator(open_session, options.limits.primitives)(file, values)
 
     def update(self) -> None:
         """Show what is defined now."""
@@ -70,8 +79,15 @@ class LiveView:
 
             webbrowser.open(self.address)
 
+    def again(self) -> LiveView:
+        """Another viewer in the place of one whose threads are gone."""
+        self._server.socket.close()
+        shutil.rmtree(self._folder, ignore_errors=True)
+        return LiveView(self._evaluation)
+
     def close(self) -> None:
         """End the server and remove its file."""
         self._server.shutdown()
         self._server.server_close()
+        self._worker.close()
         shutil.rmtree(self._folder, ignore_errors=True)

@@ -36,13 +36,29 @@ class Repl:
 
     def feed(self, text: str) -> Outcome:
         """Evaluate an input or run a command; never raises for a mistake in it. Raises Quit."""
+        before = self.evaluation.replacements
         with self.lock:
-            if is_command(text):
-                return self._command(text)
-            outcome = self.evaluation.evaluate(self.evaluation.source(text))
-            self.show(outcome)
-            self.changed()
-            return outcome
+            try:
+                return self._fed(text)
+            finally:
+                if self.evaluation.replacements != before:
+                    self._restart()
+
+    def _fed(self, text: str) -> Outcome:
+        if is_command(text):
+            return self._command(text)
+        outcome = self.evaluation.evaluate(self.evaluation.source(text))
+        self.show(outcome)
+        self.changed()
+        return outcome
+
+    def _restart(self) -> None:
+        """This process has taken the place of another one, whose threads are gone: start them again."""
+        if self.watch is not None:
+            self.watch = self.watch.again()
+        if self.live_view is not None:
+            self.live_view = self.live_view.again()
+            self.screen.write(f"the viewer is now at {self.live_view.address}")
 
     def open(self) -> bool:
         """Load the file that the REPL was opened with; whether that went well."""

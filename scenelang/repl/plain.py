@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TextIO
 
-from scenelang.grammar.diagnostics import to_json
+from scenelang.grammar.diagnostics import capped, to_json
 from scenelang.grammar.reader import Completeness, read
 from scenelang.grammar.source import Source
 from scenelang.interpreter.types import type_name
@@ -72,11 +72,12 @@ class Plain:
 
     def _object(self, outcome: Outcome, said: list[str]) -> None:
         value = outcome.values[-1] if outcome.values else None
+        found = capped([d for d in outcome.diagnostics if d.is_error or not self.quiet])
         data = {
             "ok": outcome.ok,
             "value": displayed(value, 100) if outcome.values else None,
             "type": type_name(value) if outcome.values else None,
-            "diagnostics": [to_json(d) for d in outcome.diagnostics if d.is_error or not self.quiet],
+            "diagnostics": [to_json(d) for d in found],
             "log": list(outcome.log),
             "output": "\n".join(said),
             "seconds": round(outcome.seconds, 6),

@@ -1,5 +1,5 @@
-"""Commands about scenes: tree, count, bounds, render, view, export. Without a form they take the last value if it is a
-scene, else the root."""
+"""Commands about scenes: tree, count, bounds, render, view, export. Without a form they take the value of the
+last input if that is a scene, else the root, and say which."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from pathlib import Path
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.entity import Scene, count_words
 from scenelang.repl.commands import Command, table, unquoted, wanted
+from scenelang.repl.display import clean
 from scenelang.repl.loop import Repl
 
 _WIDTH, _HEIGHT = 640, 480
@@ -17,15 +18,23 @@ _ROWS_OF_IMAGE = 20
 _OUTPUT = re.compile(r"""(?:^|\s)-o\s+("[^"]*"|\S+)\s*$""")
 
 
+def _scene(repl: Repl, form: str) -> Scene:
+    """The scene that a command is about; which one is said where the command does not."""
+    subject = repl.evaluation.subject_of(form)
+    if subject.what is not None:
+        repl.screen.write(clean(f"of {subject.what}:"))
+    return subject.scene
+
+
 def _tree(repl: Repl, rest: str) -> None:
     from scenelang.interpreter.outline import outline
 
-    scene = repl.evaluation.scene_of(rest)
+    scene = _scene(repl, rest)
     repl.screen.rows(outline(scene))
 
 
 def _count(repl: Repl, rest: str) -> None:
-    scene = repl.evaluation.scene_of(rest)
+    scene = _scene(repl, rest)
     counts = count_words(scene.root)
     across = max((len(f"{n:,}") for n in counts.values()), default=0)
     if scene.animated:
@@ -36,7 +45,7 @@ def _count(repl: Repl, rest: str) -> None:
 def _bounds(repl: Repl, rest: str) -> None:
     from scenelang.interpreter.selection import word_box
 
-    box = word_box(repl.evaluation.scene_of(rest), None)
+    box = word_box(_scene(repl, rest), None)
     if box is None:
         raise SceneError("empty-scene", "the scene has no geometry, so it has no bounding box")
     low, high = box[:3], box[3:]
@@ -61,7 +70,7 @@ def _render(repl: Repl, rest: str) -> None:
     form, output = _output_of(rest)
     path = Path(output) if output else _next_picture(repl)
     _check_picture(path)
-    scene = repl.evaluation.scene_of(form)
+    scene = _scene(repl, form)
     _draw(repl, scene, path)
     if repl.screen.images is not None and path.suffix.lower() in (".png", ".jpg", ".jpeg", ".webp"):
         from scenelang.repl.images import inline
@@ -118,7 +127,7 @@ def _export(repl: Repl, rest: str) -> None:
     path = Path(unquoted(wanted(rest, "export", "a file, such as scene.glb")))
     backend = base.for_file(path, base.Work.EXPORT)
     _check_folder(path)
-    scene = repl.evaluation.scene_of("")
+    scene = _scene(repl, "")
     limit = repl.evaluation.limits.primitives
     options = base.Options(limit=limit, warn=lambda diagnostic: repl.screen.report([diagnostic]))
     for written in backend.run(scene, path, options) or [path]:

@@ -7,7 +7,7 @@ import textwrap
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
-from scenelang.grammar.diagnostics import Diagnostic, render_text
+from scenelang.grammar.diagnostics import Diagnostic, capped, render_text
 from scenelang.repl.display import clean
 from scenelang.repl.images import Protocol
 
@@ -37,9 +37,8 @@ class Screen:
 
     def report(self, diagnostics: Iterable[Diagnostic]) -> None:
         """Show diagnostics; warnings unless quiet."""
-        for diagnostic in diagnostics:
-            if diagnostic.is_error or not self.quiet:
-                self.complain(render_text(diagnostic, self.color))
+        for diagnostic in capped([d for d in diagnostics if d.is_error or not self.quiet]):
+            self.complain(render_text(diagnostic, self.color))
 
     def log(self, lines: Sequence[str]) -> None:
         """Show what a program printed, within bounds."""

@@ -28,6 +28,10 @@ class Watch:
         self._stamps = stamps_of(self._names())
         threading.Thread(target=self._look, daemon=True).start()
 
+    def again(self) -> Watch:
+        """Another watch in the place of one whose thread is gone."""
+        return Watch(self._repl, self.path)
+
     def stop(self) -> None:
         """Look no more."""
         self._ended.set()

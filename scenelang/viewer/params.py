@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from scenelang.backends.files import written_whole
+from scenelang.backends.files import read_regular, written_whole
 from scenelang.backends.studio import from_srgb, to_srgb
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Symbol
 from scenelang.grammar.diagnostics import SceneError
@@ -207,6 +207,6 @@ def write_back(controls: Mapping[str, Control], name: str, value: Any) -> None:
 
 def _bytes(path: Path) -> bytes:
     try:
-        return path.read_bytes()
+        return read_regular(path)
     except OSError as error:
         raise SceneError("file", f"cannot read {path.name}: {error.strerror or error}") from None

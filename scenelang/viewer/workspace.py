@@ -10,17 +10,31 @@ from typing import Any
 
 from scenelang.backends.viewer.packet import packet_of
 from scenelang.backends.viewer.splats import SplatsOf
-from scenelang.grammar.diagnostics import Diagnostic, SceneError, render_text
-from scenelang.grammar.source import Source
+from scenelang.grammar.diagnostics import Diagnostic, SceneError, capped, render_text
 from scenelang.interpreter.entity import Scene, descendants
 from scenelang.interpreter.library import STD
 from scenelang.interpreter.program import Program
+from scenelang.sandbox.supervision import Ended, limited
 from scenelang.session import Session
 from scenelang.viewer.params import Control, controls_of, write_back
 from scenelang.viewer.stamps import Stamps, stamps_of
+from scenelang.zfile import beside
 
 OpenSession = Callable[[str, Mapping[str, str]], Session]  # (file, overridden params) -> the session for it
+Evaluate = Callable[[str, Mapping[str, str]], "Evaluation"]  # (file, overridden params) -> what came of it
 Announce = Callable[[int], None]  # called with the number of a file whose state is new
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Evaluation:
+    """What an evaluation of a file came to, as data that can go from one process to another. ``controls`` is None where
+    the params are not known, and ``all_known`` False where some may be missing."""
+
+    packet: bytes | None
+    diagnostics: tuple[Diagnostic, ...]
+    stamps: Stamps
+    controls: tuple[Control, ...] | None = None
+    all_known: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,18 +60,14 @@ class State:
 
 
 class Workspace:
-    """``files`` as the user named them; ``splats`` gives the Gaussians that are seen in place of solids.
+    """``files`` as the user named them; ``evaluate`` as ``evaluator`` makes one, here or in a worker's process.
 
     Everything may be called from several threads; one evaluates at a time.
     """
 
-    def __init__(
-        self, files: Sequence[str], open_session: OpenSession, limit: int, splats: SplatsOf | None = None
-    ) -> None:
+    def __init__(self, files: Sequence[str], evaluate: Evaluate) -> None:
         self.files = tuple(files)
-        self._open_session = open_session
-        self._limit = limit
-        self._splats = splats
+        self._evaluate_file = evaluate
         self._states = [State() for _ in files]
         self._evaluating = threading.Lock()
         self._listeners: list[Announce] = []
@@ -114,33 +124,46 @@ class Workspace:
             announce(file)
 
     def _evaluated(self, file: int, old: State, literals: Mapping[str, str]) -> State:
-        path = self.files[file]
         version = old.version + 1
+        try:
+            found = self._evaluate_file(self.files[file], literals)
+        except Ended as error:
+            found = Evaluation(None, (error.problem,), stamps_of(_beside(self.files[file])))
+        ok = found.packet is not None
+        controls = old.controls
+        if found.controls is not None and (found.all_known or not controls):
+            controls = found.controls
+        picture = version if ok else old.picture
+        packet = found.packet if ok else old.packet
+        return State(version, ok, picture, packet, found.diagnostics, controls, {}, found.stamps)
+
+
+def evaluator(open_session: OpenSession, limit: int, splats: SplatsOf | None = None) -> Evaluate:
+    """Evaluates files for a workspace; ``splats`` gives the Gaussians that are seen in place of solids."""
+
+    def evaluate(path: str, literals: Mapping[str, str]) -> Evaluation:
         program: Program | None = None
         packet: bytes | None = None
         found: tuple[Diagnostic, ...] = ()
         stamps = stamps_of([path])
-        source: Source | None = None
         try:
-            session = self._open_session(path, literals)
-            source = session.source(path)
-            result = session.evaluate(source)
-            program, found = result.program, result.diagnostics
-            stamps = _stamps(path, program, result.scene, found)
-            if result.scene is not None:
-                words = program.all_words if program is not None else None
-                packet = packet_of(result.scene, self._limit, words, self._splats)
+            session = open_session(path, literals)
+            with limited(session.options.limits):
+                result = session.evaluate(session.source(path))
+                program, found = result.program, result.diagnostics
+                stamps = _stamps(path, program, result.scene, found)
+                if result.scene is not None:
+                    words = program.all_words if program is not None else None
+                    packet = packet_of(result.scene, limit, words, splats)
         except SceneError as error:
             found = (*found, error.diagnostic)
         except Exception as error:  # a fault of ours must not end the viewer
             said = f"internal error: {type(error).__name__}: {error}"
             found = (*found, SceneError("unsupported", said, "please report it").diagnostic)
-        ok = packet is not None
-        controls = old.controls
-        if program is not None and (_is_read(program) or not controls):
-            controls = controls_of(program.params)
-        picture = version if ok else old.picture
-        return State(version, ok, picture, packet if ok else old.packet, found, controls, {}, stamps)
+        controls = controls_of(program.params) if program is not None else None
+        return Evaluation(packet, found, stamps, controls, program is not None and _is_read(program))
+
+    return evaluate
 
 
 def _is_read(program: Program) -> bool:
@@ -155,9 +178,14 @@ def _kept_values(old: State, new: State, values: Mapping[str, Any]) -> dict[str,
     return {name: value for name, value in values.items() if name in now and before.get(name) == now[name]}
 
 
+def _beside(path: str) -> list[str]:
+    """A program and its file of embeddings."""
+    return [path, str(beside(path))]
+
+
 def _stamps(path: str, program: Program | None, scene: Scene | None, found: Sequence[Diagnostic]) -> Stamps:
     """The stamps of everything that a program was made of."""
-    names = [path, str(Path(path).with_suffix(".z.safetensors"))]
+    names = _beside(path)
     if program is not None:
         names += [source.name for source in program.sources if not source.name.startswith(("<", STD))]
     if scene is not None:
@@ -175,7 +203,7 @@ def state_data(name: str, state: State, is_live: bool = True) -> dict[str, Any]:
         "version": state.version,
         "ok": state.ok,
         "picture": state.picture,
-        "diagnostics": [_diagnostic_data(diagnostic) for diagnostic in state.diagnostics],
+        "diagnostics": [_diagnostic_data(diagnostic) for diagnostic in capped(state.diagnostics)],
         "params": [_param_data(control, state.values, is_live) for control in state.controls],
     }
 

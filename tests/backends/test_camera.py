@@ -44,6 +44,24 @@ def test_the_whole_box_is_in_view_and_touches_the_margin(
     assert np.abs(flat).max() == pytest.approx(0.94, abs=1e-3)
 
 
+@pytest.mark.parametrize(("low", "high"), [*BOXES, ([-1, 0, -1], [1, 0, 1]), ([0, 0, 0], [1, 8, 3])])
+@pytest.mark.parametrize("aspect", [0.5, 1.0, 16 / 9])
+@pytest.mark.parametrize(("azimuth", "elevation"), [(0.0, 25.0), (30.0, 25.0), (-135.0, 60.0), (45.0, -35.0)])
+@pytest.mark.parametrize("distance", [None, 40.0])
+def test_the_box_is_centred_along_both_sides_of_the_picture(
+    low: list[float], high: list[float], aspect: float, azimuth: float, elevation: float, distance: float | None
+) -> None:
+    viewpoint = Viewpoint(azimuth, elevation, distance=distance)
+    view = place(viewpoint, np.array(low, float), np.array(high, float), round(900 * aspect), 900)
+    flat, _ = flat_of(view, corners(low, high))
+    assert flat.max(axis=0) == pytest.approx(-flat.min(axis=0), abs=1e-6)
+
+
+def test_an_eye_within_the_box_is_placed() -> None:
+    view = place(Viewpoint(0, 0, distance=0.5), np.full(3, -1.0), np.ones(3), 100, 100)
+    assert view.eye == pytest.approx([0, 0, 0.5], abs=1e-9)
+
+
 def test_a_target_is_in_the_middle_and_everything_still_in_view() -> None:
     view = place(Viewpoint(target=(1.0, 1.0, 1.0)), np.full(3, -1.0), np.full(3, 1.0), 100, 100)
     assert flat_of(view, np.ones((1, 3)))[0] == pytest.approx(np.zeros((1, 2)), abs=1e-9)

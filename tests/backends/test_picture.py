@@ -67,10 +67,10 @@ def test_silhouettes_agree(make: Any) -> None:
         )
     )
     camera = Viewpoint(elevation=-10)  # from below the ground is not drawn, so that black means solid
-    quick = draw(staged(make.scene(*parts), camera, 160, 120))
-    final = finished(make.scene(*parts), camera, 160, 120, samples=16)
+    quick = draw(staged(make.scene(*parts), camera, 320, 240))
+    final = finished(make.scene(*parts), camera, 320, 240, samples=16)
     a, b = quick.radiance.mean(axis=2) < 0.3, final.radiance.mean(axis=2) < 0.3
-    assert a.sum() > 2000
+    assert a.sum() > 8000
     assert (a != b).sum() < 0.015 * a.sum()
 
 
@@ -230,14 +230,16 @@ def test_words_have_stable_tints_unless_they_have_a_colour(make: Any) -> None:
 def test_an_asset_is_drawn_as_its_mesh(make: Any, tmp_path: Path) -> None:
     import trimesh
 
+    from scenelang.backends.asset_files import AssetFiles
     from scenelang.interpreter.entity import Entity
     from scenelang.interpreter.shapes import shape_of
     from scenelang.interpreter.values import Embedding
 
     path = tmp_path / "ball.glb"
     trimesh.creation.icosphere(subdivisions=4).export(path)
+    asset = AssetFiles(tmp_path, tmp_path, False).measure("ball.glb")
     given = {"file": str(path), "color": make.vector(0.8, 0.1, 0.1)}
-    mesh = Entity("asset", Embedding(attributes=given), (), shape_of("asset", given, (-1, -1, -1, 1, 1, 1)))
+    mesh = Entity("asset", Embedding(attributes=given), (), shape_of("asset", given, asset))
     ball = make.primitive("sphere", color=(0.8, 0.1, 0.1))
     a, b = drafted(make.scene(mesh)).astype(float), drafted(make.scene(ball)).astype(float)
     assert np.abs(a - b).mean() < 2
@@ -246,7 +248,7 @@ def test_an_asset_is_drawn_as_its_mesh(make: Any, tmp_path: Path) -> None:
     )
     assert np.abs(a - final).mean() < 4
     lost = {"file": str(tmp_path / "lost.glb"), "color": given["color"]}
-    box = Entity("asset", Embedding(attributes=lost), (), shape_of("asset", lost, (-1, -1, -1, 1, 1, 1)))
+    box = Entity("asset", Embedding(attributes=lost), (), shape_of("asset", lost, asset))
     with pytest.raises(SceneError, match=r"lost\.glb cannot be read"):
         drafted(make.scene(box))
 

@@ -16,6 +16,7 @@ from scenelang.backends.diffusion.mvdream import ORIGINAL, empty_networks
 from scenelang.backends.diffusion.mvdream_keys import UNET, to_checkpoint, unet_names
 from scenelang.backends.diffusion.pixels import Unshuffled
 from scenelang.backends.diffusion.schedule import schedule_of
+from scenelang.backends.viewpoint import Viewpoint, place
 from scenelang.grammar.diagnostics import SceneError
 
 from .original import OriginalUNet
@@ -144,11 +145,21 @@ def mvdreams_camera(elevation: float, azimuth: float) -> np.ndarray:
     ("elevation", "azimuth", "distance"), [(15, 0, 1), (15, 90, 3.5), (-20, 200, 0.2), (60, 315, 8)]
 )
 def test_cameras_are_mvdreams(elevation: float, azimuth: float, distance: float) -> None:
+    """MVDream's azimuth 90 is our 0: the front of a thing."""
     up, around = math.radians(elevation), math.radians(azimuth)
     eye = distance * np.array([math.cos(up) * math.sin(around), math.sin(up), math.cos(up) * math.cos(around)])
     forward = -eye / distance
     right = np.cross(forward, [0.0, 1.0, 0.0])
     right /= np.linalg.norm(right)
     camera = camera_at(eye, (right, np.cross(right, forward), forward), 300.0, 256, 256)
-    assert np.allclose(camera_row(camera.world_to_camera), mvdreams_camera(elevation, azimuth), atol=1e-12)
+    assert np.allclose(camera_row(camera.world_to_camera), mvdreams_camera(elevation, azimuth + 90), atol=1e-12)
     assert camera_rows([camera, camera]).shape == (2, 16)
+
+
+def test_the_front_of_a_thing_is_mvdreams_front() -> None:
+    """A picture from our azimuth 0 is what its sampling script asks for first, at +x in Blender's world."""
+    camera = place(Viewpoint(0.0, 0.0, distance=3.0, target=(0.0, 0.0, 0.0)), np.full(3, -1.0), np.ones(3), 64, 64)
+    row = camera_row(camera.world_to_camera).reshape(4, 4)
+    assert row[:3, 3] == pytest.approx([1, 0, 0], abs=1e-12)  # the eye
+    assert row[:3, 0] == pytest.approx([0, 1, 0], abs=1e-12)  # right of the picture
+    assert row[:3, 1] == pytest.approx([0, 0, 1], abs=1e-12)  # up

@@ -92,6 +92,64 @@ def test_poses_move_by_the_term_of_the_scene_only(models: Any) -> None:
     assert float(together.poses.log_scales.detach().abs().max()) > 0.0
 
 
+def test_the_scene_counts_once_where_each_thing_counts_once(models: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The paper's sum: one term of the scene and one of each of N things."""
+    three = TWO.replace("(union ", '(union (call "cone" :text "tree") ')
+    one = learning(models, three, scene=True)
+    asked: list[int] = []
+    for number, model in enumerate(models):
+        predict = type(model).predict
+        monkeypatch.setattr(
+            type(model), "predict", lambda self, *a, p=predict: (asked.append(self.views), p(self, *a))[1]
+        )
+        if number == 0 and type(models[1]) is type(model):
+            break
+    steps(one, 6)
+    assert [asked.count(views) for views in (4, 1)] == [6, 2]
+
+
+def test_a_thing_follows_the_scene_at_its_own_turn(models: Any) -> None:
+    """A round makes one step of each thing's optimiser, by the sum of its own terms and the scene's."""
+    one = learning(models, scene=True)
+    before = one.figures[1].theta.means.detach().clone()
+    one.step()
+    waiting = one.figures[1].theta.means.grad
+    assert waiting is not None
+    assert float(waiting.abs().max()) > 0.0
+    assert one.figures[1].theta.means.detach().equal(before)
+    assert one.figures[0].theta.means.grad is None
+    one.step()
+    assert one.figures[1].theta.means.grad is None
+    assert not one.figures[1].theta.means.detach().equal(before)
+    counts = {int(each.state()["adam/means/step"]) for each in one.figures}
+    assert counts == {1}
+
+
+def test_a_grey_thing_has_gradients_by_its_opacities(models: Any) -> None:
+    one = learning(models)
+    theta = one.figures[0].theta
+    with torch.no_grad():
+        theta.colors.zero_()  # the grey of 0.5
+    told, _, _ = one._figure_terms(0, 0.0, torch.Generator().manual_seed(0))
+    told.backward()
+    assert theta.opacities.grad is not None
+    assert float(theta.opacities.grad.abs().max()) > 1e-6
+
+
+@pytest.mark.parametrize("most", [60, 90, 200, 700])
+def test_a_thing_grows_to_as_many_gaussians_as_are_asked_for(models: Any, most: int) -> None:
+    one = steps(learning(models, '(bind "ball" (lambda () (call "sphere")))', most=most, every=2), 12)
+    assert len(one.figures[0].theta) == most
+
+
+def test_the_growth_reaches_any_number_in_any_number_of_steps() -> None:
+    for count in (1, 60, 2000, 5000):
+        for most in (16, 1000, 20_000, 300_000):
+            plan = Settings(steps=count, most=most)
+            assert plan.start <= most <= plan.start * 2**plan.growths
+            assert plan.start >= min(plan.first, most)
+
+
 def test_what_is_taken_over_stays(models: Any, tmp_path: Path) -> None:
     before = steps(learning(models), 6)
     keep(tmp_path, before.state(), before.cast, {}, 0.0)

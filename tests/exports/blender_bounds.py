@@ -21,11 +21,12 @@ def bounds(file: str, frame: int) -> dict[str, object]:
     start = bpy.context.scene.frame_start if file.endswith(".usdc") else 0
     bpy.context.scene.frame_set(start + frame if not file.endswith(".glb") else frame)
     graph = bpy.context.evaluated_depsgraph_get()
-    points, meshes = [], 0
+    points, meshes, colors = [], 0, []
     for instance in graph.object_instances:
         if instance.object.type != "MESH" or not instance.show_self:
             continue
         meshes += 1
+        colors.append(_color(instance.object))
         matrix = instance.matrix_world
         points += [matrix @ vertex.co for vertex in instance.object.data.vertices]
     low = [min(point[axis] for point in points) for axis in range(3)]
@@ -33,7 +34,16 @@ def bounds(file: str, frame: int) -> dict[str, object]:
     names = sorted({object_.name for object_ in bpy.data.objects})
     # Blender turned y up into z up: its (x, y, z) is the scene's (x, -z, y)
     box = [low[0], low[2], -high[1], high[0], high[2], -low[1]]
-    return {"box": box, "meshes": meshes, "names": names[:2000]}
+    return {"box": box, "meshes": meshes, "names": names[:2000], "colors": colors}
+
+
+def _color(thing: bpy.types.Object) -> list[float] | None:
+    """The base colour of an object's material; None where it has none."""
+    material = next((slot.material for slot in thing.material_slots if slot.material is not None), None)
+    if material is None or material.node_tree is None:
+        return None
+    shader = next((node for node in material.node_tree.nodes if node.type == "BSDF_PRINCIPLED"), None)
+    return None if shader is None else list(shader.inputs["Base Color"].default_value)[:3]
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""GLB and USD files in Blender have the bounds of the scene. Needs `make test-blender`."""
+"""GLB and USD files in Blender have the bounds and colours of the scene. Needs `make test-blender`."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from exports.oracle import example, expected
@@ -54,3 +55,15 @@ def test_bounds_in_blender(name: str, frame: int, defines: dict[str, Any], tmp_p
     for found, share in zip(imported(frame, tmp_path / "a.glb", tmp_path / "a.usdc"), near, strict=True):
         assert found["meshes"] == len(list(expected(scene, frame)))
         assert found["box"] == pytest.approx(wanted, abs=share * size)
+
+
+@pytest.mark.parametrize("name", ["jenga.scene", "chessboard.scene", "orrery.scene", "materials.scene"])
+def test_colours_in_blender(name: str, tmp_path: Path) -> None:
+    """Every mesh of a USD file has a material, in the colour that the scene says."""
+    scene = example(name)
+    USD.run(scene, tmp_path / "a.usdc", Options())
+    (found,) = imported(0, tmp_path / "a.usdc")
+    wanted = list(expected(scene, 0))
+    assert found["meshes"] == len(wanted)
+    assert None not in found["colors"]
+    assert sorted(np.round(found["colors"], 4).tolist()) == sorted(np.round([one.color for one in wanted], 4).tolist())

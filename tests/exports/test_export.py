@@ -19,6 +19,7 @@ from exports.test_meshes import ply_rows
 from exports.test_usd import complaints
 from exports.test_usd import seen as usd_seen
 from scenelang.backends import files
+from scenelang.backends.asset_files import AssetFiles
 from scenelang.backends.base import Backend, Options
 from scenelang.backends.exports import export
 from scenelang.backends.exports.gltf import GLTF
@@ -153,7 +154,7 @@ def painted(tmp_path: Path, make: Any) -> Callable[..., Scene]:
     def made(**attributes: Any) -> Scene:
         given = {"file": str(tmp_path / "box.ply")}
         given |= {name: make.vector(*value) for name, value in attributes.items()}
-        shape = shape_of("asset", given, (-0.5, -1, -1.5, 0.5, 1, 1.5))
+        shape = shape_of("asset", given, AssetFiles(tmp_path, tmp_path, False).measure("box.ply"))
         asset = Entity("asset", Embedding(attributes=given), (), shape)
         from dataclasses import replace
 

@@ -97,7 +97,8 @@ def test_assets_stay_inside_the_folder(tmp_path: Path) -> None:
         if name == "box.ply":
             shape = read_scene(tmp_path / "in" / "a.json").root.shape
             assert shape is not None
-            assert shape.box == pytest.approx((-0.5, -1, -1.5, 0.5, 1, 1.5))
+            assert shape.asset is not None
+            assert shape.asset.box == pytest.approx((-0.5, -1, -1.5, 0.5, 1, 1.5))
             back = Entity("asset", Embedding(), (), shape)
             write_scene(Scene("asset", [back], False), tmp_path / "in" / "b.json")
             assert '"file":"box.ply"' in (tmp_path / "in" / "b.json").read_text()

@@ -12,7 +12,7 @@ import pytest
 from small_diffusion import WIDTH, small_diffusion
 from small_models import seeded
 
-from scenelang.backends.imagine.migc import MigcAttention, MigcSteering
+from scenelang.backends.imagine.migc import MigcAttention, MigcSteering, guides_of, visible
 from scenelang.backends.imagine.migc_files import (
     FILE,
     Migc,
@@ -96,7 +96,7 @@ def reference(state: dict[str, Any], attn: Any, own: Any, everywhere: Any, given
         tokens = torch.stack([each.pooled[0], embed(torch.cat(waves))])
         apart = attn.processor(attn, own[None], each.words)[0] + multi("ea", normal[None], tokens[None])[0]
         rows.append(apart * mask.reshape(-1, 1))
-    groups = torch.stack([*masks[1:], background]).reshape(len(given), -1)
+    groups = torch.stack([*masks, background]).reshape(len(given) + 1, -1)
     hidden = torch.einsum("gp,gq->pq", groups, groups) == 0
     blind = hidden.all(dim=1)
     shown = multi("la", own[None], own[None], hidden & ~blind[:, None])[0]
@@ -145,6 +145,18 @@ def test_a_layer_is_the_papers(count: int, checkpoint: Checkpoint) -> None:
     assert torch.equal(found[0], everywhere[0])
     assert torch.allclose(found[1], wanted, atol=1e-9)
     assert not torch.allclose(found[1], everywhere[1], atol=1e-2)
+
+
+def test_layout_attention_reads_every_box() -> None:
+    """Two places of the first box see each other, whichever box it is."""
+    torch = seeded()
+    for boxes in (BOXES, BOXES[::-1]):
+        guides = guides_of(boxes, (8, 8), torch.zeros(1, 64, WIDTH))
+        x0, y0, x1, y1 = boxes[0]
+        within = torch.zeros(8, 8, dtype=torch.bool)
+        within[int(8 * y0) : int(8 * y1), int(8 * x0) : int(8 * x1)] = True
+        inside = within.reshape(-1).nonzero()[:, 0]
+        assert visible(guides)[inside][:, inside].all()
 
 
 def test_it_acts_in_the_first_half_of_the_steps(checkpoint: Checkpoint) -> None:

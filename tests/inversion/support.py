@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 
 import torch
-from toy.model import unpack
+from toy.model import ONE_GREY, unpack
 from toy.pictures import COLORS, Orbit, picture
 
 from scenelang.backends.diffusion.loading import load_diffusion
@@ -18,7 +18,7 @@ VIEW = Orbit(0.6, 0.3, 3.2, math.radians(20.0))
 
 def toy(folder: Path) -> Diffusion:
     """The committed toy model, unpacked."""
-    return load_diffusion(unpack(folder))
+    return load_diffusion(unpack(folder, ONE_GREY))
 
 
 def shown(color: str, shape: str) -> torch.Tensor:

@@ -12,7 +12,7 @@ import torch
 from PIL import Image
 from small_grounding import small_detector, small_segmenter
 from support import evaluate
-from toy.model import unpack
+from toy.model import ONE_GREY, unpack
 
 from inversion.support import shown
 from scenelang.backends.clip.leaves import Granularity, Sayings, leaves_of
@@ -34,7 +34,7 @@ QUICK = ("--steps", "3", "--batch", "1", "--device", "cpu", "--class-word", "sph
 def models(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A shelf with the real names."""
     folder = tmp_path_factory.mktemp("models")
-    unpack(folder / "MVDream")
+    unpack(folder / "MVDream", ONE_GREY)
     small_detector(folder / "grounding-dino-base")
     small_segmenter(folder / "sam-vit-huge", seed=1)
     return folder

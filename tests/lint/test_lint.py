@@ -172,3 +172,60 @@ def test_a_file_that_another_imports_is_no_scene(tmp_path: Path) -> None:
 def test_forms_are_looked_at_although_others_are_wrong() -> None:
     program = scene('(define x 1) (call "cube")') + "\n(nowhere)"
     assert [name for name, _ in warned(program)] == ["unused", "unbound"]
+
+
+# --- what fixes leave alone ------------------------------------------------------------------------------------------
+
+
+def fixed(text: str) -> str:
+    return Session().mended(Source("<a>", text))[0].text
+
+
+@pytest.mark.parametrize(
+    "form",
+    [
+        "(let () (begin (define q 1)) n)",  # the only form of a body
+        "(let () (define q 1) (set! q 2) n)",  # assigned further on
+        "(let () (define q later) (define later 1) (+ n later))",  # fails
+        '(let () (define q [1 "a"]) n)',  # no array
+        "(let () (define q [1 n]) n)",  # an array if n is a number
+        "(let () (define q (random)) n)",
+        '(let () (define q (print "q")) n)',
+        '(let () (define q 1) "a text" n)',  # the string would open the body
+        "(both (define q 1) n)",  # a macro that also quotes it
+        "(if (= n n) 1 2)",  # fails for no number, and nan is not equal to itself
+        "(if (equal? 1 1.) 1 2)",  # equal numbers of two types
+        "(both (define q (if #t 1 2)) q)",
+        '(if #t (call "cube") (call "part"))',  # the root is the word that nothing mentions
+        '(if #t (call "cube") (call "p\\x61;rt"))',
+        "(cond (else (define q (random)) n))",
+    ],
+)
+def test_fixes_that_could_change_a_program_are_not_safe(form: str) -> None:
+    macro = "(define-syntax both (syntax-rules () ((_ a b) (begin (print (quote a)) (let () a b)))))\n"
+    text = f'{macro}(bind "part" (lambda () (call "cube")))\n(bind "s" (lambda ((:n 1)) {form}))\n'
+    assert fixed(text) == text
+
+
+@pytest.mark.parametrize(
+    ("form", "wanted"),
+    [
+        ("(+ 1(if #t n 2)3)", "(+ 1 n 3)"),
+        ("(list n(if #f 1 n)n)", "(list n n n)"),
+        ("(list (if #t `(a ,n) 1))", "(list `(a ,n))"),
+        ("(list (if #t 'a 1))", "(list 'a)"),
+        ("(let ()n(define q 1)n)", "(let ()n n)"),
+        ("(let () (define q 1) (define r q) n)", "(let ()   n)"),
+        ("(let ((m n)) (define q m) n)", "(let ((m n))  n)"),
+        ("(let () (define (f a) (print a)) n)", "(let ()  n)"),
+        ("(list '(1 a) (+ 1/2 n))", "(list '(1 a) (+ (/ 1 2) n))"),
+    ],
+)
+def test_fixes_keep_tokens_apart(form: str, wanted: str) -> None:
+    assert fixed(f'(bind "s" (lambda ((:n 1)) {form}))') == f'(bind "s" (lambda ((:n 1)) {wanted}))'
+
+
+@pytest.mark.parametrize("data", ["'(1/3 2)", "`(a ,1/3)", "(quote (1/3))", "'1/3", '(list ";" \'(a (1/3)))'])
+def test_fractions_in_data_are_no_calls(data: str) -> None:
+    text = f'(bind "s" (lambda () {data}))'
+    assert fixed(text) == text

@@ -255,7 +255,6 @@ def test_replaced_blocks_are_told_once() -> None:
     [
         ('(transform (call "set-cuboid" :block-type "stone") (rotate .5 [0 1 0]))', "blocks"),
         ('(transform (call "set-cuboid" :block-type "stone") (scale .5))', "blocks"),
-        (block("oak_stairs", facing="up"), "block-property"),
     ],
 )
 def test_mistakes_are_told(text: str, name: str) -> None:

@@ -40,4 +40,4 @@ def test_ctrl_c_ends_a_command_and_leaves_no_file(
     assert f"`{command.split()[0]}` was interrupted" in complained[0]
     assert list(tmp_path.iterdir()) == []
     repl.feed("(+ 40 2)")
-    assert said == ["42"]
+    assert said[-1] == "42"

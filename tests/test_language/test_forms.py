@@ -13,6 +13,8 @@ EXPRESSIONS = {
     "(cond (#f 1))": "none", "(cond ((assoc 2 '((1 a) (2 b))) => second) (else 0))": "b", "(cond (#f => car) (else 0))": "0",
     "(cond (#t 1 2 3))": "3", "(case 3 ((1 2) 'low) ((3 4) 'mid) (else 'high))": "mid",
     "(case \"b\" ((\"a\") 1) ((\"b\" \"c\") 2))": "2", "(case 9 ((1) 1))": "none", "(case 'x ((x y) 1) (else 2))": "1",
+    "(case 1.0 ((1) 'a) (else 'b))": "b", "(case 1 ((1.0) 'a) ((1) 'b))": "b",
+    "(case 1.5 ((1.5) 'a))": "a", "(case none ((#f) 'a) ((none) 'b))": "b", "(case [1 2] (([1 2]) 'a))": "a",
     "(case 5 ((1) 0) (else => (lambda (n) (* 2 n))))": "10", "(case (list 1 2) (((1 2)) 'pair) (else 'no))": "pair",
     "(when #t 1 2)": "2", "(when #f 1)": "none", "(unless #f 1 2)": "2", "(unless #t 1)": "none",
     "(and)": "#t", "(and 1 2)": "2", "(and 1 #f 2)": "#f", "(and 1 none 2)": "none",

@@ -12,7 +12,8 @@ from safetensors.torch import load_file, save_file
 
 from toy.pictures import SIZE
 
-WEIGHTS = Path(__file__).parent / "weights.safetensors"
+WEIGHTS = Path(__file__).parent / "weights.safetensors"  # over backgrounds of all greys, as distillation has them
+ONE_GREY = Path(__file__).parent / "weights_grey.safetensors"  # over one grey, as the pictures of an inversion have
 WIDTH, CONTEXT = 64, 32
 _UNET = {
     "sample_size": SIZE // 2,

@@ -19,7 +19,7 @@ COLORS = {
 SHAPES = ("sphere", "cube")
 HALF = 1.0 / math.sqrt(3.0)  # of the solids' boxes, whose corners have distance 1 from the middle
 SIZE, VIEWS = 32, 4
-BACKGROUND = 0.5  # grey, sRGB
+BACKGROUND = 0.5  # grey, sRGB, where a picture says no other
 STYLES = ("toy", "toys", "scene", "still life", "a plain toy", "shapes")
 SENTENCES = (
     "a {} {}, 3D model",
@@ -69,7 +69,9 @@ def mvdream_rows(cameras: list[Orbit]) -> torch.Tensor:
     return (blender @ matrices).reshape(-1, 16)
 
 
-def picture(shape: str, color: tuple[float, float, float], orbit: Orbit, size: int = SIZE) -> torch.Tensor:
+def picture(
+    shape: str, color: tuple[float, float, float], orbit: Orbit, size: int = SIZE, background: float = BACKGROUND
+) -> torch.Tensor:
     """(3, size, size), sRGB in [0, 1]: the solid in light from the camera and from above; four rays a pixel."""
     matrix = camera_to_world(orbit)
     steps = ((torch.arange(2 * size) + 0.5) / size - 1.0) * math.tan(orbit.half_fov)
@@ -78,7 +80,7 @@ def picture(shape: str, color: tuple[float, float, float], orbit: Orbit, size: i
     rays = (rays / rays.norm(dim=-1, keepdim=True)) @ matrix[:3, :3].T
     hit, normal = (_sphere if shape == "sphere" else _cube)(matrix[:3, 3], rays)
     light = 0.35 + 0.55 * (-(normal * rays).sum(-1)).clamp_min(0) + 0.25 * normal[..., 1].clamp_min(0)
-    shaded = torch.where(hit[..., None], light[..., None] * torch.tensor(color), torch.tensor(BACKGROUND))
+    shaded = torch.where(hit[..., None], light[..., None] * torch.tensor(color), torch.tensor(background))
     return shaded.reshape(size, 2, size, 2, 3).mean((1, 3)).clamp(0, 1).permute(2, 0, 1)
 
 
@@ -103,8 +105,11 @@ def sentence(color: str, shape: str, generator: torch.Generator) -> str:
     return SENTENCES[which % len(SENTENCES)].format(color, shape, style=STYLES[style % len(STYLES)])
 
 
-def batch(count: int, generator: torch.Generator) -> tuple[list[str], torch.Tensor, torch.Tensor]:
-    """``count`` sentences, their pictures (count * VIEWS, 3, SIZE, SIZE) and cameras (count * VIEWS, 16)."""
+def batch(
+    count: int, generator: torch.Generator, grey: float | None = None
+) -> tuple[list[str], torch.Tensor, torch.Tensor]:
+    """``count`` sentences, their pictures (count * VIEWS, 3, SIZE, SIZE) and cameras (count * VIEWS, 16). ``grey`` is
+    the background of all, None for one of its own for each."""
     texts: list[str] = []
     pictures: list[Any] = []
     rows: list[Any] = []
@@ -113,6 +118,7 @@ def batch(count: int, generator: torch.Generator) -> tuple[list[str], torch.Tens
         name, shape = list(COLORS)[which // len(SHAPES)], SHAPES[which % len(SHAPES)]
         cameras = orbits(generator)
         texts.append(sentence(name, shape, generator))
-        pictures += [picture(shape, COLORS[name], orbit) for orbit in cameras]
+        background = float(torch.rand((), generator=generator)) if grey is None else grey
+        pictures += [picture(shape, COLORS[name], orbit, background=background) for orbit in cameras]
         rows.append(mvdream_rows(cameras))
     return texts, torch.stack(pictures), torch.cat(rows)

@@ -23,7 +23,7 @@ from scenelang.backends.clip.text import TextEncoder
 from scenelang.backends.diffusion.loading import load_diffusion
 from scenelang.backends.diffusion.model import Diffusion
 from toy.model import WEIGHTS, build, pack, save_clip
-from toy.pictures import COLORS, SENTENCES, SHAPES, STYLES, VIEWS, batch
+from toy.pictures import BACKGROUND, COLORS, SENTENCES, SHAPES, STYLES, VIEWS, batch
 
 SEED, STEPS, BATCH = 0, 1500, 6
 RATE, DROPPED = 2e-3, 0.15
@@ -35,6 +35,7 @@ def train(
     steps: int,
     seed: int = SEED,
     report: Callable[[int, float], None] = lambda *_: None,
+    grey: float | None = None,
 ) -> list[float]:
     """Train the networks of ``model`` and ``clip`` in place, all ``steps``; returns the loss of each step."""
     generator = torch.Generator().manual_seed(seed)
@@ -47,7 +48,7 @@ def train(
     words = TextEncoder(clip)
     losses = []
     for step in range(steps):
-        loss = loss_of(model, words, generator)
+        loss = loss_of(model, words, generator, grey)
         optimiser.zero_grad()
         loss.backward()
         torch.nn.utils.clip_grad_norm_(parameters, 1.0)
@@ -74,9 +75,9 @@ def text_parameters(clip: Any) -> list[Any]:
     ]
 
 
-def loss_of(model: Diffusion, words: TextEncoder, generator: torch.Generator) -> Any:
+def loss_of(model: Diffusion, words: TextEncoder, generator: torch.Generator, grey: float | None = None) -> Any:
     """The mean squared error of v on a batch."""
-    texts, pictures, cameras = batch(BATCH, generator)
+    texts, pictures, cameras = batch(BATCH, generator, grey)
     heard = ["" if torch.rand((), generator=generator) < DROPPED else text for text in texts]
     states = words.encode([(text,) for text in heard]).earlier.repeat_interleave(VIEWS, 0)
     clean = model.pixels.encode(pictures)
@@ -109,6 +110,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="train the toy diffusion model anew")
     parser.add_argument("--steps", type=int, default=STEPS)
     parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--one-grey", action="store_true", help="one background, as weights_grey.safetensors has")
     parser.add_argument("-o", "--output", type=Path, default=WEIGHTS)
     given = parser.parse_args()
     torch.set_num_threads(1)
@@ -121,7 +123,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = build(Path(name), given.seed)
         model, clip = load_diffusion(folder), load_clip(ClipName(str(folder / "text")))
-        losses = train(model, clip, given.steps, given.seed, report)
+        losses = train(model, clip, given.steps, given.seed, report, BACKGROUND if given.one_grey else None)
         model.network.save_pretrained(folder / "unet")
         save_clip(folder / "text", clip.network)
         told = {"seed": str(given.seed), "steps": str(given.steps), "script": "tests/toy/train.py"}

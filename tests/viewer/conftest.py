@@ -15,7 +15,7 @@ import pytest
 
 from scenelang.session import Options, Session
 from scenelang.viewer.server import ViewServer
-from scenelang.viewer.workspace import Workspace
+from scenelang.viewer.workspace import Workspace, evaluator
 
 FLAGS = [
     "--headless",
@@ -50,7 +50,7 @@ def program(tmp_path: Path) -> Callable[..., Path]:
 
 @pytest.fixture
 def workspace() -> Callable[..., Workspace]:
-    return lambda *files, limit=2_000_000: Workspace([str(file) for file in files], open_session, limit)
+    return lambda *files, limit=2_000_000: Workspace([str(file) for file in files], evaluator(open_session, limit))
 
 
 @pytest.fixture

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from scenelang.backends.files import read_regular
 from scenelang.backends.minecraft.files.damage import Damaged
 from scenelang.backends.minecraft.files.nbt_rows import rows_like
 
@@ -37,7 +38,7 @@ def read_nbt(path: Path, largest: int = LARGEST) -> dict[str, Any]:
     """
     if path.stat().st_size > largest:
         raise Damaged(f"it is larger than {largest:,} bytes")
-    reader = _Reader(_unpacked(path.read_bytes(), largest))
+    reader = _Reader(_unpacked(read_regular(path), largest))
     if reader.kind() != _COMPOUND:
         raise Damaged("it does not begin as such a file does")
     reader.text()

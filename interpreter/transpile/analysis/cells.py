@@ -19,7 +19,8 @@ class CellPlaces:
         self.before: dict[ast.stmt, list[Variable]] = {}
         cells: dict[Function, list[Variable]] = {}
         for variable in dict.fromkeys(names.variables.values()):
-            if variable.is_cell and variable.function is not None and not variable.is_parameter:
+            is_local = not variable.is_parameter and not variable.is_comprehension
+            if variable.is_cell and variable.function is not None and is_local:
                 cells.setdefault(variable.function, []).append(variable)
         for function, variables in cells.items():
             for variable in variables:

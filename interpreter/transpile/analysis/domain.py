@@ -116,3 +116,24 @@ def join_all(types: Sequence[Type]) -> Type:
     for each in types:
         result = result | each
     return result
+
+
+def never_equal(left: Type, right: Type, depth: int = 8) -> bool:
+    """Whether no value of ``left`` equals one of ``right``, since one has a tuple where the other has a list."""
+    if not depth or not left.only(SEQUENCES) or not right.only(SEQUENCES):
+        return False
+    if not left.kinds & right.kinds:
+        return True
+    pairs = [(a, b) for a in left.sites for b in right.sites if a.kind == b.kind]
+    return bool(pairs) and all(_sites_differ(a, b, depth - 1) for a, b in pairs)
+
+
+def _sites_differ(left: Site, right: Site, depth: int) -> bool:
+    holds = any(site.items and not site.is_mutated for site in (left, right))  # else both may be empty
+    if holds and never_equal(left.element, right.element, depth):
+        return True
+    if left.items is None or right.items is None:
+        return False
+    if left.is_mutated or right.is_mutated or len(left.items) != len(right.items):
+        return False
+    return any(never_equal(a, b, depth) for a, b in zip(left.items, right.items))

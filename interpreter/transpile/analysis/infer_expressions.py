@@ -356,15 +356,25 @@ class ExpressionInference(CallInference):
             else:
                 result = result | site.element
         if value.kinds & POSE:
-            result = result | (T_FLOAT if isinstance(index, ast.Tuple) and not has_slice(index) else Type(ARRAY))
+            result = result | self._pose_item(node, index)
         elif value.kinds & ARRAY and not value.sites:
             result = result | T_FLOAT
         return result
 
+    def _pose_item(self, node: ast.AST, index: ast.expr) -> Type:
+        """A number, row or part of a 4x4 matrix."""
+        if not isinstance(index, ast.Tuple):
+            return Type(ARRAY)
+        axes = sum(isinstance(axis, ast.Slice) for axis in index.elts) + max(2 - len(index.elts), 0)
+        if axes == 0:
+            return T_FLOAT
+        return self.container(node, ARRAY, Type(ARRAY) if axes > 1 else T_FLOAT, tag="part")
+
     def _array_item(self, node: ast.AST, site: Site, index: ast.expr, key: Type) -> Type:
         if isinstance(index, ast.Tuple):
             if has_slice(index):
-                return self.container(node, ARRAY, T_FLOAT)
+                is_matrix = sum(isinstance(axis, ast.Slice) for axis in index.elts) > 1
+                return self.container(node, ARRAY, Type(ARRAY) if is_matrix else T_FLOAT)
             found = Type(ARRAY, frozenset((site,)))
             for _ in index.elts:
                 found = self.elements(found)
@@ -386,7 +396,7 @@ class ExpressionInference(CallInference):
                 element = join_all([s.element for s in sites if s.kind == kind])
                 result = result | self.container(node, kind, element, tag=str(kind))
         if value.kinds & POSE:
-            result = result | Type(ARRAY)
+            result = result | self.container(node, ARRAY, Type(ARRAY), tag="rows")
         return result
 
     def _Yield(self, node: ast.Yield) -> Type:

@@ -290,6 +290,16 @@ def _stack(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[s
     return infer.grow(infer.site(node, ARRAY), infer.container(node, ARRAY, infer.elements(element), tag="row"))
 
 
+def _concatenated(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    """Joined vectors are a vector, joined matrices a matrix."""
+    items = infer.elements(infer.elements(args[0])) if args else NOTHING
+    return _array(infer, node, Type(ARRAY) if items.only(ARRAY | SEQUENCES) else T_FLOAT)
+
+
+def _concatenated_shapes(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    return T_POSE if args and all(value.only(POSE) for value in args) else T_SHAPE
+
+
 def _defaultdict(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
     made = infer.call(args[0], node, [], {}) if args else NOTHING
     return infer.table(infer.site(node, DICT), NOTHING, made, {}, made)
@@ -359,7 +369,7 @@ def _each(module: str, names: str, result: T) -> dict[str, T]:
 
 RESULTS: dict[str, Type | Result] = {
     # the helper API
-    "primitive_call": T_SHAPE, "concat_shapes": T_SHAPE, "transform_shape": T_SHAPE, "loop": _loop,
+    "primitive_call": T_SHAPE, "concat_shapes": _concatenated_shapes, "transform_shape": T_SHAPE, "loop": _loop,
     "library_call": T_SHAPE, "translation_matrix": _pose, "rotation_matrix": _pose, "scale_matrix": _pose,
     "reflection_matrix": _pose, "identity_matrix": _pose, "compute_shape_center": _vector,
     "compute_shape_min": _vector, "compute_shape_max": _vector, "compute_shape_sizes": _vector,
@@ -396,8 +406,8 @@ RESULTS: dict[str, Type | Result] = {
     "numpy.matmul": _matrix, "numpy.outer": _matrix, "numpy.inner": T_FLOAT, "numpy.vdot": T_FLOAT,
     "numpy.linalg.norm": _np_sum, "numpy.linalg.inv": _first, "numpy.linalg.det": T_FLOAT,
     "numpy.linalg.solve": _vector,
-    "numpy.stack": _stack, "numpy.vstack": _stack, "numpy.hstack": _vector, "numpy.column_stack": _stack,
-    "numpy.concatenate": _vector, "numpy.append": _vector, "numpy.sum": _np_sum, "numpy.mean": _np_sum,
+    "numpy.stack": _stack, "numpy.vstack": _stack, "numpy.hstack": _concatenated, "numpy.column_stack": _stack,
+    "numpy.concatenate": _concatenated, "numpy.append": _vector, "numpy.sum": _np_sum, "numpy.mean": _np_sum,
     "numpy.max": _np_sum, "numpy.min": _np_sum, "numpy.amax": _np_sum, "numpy.amin": _np_sum, "numpy.prod": _np_sum,
     "numpy.average": _np_sum, "numpy.median": _np_sum, "numpy.std": _np_sum, "numpy.cumsum": _vector,
     "numpy.argmin": T_INT, "numpy.argmax": T_INT, "numpy.argsort": _vector, "numpy.sort": _first, "numpy.flip": _first,

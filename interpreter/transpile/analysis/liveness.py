@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterable, Sequence
 
+from scenelang.interpreter.transpile.analysis.escapes import Escapes
 from scenelang.interpreter.transpile.analysis.scopes import Function, Names, Variable
 
 Live = frozenset[Variable]
@@ -23,6 +24,7 @@ class Liveness:
         self._loops: list[tuple[Live, Live]] = []
         self._used: dict[ast.AST, Live] = {}
         self._exposed: dict[ast.AST, Live] = {}
+        self._escapes = Escapes(names)
         for target in names.walrus:
             names.variables[target].is_cell = True
         for function in names.ordered:
@@ -31,6 +33,7 @@ class Liveness:
             self._block(function.body, _read_elsewhere(function) if function is names.module else _NONE)
         for function in names.ordered:
             self._find_captured(function)
+        self._find_late()
 
     def _carry(self, variable: Variable, loop: ast.AST) -> None:
         self.carried.setdefault(variable, set()).add(loop)
@@ -160,15 +163,48 @@ class Liveness:
                         variable, closure, loops, function.body
                     ):
                         variable.is_cell = True
-                        if _escapes(closure, loops.get(closure)):
-                            self._carry(variable, loops[closure])
+                        for loop in _loops_around(closure, loops):
+                            if self._escapes.turn(closure, loop):
+                                self._carry(variable, loop)
         for closure in closures:
-            loop = loops.get(closure)
-            if loop is not None and _escapes(closure, loop):
-                for variable in self._inner_uses(closure):
-                    if variable.function is function and any(loops.get(store) is loop for store in variable.stores):
+            for loop in _loops_around(closure, loops):
+                if self._escapes.turn(closure, loop):
+                    self._share(function, closure, loop, loops)
+
+    def _share(self, function: Function, closure: ast.AST, loop: ast.AST, loops: dict[ast.AST, ast.AST]) -> None:
+        """One variable for all turns of ``loop``, where a closure that outlives its turn reads it."""
+        for variable in self._inner_uses(closure):
+            if variable.function is function and any(
+                around is loop for store in variable.stores for around in _loops_around(store, loops)
+            ):
+                variable.is_cell = True
+                self._carry(variable, loop)
+
+    def _find_late(self) -> None:
+        """Mark the variables of comprehensions that closures read which are called after it."""
+        nodes = {variable: node for node, variable in self._names.variables.items() if variable.is_comprehension}
+        if not nodes:
+            return
+        for function in self._names.ordered:
+            closure = function.node
+            if isinstance(closure, ast.Module):
+                continue
+            read = {self._names.variables.get(n) for part in _body_of(closure) for n in ast.walk(part)} & nodes.keys()
+            for comprehension in self._escapes.comprehensions(closure) if read else ():
+                targets = {n for g in comprehension.generators for n in ast.walk(g.target)}
+                for variable in read:
+                    if variable is not None and any(store in targets for store in variable.stores):
                         variable.is_cell = True
-                        self._carry(variable, loop)
+
+
+def _loops_around(node: ast.AST, loops: dict[ast.AST, ast.AST]) -> list[ast.AST]:
+    """The loops around a node of a function's body, innermost first."""
+    found: list[ast.AST] = []
+    loop = loops.get(node)
+    while loop is not None:
+        found.append(loop)
+        loop = loops.get(loop)
+    return found
 
 
 def _body_of(closure: ast.AST) -> list[ast.AST]:
@@ -224,38 +260,3 @@ def _changes_later(
     if len(variable.stores) == 1 and isinstance(closure, ast.FunctionDef):
         return not any(isinstance(s, ast.Assign) and any(n is later[0] for n in ast.walk(s)) for s in body)
     return True
-
-
-def _escapes(closure: ast.AST, loop: ast.AST | None) -> bool:
-    """Whether a closure made in a loop may be called after the turn that made it: it is put into a container or a name
-    that lives on, given away by ``return`` or ``yield``."""
-    if loop is None:
-        return False
-    for node in ast.walk(loop):
-        if isinstance(node, ast.Call):
-            is_adding = isinstance(node.func, ast.Attribute) and node.func.attr in ("append", "add", "insert", "extend")
-            if is_adding and any(_mentions(argument, closure) for argument in node.args):
-                return True
-        elif (
-            (
-                isinstance(node, (ast.List, ast.Tuple, ast.Dict))
-                and any(c is closure for c in ast.iter_child_nodes(node))
-            )
-            or (isinstance(node, (ast.Return, ast.Yield)) and node.value is closure)
-            or (
-                isinstance(node, ast.Assign)
-                and _mentions(node.value, closure)
-                and isinstance(node.targets[0], ast.Subscript)
-            )
-        ):
-            return True
-    return False
-
-
-def _mentions(node: ast.AST, closure: ast.AST) -> bool:
-    """Whether ``node`` is the closure, by itself or by name, or a display that holds it."""
-    if isinstance(node, ast.Name) and isinstance(closure, ast.FunctionDef):
-        return node.id == closure.name
-    if isinstance(node, (ast.Tuple, ast.List, ast.Dict)):
-        return any(_mentions(child, closure) for child in ast.iter_child_nodes(node))
-    return node is closure

@@ -62,6 +62,10 @@ class BodyWriter(ExpressionWriter, ABC):
     def _for(self, node: ast.For, kind: str, mode: Mode, collecting: Collecting | None) -> Code:
         """A loop as ``(for/kind (clauses) body ...)``."""
 
+    @abstractmethod
+    def _interleaves(self, node: ast.For) -> bool:
+        """Whether what a loop runs through and its body both draw random numbers."""
+
     # --- bodies ---
 
     def function_body(self, function: Function) -> list[Code]:

@@ -22,6 +22,7 @@ from scenelang.interpreter.transpile.writing.code import (
 from scenelang.interpreter.transpile.writing.conditionals import conditional, hang
 from scenelang.interpreter.transpile.writing.control import (
     Mode,
+    has_inner_star,
     is_skip,
     leaves,
 )
@@ -99,7 +100,7 @@ class CollectionWriter(AssignmentWriter):
         return [Piece(code, is_many, self.effect(value))]
 
     def _collecting_for(self, node: ast.For, collecting: Collecting, note: Code) -> Code:
-        one_each = not collecting.unites and self._adds_one(node.body, collecting.collection)
+        one_each = not collecting.unites and self._adds_one(node.body, collecting.collection, self._merges(node))
         kind = "/union" if collecting.unites else "/list" if one_each else "/append"
         inner = Collecting(collecting.collection, collecting.unites, False)
 
@@ -121,9 +122,17 @@ class CollectionWriter(AssignmentWriter):
         if isinstance(adders[0], ast.If) and adders[0].orelse:
             branches = (adders[0].body, adders[0].orelse)
             return all(self._adds_one(branch, collection, is_loop=False) for branch in branches)
-        if is_loop and len(body) == 1 and isinstance(adders[0], (ast.For, ast.If)):
+        if is_loop and len(body) == 1 and isinstance(adders[0], ast.For) and adders[0] not in self.places.before:
+            return self._adds_one(adders[0].body, collection, self._merges(adders[0]))
+        if is_loop and len(body) == 1 and isinstance(adders[0], ast.If):
             return self._adds_one(adders[0].body, collection)
         return False
+
+    def _merges(self, node: ast.For) -> bool:
+        """Whether what is alone in a loop's body can become clauses of the loop: nothing has to be done before it."""
+        names = (self.names.variables.get(n) for n in ast.walk(node.target))
+        is_cell = any(variable is not None and variable.is_cell for variable in names)
+        return not is_cell and not has_inner_star(node.target) and not self._interleaves(node)
 
     def _collecting_if(self, node: ast.If, collecting: Collecting) -> Piece:
         one_each = (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import math
 import re
 from collections.abc import Sequence
 
@@ -20,7 +21,7 @@ from scenelang.interpreter.transpile.analysis.domain import (
 )
 from scenelang.interpreter.transpile.analysis.known import RESULTS
 from scenelang.interpreter.transpile.analysis.paths import ANNOTATIONS, BUILTINS, FORBIDDEN, is_module
-from scenelang.interpreter.transpile.analysis.scopes import Function, Variable
+from scenelang.interpreter.transpile.analysis.scopes import Comprehension, Function, Variable
 from scenelang.interpreter.transpile.helper_api import HELPERS
 from scenelang.interpreter.transpile.writing import operators, texts
 from scenelang.interpreter.transpile.writing.calls import CALLS, CONSTANTS, VALUES
@@ -34,6 +35,7 @@ from scenelang.interpreter.transpile.writing.code import (
     Ref,
     form,
     is_form,
+    none,
     quote,
 )
 from scenelang.interpreter.transpile.writing.flows import Flows
@@ -53,6 +55,7 @@ class ExpressionWriter(Flows):
     def __init__(self, analysed: Analysed) -> None:
         super().__init__(analysed)
         self.records = Records()
+        self.late: dict[Variable, Variable] = {}
 
     def expr(self, node: ast.expr) -> Code:
         """The code of any expression."""
@@ -97,7 +100,7 @@ class ExpressionWriter(Flows):
         if value is None or isinstance(value, (bool, str)):
             return Literal(value)
         if isinstance(value, (int, float)):
-            text = self.text.text(node)
+            text = self.text.text(node) if value != math.inf else "1e999"  # `inf` may be a variable of the program
             return Literal(value, None, text if _PLAIN_NUMBER.fullmatch(text) else None)
         raise self.unsupported(f"the constant `{value!r}`", node)
 
@@ -346,25 +349,66 @@ class ExpressionWriter(Flows):
 
     def binder(self, variable: Variable, node: ast.AST) -> Code:
         """``_`` where nothing reads the variable and it says so itself."""
+        if variable in self.late:
+            return Ref(self.late[variable], self.span(node))
         if variable.name == "_" and not variable.reads:
             return Name("_", self.span(node))
         return Ref(variable, self.span(node))
 
+    def _late_variables(self, node: Comprehension) -> list[Variable]:
+        """The variables of a comprehension that functions among its results read when they are called later."""
+        targets = [n for g in node.generators for n in ast.walk(g.target) if isinstance(n, ast.Name)]
+        found = (self.names.variables.get(n) for n in targets)
+        return [variable for variable in dict.fromkeys(found) if variable is not None and variable.is_cell]
+
+    def _late(self, node: Comprehension, late: list[Variable], result: Code) -> Code:
+        """A comprehension whose variables are the same in all turns, as functions that outlive their turn see them:
+        lists joined in a loop that assigns the variables."""
+        temporaries = {variable: Variable(variable.name, None, is_temporary=True) for variable in late}
+        self.late.update(temporaries)
+        code: Code = form("list", result)
+        for generator in reversed(node.generators):
+            if generator.ifs:
+                tests = [self.test(condition) for condition in generator.ifs]
+                test = tests[0] if len(tests) == 1 else form("and", *tests)
+                code = form("if", test, code, quote(Form([])))
+            own = {self.names.variables.get(n) for n in ast.walk(generator.target)}
+            sets = [form("set!", Ref(v), Ref(temporaries[v])) for v in late if v in own]
+            clause = Form([self.pattern(generator.target), self.iterable(generator.iter)])
+            code = Form([Name("for/append"), Form([clause]), *sets, code])
+        for variable in late:
+            del self.late[variable]
+        return form("let", Form([Form([Ref(variable), none()]) for variable in late]), code)
+
     def _ListComp(self, node: ast.ListComp) -> Code:
+        late = self._late_variables(node)
+        if late:
+            joined = self._late(node, late, self.expr(node.elt))
+            return form("mutable", joined) if self.is_mutated(node) else joined
         kind = "/union" if self.is_parts(node) else "/list"
         head = self.loop_head(kind, node.generators)
         code = Form([*head, self.comment_item(self.expr(node.elt), node.elt)])
         return form("mutable", code) if self.is_mutated(node) else code
 
     def _GeneratorExp(self, node: ast.GeneratorExp) -> Code:
+        late = self._late_variables(node)
+        if late:
+            return self._late(node, late, self.expr(node.elt))
         kind = "/union" if self.is_parts(node) else "/list"
         head = self.loop_head(kind, node.generators)
         return Form([*head, self.comment_item(self.expr(node.elt), node.elt)])
 
     def _SetComp(self, node: ast.SetComp) -> Code:
+        late = self._late_variables(node)
+        if late:
+            return form("list->set", self._late(node, late, self.expr(node.elt)))
         return Form([*self.loop_head("/set", node.generators), self.expr(node.elt)])
 
     def _DictComp(self, node: ast.DictComp) -> Code:
+        late = self._late_variables(node)
+        if late:
+            pair = form("list", self.expr(node.key), self.expr(node.value))
+            return form("list->table", self._late(node, late, pair))
         head = self.loop_head("/table", node.generators)
         return Form([*head, form("list", self.expr(node.key), self.expr(node.value))])
 
@@ -494,7 +538,7 @@ class ExpressionWriter(Flows):
         for name in ast.walk(node):
             if isinstance(name, ast.Name):
                 variable = self.names.variables.get(name)
-                if variable is not None and len(variable.stores) > 1:
+                if variable is not None and (len(variable.stores) > 1 or variable.is_cell):
                     return False
             elif isinstance(name, ast.Call) and self.paths.of(name.func) is None:
                 return False

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 from scenelang.grammar.diagnostics import suggest
+from scenelang.grammar.reader import is_keyword_name
 from scenelang.interpreter.lint.attributes import idle_hint
 from scenelang.interpreter.shapes import BLOCK_WORDS, GEOMETRY
-from scenelang.interpreter.transpile.analysis.domain import SEQUENCES, SHAPE
+from scenelang.interpreter.transpile.analysis.domain import POSE, SEQUENCES, SHAPE
 from scenelang.interpreter.transpile.analysis.scopes import Function, Variable
 from scenelang.interpreter.transpile.analysis.syntax import is_none
 from scenelang.interpreter.transpile.helper_api import HELPERS
@@ -26,6 +28,7 @@ from scenelang.interpreter.transpile.writing.code import (
     gives_parts,
     is_form,
     none,
+    number,
 )
 from scenelang.interpreter.transpile.writing.user_calls import write_argument
 
@@ -35,6 +38,7 @@ if TYPE_CHECKING:
 _SHAPES = tuple(GEOMETRY)
 _BLOCKS = {word.replace("-", "_"): word for word in BLOCK_WORDS}
 _ATTRIBUTES = {"block_type": "block-type", "block_kwargs": "block-kwargs"}
+_LONGEST_NAME = 60
 _VECTORS = ("color", "scale", "p0", "p1")
 
 
@@ -248,7 +252,11 @@ def _primitive_word(w: ExpressionWriter, word: ast.expr) -> tuple[str, Code]:
 def _shape_kwargs(w: ExpressionWriter, value: ast.expr, items: list[Code], tables: list[Code]) -> None:
     pairs: list[tuple[str, ast.expr]] | None = None
     if isinstance(value, ast.Dict) and all(_is_text(key) for key in value.keys):
-        pairs = [(str(k.value), v) for k, v in zip(value.keys, value.values) if isinstance(k, ast.Constant)]
+        pairs = []
+        for key, attribute in zip(value.keys, value.values):
+            assert isinstance(key, ast.Constant)
+            _check_attribute_name(w, str(key.value), key)
+            pairs.append((str(key.value), attribute))
     elif isinstance(value, ast.Call) and w.paths.of(value.func) == "dict" and not value.args:
         if all(k.arg is not None for k in value.keywords):
             pairs = [(str(k.arg), k.value) for k in value.keywords]
@@ -286,7 +294,7 @@ def _attribute(w: ExpressionWriter, name: str, value: ast.expr, items: list[Code
     )
     if is_default:
         return
-    key = Key(_ATTRIBUTES.get(name, name).replace("_", "-"), w.span(value))
+    key = Key(_keyword_of(name), w.span(value))
     if name == "color":
         code = _color(w, value)
     elif name == "block_kwargs":
@@ -296,6 +304,18 @@ def _attribute(w: ExpressionWriter, name: str, value: ast.expr, items: list[Code
     else:
         code = w.vector(value) if name in _VECTORS else w.expr(value)
     items += w.comment_pair(key, code, value)
+
+
+def _keyword_of(name: str) -> str:
+    return _ATTRIBUTES.get(name, name).replace("_", "-")
+
+
+def _check_attribute_name(w: ExpressionWriter, name: str, key: ast.expr) -> None:
+    """Raise where the key of a table, which may be any text, is no word that a keyword can be made of."""
+    if not is_keyword_name(_keyword_of(name)):
+        shown = repr(name) if len(name) <= _LONGEST_NAME else repr(name[:_LONGEST_NAME]) + "..."
+        hint = "the name of an attribute is one word, such as `radius`"
+        raise w.error("python-call", f"{shown} is not the name of an attribute", key, hint)
 
 
 def _is_nothing(value: ast.expr) -> bool:
@@ -335,6 +355,8 @@ def _block_kwargs(w: ExpressionWriter, value: ast.expr) -> Code:
 def concat_shapes(w: ExpressionWriter, node: ast.Call) -> Code:
     if node.keywords:
         raise w.error("python-call", f"`concat_shapes` has no parameter `{node.keywords[0].arg}`", node.keywords[0])
+    if node.args and w.type(node).only(POSE):
+        return _first_matrix(w, node, node.args)
     items: list[Code] = []
     for argument in node.args:
         value = argument.value if isinstance(argument, ast.Starred) else argument
@@ -349,6 +371,34 @@ def concat_shapes(w: ExpressionWriter, node: ast.Call) -> Code:
     if len(items) == 1 and (gives_parts(items[0]) or _is_united(w, node.args[0])):
         return items[0]
     return form("union", *items)
+
+
+def _first_matrix(w: ExpressionWriter, node: ast.Call, matrices: Sequence[ast.expr]) -> Code:
+    """Matrices that are joined row after row, given as a pose: the reference reads the first four rows."""
+    hint = "`a @ b` applies both, b first"
+    w.warn("python-ignored", "of matrices that are joined into a pose only the first has an effect", node, hint)
+    first = matrices[0]
+    code = form("ref", w.expr(first.value), number(0)) if isinstance(first, ast.Starred) else w.expr(first)
+    return form("begin", *(w.expr(m) for m in matrices[1:]), code) if w.effect(*matrices[1:]).acts else code
+
+
+def _joined_matrices(w: ExpressionWriter, node: ast.expr) -> Sequence[ast.expr]:
+    """The 4x4 matrices that ``np.concatenate`` or ``np.vstack`` joins along the first axis; none if it does not."""
+    if not isinstance(node, ast.Call) or len(node.args) != 1 or node.keywords:
+        return ()
+    parts = node.args[0]
+    if w.paths.of(node.func) not in ("numpy.concatenate", "numpy.vstack") or not isinstance(
+        parts, (ast.List, ast.Tuple)
+    ):
+        return ()
+    return parts.elts if parts.elts and all(w.type(part).only(POSE) for part in parts.elts) else ()
+
+
+def _pose(w: ExpressionWriter, node: ast.expr) -> Code:
+    joined = _joined_matrices(w, node)
+    if joined and isinstance(node, ast.Call):
+        return _first_matrix(w, node, joined)
+    return w.expr(node)
 
 
 def _is_united(w: ExpressionWriter, argument: ast.expr) -> bool:
@@ -367,7 +417,11 @@ def _given(w: ExpressionWriter, node: ast.Call, name: str) -> dict[str, ast.expr
 def transform_shape(w: ExpressionWriter, node: ast.Call) -> Code:
     given = _given(w, node, "transform_shape")
     return in_order(
-        w, node, [given["shape"], given["pose"]], [w.expr, w.expr], lambda shape, pose: form("transform", shape, pose)
+        w,
+        node,
+        [given["shape"], given["pose"]],
+        [w.expr, partial(_pose, w)],
+        lambda shape, pose: form("transform", shape, pose),
     )
 
 

@@ -69,6 +69,8 @@ class LoopWriter(BranchWriter):
             following = only_loop(statements, collecting)
             if following is None or breaks_out(following.body) or (depth and jump.variable):
                 break
+            if following in self.places.before:
+                break  # variables are defined between the two
             nested = True
             note = Code(None)
             self._open_note(note, following)

@@ -21,7 +21,8 @@ from scenelang.interpreter.transpile.analysis.domain import (
 )
 from scenelang.interpreter.transpile.analysis.scopes import Variable
 from scenelang.interpreter.transpile.writing.arguments import arguments_of
-from scenelang.interpreter.transpile.writing.code import Code, Form, Key, Literal, Name, Ref, form, none
+from scenelang.interpreter.transpile.writing.code import Code, Form, Key, Literal, Name, Ref, form, none, number
+from scenelang.interpreter.transpile.writing.operators import never_holds, without_use
 
 if TYPE_CHECKING:
     from scenelang.interpreter.transpile.writing.expressions import ExpressionWriter
@@ -117,6 +118,8 @@ def _copy(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
 
 def _count(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
     given = arguments_of(w, node, "x", "count")
+    if never_holds(w, func.value, given["x"]):
+        return without_use(w, (func.value, given["x"]), number(0))
     return form("count", w.expr(func.value), w.expr(given["x"]))
 
 
@@ -247,7 +250,16 @@ def _index(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
     given = arguments_of(w, node, "x", "index")
     if w.type(func.value).only(STR):
         return form("string-index", w.expr(func.value), w.expr(given["x"]))
+    if never_holds(w, func.value, given["x"]):
+        return without_use(w, (func.value, given["x"]), form("error", Literal("the item is not in the list")))
     return form("index-of", w.expr(func.value), w.expr(given["x"]))
+
+
+def _remove(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+    given = arguments_of(w, node, "x", "remove")
+    if never_holds(w, func.value, given["x"]):
+        return without_use(w, (func.value, given["x"]), form("error", Literal("the item is not in the list")))
+    return form("remove!", w.expr(func.value), w.expr(given["x"]))
 
 
 # --- arrays ----------------------------------------------------------------------------------------------------
@@ -324,7 +336,7 @@ _ARRAY_METHODS: dict[str, MethodWriter] = {
 }  # fmt: skip
 _LIST_METHODS: dict[str, MethodWriter] = {
     "append": _simple("push!", "x"), "extend": _extend, "insert": _simple("insert!", "index x"), "pop": _pop,
-    "popleft": _popleft, "appendleft": _appendleft, "remove": _simple("remove!", "x"), "clear": _simple("clear!"),
+    "popleft": _popleft, "appendleft": _appendleft, "remove": _remove, "clear": _simple("clear!"),
     "sort": _sort, "reverse": _simple("reverse!"), "index": _index, "count": _count, "copy": _copy,
 }  # fmt: skip
 _DICT_METHODS: dict[str, MethodWriter] = {

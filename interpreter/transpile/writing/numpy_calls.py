@@ -10,6 +10,8 @@ from scenelang.interpreter.transpile.analysis.domain import (
     BOOL,
     NUMBERS,
     POSE,
+    SEQUENCES,
+    Type,
 )
 from scenelang.interpreter.transpile.analysis.scopes import Variable
 from scenelang.interpreter.transpile.analysis.syntax import is_none
@@ -144,6 +146,41 @@ def write_np_stack(head: str, axis: int | None = None) -> CallWriter:
         return form(head, *items)
 
     return write
+
+
+def is_matrix(found: Type) -> bool:
+    """Whether a value has two dimensions, as far as inference knows."""
+    if found.only(POSE):
+        return True
+    return found.only(ARRAY | SEQUENCES) and bool(found.sites) and all(
+        site.element.only(ARRAY | SEQUENCES) for site in found.sites
+    )  # fmt: skip
+
+
+def write_np_rows(w: ExpressionWriter, node: ast.Call) -> Code:
+    """``np.vstack``: vectors are rows, matrices follow one another."""
+    source = arguments_of(w, node, "tup", "np.vstack")["tup"]
+    if not isinstance(source, (ast.List, ast.Tuple)) or any(isinstance(e, ast.Starred) for e in source.elts):
+        items = w.type(source).sites
+        head = "concatenate" if items and all(is_matrix(site.element) for site in items) else "stack-arrays"
+        return form(head, w.iterable(source))
+    if not any(is_matrix(w.type(e)) for e in source.elts):
+        return form("stack-arrays", *(w.array(e) for e in source.elts))
+    row = quote(Form([number(1), number(-1)]))
+    codes = [w.array(e) if is_matrix(w.type(e)) else form("reshape", w.array(e), row) for e in source.elts]
+    return form("concatenate", *codes)
+
+
+def write_np_columns(w: ExpressionWriter, node: ast.Call) -> Code:
+    """``np.hstack``: matrices stand side by side, vectors follow one another."""
+    source = arguments_of(w, node, "tup", "np.hstack")["tup"]
+    if isinstance(source, (ast.List, ast.Tuple)) and not any(isinstance(e, ast.Starred) for e in source.elts):
+        types = [w.type(e) for e in source.elts]
+        codes = [form("vector", w.expr(e)) if t.only(NUMBERS) else w.array(e) for e, t in zip(source.elts, types)]
+    else:
+        codes, types = [w.iterable(source)], [site.element for site in w.type(source).sites]
+    options = [Key("axis"), number(1)] if types and all(is_matrix(found) for found in types) else []
+    return form("concatenate", *codes, *options)
 
 
 def write_np_append(w: ExpressionWriter, node: ast.Call) -> Code:

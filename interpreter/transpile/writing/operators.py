@@ -26,6 +26,7 @@ from scenelang.interpreter.transpile.analysis.domain import (
     STREAM,
     UNKNOWN,
     Type,
+    never_equal,
 )
 from scenelang.interpreter.transpile.analysis.scopes import Variable
 from scenelang.interpreter.transpile.analysis.syntax import is_none
@@ -312,8 +313,24 @@ def _contains(w: ExpressionWriter, item: ast.expr, container: ast.expr) -> Code:
     found = w.type(container)
     if found.kinds & UNKNOWN:
         return w.dynamic("py-in", w.expr(item), w.expr(container))
+    if never_holds(w, container, item):
+        return without_use(w, (item, container), Literal(False))
     code = form("primitives", w.expr(container)) if found.kinds & SHAPE else w.expr(container)
     return form("contains?", code, w.expr(item))
+
+
+def never_holds(w: ExpressionWriter, container: ast.expr, item: ast.expr) -> bool:
+    """Whether a sequence holds only tuples and the item is a list, or the other way round."""
+    found = w.type(container)
+    if not found.only(SEQUENCES) or not found.sites:
+        return False
+    return all(site.element.kinds and never_equal(site.element, w.type(item)) for site in found.sites)
+
+
+def without_use(w: ExpressionWriter, operands: Sequence[ast.expr], result: Code) -> Code:
+    """``result``, after the operands have had their effects."""
+    acting = [operand for operand in operands if w.effect(operand).acts]
+    return form("begin", *(w.expr(operand) for operand in acting), result) if acting else result
 
 
 def _equal(w: ExpressionWriter, a: ast.expr, b: ast.expr) -> Code:
@@ -323,6 +340,8 @@ def _equal(w: ExpressionWriter, a: ast.expr, b: ast.expr) -> Code:
         if isinstance(second, ast.Constant) and isinstance(second.value, bool) and w.type(first).only(BOOL):
             return w.expr(first) if second.value else form("not", w.expr(first))
     left, right = w.type(a), w.type(b)
+    if never_equal(left, right):  # both are lists in the language
+        return without_use(w, (a, b), Literal(False))
     if left.only(BOOL) and right.only(BOOL):
         return form("equal?", w.expr(a), w.expr(b))
     if _is_number(left) and _is_number(right):
@@ -458,10 +477,10 @@ def _slice(w: ExpressionWriter, node: ast.Subscript, index: ast.Slice, found: Ty
         return form("mutable" if w.is_mutated(node) else "->list", value) if found.kinds & LIST else value
     if lower is None and step is None:
         lower = number(0)
-    is_matrix = any(site.kind == ARRAY and site.element.kinds & ARRAY for site in found.sites)
+    is_matrix = found.only(POSE) or any(site.kind == ARRAY and site.element.kinds & ARRAY for site in found.sites)
     if step is not None and is_matrix:
         return form("array", form("slice", form("->list", value), lower or none(), upper or none(), step))
-    if step is None and any(site.kind == ARRAY and site.element.kinds & ARRAY for site in found.sites):
+    if step is None and is_matrix:
         return form("slice", value, *axes(w, [index]))  # rows of a matrix
     bounds = [lower or none(), *([upper or none()] if upper or step else []), *([step] if step else [])]
     code = form("slice", value, *bounds)

@@ -6,6 +6,7 @@ import textwrap
 from collections.abc import Sequence
 
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Symbol
+from scenelang.grammar.diagnostics import Diagnostic
 from scenelang.grammar.formatter import settled
 from scenelang.grammar.layout import layout
 from scenelang.grammar.source import Span
@@ -13,6 +14,7 @@ from scenelang.grammar.trivia import Trivia, line_comment
 from scenelang.interpreter.forms import INDENTS
 from scenelang.interpreter.transpile.writing.code import ArgumentName, Brackets, Code, Form, Key, Literal, Name, Ref
 from scenelang.interpreter.transpile.writing.naming import Namer
+from scenelang.interpreter.transpile.writing.readback import misread
 
 
 class Output:
@@ -54,15 +56,22 @@ class Output:
         assert type(code) is Name
         return Atom(Symbol(code.text), span)
 
-    def text(self, forms: Sequence[Datum], header: Sequence[str], footer: Sequence[str | None] = ()) -> str:
-        """The text of the program; ``header`` are the lines of the comment that opens it."""
+    def text(
+        self, forms: Sequence[Datum], header: Sequence[str], footer: Sequence[str | None] = ()
+    ) -> str | Diagnostic:
+        """The text of the program; ``header`` are the lines of the comment that opens it. A diagnostic where the text
+        would not read as ``forms``."""
         trivia = dict(self.trivia)
         if forms and header:
             first = trivia.get(id(forms[0]), Trivia())
             before = (*_comments(header), None, *first.before)
             trivia[id(forms[0])] = Trivia(before, first.after, first.blank, first.end)
         text = layout(forms, indents=INDENTS, trivia=trivia, spelling=self.spelling, end=_comments(footer))
-        return settled(text, INDENTS)
+        problem = misread(forms, text, self._outer)
+        if problem is not None:
+            return problem
+        final = settled(text, INDENTS)
+        return final if final == text else misread(forms, final, self._outer) or final
 
 
 def _comments(texts: Sequence[str | None]) -> tuple[str | None, ...]:

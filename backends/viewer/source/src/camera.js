@@ -65,11 +65,12 @@ export class Viewpoint {
     const along = (axis) => corners.map((corner) => corner.dot(axis));
     const z = along(forward);
     const k = this.tangent * (1 - MARGIN);
-    const horizontal = fit(along(right), z, k * this.aspect, this.orthographic);
-    const vertical = fit(along(up), z, k, this.orthographic);
-    this.target.copy(center).addScaledVector(right, horizontal.shift).addScaledVector(up, vertical.shift);
+    const [x, y] = [along(right), along(up)];
     const extent = Math.max(high.x - low.x, high.y - low.y, high.z - low.z);
-    this.distance = Math.max(horizontal.distance, vertical.distance, 1e-3 * extent) || 1;
+    const nearest = Math.max(fitted(x, z, k * this.aspect, this.orthographic), fitted(y, z, k, this.orthographic));
+    this.distance = Math.max(nearest, 1e-3 * extent) || 1;
+    const depth = z.map((value) => (this.orthographic ? 1 : Math.max(value + this.distance, 1e-9)));
+    this.target.copy(center).addScaledVector(right, middle(x, depth)).addScaledVector(up, middle(y, depth));
   }
 
   // The text that `render --camera` understands, lengths in the scene's units.
@@ -113,14 +114,23 @@ function wrapped(degrees) {
   return MathUtils.euclideanModulo(degrees + 180, 360) - 180;
 }
 
-function fit(x, z, k, orthographic) {
-  if (orthographic) {
-    const [low, high] = [Math.min(...x), Math.max(...x)];
-    return { shift: (low + high) / 2, distance: (high - low) / 2 / k };
-  }
+// The least distance from which all corners are in view.
+function fitted(x, z, k, orthographic) {
+  if (orthographic) return (Math.max(...x) - Math.min(...x)) / 2 / k;
   const a = Math.max(...x.map((value, i) => value - k * z[i]));
   const b = Math.max(...x.map((value, i) => -value - k * z[i]));
-  return { shift: (a - b) / 2, distance: (a + b) / (2 * k) };
+  return (a + b) / (2 * k);
+}
+
+// Where the corners project as far to one side as to the other.
+function middle(x, depth) {
+  let [best, found] = [-Infinity, 0];
+  for (let i = 0; i < x.length; i++)
+    for (let j = 0; j < x.length; j++) {
+      const ratio = (x[i] - x[j]) / (depth[i] + depth[j]);
+      if (ratio > best) [best, found] = [ratio, (x[i] * depth[j] + x[j] * depth[i]) / (depth[i] + depth[j])];
+    }
+  return found;
 }
 
 // Lets pointer, wheel and arrow keys over `element` move `viewpoint`; calls `moved` after each step.

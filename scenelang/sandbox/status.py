@@ -1,0 +1,172 @@
+"""The page of memory that a monitor shares with the process it watches: phase, limits, the place that is running."""
+
+from __future__ import annotations
+
+import json
+import mmap
+import os
+import struct
+import time
+from dataclasses import dataclass
+from typing import Any
+
+from scenelang.grammar.diagnostics import Diagnostic, Note
+from scenelang.grammar.source import Source, Span
+
+_SIZE = 1 << 16
+_PHASE = struct.Struct("=QddQQQQ")  # number (0: none), start, seconds, resident bytes allowed, limit, pid, successor
+_PLACE = struct.Struct("=II")  # sequence (odd while it is being written), length
+_WATCHED_AT = 56  # the process that the monitor watches
+_PLACE_AT = 64
+_REASON_AT = 1 << 15
+_LONGEST_LINE = 2_000
+_LONGEST_CHAIN = 12
+_MOST_LINES = 1_000_000
+
+Chain = tuple[tuple[str, Span | None], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Phase:
+    """A stretch of work under limits: since when, for how many seconds, up to how many resident bytes, in which
+    process. ``memory`` is the limit as the user gave it."""
+
+    number: int
+    start: float
+    seconds: float
+    ceiling: int
+    memory: int
+    pid: int
+
+
+class Status:
+    """Written by the watched process, but for the reason why it was ended, which the monitor writes."""
+
+    def __init__(self) -> None:
+        self._page = mmap.mmap(-1, _SIZE)  # shared with forked processes
+
+    # --- the phase ---------------------------------------------------------------------------------------------
+
+    def begin(self, phase: Phase) -> None:
+        values = (phase.start, phase.seconds, phase.ceiling, phase.memory, phase.pid, self.successor)
+        self._write_record(_PLACE_AT, None)
+        _PHASE.pack_into(self._page, 0, 0, *values)
+        struct.pack_into("=Q", self._page, 0, phase.number)  # last: the monitor reads while this is written
+
+    def end(self) -> None:
+        struct.pack_into("=Q", self._page, 0, 0)
+
+    @property
+    def phase(self) -> Phase | None:
+        """The phase that is running, if any."""
+        number, start, seconds, ceiling, memory, pid, _ = _PHASE.unpack_from(self._page, 0)
+        return Phase(number, start, seconds, ceiling, memory, pid) if number else None
+
+    @property
+    def successor(self) -> int:
+        """The process that goes on where this one is ended, 0 for none."""
+        pid: int = _PHASE.unpack_from(self._page, 0)[6]
+        return pid
+
+    @successor.setter
+    def successor(self, pid: int) -> None:
+        struct.pack_into("=Q", self._page, _PHASE.size - 8, pid)
+
+    @property
+    def watched(self) -> int:
+        """The process that the monitor watches, where that has changed; written by the monitor."""
+        pid: int = struct.unpack_from("=Q", self._page, _WATCHED_AT)[0]
+        return pid
+
+    @watched.setter
+    def watched(self, pid: int) -> None:
+        struct.pack_into("=Q", self._page, _WATCHED_AT, pid)
+
+    # --- the place ---------------------------------------------------------------------------------------------
+
+    def put_place(self, chain: Chain) -> None:
+        """Note what is running: the innermost place first."""
+        data = [(name, _place_data(span)) for name, span in chain[:_LONGEST_CHAIN]]
+        self._write_record(_PLACE_AT, data)
+
+    def place(self) -> Chain:
+        """What was running when last noted; empty where nothing was."""
+        data = self._read_record(_PLACE_AT)
+        return tuple((name, _span(place)) for name, place in data or ())
+
+    # --- why a process was ended -------------------------------------------------------------------------------
+
+    def put_reason(self, problem: Diagnostic) -> None:
+        """Tell the successor why the process before it was ended."""
+        chain = [(name, _place_data(span)) for name, span in problem.chain]
+        notes = [note.message for note in problem.notes]
+        fields = [problem.name, problem.message, _place_data(problem.span), problem.hint, notes, chain]
+        self._write_record(_REASON_AT, fields)
+
+    def forget_reason(self) -> None:
+        self._write_record(_REASON_AT, None)
+
+    def reason(self) -> Diagnostic | None:
+        data = self._read_record(_REASON_AT)
+        if data is None:
+            return None
+        name, message, place, hint, notes, chain = data
+        chain = tuple((word, _span(where)) for word, where in chain)
+        return Diagnostic(name, message, _span(place), hint, tuple(Note(text) for text in notes), chain)
+
+    # --- records -----------------------------------------------------------------------------------------------
+
+    def _write_record(self, at: int, data: Any) -> None:
+        """A sequence lock: odd while the record is being written, so that a reader never takes half of one."""
+        sequence, _ = _PLACE.unpack_from(self._page, at)
+        text = b"" if data is None else json.dumps(data).encode()
+        if len(text) > _REASON_AT - _PLACE_AT - _PLACE.size:
+            text = b""
+        _PLACE.pack_into(self._page, at, (sequence | 1) & 0xFFFFFFFF, 0)
+        start = at + _PLACE.size
+        self._page[start : start + len(text)] = text
+        _PLACE.pack_into(self._page, at, ((sequence | 1) + 1) & 0xFFFFFFFF, len(text))
+
+    def _read_record(self, at: int) -> Any:
+        for _ in range(20):
+            sequence, length = _PLACE.unpack_from(self._page, at)
+            start = at + _PLACE.size
+            text = self._page[start : start + length]
+            if not sequence & 1 and _PLACE.unpack_from(self._page, at) == (sequence, length):
+                return json.loads(text) if text else None
+            time.sleep(0.001)
+        return None
+
+
+def _place_data(span: Span | None) -> list[Any] | None:
+    """A span without the text around it: name, line, column, end, and the line itself."""
+    if span is None:
+        return None
+    line, column = span.source.position(span.start)
+    end_line, end_column = span.source.position(span.end)
+    return [span.source.name, line, column, end_line, end_column, span.source.line(line)[: column + _LONGEST_LINE]]
+
+
+def _span(data: list[Any] | None) -> Span | None:
+    """A span in a stand-in for the source, which has that line at its place and nothing else."""
+    if data is None:
+        return None
+    name, line, column, end_line, end_column, text = data
+    line, end_line = min(line, _MOST_LINES), min(end_line, _MOST_LINES)
+    rest = "\n" * (end_line - line) + " " * (end_column if end_line > line else max(0, end_column - len(text)))
+    source = Source(name, "\n" * (line - 1) + text + rest)
+    start = line - 1 + column - 1
+    end = source.line_start(end_line) + end_column - 1 if end_line > line else line - 1 + end_column - 1
+    return Span(source, start, max(end, start + 1))
+
+
+def resident_bytes_of(pid: int) -> int:
+    """The resident memory of another process, 0 for one that is gone."""
+    try:
+        with open(f"/proc/{pid}/statm", "rb") as statm:
+            return int(statm.read().split()[1]) * _PAGE
+    except (OSError, IndexError, ValueError):
+        return 0
+
+
+_PAGE = os.sysconf("SC_PAGE_SIZE") if hasattr(os, "sysconf") else 4096

@@ -1,0 +1,45 @@
+"""What the installed commands call: the command line, from its first moment without a traceback.
+
+Importing the commands takes a while, and Ctrl-C may come in the middle of it; streams may be closed from the start.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from signal import SIG_IGN, SIGINT, default_int_handler, getsignal, signal
+from typing import NoReturn
+
+
+def entry() -> NoReturn:
+    """Run the command line, and end the process with its exit status."""
+    heeds = getsignal(SIGINT) is default_int_handler  # not so in the background of a script
+    if heeds:
+        signal(SIGINT, _leave)
+    _open_streams()
+    from scenelang.cli.main import entry as run
+
+    if heeds:
+        signal(SIGINT, default_int_handler)
+    try:
+        status = run()
+    except KeyboardInterrupt:  # between two commands' own handling of it
+        _leave()
+    signal(SIGINT, SIG_IGN)  # the work is done
+    sys.exit(status)
+
+
+def _leave(*_: object) -> NoReturn:
+    os.write(2, b"interrupted\n")
+    os._exit(130)
+
+
+def _open_streams() -> None:
+    """Nothing takes the numbers of streams that were closed, and what is written to them goes nowhere."""
+    for number, name, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
+        if getattr(sys, name) is None:
+            try:
+                os.fstat(number)
+            except OSError:
+                os.dup2(os.open(os.devnull, os.O_RDWR), number)
+            setattr(sys, name, open(number, mode, closefd=False))  # noqa: SIM115

@@ -1,0 +1,186 @@
+"""Commands that are ended or cannot write: what they were to make is absent, as it was, or whole; the next run leaves no
+temporary files; nobody sees a traceback."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import resource
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from hostile.measuring import children
+from PIL import Image
+from safetensors import safe_open
+
+from scenelang.sandbox.supervision import is_supported
+
+pytestmark = pytest.mark.skipif(not is_supported(), reason="needs Linux")
+SCENE = """(bind "ball" (lambda (:n) (call "sphere" :radius (+ .2 (/ n 100)) :color [1 0 0])))
+(bind "top" (lambda () (union-loop 150 (lambda (i) (transform (call "ball" :n i) (translate [(% i 12) (// i 12) 0]))))))
+"""
+
+
+@dataclass(frozen=True)
+class Job:
+    """A command, what it makes, and whether that is whole."""
+
+    words: tuple[str, ...]
+    made: str
+    is_whole: Callable[[Path], bool]
+
+
+def picture(path: Path) -> bool:
+    with Image.open(path) as image:
+        image.load()
+        return image.size == (96, 96)
+
+
+def glb(path: Path) -> bool:
+    data = path.read_bytes()
+    return data[:4] == b"glTF" and int.from_bytes(data[8:12], "little") == len(data)
+
+
+def maps(path: Path) -> bool:
+    for file in path.rglob("*"):
+        if file.suffix == ".png":
+            with Image.open(file) as image:
+                image.load()
+        elif file.suffix == ".json":
+            json.loads(file.read_text())
+    return True
+
+
+def z(path: Path) -> bool:
+    with safe_open(str(path), framework="numpy") as file:
+        return "scenelang" in file.metadata()
+
+
+JOBS = {
+    "render": Job(("render", "a.scene", "-o", "out.png", "--quality", "draft", "--size", "96x96"), "out.png", picture),
+    "export": Job(("export", "a.scene", "-o", "out.glb"), "out.glb", glb),
+    "maps": Job(("maps", "a.scene", "-o", "out", "--size", "64x64"), "out", maps),
+    "embeddings": Job(("embeddings", "a.scene", "set", "z1", "--text", "an old oak"), "a.z.safetensors", z),
+}
+
+
+def start(job: Job, folder: Path, **options: object) -> subprocess.Popen[bytes]:
+    command = [sys.executable, "-P", "-m", "scenelang", *job.words]
+    pipe = subprocess.PIPE
+    heed = lambda: signal.signal(signal.SIGINT, signal.default_int_handler)
+    settings = {"stdout": pipe, "stderr": pipe, "preexec_fn": heed, **options}
+    return subprocess.Popen(command, cwd=folder, **settings)  # type: ignore[call-overload, no-any-return]
+
+
+def prepared(folder: Path) -> Path:
+    folder.mkdir(exist_ok=True)
+    (folder / "a.scene").write_text(SCENE)
+    return folder
+
+
+def check(job: Job, folder: Path, said: bytes) -> None:
+    """After a fault: nothing half-written, and the next run works and leaves nothing else."""
+    assert b"Traceback" not in said, said
+    assert b"internal error" not in said, said
+    made = folder / job.made
+    assert not made.exists() or job.is_whole(made)
+    done = start(job, folder)
+    _, err = done.communicate(timeout=60)
+    assert done.returncode == 0, err
+    assert job.is_whole(made)
+    left = {path.name for path in folder.iterdir()} - {"a.scene", job.made}
+    assert not {name for name in left if not name.endswith(".lock")}, left
+
+
+def ended(job: Job, folder: Path, whom: str, number: int, delay: float) -> None:
+    running = start(job, folder)
+    time.sleep(delay)
+    below = children(running.pid)
+    pids = {"parent": [running.pid], "child": below[:1], "both": [running.pid, *below[:1]]}[whom]
+    for pid in pids:
+        try:
+            os.kill(pid, number)
+        except ProcessLookupError:
+            pass
+    _, err = running.communicate(timeout=60)
+    for _ in range(100):  # what the parent leaves ends with it
+        if not any(Path(f"/proc/{pid}").exists() for pid in below):
+            break
+        time.sleep(0.02)
+    check(job, folder, err)
+
+
+@pytest.fixture(scope="module")
+def usual(tmp_path_factory: pytest.TempPathFactory) -> float:
+    """Seconds that a command takes without a fault."""
+    folder = prepared(tmp_path_factory.mktemp("usual"))
+    begin = time.monotonic()
+    start(JOBS["export"], folder).communicate(timeout=60)
+    return time.monotonic() - begin
+
+
+FEW = [("render", "Ctrl-C"), ("embeddings", "kill both")]
+FAULTS = {
+    "Ctrl-C": ("parent", signal.SIGINT), "kill parent": ("parent", signal.SIGKILL), "kill child": ("child", signal.SIGKILL),
+    "kill both": ("both", signal.SIGKILL), "SIGTERM": ("parent", signal.SIGTERM),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "fault"), FEW)
+def test_an_ending_leaves_nothing_half_done(name: str, fault: str, tmp_path: Path, usual: float) -> None:
+    whom, number = FAULTS[fault]
+    ended(JOBS[name], prepared(tmp_path), whom, number, usual * 0.8)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("fault", FAULTS)
+@pytest.mark.parametrize("name", JOBS)
+def test_an_ending_at_any_moment(name: str, fault: str, seed: int, tmp_path: Path, usual: float) -> None:
+    whom, number = FAULTS[fault]
+    delay = random.Random(f"{name} {fault} {seed}").uniform(0.1, 1.3) * usual
+    ended(JOBS[name], prepared(tmp_path), whom, number, delay)
+
+
+@pytest.mark.parametrize(
+    "name", ["export", *(pytest.param(name, marks=pytest.mark.slow) for name in JOBS if name != "export")]
+)
+def test_a_full_disk(name: str, tmp_path: Path) -> None:
+    """No file may grow past 20 bytes."""
+    prepared(tmp_path)
+
+    def small() -> None:
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (20, 20))
+
+    running = start(JOBS[name], tmp_path, preexec_fn=small)
+    _, err = running.communicate(timeout=60)
+    assert running.returncode == 1, err
+    assert err
+    assert not (tmp_path / JOBS[name].made).is_file()
+    check(JOBS[name], tmp_path, err)
+
+
+@pytest.mark.parametrize("kind", ["closed pipe", "full"])
+def test_output_that_nobody_takes(kind: str, tmp_path: Path) -> None:
+    prepared(tmp_path)
+    reading, writing = os.pipe()
+    os.close(reading)
+    if kind == "full":
+        os.close(writing)
+        writing = os.open("/dev/full", os.O_WRONLY)
+    running = start(Job(("flatten", "a.scene", "--json"), "", bool), tmp_path, stdout=writing)
+    os.close(writing)
+    _, err = running.communicate(timeout=60)
+    assert running.returncode in (0, 1, 141)
+    assert b"Traceback" not in err
+    assert b"internal error" not in err
+    assert b"Exception ignored" not in err
+    assert [path.name for path in tmp_path.iterdir()] == ["a.scene"]

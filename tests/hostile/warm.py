@@ -1,0 +1,25 @@
+"""What commands import while they work, loaded ahead."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import tempfile
+from pathlib import Path
+
+
+def load() -> None:
+    """Run the commands once on a small program, without a monitor."""
+    from scenelang.cli.main import main
+
+    with (
+        tempfile.TemporaryDirectory() as name,
+        contextlib.redirect_stdout(io.StringIO()),
+        contextlib.redirect_stderr(io.StringIO()),
+    ):
+        program = Path(name) / "a.scene"
+        program.write_text('(bind "a" (lambda () (call "cube")))\n')
+        (Path(name) / "a.py").write_text("def f():\n    return 1\n")
+        for words in (["run"], ["check"], ["count"], ["bounds"], ["flatten"]):
+            main([*words, str(program)])
+        main(["transpile", str(Path(name) / "a.py")])

@@ -1,0 +1,133 @@
+"""Every function of the library is charged for its work: time between two checks of the meter stays bounded."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from random import Random
+
+import pytest
+from metering.measure import Measured, WatchedRuntime, measure
+from metering.samples import Call, Sample, arguments, calls, described, samples
+from support import session
+
+from scenelang.interpreter.evaluate import Run
+from scenelang.interpreter.library import Parameter, Signature
+from scenelang.interpreter.limits import Limits
+from scenelang.interpreter.procedures import Closure
+from scenelang.interpreter.types import BASE_TYPES
+from scenelang.interpreter.values import Procedure
+from scenelang.stdlib.library import IMPORTED, TOPICS, build_library
+from scenelang.stdlib.reference import records
+
+BUILTINS = {name: entry for topic in (*TOPICS, *IMPORTED.values()) for name, entry in topic.entries.items()}
+COMBINATORS = sorted(record.name for record in records() if record.topic == "combinators")
+BOUND = 0.25  # seconds between two checks
+FEW, MANY = 2, 12  # calls per number of arguments
+SMALL, LARGE = 1_500, 50_000  # n; the arguments have n, 2n and 4n items
+GROWTH = 2.5  # of the seconds per step, from n to 4n
+NOTICED = 0.1  # seconds between two checks from which on growth counts
+
+Samples = Mapping[str, list[Sample]]
+
+
+@cache
+def sized(n: int) -> Samples:
+    return samples(n)
+
+
+def combinators(rt: WatchedRuntime) -> dict[str, Procedure]:
+    """The library's functions that are written in the language."""
+    from scenelang.grammar.source import Source
+
+    program = session().check(Source("<test>", f"(list {' '.join(COMBINATORS)})")).program
+    assert program is not None
+    values = Run(build_library(), rt).run_form(program.forms[0])
+    found = {}
+    for name in COMBINATORS:
+        found[name], values = values.car, values.cdr
+    return found
+
+
+def signature_of(function: Procedure) -> Signature:
+    """The parameters of a closure as a builtin has them."""
+    assert isinstance(function, Closure)
+    made = [
+        Parameter(p.name, p.type or BASE_TYPES["Any"], p.kind != "required", p.kind == "keyword", p.kind == "rest")
+        for p in function.code.parameters
+    ]
+    return Signature(
+        "",
+        tuple(p for p in made if not p.optional),
+        tuple(p for p in made if p.optional and not p.keyword and not p.rest),
+        next((p for p in made if p.rest), None),
+        tuple(p for p in made if p.keyword),
+    )
+
+
+def at_best(rt: WatchedRuntime, function: Procedure, call: Call, bound: float) -> Measured:
+    """The measurement; one that is too long is made again, since the machine has other work too."""
+    found = measure(rt, function, *arguments(call))
+    for _ in range(4):
+        if found.worst <= bound:
+            break
+        again = measure(rt, function, *arguments(call))
+        found = min(found, again, key=lambda measured: measured.worst)
+    return found
+
+
+def check(rt: WatchedRuntime, name: str, function: Procedure, signature: Signature, n: int, few: int) -> None:
+    rows = [calls(signature, sized(size), few, Random(name)) for size in (n, 2 * n, 4 * n)]
+    assert rows[0], f"no call of {name} is tried"
+    for small, middle, large in zip(*rows):
+        last = at_best(rt, function, large, min(BOUND, NOTICED))
+        assert last.worst <= BOUND, (described(name, large), last)
+        if last.looped > NOTICED:
+            first = at_best(rt, function, small, 0.0)
+            assert last.looped < GROWTH * first.looped, (described(name, large), first, last)
+            assert at_best(rt, function, middle, BOUND).worst <= BOUND, described(name, middle)
+
+
+def watched(steps: int = 150_000) -> WatchedRuntime:
+    return WatchedRuntime(Limits(steps=steps, seconds=5.0))
+
+
+@pytest.mark.parametrize("name", sorted(BUILTINS))
+def test_builtins_are_charged(name: str) -> None:
+    check(watched(), name, BUILTINS[name], BUILTINS[name].signature, SMALL, FEW)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(BUILTINS))
+def test_builtins_are_charged_for_large_arguments(name: str) -> None:
+    check(watched(2_000_000), name, BUILTINS[name], BUILTINS[name].signature, LARGE, MANY)
+
+
+def test_combinators_are_charged() -> None:
+    rt = watched()
+    for name, function in combinators(rt).items():
+        check(rt, name, function, signature_of(function), SMALL // 4, 1)
+
+
+@pytest.mark.slow
+def test_combinators_are_charged_for_large_arguments() -> None:
+    rt = watched(2_000_000)
+    for name, function in combinators(rt).items():
+        check(rt, name, function, signature_of(function), LARGE, MANY)
+
+
+def test_a_builtin_that_does_not_charge_is_found() -> None:
+    @cache
+    def quadratic() -> Procedure:
+        from scenelang.interpreter.library import Builtin
+        from scenelang.interpreter.values import list_items
+
+        def body(rt: object, xs: object) -> int:
+            members = list_items(xs)
+            return sum(1 for one in members for other in members[:200] if one is other)
+
+        return Builtin("pairs", "xs::List", "Integer", body, "", None, "test")
+
+    function = quadratic()
+    with pytest.raises(AssertionError):
+        check(watched(), "pairs", function, function.signature, SMALL, 16)  # type: ignore[attr-defined]

@@ -1,0 +1,53 @@
+"""Services that do not answer, or do not stop: left within bounds, with one line that says so."""
+
+from __future__ import annotations
+
+import socket
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from models.server import Said, serving
+from models.services import anthropic_at, hurry, one_line, request, set_apart
+from scenelang.backends.language_models.conversation import Stop
+from scenelang.backends.language_models.provider import LONGEST_ANSWER, connect
+from scenelang.grammar.diagnostics import SceneError
+
+
+@pytest.fixture(autouse=True)
+def _apart(monkeypatch: pytest.MonkeyPatch, tmp_path: Any) -> None:
+    set_apart(monkeypatch, tmp_path)
+    hurry(monkeypatch)
+
+
+@pytest.fixture
+def silent() -> Iterator[str]:
+    """The address of a service that takes connections and says nothing."""
+    with socket.socket() as listening:
+        listening.bind(("127.0.0.1", 0))
+        listening.listen(16)
+        yield f"http://127.0.0.1:{listening.getsockname()[1]}"
+
+
+@pytest.mark.parametrize(("family", "variable"), [("anthropic", "ANTHROPIC_BASE_URL"), ("openai", "OPENAI_BASE_URL")])
+def test_a_service_that_never_answers(family: str, variable: str, silent: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(variable, silent)
+    provider = connect(family, timeout=0.2)
+    before = time.monotonic()
+    with pytest.raises(SceneError) as caught:
+        provider.send(request(), lambda _: None)
+    assert time.monotonic() - before < 5
+    assert caught.value.name == "model-offline"
+    assert "did not answer within 0.2 seconds" in one_line(caught.value)
+
+
+def test_an_answer_without_end_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    with serving([Said("x" * (LONGEST_ANSWER + 100_000))]) as server:
+        provider = anthropic_at(server.url, monkeypatch)
+        reply = provider.send(replace(request(), max_tokens=10_000_000), lambda _: None)
+    assert reply.stop is Stop.BROKEN
+    assert f"longer than {LONGEST_ANSWER:,} characters" in reply.note
+    assert len(reply.text) <= LONGEST_ANSWER + 100_000

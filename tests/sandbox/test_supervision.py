@@ -1,0 +1,178 @@
+"""Hard limits: whatever an evaluation does, its process ends in time with a diagnostic, and the rest goes on."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+from support import interruptible
+
+from scenelang.sandbox.supervision import is_supported
+
+pytestmark = pytest.mark.skipif(not is_supported(), reason="hard limits need Linux")
+ROGUE = str(Path(__file__).with_name("rogue.py"))
+BODY = '(define (work) (rogue "{}"))\n(bind "a" (lambda () (work) (call "cube")))\n'
+STARTUP = 4.0  # seconds that Python may take to start on a busy machine
+
+
+def command(*words: str) -> list[str]:
+    return [sys.executable, "-P", ROGUE, *words]
+
+
+def run(*words: str, cwd: Path, **options: Any) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(command(*words), cwd=cwd, capture_output=True, text=True, timeout=60, check=False, **options)
+
+
+# What happens to the process that evaluates: the options, the signal that is sent, then code and exit status.
+ENDINGS = {
+    "time": ("hold", ["--max-seconds", "1"], None, "E507", 1),
+    "memory": ("grow", ["--max-memory", "300M"], None, "E506", 1),
+    "Ctrl-C": ("hold", [], signal.SIGINT, "E508", 130),
+    "crash": ("crash", [], None, "E509", 1),
+}
+
+
+@pytest.mark.parametrize("name", ENDINGS)
+def test_every_ending_is_one_diagnostic_with_the_place(name: str, tmp_path: Path) -> None:
+    what, options, sent, code, status = ENDINGS[name]
+    (tmp_path / "prog.scene").write_text(BODY.format(what))
+    with interruptible(command("run", "prog.scene", "--json", *options), tmp_path) as running:
+        if sent is not None:
+            time.sleep(STARTUP)
+            running.send_signal(sent)
+        out, err = running.communicate(timeout=30)
+    assert running.returncode == status, err
+    (found,) = json.loads(err)
+    assert found["code"] == code
+    assert out == b""
+    if name != "crash":  # which is over before anybody looked
+        assert found["place"]["line"] in (1, 2)  # a builtin that keeps the lock may hide its own call, not its caller's
+        assert found["place"]["file"] == "prog.scene"
+        assert '"a"' in [call["word"] for call in found["chain"]]
+
+
+@pytest.mark.parametrize(
+    ("word", "most"), [("run", 1.9), ("check", 1.9), ("count", 1.9), ("tree", 1.9), ("flatten", 1.9)]
+)
+def test_every_command_ends_at_the_limit(word: str, most: float, tmp_path: Path) -> None:
+    program = '(define-macro (m) (rogue "hold"))\n(m)\n' if word == "check" else BODY.format("hold")
+    (tmp_path / "prog.scene").write_text(program)
+    start = time.monotonic()
+    run("count", "prog.scene", "--max-seconds", "0.001", cwd=tmp_path)
+    startup = time.monotonic() - start
+    start = time.monotonic()
+    done = run(word, "prog.scene", "--max-seconds", "1", cwd=tmp_path)
+    assert time.monotonic() - start < startup + most
+    assert "E507" in done.stderr
+    assert done.returncode == 1
+
+
+def test_memory_is_held_within_a_tenth(tmp_path: Path) -> None:
+    (tmp_path / "prog.scene").write_text(BODY.format("grow"))
+    with interruptible(command("run", "prog.scene", "--max-memory", "400M"), tmp_path) as running:
+        most = 0
+        while running.poll() is None:
+            most = max(most, *(resident(pid) for pid in children(running.pid)), 0)
+    assert most < 400e6 * 1.1 + 120e6  # with what the process had at the start
+
+
+def children(pid: int) -> list[int]:
+    try:
+        return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()] or [0]
+    except OSError:
+        return [0]
+
+
+def resident(pid: int) -> int:
+    try:
+        return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+    except OSError:
+        return 0
+
+
+REFUSED = {
+    "write", "append", "delete", "rename", "truncate", "mode", "folder", "link", "read", "read above", "socket", "pair",
+    "execute", "replace", "fork", "signal",
+}  # fmt: skip
+
+
+def test_evaluation_may_only_read_the_project(tmp_path: Path) -> None:
+    project = tmp_path / "project"
+    project.mkdir()
+    (tmp_path / "secret.txt").write_text("secret")
+    (project / "victim.txt").write_text("victim")
+    prints = "\n".join(f'(print "{what}:" (rogue "{what}"))' for what in sorted(REFUSED | {"read here"}))
+    (project / "prog.scene").write_text(f'{prints}\n(bind "a" (lambda () (call "cube")))\n')
+    done = run("run", "prog.scene", cwd=project)
+    told = dict(line.split(": ", 1) for line in done.stderr.splitlines() if ": " in line)
+    assert {what for what, said in told.items() if said.startswith("refused")} == REFUSED, done.stderr
+    assert told["read here"] == "done"
+    assert (project / "victim.txt").read_text() == "victim"
+    assert sorted(path.name for path in project.iterdir()) == ["prog.scene", "victim.txt"]
+    assert done.returncode == 0
+
+
+def test_what_follows_an_evaluation_may_write(tmp_path: Path) -> None:
+    (tmp_path / "prog.scene").write_text(BODY.format("write"))
+    done = run("render", "prog.scene", "-o", "a.png", "--size", "32x32", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "a.png").exists()
+    assert not (tmp_path / "written.txt").exists()
+
+
+REPL = """(define x 5)
+(rogue "hold")
+(+ x 1)
+(define y 7)
+(rogue "crash")
+(+ x y)
+"""
+
+
+def test_a_repl_keeps_its_session(tmp_path: Path) -> None:
+    done = run("repl", "--json", "--max-seconds", "1", cwd=tmp_path, input=REPL)
+    answers = [json.loads(line) for line in done.stdout.splitlines()]
+    assert [answer["value"] for answer in answers] == [None, None, "6", None, None, "12"]
+    assert [[d["code"] for d in answer["diagnostics"]] for answer in answers] == [[], ["E507"], [], [], ["E509"], []]
+    assert done.returncode == 0
+
+
+def test_a_repl_survives_ctrl_c_in_a_builtin_that_never_looks(tmp_path: Path) -> None:
+    with subprocess.Popen(
+        command("repl", "--plain"), cwd=tmp_path, text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    ) as running:  # fmt: skip
+        assert running.stdin is not None
+        assert running.stdout is not None
+        running.stdin.write("(define x 5)\n(* x 2)\n")
+        running.stdin.flush()
+        assert running.stdout.readline() == "10\n"
+        running.stdin.write('(rogue "hold")\n(+ x 1)\n')
+        running.stdin.flush()
+        time.sleep(1.0)
+        running.send_signal(signal.SIGINT)
+        out, err = running.communicate(timeout=20)
+    assert out == "6\n"
+    assert "E508" in err
+
+
+def test_the_child_ends_with_its_monitor(tmp_path: Path) -> None:
+    (tmp_path / "prog.scene").write_text(BODY.format("hold"))
+    with interruptible(command("run", "prog.scene"), tmp_path) as running:
+        time.sleep(STARTUP)
+        (child,) = children(running.pid)
+        assert child
+        running.kill()
+        running.wait(10)
+        for _ in range(100):
+            if not Path(f"/proc/{child}").exists() or " Z " in Path(f"/proc/{child}/stat").read_text():
+                return
+            time.sleep(0.05)
+    raise AssertionError("the process that evaluates went on")

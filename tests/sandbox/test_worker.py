@@ -1,0 +1,130 @@
+"""Workers of servers: every request has a process of its own."""
+
+from __future__ import annotations
+
+import ctypes
+import faulthandler
+import os
+import signal
+import threading
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.limits import Limits
+from scenelang.sandbox.supervision import Ended, is_supported, limited
+from scenelang.sandbox.worker import Worker, trial
+
+pytestmark = pytest.mark.skipif(not is_supported(), reason="hard limits need Linux")
+
+
+def serve(what: str, value: Any = None) -> Any:
+    """What the workers of these tests do."""
+    with limited(Limits(seconds=0.5, memory=200_000_000)):
+        if what == "hold":
+            sum(range(10**11))
+        if what == "grow":
+            held = [bytearray(b"x") * 10_000_000 for _ in range(100)]
+            sum(range(10**11))
+            del held
+        if what == "crash":
+            faulthandler.disable()
+            ctypes.string_at(0)
+        if what == "vanish":
+            os._exit(3)
+        if what == "raise":
+            raise SceneError("value", "no such thing", hint="another")
+        if what == "open":
+            open("/etc/passwd").close()
+        if what == "odd":
+            return lambda: None
+        if what == "pid":
+            return os.getpid(), os.getppid()
+        return value
+
+
+@pytest.fixture
+def worker() -> Iterator[Worker]:
+    made = Worker(serve, ("/usr",))
+    yield made
+    made.close()
+
+
+@pytest.mark.parametrize(
+    ("what", "code"), [("hold", "E507"), ("grow", "E506"), ("crash", "E509"), ("vanish", "E509")], ids=str
+)
+def test_a_request_that_is_ended_costs_nothing_else(worker: Worker, what: str, code: str) -> None:
+    before = time.monotonic()
+    with pytest.raises(Ended) as caught:
+        worker.ask(what)
+    assert time.monotonic() - before < 4
+    assert caught.value.problem.code == code
+    assert worker.ask("value", {"a": b"x" * 10_000_000}) == {"a": b"x" * 10_000_000}
+
+
+def test_every_request_has_its_own_process(worker: Worker) -> None:
+    (first, parent), (second, same) = worker.ask("pid"), worker.ask("pid")
+    assert first != second
+    assert parent == same != os.getpid()
+
+
+def test_errors_come_back(worker: Worker) -> None:
+    with pytest.raises(SceneError) as caught:
+        worker.ask("raise")
+    assert (caught.value.name, caught.value.hint) == ("value", "another")
+    with pytest.raises(PermissionError):
+        worker.ask("open")
+    with pytest.raises(RuntimeError, match="internal error"):
+        worker.ask("odd")
+
+
+def test_several_threads_may_ask(worker: Worker) -> None:
+    found: list[int] = []
+    threads = [threading.Thread(target=lambda n=n: found.append(worker.ask("value", n))) for n in range(6)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(20)
+    assert sorted(found) == list(range(6))
+
+
+def test_a_request_can_be_cancelled() -> None:
+    def endless() -> None:
+        sum(range(10**11))
+
+    worker = Worker(endless)
+    caught: list[BaseException] = []
+
+    def ask() -> None:
+        try:
+            worker.ask()
+        except Ended as error:
+            caught.append(error)
+
+    thread = threading.Thread(target=ask)
+    thread.start()
+    time.sleep(0.5)
+    worker.interrupt()
+    thread.join(10)
+    assert not thread.is_alive()
+    assert [error.name for error in caught] == ["interrupted"]  # type: ignore[attr-defined]
+    worker.close()
+
+
+def test_a_worker_that_is_killed_comes_back(worker: Worker) -> None:
+    _, waiting = worker.ask("pid")
+    os.kill(waiting, signal.SIGKILL)
+    with pytest.raises(Ended):
+        worker.ask("value", 1)
+    assert worker.ask("value", 2) == 2
+
+
+def test_a_trial_says_why_it_was_ended() -> None:
+    assert trial(lambda: None) is None
+    problem = trial(lambda: serve("hold"))
+    assert problem is not None
+    assert problem.code == "E507"
+    assert trial(lambda: serve("raise")) is None  # it is raised where the work is done
