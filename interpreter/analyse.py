@@ -96,6 +96,13 @@ def walk(*roots: Any) -> Iterator[Any]:
         stack.extend(children(node))
 
 
+def mentioned(form: Any) -> Iterator[Variable]:
+    """The variables that a form refers to, changes or defines."""
+    for node in walk(form):
+        target = getattr(node, "target", None)
+        yield from pattern_variables(target) if type(node) is ast.Define else [target] * isinstance(target, Variable)
+
+
 def analyse(forms: tuple[Any, ...]) -> Analysis:
     """Analyse the top-level forms of a file; fills in the variables' ``owner`` and ``captured``."""
     analysis = Analysis()

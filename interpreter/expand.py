@@ -34,6 +34,7 @@ from scenelang.interpreter.scope import (
     PaperForm,
     Scope,
     Special,
+    TemplateKeyword,
     Variable,
     base_name,
     make_alias,
@@ -321,7 +322,7 @@ class Expander:
         if not isinstance(value, Symbol):
             if isinstance(value, Annotated):
                 raise SceneError("lambda-list", "annotations belong to parameters only", None, atom.span)
-            return atom
+            return Atom(Keyword(value), atom.span) if isinstance(value, TemplateKeyword) else atom
         binding = self.resolve(atom, scope)
         if isinstance(binding, PaperForm):
             return Atom(binding.variable, atom.span)
@@ -467,6 +468,8 @@ class Expander:
         value = datum.value if isinstance(datum, Atom) else None
         if isinstance(value, Annotated):
             return value.name, value.type
+        if isinstance(value, TemplateKeyword):
+            return value.alias, None
         if isinstance(value, (Symbol, Keyword)):
             text = base_name(value) if isinstance(value, Symbol) else str(value)
             name, sign, annotation = text.partition("::")

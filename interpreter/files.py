@@ -358,7 +358,7 @@ def _import_prefix(datum: ListDatum) -> str:
     if len(datum.items) == 2:
         return ""
     key = datum.items[2]
-    if len(datum.items) == 4 and isinstance(key, Atom) and type(key.value) is Keyword and key.value == "prefix":
+    if len(datum.items) == 4 and isinstance(key, Atom) and isinstance(key.value, Keyword) and key.value == "prefix":
         if is_identifier(datum.items[3]):
             return base_name(datum.items[3].value)
     raise syntax_error("import", "`import` has no place for this", key.span)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Symbol
 from scenelang.grammar.diagnostics import LimitError, Note, SceneError
 from scenelang.grammar.source import Expansion, Span
-from scenelang.interpreter.scope import Alias, Annotated, Macro, Scope, Special, base_name, make_alias
+from scenelang.interpreter.scope import Alias, Annotated, Macro, Scope, Special, TemplateKeyword, base_name, make_alias
 from scenelang.interpreter.syntax_values import datum_of, syntax_value
 
 if TYPE_CHECKING:
@@ -275,7 +275,7 @@ class _Instance:
     def __init__(self, known: _Rules, span: Span) -> None:
         self.known = known
         self.span = span
-        self.aliases: dict[Symbol, Symbol] = {}
+        self.aliases: dict[Symbol, Alias] = {}
         self.size = 0
 
     def build(self, template: Datum, bound: dict[Any, Any], escaped: bool = False) -> Datum:
@@ -315,7 +315,7 @@ class _Instance:
                 raise SceneError("macro", f"`{name}` needs `{self.known.dots}` after it here", None, atom.span)
             return found  # type: ignore[no-any-return]
         if isinstance(value, Keyword) and "::" not in value:
-            return Atom(value, self.span)
+            return Atom(TemplateKeyword(value, self._fresh(Symbol(value))), self.span)
         return Atom(self._alias(value), self.span)
 
     def _alias(self, value: Symbol | Keyword) -> Any:
@@ -325,7 +325,7 @@ class _Instance:
             return Annotated(self._fresh(Symbol(name)), annotation, isinstance(value, Keyword))
         return self._fresh(value)  # type: ignore[arg-type]
 
-    def _fresh(self, symbol: Symbol) -> Symbol:
+    def _fresh(self, symbol: Symbol) -> Alias:
         alias = self.aliases.get(symbol)
         if alias is None:
             alias = self.aliases[symbol] = make_alias(symbol, self.known.scope, soft=False)

@@ -32,7 +32,7 @@ def read_param(datum: ListDatum, name: str) -> Param:
     ends: dict[str, float] = {}
     while rest:
         key = rest.pop(0)
-        known = isinstance(key, Atom) and type(key.value) is Keyword and str(key.value) in ("min", "max")
+        known = isinstance(key, Atom) and isinstance(key.value, Keyword) and str(key.value) in ("min", "max")
         if not known or not rest or not isinstance(rest[0], Atom) or type(rest[0].value) not in (int, float):
             raise syntax_error("param", "`param` has no place for this", key.span)
         ends[str(key.value)] = rest.pop(0).value

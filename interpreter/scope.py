@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from scenelang.grammar.datum import Symbol
+from scenelang.grammar.datum import Keyword, Symbol
 from scenelang.grammar.source import Span
 
 
@@ -34,6 +34,18 @@ def make_alias(base: Symbol, scope: Scope, soft: bool) -> Alias:
     alias = Alias(base)
     alias.base, alias.scope, alias.soft = base, scope, soft
     return alias
+
+
+class TemplateKeyword(Keyword):
+    """A keyword that came from a macro's template: as a parameter it binds what the template's symbol means."""
+
+    __slots__ = ("alias",)
+    alias: Alias
+
+    def __new__(cls, keyword: Keyword, alias: Alias) -> TemplateKeyword:
+        made = super().__new__(cls, keyword)
+        made.alias = alias
+        return made
 
 
 def base_name(symbol: Symbol) -> str:

@@ -9,7 +9,7 @@ from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Handle, Keyword, Li
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.grammar.source import Span
 from scenelang.interpreter.arrays import array_literal
-from scenelang.interpreter.scope import Alias, Annotated, base_name
+from scenelang.interpreter.scope import Alias, Annotated, TemplateKeyword, base_name
 from scenelang.interpreter.types import type_name
 from scenelang.interpreter.values import NIL, Embedding, MutableList, Pair, Vector, make_list
 
@@ -43,7 +43,7 @@ def syntax_value(datum: Datum, origins: dict[int, Datum]) -> Any:
     def brackets(datum: Datum, items: list[Any]) -> Any:
         return Pair(BRACKETS, make_list(items))
 
-    return _value(datum, lambda v: v, brackets, _Budget(), origins)
+    return _value(datum, _operand, brackets, _Budget(), origins)
 
 
 def _constant(value: Any) -> Any:
@@ -51,7 +51,13 @@ def _constant(value: Any) -> Any:
         return Symbol(base_name(value))
     if type(value) is Annotated:
         return Symbol(f"{base_name(value.name)}::{value.type}")
+    if type(value) is TemplateKeyword:
+        return Keyword(value)
     return Embedding(str(value)) if type(value) is Handle else value
+
+
+def _operand(value: Any) -> Any:
+    return Keyword(value) if type(value) is TemplateKeyword else value
 
 
 def _value(

@@ -7,8 +7,10 @@ from typing import Any
 
 from scenelang.grammar import ast
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Symbol
+from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.source import Source, Span
-from scenelang.interpreter.analyse import pattern_variables, walk
+from scenelang.interpreter.analyse import children, pattern_variables
+from scenelang.interpreter.forms import FORMS
 from scenelang.interpreter.library import Builtin
 from scenelang.interpreter.pose import to_array
 from scenelang.interpreter.prelude import PAPER_FORMS
@@ -27,27 +29,108 @@ def _symbol(name: str) -> Atom:
     return Atom(Symbol(name), _NOWHERE)
 
 
-def unparse(forms: Iterable[Any]) -> list[Datum]:
-    """The datums of top-level core forms. Variables that share a name where both are visible get numbers."""
+def unparse(forms: Iterable[Any], fixed: frozenset[Variable] = frozenset()) -> list[Datum]:
+    """The datums of top-level core forms. A variable that would capture another's references gets a number; ``fixed``
+    are those whose names must stay. Raises SceneError where two names that must stay collide."""
     forms = list(forms)
-    return [_Unparser(forms).form(form) for form in forms]
+    unparser = _Unparser(forms, fixed)
+    return [unparser.form(form) for form in forms]
+
+
+def _bound(node: Any) -> list[Variable]:
+    """The variables that a node binds, for all that is below it."""
+    kind = type(node)
+    if kind is ast.Lambda:
+        targets = [parameter.target for parameter in node.parameters]
+    elif kind is ast.Body:
+        targets = [item.target for item in node.items if type(item) is ast.Define]
+    elif kind is ast.For:
+        targets = [item.target for item in node.accumulators]
+        targets += [target for clause in node.clauses for target in clause.targets]
+    elif kind is ast.LetEscape or kind is ast.Guard:
+        targets = [node.target]
+    else:
+        return []
+    return [variable for target in targets for variable in pattern_variables(target)]
+
+
+class _Names:
+    """A name for every variable, such that each reference finds its own: hygiene, undone.
+
+    A variable is renamed where its name would capture a reference to an outer one, and where it would hide a form. The
+    names of keyword parameters, of ``param`` and of variables that other files define cannot change; where one of them
+    would capture, the outer variable is renamed instead.
+    """
+
+    def __init__(self, forms: list[Any], fixed: frozenset[Variable]) -> None:
+        self.names: dict[Variable, str] = {}
+        self._free: dict[int, set[Variable]] = {}  # by id of a node that binds: what is mentioned below and bound above
+        self._fixed = set(fixed)
+        self._renamed: set[Variable] = set()
+        self._spelled: set[str] = set()
+        globals_: list[Variable] = []
+        mentioned: set[Variable] = set()
+        for form in forms:
+            mentioned |= self._visit(form)
+            if type(form) is ast.Define:
+                globals_ += pattern_variables(form.target)
+        outside = mentioned - set(globals_)
+        self.names.update((variable, variable.name) for variable in outside)
+        self._fixed |= outside
+        self._spelled.update(self.names.values())
+        self._assign(globals_, outside)
+        for form in forms:
+            self._descend(form)
+
+    def _visit(self, node: Any) -> set[Variable]:
+        """The variables that are mentioned below ``node`` and not bound there."""
+        found: set[Variable] = set()
+        target = getattr(node, "target", None)
+        if type(node) in (ast.Reference, ast.Assignment) and isinstance(target, Variable):
+            found.add(target)
+        for child in children(node):
+            found |= self._visit(child)
+        bound = _bound(node)
+        self._spelled.update(variable.name for variable in bound)
+        if bound:
+            found.difference_update(bound)
+            self._free[id(node)] = found
+        if type(node) is ast.Lambda:
+            fixed = {p.name: p.target for p in node.parameters if p.kind == "keyword"}
+            self._fixed.update(fixed.values())
+            self._renamed.update(v for v in found if v.name in fixed)
+        return set(found)
+
+    def _descend(self, node: Any) -> None:
+        bound = _bound(node)
+        if bound:
+            self._assign([v for v in bound if v not in self.names], self._free[id(node)])
+        for child in children(node):
+            self._descend(child)
+
+    def _assign(self, variables: list[Variable], visible: set[Variable]) -> None:
+        taken = {self.names[variable] for variable in visible if variable in self.names}
+        for variable in sorted(variables, key=lambda v: v not in self._fixed):
+            name, count = variable.name, 0
+            unfit = variable in self._renamed or (name in FORMS and name not in PAPER_FORMS) or name == "else"
+            if variable in self._fixed and (unfit or name in taken):
+                said = f"`{name}` hides another `{name}` that a macro means, and neither can be renamed"
+                raise SceneError("unsupported", said, "give one of them another name", variable.span)
+            while unfit or name in taken:
+                count += 1
+                name = f"{variable.name}.{count}"
+                unfit = name in self._spelled
+            self.names[variable] = name
+            self._spelled.add(name)
+            taken.add(name)
 
 
 class _Unparser:
-    def __init__(self, forms: list[Any]) -> None:
-        self.names: dict[Variable, str] = {}
-        self.taken: dict[str, int] = {}
-        for node in walk(*forms):
-            target = getattr(node, "target", None)
-            if isinstance(target, Variable):
-                self.name(target)
+    def __init__(self, forms: list[Any], fixed: frozenset[Variable]) -> None:
+        self.names = _Names(forms, fixed).names
+        self.taken = set(self.names.values())
 
     def name(self, variable: Variable) -> str:
-        if variable not in self.names:
-            count = self.taken.get(variable.name, 0)
-            self.taken[variable.name] = count + 1
-            shared = count and variable.from_macro
-            self.names[variable] = f"{variable.name}.{count}" if shared else variable.name
         return self.names[variable]
 
     def form(self, node: Any) -> Datum:
@@ -124,7 +207,6 @@ class _Unparser:
     def block(self, node: ast.Body) -> Datum:
         locals_ = self._leading_locals(node)
         if locals_:
-            self._tell_apart(locals_)
             bindings = [_list(self.target(item.target), self.form(item.value)) for item in locals_]
             return _list(_symbol("let*"), _list(*bindings), *self.forms(node.items[len(locals_) :]))
         if any(type(item) is ast.Define for item in node.items):
@@ -140,21 +222,6 @@ class _Unparser:
                 break
             leading.append(item)
         return leading
-
-    def _tell_apart(self, definitions: list[ast.Define]) -> None:
-        """Give a variable another name where a value mentions an outer one of its name, or an earlier one has it."""
-        own = [variable for item in definitions for variable in pattern_variables(item.target)]
-        mentioned = (getattr(node, "target", None) for item in definitions for node in walk(item.value))
-        taken = {self.name(v) for v in mentioned if isinstance(v, Variable) and v not in own}
-        for variable in own:
-            if self.name(variable) in taken:
-                self._rename(variable)
-            taken.add(self.name(variable))
-
-    def _rename(self, variable: Variable) -> None:
-        count = self.taken[variable.name]
-        self.taken[variable.name] = count + 1
-        self.names[variable] = f"{variable.name}.{count}"
 
     def application(self, node: ast.Application) -> Datum:
         head = node.function

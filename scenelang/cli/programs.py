@@ -140,6 +140,7 @@ def expansion(session: Session, program: Program) -> str:
     from scenelang.grammar.layout import layout
     from scenelang.grammar.reader import read
     from scenelang.grammar.source import Source
+    from scenelang.interpreter.analyse import mentioned
     from scenelang.interpreter.forms import INDENTS
     from scenelang.interpreter.unparse import unparse
 
@@ -148,7 +149,8 @@ def expansion(session: Session, program: Program) -> str:
     imports = (f'(import "{module}")' for module in session.library_imports(program))
     datums: list[Datum] = list(read(Source("<expansion>", "\n".join(imports))).forms)
     spelling: dict[int, str] = {}
-    for datum, form in zip(unparse(forms), forms):
+    kept = frozenset(variable for form in forms if form.span in params for variable in mentioned(form))
+    for datum, form in zip(unparse(forms, kept), forms):
         if form.span in params:  # as written, so that the expansion can be overridden too
             (datum,) = read(Source(form.span.source.name, form.span.text)).forms
             spelling |= {id(atom): atom.span.text for atom in walk(datum) if isinstance(atom, Atom)}

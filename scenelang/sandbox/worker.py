@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import gc
 import io
+import mmap
 import os
 import pickle
 import signal
@@ -42,6 +43,11 @@ class Worker:
         self._lock = threading.Lock()
         self._pid = 0
         self._socket: socket.socket | None = None
+        self._number = 0  # of the last request
+        self._running = 0  # the number of the request that runs, 0 for none
+        self._cancelled = mmap.mmap(
+            -1, _HEADER.size
+        )  # the number of the request to end, shared with the waiting process
         if is_supported():
             self._start()
 
@@ -50,7 +56,12 @@ class Worker:
         if self._socket is None:
             return self._function(*arguments)
         with self._lock:
-            answer = self._exchange(pickle.dumps(arguments))
+            self._number += 1
+            self._running = self._number
+            try:
+                answer = self._exchange(pickle.dumps(arguments))
+            finally:
+                self._running = 0
         kind, value = pickle.loads(answer)  # written by our own code  # noqa: S301  # nosec B301
         if kind == "value":
             return value
@@ -60,8 +71,7 @@ class Worker:
 
     def interrupt(self) -> None:
         """End the request that is running, if any, as Ctrl-C would."""
-        if self._pid:
-            os.kill(self._pid, signal.SIGUSR1)
+        self._cancelled[:] = _HEADER.pack(self._running)
 
     def close(self) -> None:
         """End the waiting process and what it runs."""
@@ -74,7 +84,7 @@ class Worker:
     def _exchange(self, request: bytes) -> bytes:
         assert self._socket is not None
         try:
-            _send(self._socket, request)
+            _send(self._socket, _HEADER.pack(self._number) + request)
             return _receive(self._socket)
         except (OSError, EOFError):  # the waiting process itself was ended from outside: the next request has another
             self.close()
@@ -92,7 +102,7 @@ class Worker:
             self._socket = ours
             return
         ours.close()
-        _quietly(lambda: _serve(theirs, self._function, self._folders, parent))
+        _quietly(lambda: _serve(theirs, self._function, self._folders, parent, self._cancelled))
 
 
 def _quietly(work: Callable[[], None]) -> NoReturn:
@@ -108,13 +118,16 @@ def _quietly(work: Callable[[], None]) -> NoReturn:
 # --- the waiting process -----------------------------------------------------------------------------------------
 
 
-def _serve(channel: socket.socket, function: Callable[..., Any], folders: tuple[str, ...] | None, parent: int) -> None:
+def _serve(
+    channel: socket.socket,
+    function: Callable[..., Any],
+    folders: tuple[str, ...] | None,
+    parent: int,
+    cancelled: mmap.mmap,
+) -> None:
     """Fork a child for every request until the server is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    cancelled = threading.Event()
-    signal.signal(signal.SIGUSR1, lambda *_: cancelled.set())
-    is_unwanted = lambda: cancelled.is_set() or os.getppid() != parent
     gc.collect()
     gc.freeze()  # what the collector never visits stays shared with the children
     while os.getppid() == parent:
@@ -122,8 +135,9 @@ def _serve(channel: socket.socket, function: Callable[..., Any], folders: tuple[
             request = _receive(channel)
         except EOFError:
             return
-        cancelled.clear()
-        _send(channel, _answer(function, request, folders, is_unwanted))
+        number = request[: _HEADER.size]
+        is_unwanted = lambda: cancelled[:] == number or os.getppid() != parent  # noqa: B023  # called in this round only
+        _send(channel, _answer(function, request[_HEADER.size :], folders, is_unwanted))
 
 
 def _answer(

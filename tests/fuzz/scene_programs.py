@@ -12,6 +12,8 @@ MACROS = (
     "(define-syntax both (syntax-rules () ((_ a b) (begin (print 'both (quote a)) (let () a b)))))",
     "(define-syntax unless2 (syntax-rules (then) ((_ c then e) (if c none e))))",
     "(define-syntax swap! (syntax-rules () ((_ a b) (let ((tmp a)) (set! a b) (set! b tmp)))))",
+    "(define x1 7)\n(define-syntax outer (syntax-rules () ((_ a) (list x1 a))))",
+    "(define (y1 a) (list 'outer a))\n(define-macro (outer2 a) `(,y1 ,a))",
 )
 COMMENTS = ("", "", "", "; a note\n", "#| a block |# ", "#;(hidden 1) ")
 
@@ -48,6 +50,8 @@ class Programs:
         return "\n".join(pick.choice(COMMENTS) + form for form in forms) + "\n"
 
     def _name(self) -> str:
+        if self.count and self.random.random() < 0.15:  # a name that may be visible already
+            return self.random.choice("xy") + "1"
         self.count += 1
         return self.random.choice("xyzfgk") + str(self.count)
 
@@ -134,6 +138,11 @@ class Programs:
             choices += [lambda: f"(both (define {inner} {down()}) {down()})"] * 3
         if any("unless2" in macro for macro in self.macros):
             choices += [lambda: f"(unless2 {self._test(names, depth - 1)} then {down()})"] * 2
+        if any("define-syntax outer" in macro for macro in self.macros):
+            choices += [lambda: f"(outer {down()})"] * 2
+            choices += [lambda: f"((lambda ((:x1 {down()})) (outer {down()})) :x1 {pick.choice(NUMBERS)})"]
+        if any("define-macro (outer2" in macro for macro in self.macros):
+            choices += [lambda: f"(outer2 {down()})"] * 3
         return pick.choice(choices)()
 
     def _shape(self, names: list[str], words: list[str], depth: int) -> str:

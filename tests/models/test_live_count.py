@@ -30,7 +30,7 @@ def test_a_new_answer_of_a_sample_takes_the_place_of_the_last() -> None:
     live = LiveCount(stream)
     live.counting(1, 1, "draft")("abc")
     live.counting(1, 2, "repair")
-    assert stream.getvalue().split("\r")[-1].rstrip() == "sample 1 repair: ~0 tokens, 0 lines"
+    assert stream.getvalue().split("\r")[-1].rstrip() == "sample 1 repair: waiting for the service"
 
 
 def test_batches_and_no_terminal() -> None:

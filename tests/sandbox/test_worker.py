@@ -106,12 +106,20 @@ def test_a_request_can_be_cancelled() -> None:
 
     thread = threading.Thread(target=ask)
     thread.start()
-    time.sleep(0.5)
-    worker.interrupt()
-    thread.join(10)
+    deadline = time.monotonic() + 20
+    while thread.is_alive() and time.monotonic() < deadline:  # before the thread has asked there is nothing to end
+        worker.interrupt()
+        thread.join(0.05)
     assert not thread.is_alive()
     assert [error.name for error in caught] == ["interrupted"]  # type: ignore[attr-defined]
     worker.close()
+
+
+def test_an_interruption_of_nothing_does_not_end_the_next_request(worker: Worker) -> None:
+    worker.interrupt()
+    assert worker.ask("value", 3) == 3
+    worker.interrupt()
+    assert worker.ask("value", 4) == 4
 
 
 def test_a_worker_that_is_killed_comes_back(worker: Worker) -> None:

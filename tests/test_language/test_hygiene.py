@@ -4,6 +4,11 @@ from __future__ import annotations
 
 import pytest
 
+from scenelang.cli.programs import expansion
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.source import Source
+from scenelang.session import Session
+
 from .conftest import log
 
 DEFINED = """
@@ -57,3 +62,42 @@ USES = {
 @pytest.mark.parametrize("use", USES)
 def test_identifiers_of_macros(use: str) -> None:
     assert log(DEFINED + use) == [USES[use]]
+
+
+MEANT = {
+    "a local hides a global": "(define-syntax get (syntax-rules () ((_) y))) (print (let ((y 3)) (list y (get))))",
+    "a function hides a function": "(define (one) 1) (define-macro (get) `(one)) (print (let ((one car)) (get)))",
+    "a keyword hides a global": "(define-syntax get (syntax-rules () ((_) y))) (define (f :y) (list y (get))) (print (f :y 3))",
+    "a loop hides a global": "(define-syntax get (syntax-rules () ((_) y))) (print (for/list ((y 2)) (+ y (get))))",
+    "a guard hides a global": '(define-syntax get (syntax-rules () ((_) y))) (print (guard (y (#t (get))) (error "x")))',
+    "an escape hides a global": "(define-syntax get (syntax-rules () ((_) y))) (print (let/ec y (y (get))))",
+    "temporaries hide each other": "(define-syntax or2 (syntax-rules () ((_ a b) (let ((t a)) (if t t b)))))"
+    " (print (let ((t 5)) (or2 #f t)) (or2 #f (or2 #f 7)))",
+    "a local is named else": '(define (f else) (guard (e (#t else)) (error "x"))) (print (f 4))',
+}
+
+
+@pytest.mark.parametrize("name", MEANT)
+def test_expansions_keep_what_names_mean(name: str) -> None:
+    text = f'(define y 10)\n{MEANT[name]}\n(call "cube")'
+    session = Session()
+    checked = session.check(Source("<a>", text))
+    assert checked.program is not None, [d.message for d in checked.diagnostics]
+    assert log(expansion(session, checked.program)) == log(text)
+
+
+def test_keyword_parameters_of_a_template() -> None:
+    lamp = "(define height 9) (define-syntax lamp (syntax-rules () ((_ n x) (bind n (lambda ((:height 1)) x (print height '(:a height))"
+    lamp += ' (call "cube" :scale height)))))) (lamp "l" (print height)) (call "l" :height 2)'
+    assert log(lamp) == ["9", "2 (:a height)", "9", "1 (:a height)"]
+
+
+def test_names_that_cannot_change_are_refused() -> None:
+    text = "(define-syntax with (syntax-rules () ((_ f) (lambda (:y) (f y)))))"
+    text += '(define (outer :y) (with (lambda (z) (list y z)))) (print ((outer :y 1) :y 2)) (call "cube")'
+    assert log(text) == ["(1 2)"]
+    session = Session()
+    program = session.check(Source("<a>", text)).program
+    assert program is not None
+    with pytest.raises(SceneError, match="`y` hides another `y`"):
+        expansion(session, program)

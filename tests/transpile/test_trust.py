@@ -278,3 +278,26 @@ def test_functions_that_a_turn_calls_stay_readable() -> None:
     text = written(code).text
     assert "set!" not in text
     assert "for/union ((i (range 3)))" in text
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        "f = lambda x, y=(k := 3): x + y + k\nprint(f(1), k)",
+        "def g(a=(m := 2)):\n    return a + m\nprint(g(), g(5), m)",
+        "f = lambda *a: len(a)\nprint(f(), f(1, 2))",
+    ],
+    ids=["a name in a lambda's default", "a name in a function's default", "nothing but the rest"],
+)
+def test_parameters(lines: str) -> None:
+    same(scene(*lines.splitlines()))
+
+
+def test_a_word_may_take_any_number_of_arguments() -> None:
+    code = f"from helper import *\n@register()\ndef leg(*a) -> Shape:\n    return {CUBE}\n"
+    assert log(code) == []
+
+
+def test_a_shift_by_a_set_is_an_error_of_the_program() -> None:
+    code = scene("print(1 << {2})")
+    assert [d.code for d in Session().evaluate(Source("<a>.py", code)).diagnostics if d.is_error] == ["E401"]

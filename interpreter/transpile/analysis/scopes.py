@@ -369,13 +369,19 @@ def _fields_of_constructor(record: Class) -> None:
 
 
 def _own_nodes(body: list[ast.stmt]) -> list[ast.AST]:
-    """Every node of a body, without the insides of nested functions and classes (their names are there)."""
+    """Every node of a body, without the insides of nested functions and classes (their names are there). Defaults and
+    decorators of a nested function belong to the body."""
     found: list[ast.AST] = []
     stack: list[ast.AST] = list(reversed(body))
     while stack:
         node = stack.pop()
         found.append(node)
-        if isinstance(node, (ast.FunctionDef, ast.ClassDef, ast.Lambda, ast.AsyncFunctionDef)):
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)):
+            decorators = [] if isinstance(node, ast.Lambda) else node.decorator_list
+            defaults = [*node.args.defaults, *(default for default in node.args.kw_defaults if default is not None)]
+            stack.extend(reversed([*decorators, *defaults]))
+            continue
+        if isinstance(node, ast.ClassDef):
             continue
         stack.extend(reversed(list(ast.iter_child_nodes(node))))
     return found

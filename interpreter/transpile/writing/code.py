@@ -85,6 +85,11 @@ class Form(Code):
         self.rest = rest
 
 
+def lambda_list(parameters: Form) -> Code:
+    """What stands behind ``lambda``: a list, or the name of the rest where there is nothing else."""
+    return parameters if parameters.items or parameters.rest is None else parameters.rest
+
+
 class Brackets(Code):
     """``[a b c]``."""
 

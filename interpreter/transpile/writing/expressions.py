@@ -35,6 +35,7 @@ from scenelang.interpreter.transpile.writing.code import (
     Ref,
     form,
     is_form,
+    lambda_list,
     none,
     quote,
 )
@@ -525,7 +526,7 @@ class ExpressionWriter(Flows):
                 variable = Variable(parameter.variable.name, None, is_temporary=True)
                 bindings.append(Form([Ref(variable), self.expr(parameter.default)]))
                 self.defaults[parameter.default] = variable
-        code = form("lambda", self.parameters(function), self.expr(node.body))
+        code = form("lambda", lambda_list(self.parameters(function)), self.expr(node.body))
         return form("let", Form(bindings), code) if bindings else code
 
     def may_stay(self, node: ast.expr) -> bool:

@@ -214,7 +214,7 @@ def _repetition(w: ExpressionWriter, node: ast.BinOp, left: Type, right: Type) -
 
 def _bits(w: ExpressionWriter, node: ast.BinOp, op: type[ast.operator], left: Type, right: Type) -> Code:
     kinds = left.kinds | right.kinds
-    if kinds & SET:
+    if kinds & SET and op in (ast.BitAnd, ast.BitOr, ast.BitXor):
         if op is ast.BitXor:
             a, b = w.expr(node.left), w.expr(node.right)
             return form(

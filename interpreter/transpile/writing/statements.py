@@ -17,6 +17,7 @@ from scenelang.interpreter.transpile.writing.code import (
     Name,
     Ref,
     form,
+    lambda_list,
     none,
     quote,
 )
@@ -216,7 +217,8 @@ class StatementWriter(LoopWriter):
     def as_lambda(self, function: Function) -> Form:
         """``(lambda (parameter ...) body ...)``."""
         return Form(
-            [Name("lambda"), self.parameters(function), *self.function_body(function)], self.span(function.node)
+            [Name("lambda"), lambda_list(self.parameters(function)), *self.function_body(function)],
+            self.span(function.node),
         )
 
     def hoist_defaults(self, function: Function, block: Block) -> None:
