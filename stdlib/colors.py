@@ -71,6 +71,11 @@ def _from_hex(text: str) -> Vector | None:
 )
 def color(rt: Runtime, name: str) -> Vector:
     rt.charge(len(name) >> 6)
+    return color_of(name)
+
+
+def color_of(name: str) -> Vector:
+    """The linear sRGB of a colour as it is written; raises SceneError where there is none of this name."""
     text = name.strip().lower()
     if not text.startswith("#"):
         digits = named_colors().get(text.replace(" ", ""))

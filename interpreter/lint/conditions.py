@@ -16,26 +16,30 @@ from scenelang.interpreter.lint.removal import is_inert, spaced, written_nodes
 _BY_TYPE = frozenset(("eq?", "eqv?", "equal?"))
 _COMPARISONS = frozenset(("=", "<", ">", "<=", ">=", "eq?", "eqv?", "equal?"))
 
+_MOST_READ = 200_000  # letters of conditions of one form that are read again for a fix: they may be nested deeply
+
 
 def constant_conditions(nodes: Iterable[Any], form: Any) -> Iterator[Diagnostic]:
     """Tests of ``if`` and its kin, and operands of ``and`` and ``or``, that the text alone decides."""
     written = {id(node) for node in written_nodes(form)}
+    letters = _MOST_READ
     for node in nodes:
         kind = type(node)
         if kind is ast.If and node.span.expansion is None:
-            yield from _of_choice(node, id(node) in written)
+            letters -= node.span.end - node.span.start
+            yield from _of_choice(node, id(node) in written, letters > 0)
         elif kind is ast.And or kind is ast.Or:
             for item in node.items[:-1]:
                 if item.span.expansion is None and _decided(item) is not None:
                     yield _warning(item, ())
 
 
-def _of_choice(node: ast.If, is_written: bool) -> Iterator[Diagnostic]:
+def _of_choice(node: ast.If, is_written: bool, is_read: bool) -> Iterator[Diagnostic]:
     always = _decided(node.test)
     if always is None or node.test.span.expansion is not None or _is_default(node, always):
         return
     kept = node.then if always else node.otherwise
-    text = node.span.text
+    text = node.span.text if is_read else ""
     fixes: tuple[Fix, ...] = ()
     if text.startswith("(if ") and kept is not None and kept.span.expansion is None and _inside(kept.span, node.span):
         branch = _branch(text, 2 if always else 3)

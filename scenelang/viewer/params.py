@@ -21,7 +21,7 @@ from scenelang.grammar.reader import read
 from scenelang.grammar.source import Source, Span
 from scenelang.interpreter.library import STD
 from scenelang.interpreter.params import Param
-from scenelang.stdlib.colors import registry as colors
+from scenelang.stdlib.colors import color_of
 
 _HEX = re.compile(r"#[0-9a-fA-F]{6}")
 _BOM = b"\xef\xbb\xbf"
@@ -137,7 +137,7 @@ def _named_color(datum: ListDatum) -> str | None:
     if head != "color" or not isinstance(head, Symbol) or type(name) is not str:
         return None
     try:
-        linear = colors.entries["color"].function(None, name)
+        linear = color_of(name)
     except SceneError:
         return None
     return _hex(tuple(linear))

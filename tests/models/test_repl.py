@@ -25,7 +25,7 @@ def test_generate_defines_words(place: Place, monkeypatch: pytest.MonkeyPatch) -
     server = serve(place, cubes(3))
     out, err = drive(place, monkeypatch, ",generate three of Newton's cubes", ",count", '(call "pile")')
     assert "three of Newton's cubes" in texts(server.requests[0]["messages"][0])
-    assert out.splitlines()[:2] == ["1  pile", "3  cube"], err
+    assert out.splitlines()[:3] == ['of the root "pile":', "1  pile", "3  cube"], err
     assert place.run("runs").out.splitlines()[1].split()[1:3] == ["repl", "done"]
 
 
