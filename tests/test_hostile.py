@@ -217,7 +217,7 @@ def test_loops() -> None:
 
 
 def test_recursions() -> None:
-    refused(RECURSIONS, r"E50[12]", depth=3000)
+    refused(RECURSIONS, r"E50[12]", depth=3000, seconds=20)
 
 
 def test_recursions_as_deep_as_the_default_allows() -> None:
@@ -461,10 +461,11 @@ MACROS = {
 }
 
 
-_LONG = ("procedural, growth of a list", "procedural, counted")  # they run until a limit of time
+_LONG = ("growth of a list", "counted", "growth", "deep quotation", "deep", "huge", "shared")  # until a limit of time
+_SLOW = {"counted, quoted", *(f"procedural, {name}" for name in _LONG)}
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in _LONG else n for n in MACROS])
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in _SLOW else n for n in MACROS])
 def test_macros(name: str) -> None:
     started = time.monotonic()
     codes = codes_of(MACROS[name] + ROOT)
