@@ -301,3 +301,7 @@ def test_a_word_may_take_any_number_of_arguments() -> None:
 def test_a_shift_by_a_set_is_an_error_of_the_program() -> None:
     code = scene("print(1 << {2})")
     assert [d.code for d in Session().evaluate(Source("<a>.py", code)).diagnostics if d.is_error] == ["E401"]
+
+
+def test_operators_of_sets() -> None:
+    same(scene("a = {1, 2, 3}", "b = {3, 4}", "print(sorted(a - b), sorted(a & b), sorted(a | b), sorted(a ^ b))"))

@@ -214,7 +214,7 @@ def _repetition(w: ExpressionWriter, node: ast.BinOp, left: Type, right: Type) -
 
 def _bits(w: ExpressionWriter, node: ast.BinOp, op: type[ast.operator], left: Type, right: Type) -> Code:
     kinds = left.kinds | right.kinds
-    if kinds & SET and op in (ast.BitAnd, ast.BitOr, ast.BitXor):
+    if kinds & SET and (op is ast.BitXor or op in _ON_SETS):
         if op is ast.BitXor:
             a, b = w.expr(node.left), w.expr(node.right)
             return form(
