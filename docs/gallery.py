@@ -44,7 +44,7 @@ QUALITIES = {"final": "", "draft": "-draft"}
 
 def scenelang(command: str, example: str, output: Path, *options: str) -> None:
     """One run of the command line."""
-    start = [sys.executable, "-P", "-m", "scenelang.cli.main", command, str(EXAMPLES / f"{example}.scene")]
+    start = [sys.executable, "-P", "-m", "scenelang", command, str(EXAMPLES / f"{example}.scene")]
     subprocess.run([*start, "-o", str(output), "-q", *options], check=True)
 
 

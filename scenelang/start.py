@@ -5,8 +5,10 @@ Importing the commands takes a while, and Ctrl-C may come in the middle of it; s
 
 from __future__ import annotations
 
+import atexit
 import os
 import sys
+import threading
 from signal import SIG_IGN, SIGINT, default_int_handler, getsignal, signal
 from typing import NoReturn
 
@@ -17,16 +19,30 @@ def entry() -> NoReturn:
     if heeds:
         signal(SIGINT, _leave)
     _open_streams()
-    from scenelang.cli.main import entry as run
+    from scenelang.cli.main import INTERRUPTED, main
 
     if heeds:
         signal(SIGINT, default_int_handler)
     try:
-        status = run()
+        status = main(supervised=True)
     except KeyboardInterrupt:  # between two commands' own handling of it
         _leave()
     signal(SIGINT, SIG_IGN)  # the work is done
-    sys.exit(status)
+    _end(status, waits=status != INTERRUPTED)
+
+
+def _end(status: int, waits: bool) -> NoReturn:
+    """End the process without giving back its memory piece by piece: after a deep recursion that takes a second, and
+    threads of native libraries may still be at work, which Python's own end does not survive."""
+    if waits:
+        threading._shutdown()  # type: ignore[attr-defined]  # what Python's own end does first: waits for threads
+    atexit._run_exitfuncs()
+    try:
+        sys.stdout.flush()
+        sys.stderr.flush()
+    except OSError:
+        status = status or 1
+    os._exit(status)
 
 
 def _leave(*_: object) -> NoReturn:

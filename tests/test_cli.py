@@ -81,7 +81,7 @@ def shell(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Captur
 
 
 def process(*words: str, folder: Path, **more: Any) -> subprocess.CompletedProcess[bytes]:
-    command = [sys.executable, "-m", "scenelang.cli.main", *words]
+    command = [sys.executable, "-m", "scenelang", *words]
     return subprocess.run(command, cwd=folder, capture_output=True, timeout=60, check=False, **more)
 
 
@@ -543,7 +543,7 @@ def test_broken_pipe(command: list[str], tmp_path: Path) -> None:
     (tmp_path / "long.scene").write_text(
         '(bind "a" (lambda () (union-loop 5000 (lambda (i) (transform (call (format "word{}" i) :scale (+ i 1)) (translate [i 0 0]))))))'
     )
-    words = [sys.executable, "-m", "scenelang.cli.main", command[0], "long.scene", *command[1:]]
+    words = [sys.executable, "-m", "scenelang", command[0], "long.scene", *command[1:]]
     with subprocess.Popen(words, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as running:
         assert running.stdout is not None
         assert running.stderr is not None
@@ -560,7 +560,7 @@ def test_a_full_disk() -> None:
         pytest.skip("no /dev/full here")
     with open("/dev/full", "wb") as full:
         done = subprocess.run(
-            [sys.executable, "-m", "scenelang.cli.main", "backends"],
+            [sys.executable, "-m", "scenelang", "backends"],
             stdout=full,
             stderr=subprocess.PIPE,
             timeout=60,
@@ -575,7 +575,7 @@ def test_a_full_disk() -> None:
 )
 def test_interruption(program: str, tmp_path: Path) -> None:
     (tmp_path / "endless.scene").write_text(program)
-    words = [sys.executable, "-m", "scenelang.cli.main", "run", "endless.scene", "--max-steps", "1G"]
+    words = [sys.executable, "-m", "scenelang", "run", "endless.scene", "--max-steps", "1G"]
     with interruptible(words, tmp_path) as running:
         time.sleep(1.5)
         running.send_signal(signal.SIGINT)

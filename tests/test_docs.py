@@ -105,7 +105,7 @@ def test_shell_blocks_run(text: str, tmp_path: Path) -> None:
         if command.startswith(("git ", "cd ", "pip ", "pipx ")):
             continue
         assert command.startswith("scenelang "), command
-        ran = f'"{sys.executable}" -P -m scenelang.cli.main {command.removeprefix("scenelang ")}'
+        ran = f'"{sys.executable}" -P -m scenelang {command.removeprefix("scenelang ")}'
         done = subprocess.run(ran, shell=True, cwd=tmp_path, capture_output=True, text=True, timeout=60)
         assert done.returncode == 0, f"{command}\n{done.stderr}"
 

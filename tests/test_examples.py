@@ -173,7 +173,7 @@ def test_figure_2_shares_squares_and_pieces() -> None:
 
 
 def test_figure_2_in_the_command_line() -> None:
-    command = [sys.executable, "-P", "-m", "scenelang.cli.main", "tree", str(path_of("paper/chessboard"))]
+    command = [sys.executable, "-P", "-m", "scenelang", "tree", str(path_of("paper/chessboard"))]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert "64 x square <z3> ... <z66>" in done.stdout
     assert "16 x pawn <z68> ... <z83>" in done.stdout
@@ -317,12 +317,12 @@ def test_only_the_strict_example_is_strict(name: str) -> None:
 def test_strict_example() -> None:
     found = counts(scene_of("strict"))
     assert (found["round temple"], found["shaft"], found["columns"]) == (1, 12, 1)
-    command = [sys.executable, "-P", "-m", "scenelang.cli.main", "check", "--strict", str(path_of("strict"))]
+    command = [sys.executable, "-P", "-m", "scenelang", "check", "--strict", str(path_of("strict"))]
     assert subprocess.run(command, capture_output=True, check=False).returncode == 0
 
 
 def test_macros_expand() -> None:
-    command = [sys.executable, "-P", "-m", "scenelang.cli.main", "expand", str(path_of("macros"))]
+    command = [sys.executable, "-P", "-m", "scenelang", "expand", str(path_of("macros"))]
     text = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     assert '(bind "half brick"' in text
     assert "(place " not in text

@@ -338,7 +338,7 @@ def test_thousands_of_levels_of_entities(command: str, levels: int, tmp_path: Pa
     file = tmp_path / "chain.scene"
     file.write_text(CHAIN.replace("LEVELS", str(levels)))
     done = subprocess.run(
-        [sys.executable, "-m", "scenelang.cli.main", command, str(file), "--max-seconds", "20"],
+        [sys.executable, "-m", "scenelang", command, str(file), "--max-seconds", "20"],
         capture_output=True, text=True, timeout=90, check=False,
     )  # fmt: skip
     assert "Traceback" not in done.stderr, done.stderr[-500:]

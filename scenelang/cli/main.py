@@ -156,17 +156,3 @@ def _report_fault(error: Exception) -> int:
 def _silence_stdout() -> None:
     """Whoever read our output is gone: what is still buffered goes nowhere instead of failing at exit."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-
-
-def entry() -> int:
-    """The command line under hard limits; ``start.entry`` ends the process with what this returns."""
-    code = main(supervised=True)
-    if code == INTERRUPTED:  # threads of native libraries may still be at work, which Python's own end does not survive
-        sys.stdout.flush()
-        sys.stderr.flush()
-        os._exit(code)
-    return code
-
-
-if __name__ == "__main__":
-    sys.exit(entry())

@@ -34,7 +34,7 @@ WORK = {
 @pytest.mark.parametrize("name", list(WORK))
 def test_an_interruption_leaves_nothing_half_written(name: str, tmp_path: Path) -> None:
     (tmp_path / "a.scene").write_text(SCENE)
-    words = [sys.executable, "-P", "-m", "scenelang.cli.main", *WORK[name]]
+    words = [sys.executable, "-P", "-m", "scenelang", *WORK[name]]
     with interruptible(words, tmp_path) as running:
         time.sleep(5.0)
         assert running.poll() is None, "the work was too short to be interrupted"

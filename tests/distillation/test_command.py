@@ -77,7 +77,7 @@ def test_a_run_that_was_killed_goes_on(words: list[str], monkeypatch: pytest.Mon
 
 
 def test_ctrl_c_keeps_the_run(words: list[str]) -> None:
-    command = [sys.executable, "-P", "-m", "scenelang.cli.main", *words, "--steps", "100000"]
+    command = [sys.executable, "-P", "-m", "scenelang", *words, "--steps", "100000"]
     with interruptible(command, Path.cwd()) as running:
         until = time.monotonic() + 90
         assert running.stderr is not None

@@ -29,7 +29,8 @@ class Case:
 
 
 def rooted(text: str) -> str:
-    return text if "(bind" in text else text + programs.ROOT
+    imports = '(import "std/python.scene")\n' if "(py-" in text else ""
+    return imports + text if "(bind" in text else imports + text + programs.ROOT
 
 
 def every() -> list[Case]:

@@ -24,7 +24,7 @@ def test_interrupted_runs_leave_nothing_half_written(tmp_path: Path) -> None:
         sys.executable,
         "-P",
         "-m",
-        "scenelang.cli.main",
+        "scenelang",
         "imagine",
         "beach.scene",
         "-o",

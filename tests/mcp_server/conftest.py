@@ -70,7 +70,7 @@ def text(result: CallToolResult) -> str:
 
 @asynccontextmanager
 async def _connected(folder: Path, *options: str) -> AsyncIterator[ClientSession]:
-    command = ["-P", "-m", "scenelang.cli.main", "mcp", "--project", str(folder), *options]
+    command = ["-P", "-m", "scenelang", "mcp", "--project", str(folder), *options]
     with (folder.parent / "stderr.txt").open("a") as errors:
         parameters = StdioServerParameters(command=sys.executable, args=command, cwd=folder.parent)
         async with stdio_client(parameters, errlog=errors) as streams, ClientSession(*streams) as session:

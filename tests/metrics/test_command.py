@@ -153,7 +153,7 @@ def test_a_kill_loses_nothing(place: Path) -> None:
     for n in range(300):
         (place / f"s{n}.scene").write_text(CANS)
     names = [f"s{n}.scene" for n in range(300)]
-    command = [sys.executable, "-m", "scenelang.cli.main", "eval", *names, "--metric", "count", "-o", "out", "-q"]
+    command = [sys.executable, "-m", "scenelang", "eval", *names, "--metric", "count", "-o", "out", "-q"]
     results = place / "out" / "results.json"
     with interruptible(command, place) as running:
         until = time.monotonic() + 30.0

@@ -53,7 +53,7 @@ def forget_replies(place: Place) -> None:
         kept.unlink()
 
 
-COMMAND = [sys.executable, "-m", "scenelang.cli.main", "generate", "cubes", "-n", "2", "--jobs", "1", "-o", "out.scene"]
+COMMAND = [sys.executable, "-m", "scenelang", "generate", "cubes", "-n", "2", "--jobs", "1", "-o", "out.scene"]
 
 
 def kill_at_second(place: Place) -> None:

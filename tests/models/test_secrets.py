@@ -119,7 +119,7 @@ def test_the_packages_own_log(place: Place, level: str) -> None:
     """With ANTHROPIC_LOG the package writes what it sends; the key is not in it."""
     server = place.serve(answers(ECHO))
     environment = {**os.environ, "ANTHROPIC_LOG": level}
-    words = [sys.executable, "-m", "scenelang.cli.main", "generate", "cubes", "-o", "out.scene"]
+    words = [sys.executable, "-m", "scenelang", "generate", "cubes", "-o", "out.scene"]
     done = subprocess.run(words, cwd=place.work, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert len(server.requests) == 1

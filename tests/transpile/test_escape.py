@@ -434,7 +434,7 @@ ENDLESS = (
 @pytest.mark.parametrize("line", ENDLESS)
 def test_programs_without_end_are_stopped(line: str, tmp_path: Path) -> None:
     (tmp_path / "car.py").write_text(car(line))
-    command = [sys.executable, "-m", "scenelang.cli.main", "run", "car.py", "--max-seconds", "5", "--max-steps", "1M"]
+    command = [sys.executable, "-m", "scenelang", "run", "car.py", "--max-seconds", "5", "--max-steps", "1M"]
     done = subprocess.run([*command, "--max-memory", "1G"], cwd=tmp_path, capture_output=True, timeout=30, check=False)
     err = done.stderr.decode()
     assert "Traceback" not in err

@@ -177,7 +177,7 @@ def test_depth_of_blocks(head: str, depth: int, tmp_path: Path) -> None:
     if head == "try:":
         lines += [line for i in reversed(range(depth)) for line in (" " * i + "except Exception:", " " * i + " pass")]
     (tmp_path / "deep.py").write_text("x = 1\n" + "\n".join(lines) + "\n" + CAR)
-    command = [sys.executable, "-m", "scenelang.cli.main", "transpile", "deep.py"]
+    command = [sys.executable, "-m", "scenelang", "transpile", "deep.py"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, timeout=20, check=False)
     assert done.returncode in (0, 1)
     assert b"Traceback" not in done.stderr

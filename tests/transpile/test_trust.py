@@ -285,9 +285,15 @@ def test_functions_that_a_turn_calls_stay_readable() -> None:
     [
         "f = lambda x, y=(k := 3): x + y + k\nprint(f(1), k)",
         "def g(a=(m := 2)):\n    return a + m\nprint(g(), g(5), m)",
+        "a = 1\nf = lambda x: (a := x + 1) + a\nprint(f(3), a)\nprint(list(filter(lambda x: (b := x % 2) and b, [1, 2, 3])))",
         "f = lambda *a: len(a)\nprint(f(), f(1, 2))",
     ],
-    ids=["a name in a lambda's default", "a name in a function's default", "nothing but the rest"],
+    ids=[
+        "a name in a lambda's default",
+        "a name in a function's default",
+        "a lambda's own name",
+        "nothing but the rest",
+    ],
 )
 def test_parameters(lines: str) -> None:
     same(scene(*lines.splitlines()))

@@ -238,6 +238,7 @@ class _Resolver(ast.NodeVisitor):
         self.scope = _Scope(function, enclosing, function.locals)
         if body is None:
             assert isinstance(node, ast.Lambda)
+            self._declare_locals(function, [ast.Expr(node.body)], set())
             self.visit(node.body)
         else:
             outer = _outer_names(body)

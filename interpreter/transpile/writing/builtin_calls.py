@@ -87,7 +87,7 @@ def write_filter(w: ExpressionWriter, node: ast.Call) -> Code:
         code: Code = Form([Name("lambda"), Form([Ref(item)]), test])
     elif isinstance(function, ast.Lambda):
         inner = w.names.functions[function]
-        code = form("lambda", lambda_list(w.parameters(inner)), w.test(function.body))
+        code = form("lambda", lambda_list(w.parameters(inner)), *w.lambda_locals(inner), w.test(function.body))
     else:
         code = w.expr(function)
     return form("filter", code, w.iterable(given["iterable"]))

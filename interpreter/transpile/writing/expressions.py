@@ -526,8 +526,16 @@ class ExpressionWriter(Flows):
                 variable = Variable(parameter.variable.name, None, is_temporary=True)
                 bindings.append(Form([Ref(variable), self.expr(parameter.default)]))
                 self.defaults[parameter.default] = variable
-        code = form("lambda", lambda_list(self.parameters(function)), self.expr(node.body))
+        code = form(
+            "lambda", lambda_list(self.parameters(function)), *self.lambda_locals(function), self.expr(node.body)
+        )
         return form("let", Form(bindings), code) if bindings else code
+
+    def lambda_locals(self, function: Function) -> list[Code]:
+        """The definitions of what ``:=`` assigns inside a lambda, which is the lambda's own."""
+        parameters = {parameter.variable for parameter in function.parameters}
+        own = [variable for variable in function.locals.values() if variable not in parameters]
+        return [form("define", Ref(variable), Literal(None)) for variable in own]
 
     def may_stay(self, node: ast.expr) -> bool:
         """Whether a default gives the same whenever it is evaluated."""
