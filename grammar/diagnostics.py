@@ -37,6 +37,10 @@ class Fix:
     safe: bool = False
 
 
+_LONGEST_MESSAGE = 2_000  # characters
+_LONGEST_NAME = 100
+
+
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
     """One error or warning. ``chain`` holds the running calls, innermost first: (word or name, place of the call)."""
@@ -49,6 +53,14 @@ class Diagnostic:
     chain: tuple[tuple[str, Span | None], ...] = ()
     fixes: tuple[Fix, ...] = ()
 
+    def __post_init__(self) -> None:
+        """Cut what is too long to read: a name or a value of the program may have millions of characters."""
+        object.__setattr__(self, "message", _cut(self.message, _LONGEST_MESSAGE))
+        if self.hint is not None:
+            object.__setattr__(self, "hint", _cut(self.hint, _LONGEST_MESSAGE))
+        if any(len(name) > _LONGEST_NAME for name, _ in self.chain):
+            object.__setattr__(self, "chain", tuple((_cut(name, _LONGEST_NAME), span) for name, span in self.chain))
+
     @property
     def code(self) -> str:
         return CODES[self.name].code
@@ -59,7 +71,11 @@ class Diagnostic:
 
 
 _LONGEST_KEPT = 200
-_LONGEST_NAME = 100  # characters
+
+
+def _cut(text: str, longest: int) -> str:
+    """``text``, or its beginning and end where it is longer."""
+    return text if len(text) <= longest else f"{text[: longest * 3 // 4]} ... {text[-longest // 4 :]}"
 
 
 @dataclass(eq=False)

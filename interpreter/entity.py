@@ -6,7 +6,7 @@ identity; calls that are shared give the same object, so a scene is a DAG whose 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from scenelang.grammar.source import Span
@@ -106,11 +106,12 @@ def descendants(*roots: Entity) -> Iterator[Entity]:
                 yield entity
 
 
-def lays_blocks(entity: Entity) -> bool:
-    """Whether a primitive of Minecraft blocks is ``entity`` or below it."""
+def lays_blocks(entity: Entity, charge: Callable[[int], None]) -> bool:
+    """Whether a primitive of Minecraft blocks is ``entity`` or below it. ``charge`` counts the work."""
     stack = [entity]
     while stack:
         top = stack[-1]
+        charge(1 + (len(top.children) >> 3))
         waiting = [part.car for part in top.children if part.car.has_blocks is None]
         if top.has_blocks is None and waiting:
             stack.extend({id(child): child for child in waiting}.values())

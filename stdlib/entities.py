@@ -228,7 +228,7 @@ def is_primitive(rt: Runtime, x: Any) -> bool:
 def has_blocks(rt: Runtime, x: Any) -> bool:
     members = parts.parts_of(rt, x)
     rt.charge(len(members))
-    return any(lays_blocks(part.car) for part in members)
+    return any(lays_blocks(part.car, rt.charge) for part in members)
 
 
 def box_of(rt: Runtime, x: Any) -> tuple[float, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -18,7 +19,8 @@ from scenelang.repl.evaluation import Evaluation, Outcome
 from scenelang.repl.loop import Quit, Repl
 from scenelang.repl.screen import Screen
 
-_SMALL = 100_000  # characters; in longer inputs brackets are counted before they are read
+_SMALL = 2_000  # characters; longer inputs are read when they look closed, and again when they have grown
+_GROWTH = 1.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +92,7 @@ class Plain:
 
     def _inputs(self) -> Iterator[str]:
         """Commands, and texts whose forms are complete or wrong; at the end what is left."""
-        text, depth = "", 0
+        text, nesting, tried = "", _Nesting(), 0
         while True:
             if self.prompt:
                 self.out.write(self.prompt)
@@ -103,14 +105,53 @@ class Plain:
                     yield line.strip()
                 continue
             text += line
-            depth += sum(map(line.count, "([")) - sum(map(line.count, ")]"))
-            if len(text) > _SMALL and depth > 0:
+            nesting.feed(line)
+            if len(text) > _SMALL and (nesting.is_open or len(text) < _GROWTH * tried):
                 continue
             if read(Source("<repl>", text)).completeness is not Completeness.INCOMPLETE:
                 yield text.rstrip("\n")
-                text, depth = "", 0
+                text, nesting, tried = "", _Nesting(), 0
+            else:
+                tried = len(text)
         if text.strip():
             yield text
+
+
+_STRING = re.compile(r'\\.|"', re.S)
+_COMMENT = re.compile(r"#\||\|#")
+_CODE = re.compile(r'#;|;[^\n]*|#\||["()\[\]]')
+
+
+class _Nesting:
+    """Whether a string, a comment or a bracket is open after the lines so far; each line is looked at once."""
+
+    def __init__(self) -> None:
+        self._depth = 0
+        self._comments = 0
+        self._is_text = False
+
+    @property
+    def is_open(self) -> bool:
+        return self._is_text or self._comments > 0 or self._depth > 0
+
+    def feed(self, line: str) -> None:
+        position = 0
+        while (found := self._pattern().search(line, position)) is not None:
+            position = found.end()
+            self._note(found[0])
+
+    def _pattern(self) -> re.Pattern[str]:
+        return _STRING if self._is_text else _COMMENT if self._comments else _CODE
+
+    def _note(self, mark: str) -> None:
+        if mark == '"':
+            self._is_text = not self._is_text
+        elif mark in ("#|", "|#"):
+            self._comments += 1 if mark == "#|" else -1
+        elif mark in ("(", "["):
+            self._depth += 1
+        elif mark in (")", "]"):
+            self._depth -= 1
 
 
 def _parts(text: str) -> list[str]:

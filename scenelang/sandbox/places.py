@@ -5,12 +5,16 @@ from __future__ import annotations
 import sys
 import threading
 from types import FrameType
+from typing import get_args
 
+from scenelang.grammar import ast
+from scenelang.grammar.datum import ArrayDatum, Atom, ListDatum
 from scenelang.grammar.source import Source, Span
 from scenelang.interpreter.library import STD
 from scenelang.interpreter.procedures import Closure
 from scenelang.sandbox.status import Chain, Status
 
+_PLACED = (ListDatum, ArrayDatum, Atom, *get_args(ast.Expr), ast.Define)
 _MOST_FRAMES = 300
 _FIRST_GLANCE = 0.02  # seconds
 _GLANCE = 0.05
@@ -21,6 +25,7 @@ def running(thread: int) -> Chain:
     name."""
     frame = sys._current_frames().get(thread)
     found: list[tuple[str, Span | None]] = []
+    text: Source | None = None
     frames = 0
     while frame is not None and frames < _MOST_FRAMES:
         place = _place(frame)
@@ -32,7 +37,12 @@ def running(thread: int) -> Chain:
             name = _called(frame)
             if name is not None:
                 found.append((name, place))
+        elif text is None:
+            source = frame.f_locals.get("source")
+            text = source if isinstance(source, Source) and not source.name.startswith(STD) else None
         frame, frames = frame.f_back, frames + 1
+    if not found and text is not None:  # it is read or checked as a whole
+        return (("", Span(text, 0, 0)),)
     return tuple(found)
 
 
@@ -41,8 +51,8 @@ def _place(frame: FrameType) -> Span | None:
     names = frame.f_locals
     span = names.get("span")
     if not isinstance(span, Span):
-        form = names.get("form") if frame.f_code.co_name == "run_form" else None
-        span = getattr(form, "span", None)
+        known = ("form",) if frame.f_code.co_name == "run_form" else ("datum", "node")
+        span = next((names[name].span for name in known if isinstance(names.get(name), _PLACED)), None)
     if not isinstance(span, Span) or not isinstance(span.source, Source) or span.source.name.startswith(STD):
         return None
     return span

@@ -7,6 +7,8 @@ from typing import Any
 
 from scenelang.cli.main import main
 from scenelang.grammar.diagnostics import Diagnostic, capped, render_text
+from scenelang.grammar.source import Source
+from scenelang.session import Session
 
 
 def findings(errors: int, warnings: int, length: int = 20) -> list[Diagnostic]:
@@ -43,3 +45,11 @@ def test_commands_show_no_more(tmp_path: Any, capsys: Any) -> None:
     assert "4,900 more findings are not shown, 4,900 errors among them" in err
     assert main(["check", "--json", str(path)]) == 1
     assert len(json.loads(capsys.readouterr().out)) <= 101
+
+
+def test_a_name_of_a_million_characters_is_cut() -> None:
+    text = f'(print {"x" * 1_000_000})\n(call "cube")'
+    (problem,) = Session().check(Source("<a>", text)).diagnostics
+    assert problem.message.startswith("`xxx")
+    assert problem.message.endswith("xxx` is not defined")
+    assert len(render_text(problem)) < 3_000
