@@ -99,8 +99,10 @@ def walk(*roots: Any) -> Iterator[Any]:
 def mentioned(form: Any) -> Iterator[Variable]:
     """The variables that a form refers to, changes or defines."""
     for node in walk(form):
-        target = getattr(node, "target", None)
-        yield from pattern_variables(target) if type(node) is ast.Define else [target] * isinstance(target, Variable)
+        if type(node) is ast.Define:
+            yield from pattern_variables(node.target)
+        elif type(node) in (ast.Reference, ast.Assignment) and isinstance(node.target, Variable):
+            yield node.target
 
 
 def analyse(forms: tuple[Any, ...]) -> Analysis:

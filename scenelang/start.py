@@ -19,7 +19,8 @@ def entry() -> NoReturn:
     if heeds:
         signal(SIGINT, _leave)
     _open_streams()
-    from scenelang.cli.main import INTERRUPTED, main
+    from scenelang.cli.main import main
+    from scenelang.sandbox.supervision import INTERRUPTED
 
     if heeds:
         signal(SIGINT, default_int_handler)
