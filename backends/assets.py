@@ -76,6 +76,8 @@ def _loaded(path: str, root: str, changed: int, size: int) -> AssetMesh:
         raise
     except Exception as error:  # a reader of foreign files may raise anything
         said = str(error).splitlines()[0][:120] if str(error) else type(error).__name__
+        if isinstance(error, IndexError):
+            said = f"it refers to something that is not there ({said})"
         problem = SceneError("file", f"the asset {name} cannot be read as a {ending} file: {said}")
         raise references.problem or problem from None
     if references.problem is not None:  # which the reader of meshes may have passed over

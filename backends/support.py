@@ -42,7 +42,10 @@ class PointSupport:
 
     def interval(self, a: float, b: float, c: float) -> tuple[float, float]:
         """The least and the greatest ``a x + b y + c z``."""
-        direction = np.array((a, b, c))
+        with np.errstate(all="ignore"):  # numbers too large are told by what comes out
+            return self._interval(np.array((a, b, c)))
+
+    def _interval(self, direction: FloatArray) -> tuple[float, float]:
         reach = self._half @ np.abs(direction)
         middle = self._middle @ direction
         slack = 1e-14 * (np.abs(self._middle) @ np.abs(direction) + reach)  # what rounding may take off a bound

@@ -441,10 +441,15 @@ def read_pieces(source: Source) -> ReadResult:
         if rest.forms or rest.completeness is Completeness.COMPLETE:
             break
         place = rest.diagnostics[-1].span
-        wrong += [chunk for chunk in chunks if place is not None and chunk.start <= place.start < chunk.end]
+        named = [chunk for chunk in chunks if place is not None and chunk.start <= place.start < chunk.end]
+        if not named:
+            break
+        wrong += named
     problems = list(rest.diagnostics if rest.forms else ())
     for chunk in wrong[:_MOST_WRONG]:
         problems += _read(source, _blank(source.text[: chunk.start]) + chunk.text).diagnostics
+    if not problems:
+        return result
     return ReadResult(source, rest.forms, tuple(problems), result.completeness)
 
 

@@ -11,7 +11,7 @@ from support import shape
 
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Symbol, walk
 from scenelang.grammar.printer import atom_text, print_datum
-from scenelang.grammar.reader import Completeness, ReadResult, read, read_comments
+from scenelang.grammar.reader import Completeness, ReadResult, read, read_comments, read_pieces
 from scenelang.grammar.source import Source, Span
 
 NOWHERE = Span(Source("<test>", ""), 0, 0)
@@ -139,3 +139,9 @@ def test_several_malformed_atoms_are_reported_together() -> None:
 @pytest.mark.parametrize("count", [100_000, 1_000_000])
 def test_deep_nesting_is_a_diagnostic(opener: str, count: int) -> None:
     assert reading(opener * count).diagnostics
+
+
+@pytest.mark.parametrize("text", ["a#;#|", ")a#;#|", "'#;|##;", "|##;#|", "(a) b#;#|"])
+def test_pieces_of_a_text_that_reads_nowhere(text: str) -> None:
+    """The place of what is wrong is in none of the pieces: this ran for ever."""
+    assert read_pieces(Source("<a>", text)).diagnostics

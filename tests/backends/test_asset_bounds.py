@@ -100,3 +100,9 @@ def test_the_work_of_boxes_is_charged(star: tuple[Path, np.ndarray]) -> None:
     charged.clear()
     parts_box([Pair(leaf, pose)] * 100, charged.append)
     assert sum(charged) >= 100 * (len(asset.support) >> 4)
+
+
+def test_numbers_too_large_are_no_warnings(recwarn: pytest.WarningsRecorder) -> None:
+    support = PointSupport(np.array([(1e308, 0.0, 0.0), (1.0, 1e308, 0.0), (0.0, 1.0, 1e308)]))
+    assert support.interval(1e150, 1e150, 0.0)[1] == np.inf
+    assert not [warning for warning in recwarn if issubclass(warning.category, RuntimeWarning)]
