@@ -166,7 +166,9 @@ def camera_from_json(data: Any) -> Camera:
         raise SceneError("value", f"a camera's width and height are whole numbers from 1 to {LARGEST}")
     intrinsics, pose = _matrix(data, "K", 3), _matrix(data, "world_to_camera", 4)
     turn = pose[:3, :3]
-    if np.abs(turn @ turn.T - np.eye(3)).max() > 1e-4 or np.linalg.det(turn) < 0 or (pose[3] != [0, 0, 0, 1]).any():
+    with np.errstate(all="ignore"):
+        is_rigid = np.abs(turn @ turn.T - np.eye(3)).max() <= 1e-4
+    if not is_rigid or np.linalg.det(turn) < 0 or (pose[3] != [0, 0, 0, 1]).any():
         raise SceneError("value", "a camera's world_to_camera must be rigid: a rotation and a translation")
     fx, fy = float(intrinsics[0, 0]), float(intrinsics[1, 1])
     if min(fx, fy) <= 0.0 or abs(fx - fy) > 1e-6 * fx or intrinsics[0, 1] or (intrinsics[2] != [0, 0, 1]).any():

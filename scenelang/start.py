@@ -9,6 +9,7 @@ import atexit
 import os
 import sys
 import threading
+import warnings
 from signal import SIG_IGN, SIGINT, default_int_handler, getsignal, signal
 from typing import NoReturn
 
@@ -19,6 +20,8 @@ def entry() -> NoReturn:
     if heeds:
         signal(SIGINT, _leave)
     _open_streams()
+    if not sys.warnoptions:  # those of libraries are for developers; what users must know is a diagnostic
+        warnings.simplefilter("ignore")
     from scenelang.cli.main import main
     from scenelang.sandbox.supervision import INTERRUPTED
 

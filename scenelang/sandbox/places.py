@@ -49,7 +49,7 @@ def running(thread: int) -> Chain:
 def _place(frame: FrameType) -> Span | None:
     """The place in a program that a frame of the evaluator works at."""
     names = frame.f_locals
-    span = names.get("span")
+    span = names["use"].span if frame.f_code.co_name == "transform" and "use" in names else names.get("span")
     if not isinstance(span, Span):
         known = ("form",) if frame.f_code.co_name == "run_form" else ("datum", "node")
         span = next((names[name].span for name in known if isinstance(names.get(name), _PLACED)), None)
@@ -64,6 +64,8 @@ def _called(frame: FrameType) -> str | None:
     function, word = names.get("function"), names.get("name")
     if frame.f_code.co_name == "call" and isinstance(word, str):
         return f'"{word}"'
+    if frame.f_code.co_name == "transform" and isinstance(word, str):  # a macro; the place is that of its use
+        return f"`{word}`"
     if isinstance(function, Closure) and not function.code.name.startswith('"'):
         return f"`{function.code.name}`"
     return None
