@@ -259,7 +259,12 @@ class Session:
             watched.note(Span(source, 0, 1))
         datums = translation.forms if translation is not None else None
         program = load_program(
-            source, self.library, self.importer(source), macro_runner(self.library, MACRO_LIMITS), overrides, datums
+            source,
+            self.library,
+            self.importer(source),
+            macro_runner(self.library, self._macro_limits),
+            overrides,
+            datums,
         )
         diagnostics = [*found, *program.diagnostics]
         if self.options.strict and program.ok:
@@ -351,6 +356,16 @@ class Session:
         sources = result.program.sources if result.program is not None else ()
         return [*result.diagnostics, *not_allowed(found, sources)]
 
+    @property
+    def _macro_limits(self) -> Limits:
+        """Those of macros' bodies: their own, and no more time and memory than the program has."""
+        most = self.options.limits
+        return replace(
+            MACRO_LIMITS,
+            seconds=min(MACRO_LIMITS.seconds, most.seconds),
+            memory=min(MACRO_LIMITS.memory, most.memory),
+        )
+
     def top_level(self, main: Source, started: Callable[[Runtime], None]) -> TopLevel:
         """A top level that goes on, form by form, beside the file ``main``. ``started`` is told of every runtime that
         macros run in, so that they can be cancelled. Raises SceneError for a malformed ``--define``."""
@@ -361,7 +376,7 @@ class Session:
         overrides = {name: _value_datum(name, text) for name, text in options.defines.items()}
         assets = AssetFiles(self._folder(main), self._project(main), options.allow_outside)
         runtime = JournaledRuntime(library, options.limits, options.seed, options.z_entries, asset=assets.measure)
-        new_macros = lambda: macro_runner(library, MACRO_LIMITS, started)
+        new_macros = lambda: macro_runner(library, self._macro_limits, started)
         return TopLevel(library, runtime, main, self.importer(main), new_macros, overrides)
 
     def problem_of(self, error: BaseException) -> Diagnostic | None:

@@ -311,3 +311,8 @@ def test_a_shift_by_a_set_is_an_error_of_the_program() -> None:
 
 def test_operators_of_sets() -> None:
     same(scene("a = {1, 2, 3}", "b = {3, 4}", "print(sorted(a - b), sorted(a & b), sorted(a | b), sorted(a ^ b))"))
+
+
+def test_an_assignment_in_a_class_is_refused() -> None:
+    code = scene("pass") + "class A:\n    b = [1, (a := 1)]\n"
+    assert "python-unsupported" in [d.name for d in errors(code)]

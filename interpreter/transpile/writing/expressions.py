@@ -486,7 +486,9 @@ class ExpressionWriter(Flows):
         return texts.interpolated(self, node)
 
     def _NamedExpr(self, node: ast.NamedExpr) -> Code:
-        variable = self.names.variables[node.target]
+        variable = self.names.variables.get(node.target)
+        if variable is None:  # such as in the body of a class
+            raise self.unsupported("`:=` here", node)
         return form("begin", form("set!", Ref(variable), self.expr(node.value)), Ref(variable))
 
     # --- iteration ---
