@@ -3,6 +3,7 @@ temporary files; nobody sees a traceback."""
 
 from __future__ import annotations
 
+import ctypes
 import json
 import os
 import random
@@ -167,6 +168,37 @@ def test_a_full_disk(name: str, tmp_path: Path) -> None:
     assert running.returncode == 1, err
     assert err
     assert not (tmp_path / JOBS[name].made).is_file()
+    check(JOBS[name], tmp_path, err)
+
+
+def read_only(folder: Path) -> None:
+    """Let this process see ``folder`` without writing to it; rights of files do not hold back the superuser."""
+    libc = ctypes.CDLL(None, use_errno=True)
+    name = str(folder).encode()
+    new_names, private, bind, again = 0x20000, 1 << 18 | 1 << 14, 1 << 12, 1 << 12 | 1 << 5 | 1
+    steps = (
+        lambda: libc.unshare(new_names), lambda: libc.mount(b"none", b"/", None, private, None),
+        lambda: libc.mount(name, name, None, bind, None), lambda: libc.mount(b"none", name, None, again, None),
+    )  # fmt: skip
+    if any(step() for step in steps):
+        os._exit(99)
+    os.chdir(folder)  # the folder that it was in is not the one that was put over it
+
+
+@pytest.mark.parametrize("name", JOBS)
+def test_a_folder_that_may_only_be_read(name: str, tmp_path: Path) -> None:
+    prepared(tmp_path)
+    as_root = os.getuid() == 0
+    tmp_path.chmod(0o555)
+    try:
+        running = start(JOBS[name], tmp_path, preexec_fn=(lambda: read_only(tmp_path)) if as_root else None)
+        _, err = running.communicate(timeout=60)
+    finally:
+        tmp_path.chmod(0o755)
+    if running.returncode == 99:
+        pytest.skip("this process may not make folders read-only")
+    assert running.returncode == 1, err
+    assert b"error[E" in err
     check(JOBS[name], tmp_path, err)
 
 
