@@ -358,11 +358,12 @@ class Session:
 
     @property
     def _macro_limits(self) -> Limits:
-        """Those of macros' bodies: their own, and no more time and memory than the program has."""
+        """Those of macros' bodies: their own, and no more memory and hardly more time than the program has, whose limit
+        is told of first where processes hold it."""
         most = self.options.limits
         return replace(
             MACRO_LIMITS,
-            seconds=min(MACRO_LIMITS.seconds, most.seconds),
+            seconds=min(MACRO_LIMITS.seconds, most.seconds + 1.0),
             memory=min(MACRO_LIMITS.memory, most.memory),
         )
 
