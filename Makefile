@@ -157,7 +157,7 @@ train-toy: $(VENV)/.dev $(VENV)/.package
 
 # What the extension for VS Code takes from the language; committed, so that its folder packages by itself.
 editors: install
-	$(BIN)/python -P -m scenelang.editors editors/vscode
+	$(BIN)/python -P -m scenelang.highlight editors/vscode
 
 clean:
 	rm -rf $(VENV) build out *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis

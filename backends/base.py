@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, suggest
 
 if TYPE_CHECKING:
-    from scenelang.interpreter.entity import Scene
+    from scenelang.interpreter.scene.entity import Scene
 
 GROUP = "scenelang.backends"
 Progress = Callable[[float], None]
@@ -89,7 +89,7 @@ class Accepts:
 
 
 @dataclass(frozen=True, slots=True)
-class Options:
+class BackendOptions:
     """What every backend understands. ``frame`` counts from 0 (None: all frames where the backend writes 4D, else the
     first), ``limit`` bounds the primitives that are expanded, ``progress`` is called with a fraction from 0 to 1,
     ``settings`` are values of the backend's own options, ``warn`` is told what is not made as the program asks."""
@@ -127,7 +127,7 @@ class Backend:
 
         return all(find_spec(package) is not None for package in self.packages)
 
-    def setting(self, options: Options, name: str) -> Any:
+    def setting(self, options: BackendOptions, name: str) -> Any:
         """The checked value of the backend's own option ``name``; raises SceneError("value")."""
         option = next(option for option in self.options if option.name == name)
         return option.checked(options.settings[name]) if options.settings.get(name) is not None else option.default
@@ -161,7 +161,7 @@ def frame_of(scene: Scene, frame: int | None) -> int:
     return number
 
 
-def check_settings(options: Options, backends: Sequence[Backend]) -> None:
+def check_settings(options: BackendOptions, backends: Sequence[Backend]) -> None:
     """Raises SceneError("value") where a setting is none of these backends', or is not allowed."""
     for name in (name for name, value in options.settings.items() if value is not None):
         owners = [backend for backend in backends if any(option.name == name for option in backend.options)]

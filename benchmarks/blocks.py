@@ -6,10 +6,10 @@ import gzip
 from pathlib import Path
 
 from scenelang.backends.minecraft.blocks import Build
-from scenelang.interpreter.entity import Entity
-from scenelang.interpreter.pose import translation
-from scenelang.interpreter.shapes import shape_of
-from scenelang.interpreter.values import ANONYMOUS, Embedding, Pair, Vector
+from scenelang.interpreter.runtime.values import ANONYMOUS, Embedding, Pair, Vector
+from scenelang.interpreter.scene.entity import Entity
+from scenelang.interpreter.scene.pose import translation
+from scenelang.interpreter.scene.shapes import shape_of
 
 Laid = tuple[tuple[int, int, int], int, str]  # where it begins, its cells along each axis, the block
 

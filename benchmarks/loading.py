@@ -16,13 +16,12 @@ from typing import Any
 import numpy as np
 from programs import SPONGE
 
-from scenelang.backends.mitsuba.backend import MITSUBA, MitsubaPainter
-from scenelang.backends.mitsuba.scene import surroundings
-from scenelang.backends.picture import PictureOptions
-from scenelang.backends.shots import still
-from scenelang.backends.stage import staging_of
-from scenelang.backends.viewpoint import Viewpoint
-from scenelang.grammar.source import Source
+from scenelang.backends.pictures.camera import Viewpoint
+from scenelang.backends.pictures.film import PictureOptions
+from scenelang.backends.pictures.mitsuba import MITSUBA, MitsubaPainter
+from scenelang.backends.pictures.mitsuba_scene import surroundings
+from scenelang.backends.pictures.stage import staging_of, still
+from scenelang.grammar.datum import Source
 from scenelang.session import Session
 
 

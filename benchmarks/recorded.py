@@ -8,11 +8,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from scenelang.backends.wording.color_words import color_words
+from scenelang.backends.neural.describing import color_words
 from scenelang.cli.output import table
 from scenelang.grammar.diagnostics import render_text
-from scenelang.interpreter.entity import Entity, count_words, descendants, instance_counts
-from scenelang.interpreter.shapes import items_of
+from scenelang.interpreter.scene.entity import Entity, count_words, descendants, instance_counts
+from scenelang.interpreter.scene.shapes import items_of
 from scenelang.session import Session
 
 RESPONSES = Path(__file__).parent.parent / "tests" / "transpile" / "responses"

@@ -24,25 +24,24 @@ from blocks import cuboids, entities, looped, read_in_a_loop, written_in_a_loop
 from native import chessboard, fib, loop, placed, tak
 from programs import CHESSBOARD, FIB, LOOP, PLACED, SPONGE, TAK, reader_text
 
-from scenelang.backends.minecraft.files.reading import read as read_build
-from scenelang.backends.minecraft.files.sponge import write
-from scenelang.backends.minecraft.files.versions import game_version
+from scenelang.backends.minecraft.build_files import game_version
+from scenelang.backends.minecraft.export import read as read_build
+from scenelang.backends.minecraft.sponge import write
 from scenelang.backends.minecraft.voxels import voxelised
-from scenelang.backends.picture import PictureOptions, render
-from scenelang.editing import Editing
+from scenelang.backends.pictures.film import PictureOptions, render
+from scenelang.grammar.datum import Source
 from scenelang.grammar.formatter import format_text
 from scenelang.grammar.reader import read
-from scenelang.grammar.source import Source
-from scenelang.interpreter.entity import Scene
-from scenelang.interpreter.evaluate import Run
-from scenelang.interpreter.flatten import flatten_entity
-from scenelang.interpreter.forms import INDENTS
-from scenelang.interpreter.limits import Limits
-from scenelang.interpreter.runtime import Runtime
+from scenelang.interpreter.expand.forms import INDENTS
+from scenelang.interpreter.runtime.evaluate import ProgramRun
+from scenelang.interpreter.runtime.limits import Limits
+from scenelang.interpreter.runtime.runtime import Runtime
+from scenelang.interpreter.scene.entity import Scene
+from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.transpile.translate import translate
 from scenelang.sandbox.supervision import limited
 from scenelang.sandbox.worker import Worker
-from scenelang.session import Session, run_with_room
+from scenelang.session import Editing, Session, run_with_room
 
 ROUNDS = 5
 RESPONSES = sorted((Path(__file__).parent.parent / "tests" / "transpile" / "responses").glob("*.txt"))
@@ -69,7 +68,7 @@ def timed_last_form(session: Session, text: str) -> float:
     assert program is not None
 
     def once() -> float:
-        run = Run(session.library, Runtime(session.library))
+        run = ProgramRun(session.library, Runtime(session.library))
         for form in program.forms[:-1]:
             run.run_form(form)
         return best(lambda: run.run_form(program.forms[-1]), 1)

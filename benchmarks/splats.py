@@ -8,12 +8,11 @@ from typing import Any
 import numpy as np
 import torch
 
-from scenelang.backends.splats import rasterise_numba, rasterise_torch
-from scenelang.backends.splats.compositing import Engine
-from scenelang.backends.splats.gaussians import Gaussians, posed
-from scenelang.backends.splats.rasterise import rasterise_by
-from scenelang.backends.splats.view import view_of
-from scenelang.backends.viewpoint import Viewpoint, place
+from scenelang.backends.neural.splats import rasterise_numba, rasterise_torch
+from scenelang.backends.neural.splats.gaussians import Gaussians, posed, view_of
+from scenelang.backends.neural.splats.rasterise import rasterise_by
+from scenelang.backends.neural.splats.rasterise_numba import Engine
+from scenelang.backends.pictures.camera import Viewpoint, place
 
 
 def steps(count: int, size: int) -> dict[str, Callable[[], Any]]:

@@ -8,37 +8,262 @@ taken. Blocks are remembered by datum and column, so that trying styles out stay
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+import re
+from collections.abc import Iterable, Mapping, Sequence, Set
+from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import Any, NamedTuple, TypeAlias
 
-from scenelang.grammar.datum import ArrayDatum, Atom, Datum, ListDatum, subdatums
-from scenelang.grammar.layout_page import Block, Page
-from scenelang.grammar.layout_rules import (
+from scenelang.grammar.datum import ArrayDatum, Atom, Datum, ListDatum, atom_text, print_datum, quote_prefix, subdatums
+from scenelang.grammar.layout_styles import (
     SHORTEST,
-    Kind,
+    HeadKind,
+    HeadShape,
     Role,
-    Shape,
     has_rows,
+    head_of,
+    last_resort,
     parts_of,
     roles_of_parts,
     shape_of,
     shapes_by_head,
     stays_broken,
+    styles_of,
     takes_lines,
 )
-from scenelang.grammar.layout_styles import last_resort, styles_of
-from scenelang.grammar.printer import atom_text, print_datum, quote_prefix
-from scenelang.grammar.trivia import (
-    NO_TRIVIA,
-    NOTE,
-    NOTHING_WRITTEN,
-    Hidden,
-    Row,
-    Trivia,
-    Written,
-    joined_notes,
-    with_notes,
-)
+
+# What stands around datums in a text besides datums: comments, empty lines, and how an author wrote them.
+
+
+NOTE = "\0"  # stands before a comment at a line's end until all lines are known
+# control characters, line and paragraph separators, marks of direction, halves of surrogate pairs
+_UNSEEN = re.compile(r"[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]")
+_UNEVEN = 12  # comments of neighbouring lines are aligned when the lines differ by no more
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Hidden:
+    """A datum that `#;` hides, laid out like any other."""
+
+    datum: Any
+
+
+Row: TypeAlias = str | Hidden | None  # a line of comments, exactly as it is; None is an empty line
+
+
+@dataclass(frozen=True, slots=True)
+class Trivia:
+    """What stands around a datum besides datums. Comments are exact texts, such as ``; why``."""
+
+    before: tuple[Row, ...] = ()  # comments above the datum
+    after: str | None = None  # a comment at the end of the datum's last line
+    blank: bool = False  # an empty line before the datum and its comments
+    end: tuple[Row, ...] = ()  # comments after a list's last item, before its closing parenthesis
+    opening: str | None = None  # a comment behind a list's opening parenthesis that ends the line
+    closing: str | None = None  # a comment behind a list's last item that ends the line
+    lead: str = ""  # comments on the datum's line just before it, and a space
+    trail: str = ""  # a space, and comments on the datum's line just after it
+
+
+@dataclass(frozen=True, slots=True)
+class Written:
+    """How an author wrote datums, by ``id(datum)``. ``breaks``: for each part of a list whether it begins on a new
+    line; lists on one line are left out. ``plain``: lists such as ``(quote x)`` that are no ``'x``. ``raw``: atoms
+    that are lines of text as they are, and whether they end with a comment."""
+
+    breaks: Mapping[int, Sequence[bool]] = field(default_factory=dict)
+    plain: Set[int] = frozenset()
+    raw: Mapping[int, bool] = field(default_factory=dict)
+
+
+NO_TRIVIA: Mapping[int, Trivia] = MappingProxyType({})
+NOTHING_WRITTEN = Written()
+
+
+def line_comment(text: str) -> str:
+    """A comment of one line that says ``text``. What may end a line somewhere, or cannot be seen, becomes a space."""
+    return "; {}".format(_UNSEEN.sub(" ", text)).rstrip()
+
+
+def joined_notes(first: str, second: str | None) -> str:
+    """Two comments for the end of one line."""
+    return first + second if first and second else first or second or ""
+
+
+def with_notes(lines: Iterable[str]) -> list[str]:
+    """Put the comments at the ends of lines, aligned where neighbouring lines have some."""
+    out: list[str] = []
+    group: list[tuple[str, str]] = []
+    for line in lines:
+        code, marked, note = line.partition(NOTE)
+        if group and (not marked or _indentation(code) != _indentation(group[-1][0])):
+            out += _aligned(group)
+            group = []
+        if marked:
+            group.append((code, note))
+        else:
+            out.append(code)
+    return out + _aligned(group)
+
+
+def _aligned(group: Sequence[tuple[str, str]]) -> list[str]:
+    lengths = [len(code) - code.rfind("\n") - 1 for code, _ in group]  # a string may hold line ends
+    column = max(lengths, default=0)
+    even = column - min(lengths, default=0) <= _UNEVEN
+    return [f"{code}{' ' * (column - length if even else 0)}  {note}" for (code, note), length in zip(group, lengths)]
+
+
+def _indentation(line: str) -> int:
+    return len(line) - len(line.lstrip(" "))
+
+
+# A list or array being written part by part.
+
+
+class ListPage(NamedTuple):
+    """A datum's lines. The first one goes where the datum stands, the others have their indentation.
+
+    ``note``: comments for the end of the last line. ``excess``: by how much the longest line is too long.
+    """
+
+    lines: Sequence[str]
+    note: str
+    excess: int
+
+
+class Page:
+    """A list or array being written part by part. Styles decide where the parts go; the page minds comments."""
+
+    def __init__(
+        self, work: Layout, datum: ListDatum | ArrayDatum, shape: HeadShape, column: int, trailing: int, depth: int
+    ) -> None:
+        self.work, self.datum, self.shape = work, datum, shape
+        self.parts = parts_of(datum)
+        self.start, self.trailing, self.depth = column, trailing, depth
+        self.column = column + 1
+        self.width = work.width
+        self._tail = len(datum.items)  # where a dotted tail stands among the parts
+        self._around = work.trivia.get(id(datum))
+        self._line = "[" if isinstance(datum, ArrayDatum) else "("
+        self._lines: list[str] = []
+        self._indent = column + (1 if self.head is None else 2)  # of the last line begun
+        self._note = self._around.opening or "" if self._around is not None else ""
+        self._raw: bool | None = None  # after lines taken as they are: whether they end with a comment
+        self._excess = 0
+
+    @property
+    def head(self) -> str | None:
+        return head_of(self.datum)
+
+    @property
+    def broken(self) -> bool:
+        """Whether there is more than one line so far."""
+        return bool(self._lines)
+
+    @property
+    def breaks(self) -> Sequence[bool] | None:
+        """For each part whether its author put it on a new line; None where all was on one line."""
+        return self.work.written.breaks.get(id(self.datum))
+
+    @property
+    def has_rows(self) -> bool:
+        """Whether the author put every item on a line of its own."""
+        return id(self.datum) in self.work.rows
+
+    def kind_shape(self, position: int) -> HeadShape | None:
+        """The shape of a part; None for an atom."""
+        return self.work.shapes.get(id(self.parts[position]))
+
+    def flat_width(self, position: int) -> int | None:
+        """How wide a part is on one line, what must follow it included; None where it takes several lines."""
+        text = self.work.flat.get(id(self.parts[position]))
+        if text is None or "\n" in text:
+            return None
+        return len(text) + self._trailing(position) + (2 if position >= self._tail else 0)
+
+    def holds_lines(self, position: int) -> bool:
+        """Whether a part is a string of several lines."""
+        part = self.parts[position]
+        is_raw = id(part) in self.work.written.raw
+        return isinstance(part, Atom) and not is_raw and self.flat_width(position) is None
+
+    def fits(self, position: int, column: int) -> bool:
+        """Whether a part fits on one line from ``column`` on."""
+        width = self.flat_width(position)
+        return width is not None and column + width <= self.width
+
+    def _trailing(self, position: int) -> int:
+        return self.trailing + 1 if position == len(self.parts) - 1 else 0
+
+    def item(self, position: int, indent: int, fresh: bool = False) -> None:
+        """Write a part: after a space, or, where ``fresh`` or a comment asks for it, on a new line at ``indent``."""
+        work = self.work
+        datum = self.parts[position]
+        around = work.trivia.get(id(datum)) if work.trivia else None
+        raw = work.written.raw.get(id(datum)) if work.written.raw else None
+        wants = around is not None and (around.before or around.blank)
+        if fresh or self._note or wants or raw is not None or self._raw is not None:
+            self._new_line(indent, around)
+            self._raw = raw
+        elif position:
+            self._write(" ")
+        if position >= self._tail:
+            self._write(". ")
+        if raw is not None:
+            self._start_line(0)
+        self._place(work.block(datum, self.column, self._trailing(position), self.depth + 1))
+        if around is not None:
+            self._note = joined_notes(self._note, around.after)
+
+    def finished(self) -> ListPage:
+        """Close the list."""
+        around = self._around
+        if around is not None and around.closing:
+            self._note = joined_notes(self._note, around.closing)
+        if self._raw or (around is not None and (around.end or around.closing)):
+            self._end_line()
+            self._lines += self.work.comment_lines(around.end if around is not None else (), self._indent, self.depth)
+            self._start_line(self.start)
+        self._write("]" if isinstance(self.datum, ArrayDatum) else ")")
+        self._excess = max(self._excess, self.column + self.trailing - self.width)
+        return ListPage((*self._lines, self._line), self._note, self._excess)
+
+    def _write(self, text: str) -> None:
+        self._line += text
+        if "\n" in text:
+            self.column = len(text) - text.rfind("\n") - 1
+        else:
+            self.column += len(text)
+
+    def _place(self, block: ListPage) -> None:
+        lines = block.lines
+        self._write(lines[0])
+        if len(lines) > 1:
+            self._lines.append(self._line)
+            self._lines += lines[1:-1]
+            self._line = lines[-1]
+            self.column = len(self._line) - self._line.rfind("\n") - 1
+        self._excess = max(self._excess, block.excess)
+        self._note = block.note
+
+    def _new_line(self, indent: int, around: Trivia | None) -> None:
+        self._end_line()
+        if around is not None:
+            if around.blank:
+                self._lines.append("")
+            self._lines += self.work.comment_lines(around.before, indent, self.depth)
+        self._indent = indent
+        self._start_line(indent)
+
+    def _end_line(self) -> None:
+        self._excess = max(self._excess, self.column - self.width)
+        self._lines.append(self._line + NOTE + self._note if self._note else self._line)
+
+    def _start_line(self, indent: int) -> None:
+        self._line = " " * indent
+        self.column = indent
+        self._note = ""
+
 
 DEEPEST = 80  # below that a datum stands on one line, so that Python's stack is safe from nesting
 _NO_SPELLING: Mapping[int, str] = MappingProxyType({})
@@ -96,7 +321,7 @@ def layout_lines(
     return with_notes(lines)
 
 
-def _with_trivia(work: Layout, block: Block, around: Trivia | None) -> list[str]:
+def _with_trivia(work: Layout, block: ListPage, around: Trivia | None) -> list[str]:
     """The lines of a top-level form with its comments."""
     before = work.comment_lines(around.before, 0, 0) if around is not None else []
     lines = [*before, *block.lines]
@@ -119,7 +344,7 @@ class Layout:
     def __init__(
         self,
         forms: Sequence[Datum],
-        shapes: Mapping[str, Shape],
+        shapes: Mapping[str, HeadShape],
         trivia: Mapping[int, Trivia],
         spelling: Mapping[int, str],
         width: int,
@@ -127,11 +352,11 @@ class Layout:
     ) -> None:
         self.by_head, self.trivia, self.spelling, self.width = shapes, trivia, spelling, width
         self.written = written
-        self.shapes: dict[int, Shape] = {}
+        self.shapes: dict[int, HeadShape] = {}
         self.rows: set[int] = set()  # lists whose every item their author put on a line of its own
         self.flat: dict[int, str] = {}  # the text of every datum that one line has room for
         self.notes: dict[int, str] = {}  # the comments that follow a flat text
-        self._blocks: dict[tuple[int, int, int], Block] = {}
+        self._blocks: dict[tuple[int, int, int], ListPage] = {}
         self._measure(forms)
 
     def _measure(self, forms: Sequence[Datum]) -> None:
@@ -161,7 +386,7 @@ class Layout:
             if joined is not None and len(joined) <= self.width:
                 flat[id(datum)] = joined
 
-    def _was_broken(self, datum: ListDatum | ArrayDatum, shape: Shape, parts: Sequence[Datum]) -> bool:
+    def _was_broken(self, datum: ListDatum | ArrayDatum, shape: HeadShape, parts: Sequence[Datum]) -> bool:
         """Whether the author's line breaks in ``datum`` are kept; notes lists of rows."""
         breaks = self.written.breaks.get(id(datum))
         if breaks is None:
@@ -175,7 +400,7 @@ class Layout:
         """Whether a form of a file defines a value, not a function: such lines may stand close together."""
         if isinstance(form, Atom):
             return True
-        is_definition = self.shapes[id(form)].kind is Kind.DEFINE and len(form.items) > 1
+        is_definition = self.shapes[id(form)].kind is HeadKind.DEFINE and len(form.items) > 1
         return is_definition and isinstance(form.items[1], Atom)
 
     def _flat_text(self, datum: ListDatum | ArrayDatum, parts: Sequence[Datum]) -> str | None:
@@ -230,7 +455,7 @@ class Layout:
 
     # --- making blocks -------------------------------------------------------------------------------------------
 
-    def block(self, datum: Datum, column: int, trailing: int, depth: int) -> Block:
+    def block(self, datum: Datum, column: int, trailing: int, depth: int) -> ListPage:
         """The lines of ``datum`` at ``column``, with ``trailing`` characters to come on its last line."""
         text = self.flat.get(id(datum))
         if text is not None:
@@ -238,7 +463,7 @@ class Layout:
             if "\n" in text:  # lines of a string or of a comment stay as they are
                 excess = column + text.index("\n") - self.width
             if excess <= 0 or isinstance(datum, Atom):
-                return Block((text,), self.notes.get(id(datum), ""), excess)
+                return ListPage((text,), self.notes.get(id(datum), ""), excess)
         key = (id(datum), column, trailing)
         block = self._blocks.get(key)
         if block is None:
@@ -250,11 +475,11 @@ class Layout:
                 inner = self._new_block(datum, column + len(around.lead), trailing + len(around.trail), depth)
                 *most, last = inner.lines
                 lines = (*most, last + around.trail)
-                block = Block((around.lead + lines[0], *lines[1:]), inner.note, inner.excess)
+                block = ListPage((around.lead + lines[0], *lines[1:]), inner.note, inner.excess)
             self._blocks[key] = block
         return block
 
-    def _new_block(self, datum: ListDatum | ArrayDatum, column: int, trailing: int, depth: int) -> Block:
+    def _new_block(self, datum: ListDatum | ArrayDatum, column: int, trailing: int, depth: int) -> ListPage:
         if depth >= DEEPEST:
             return self._one_line(datum)
         prefix = self.prefix(datum)
@@ -263,7 +488,7 @@ class Layout:
         shape = self.shapes[id(datum)]
         styles = styles_of(shape) if column < self.width else (last_resort,)
         shortest = shape.kind in SHORTEST
-        best: Block | None = None
+        best: ListPage | None = None
         for style in styles:
             page = Page(self, datum, shape, column, trailing, depth)
             if not style(page):
@@ -277,12 +502,12 @@ class Layout:
         return best
 
     @staticmethod
-    def _is_better(block: Block, than: Block, shortest: bool) -> bool:
+    def _is_better(block: ListPage, than: ListPage, shortest: bool) -> bool:
         """Whether to prefer the block of a later style."""
         excess, other = max(block.excess, 0), max(than.excess, 0)
         return excess < other or (excess == other and shortest and len(block.lines) <= len(than.lines))
 
-    def _one_line(self, datum: Datum) -> Block:
+    def _one_line(self, datum: Datum) -> ListPage:
         """``datum`` on one line whatever its length, its comments behind it."""
         note = ""
         if self.trivia:
@@ -292,7 +517,7 @@ class Layout:
         if text is None:
             text = self.flat[id(datum)] = print_datum(datum, self.spelling, self.written.plain)
         self.notes[id(datum)] = note
-        return Block((text,), note, 0)
+        return ListPage((text,), note, 0)
 
     def comment_lines(self, rows: Iterable[Row], indent: int, depth: int) -> list[str]:
         """Comments on lines of their own."""
@@ -305,11 +530,11 @@ class Layout:
                 lines.append(f"{' ' * indent}{row}" if row else "")
         return lines
 
-    def _prefixed(self, prefix: str, operand: Datum, column: int, trailing: int, depth: int) -> Block:
+    def _prefixed(self, prefix: str, operand: Datum, column: int, trailing: int, depth: int) -> ListPage:
         inner = self.block(operand, column + len(prefix), trailing, depth + 1)
         around = self.trivia.get(id(operand))
         note = joined_notes(inner.note, around.after if around is not None else None)
-        return Block((prefix + inner.lines[0], *inner.lines[1:]), note, inner.excess)
+        return ListPage((prefix + inner.lines[0], *inner.lines[1:]), note, inner.excess)
 
 
 def _comments_within(datum: Datum, trivia: Mapping[int, Trivia]) -> list[str]:

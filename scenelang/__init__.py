@@ -18,13 +18,13 @@ if TYPE_CHECKING:
     from scenelang.api import load as load
     from scenelang.api import parse as parse
     from scenelang.grammar.datum import Datum as Datum
+    from scenelang.grammar.datum import Source as Source
     from scenelang.grammar.diagnostics import Diagnostic as Diagnostic
     from scenelang.grammar.diagnostics import SceneError as SceneError
     from scenelang.grammar.reader import ReadResult as ReadResult
-    from scenelang.grammar.source import Source as Source
-    from scenelang.interpreter.entity import Entity as Entity
-    from scenelang.interpreter.entity import Scene as Scene
-    from scenelang.interpreter.limits import Limits as Limits
+    from scenelang.interpreter.runtime.limits import Limits as Limits
+    from scenelang.interpreter.scene.entity import Entity as Entity
+    from scenelang.interpreter.scene.entity import Scene as Scene
     from scenelang.session import Checked as Checked
     from scenelang.session import Evaluated as Evaluated
     from scenelang.session import Options as Options
@@ -38,8 +38,8 @@ if not (Path(__file__).parent / "grammar").is_dir():
 _HOMES = {
     "check": "api", "evaluate": "api", "load": "api", "parse": "api",
     "Datum": "grammar.datum", "Diagnostic": "grammar.diagnostics", "SceneError": "grammar.diagnostics",
-    "ReadResult": "grammar.reader", "Source": "grammar.source",
-    "Entity": "interpreter.entity", "Scene": "interpreter.entity", "Limits": "interpreter.limits",
+    "ReadResult": "grammar.reader", "Source": "grammar.datum",
+    "Entity": "interpreter.scene.entity", "Scene": "interpreter.scene.entity", "Limits": "interpreter.runtime.limits",
     "Checked": "session", "Evaluated": "session", "Options": "session", "Session": "session",
 }  # fmt: skip
 __all__ = sorted(_HOMES)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.reader import ReadResult, read
-from scenelang.grammar.source import Source
-from scenelang.interpreter.entity import Scene
+from scenelang.interpreter.scene.entity import Scene
 from scenelang.session import Checked, Evaluated, Options, Session
 
 

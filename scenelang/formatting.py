@@ -6,12 +6,11 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from scenelang.backends.files import read_regular
-from scenelang.grammar.datum import Atom, Datum, Keyword, ListDatum
-from scenelang.grammar.layout_rules import head_of
-from scenelang.grammar.macro_indents import learnt_indents
+from scenelang.grammar.datum import Atom, Datum, Keyword, ListDatum, Source
+from scenelang.grammar.formatter import learnt_indents
+from scenelang.grammar.layout_styles import head_of
 from scenelang.grammar.reader import read
-from scenelang.grammar.source import Source
-from scenelang.interpreter.forms import INDENTS
+from scenelang.interpreter.expand.forms import INDENTS
 
 _MOST_FILES = 200
 _LARGEST_FILE = 4_000_000  # bytes

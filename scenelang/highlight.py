@@ -6,23 +6,18 @@ is an error token, so the lexer serves while a program is being typed.
 
 from __future__ import annotations
 
+import json
+import sys
 from collections.abc import Iterable, Iterator
 from functools import cache
+from pathlib import Path
 from typing import Any, ClassVar
 
 from pygments.lexer import RegexLexer, bygroups
-from pygments.token import (
-    Comment,
-    Keyword,
-    Name,
-    Number,
-    Operator,
-    Punctuation,
-    String,
-    Text,
-    Whitespace,
-    _TokenType,
-)
+from pygments.token import Comment, Keyword, Name, Number, Operator, Punctuation, String, Text, Whitespace, _TokenType
+
+from scenelang.cli.grammar import TEXTMATE, grammar_text
+from scenelang.interpreter.expand.forms import FORMS, SPELLED_OUT, snippet
 
 _STOP = r"""\s()\[\]";'`,"""
 _END = rf"(?=[{_STOP}]|\Z)"
@@ -113,7 +108,7 @@ class SceneLexer(RegexLexer):  # type: ignore[misc]
 @cache
 def _known() -> dict[str, _TokenType]:
     """The tokens of the language's names, from its registry."""
-    from scenelang.stdlib.vocabulary import vocabulary
+    from scenelang.stdlib.reference import vocabulary
 
     names = vocabulary()
     return {
@@ -123,3 +118,30 @@ def _known() -> dict[str, _TokenType]:
         **dict.fromkeys(names.definitions, Keyword.Declaration),
         **dict.fromkeys(names.paper, Keyword.Namespace),
     }
+
+
+# What the extension for VS Code takes from the language: its TextMate grammar and its snippets.
+#
+# ``python -P -m scenelang.highlight editors/vscode`` writes both (`make editors`); a test says when they are stale.
+
+
+def snippets_text() -> str:
+    """A snippet for every form that stands by itself, as VS Code's JSON."""
+    forms = [form for form in FORMS.values() if form.name not in SPELLED_OUT - {"begin"}]
+    entries = {form.name: {"prefix": form.name, "body": snippet(form), "description": form.doc} for form in forms}
+    return json.dumps(entries, indent=2) + "\n"
+
+
+def files() -> dict[str, str]:
+    """The texts by path in the extension's folder."""
+    return {"syntaxes/scene.tmLanguage.json": grammar_text(TEXTMATE), "snippets/scene.json": snippets_text()}
+
+
+def main(folder: str) -> None:
+    """Write the files into the extension's folder."""
+    for name, text in files().items():
+        Path(folder, name).write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

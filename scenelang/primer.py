@@ -2,11 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+import re
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from itertools import chain
+from typing import Any
 
-from scenelang.attributes import attribute_doc, attributes_of
-from scenelang.interpreter.shapes import BLOCK_WORDS, PRIMITIVES
-from scenelang.stdlib.reference import TOPICS, Record, records
+from scenelang.backends.pictures.appearance import MATERIALS
+from scenelang.grammar.diagnostics import CODES
+from scenelang.interpreter.runtime.types import STD
+from scenelang.interpreter.scene.entity import Scene, count_words, descendants, primitive_count
+from scenelang.interpreter.scene.shapes import ATTRIBUTES, BLOCK_WORDS, PRIMITIVES, READ
+from scenelang.stdlib.reference import TOPICS, ReferenceRecord, records
+
+# What primitives and their attributes mean: one line on each, for help and completion.
+
+
+def attributes_of(word: str) -> tuple[str, ...]:
+    """The attributes that the primitive ``word`` reads, those of its geometry first. A word that names no primitive
+    of its own is a semantic one: a box."""
+    own = READ.get(word, ("scale", "color"))
+    return (*own, *MATERIALS) if "color" in own else own  # without a colour there is nothing to see
+
+
+def attribute_doc(word: str | None, name: str) -> str | None:
+    """What the attribute ``name`` means to the primitive ``word``, or to any primitive: meaning, range, default in one
+    line. None for an attribute that is not read."""
+    if word is not None and name not in attributes_of(word):
+        return None
+    return ATTRIBUTES.get(name) or MATERIALS.get(name)
+
+
+def attribute_names() -> tuple[str, ...]:
+    """Every attribute that some primitive reads."""
+    return (*ATTRIBUTES, *MATERIALS)
+
 
 _TOPICS = ("paper", "forms", "poses", "combinators", "entities", "colors", "random")
 _SURFACE = ("color", "emission", "opacity", "metallic", "roughness", "ior")
@@ -28,7 +57,7 @@ def _primitives(words: Sequence[str]) -> Iterator[str]:
         yield from (f"- `:{name}` {attribute_doc(None, name)}" for name in _SURFACE)
 
 
-def _of_topic(topic: str, without: Collection[str]) -> list[Record]:
+def _of_topic(topic: str, without: Collection[str]) -> list[ReferenceRecord]:
     found = (record for record in records() if record.topic == topic and record.module is None)
     return [record for record in found if record.name not in without]
 
@@ -47,3 +76,127 @@ def _rest(without: Collection[str]) -> Iterator[str]:
         names = [record.name for record in _of_topic(topic, without)]
         if topic not in _TOPICS and names:
             yield f"- {title}: {', '.join(f'`{name}`' for name in names)}"
+
+
+# What is to be said of a name that no program defines: of the library, a primitive, an attribute, a diagnostic.
+
+
+def description(name: str) -> list[str]:
+    """The lines that describe ``name``, which may be a name of the library, a primitive (in quotes or not), an
+    attribute with its colon, or a diagnostic's code or name; empty where nothing is known of it."""
+    for lines in (_of_library(name), _of_primitive(name), _of_attribute(name), _of_diagnostic(name)):
+        found = list(lines)
+        if found:
+            return found
+    return []
+
+
+def known_names() -> Iterator[str]:
+    """Everything that has a description; of diagnostics only the names."""
+    from scenelang.stdlib.reference import records
+
+    attributes = (f":{name}" for name in attribute_names())
+    return chain((record.name for record in records()), PRIMITIVES, attributes, CODES)
+
+
+def _of_library(name: str) -> Iterator[str]:
+    from scenelang.stdlib.reference import lookup
+
+    record = lookup(name.removeprefix(STD))
+    if record is None:
+        return
+    yield record.signature
+    yield f"  {record.doc}"
+    if record.module is not None:
+        yield f'  It comes with (import "{record.module}").'
+    for example in record.examples:
+        yield f"  {example.expression} gives {example.value}"
+
+
+def _of_primitive(name: str) -> Iterator[str]:
+    word = name.strip('"')
+    if word not in PRIMITIVES:
+        return
+    yield f'(call "{word}" {" ".join(f":{attribute}" for attribute in attributes_of(word))})'
+    yield f"  {PRIMITIVES[word]}"
+    for attribute in attributes_of(word):
+        yield f"  :{attribute}  {attribute_doc(word, attribute)}"
+
+
+def _of_attribute(name: str) -> Iterator[str]:
+    attribute = name.removeprefix(":")
+    doc = attribute_doc(None, attribute) if name.startswith(":") else None
+    if doc is None:
+        return
+    yield name
+    yield f"  {doc}"
+    yield f"  read by {', '.join(word for word in READ if attribute in attributes_of(word))}"
+
+
+def _of_diagnostic(name: str) -> Iterator[str]:
+    """What `scenelang explain` says of a code or of a diagnostic's name."""
+    from scenelang.grammar.diagnostics import diagnostic_named, explanation
+
+    key = diagnostic_named(name)
+    if key is not None:
+        yield from explanation(key)
+
+
+# What the comment at the head of a program says that it shows.
+
+
+_TASK = re.compile(r"task\s*:\s*(.+)", re.I)
+_SENTENCE = re.compile(r"(?<=[.!?])\s+")
+
+
+def stated_task(text: str) -> str | None:
+    """What a program of the language is to show: the line `; task: ...` of its leading comment, else the first sentence
+    there, without its full stop; None where it begins with no comment."""
+    lines: list[str] = []
+    for line in text.lstrip("\ufeff").splitlines():
+        stripped = line.strip()
+        if stripped.startswith(";"):
+            lines.append(stripped.lstrip(";").strip())
+        elif stripped or lines:
+            break
+    for line in lines:
+        task = _TASK.match(line)
+        if task is not None:
+            return task[1].strip()
+    paragraph: list[str] = []
+    for line in lines:
+        if not line and paragraph:
+            break
+        paragraph += [line] if line else []
+    first = _SENTENCE.split(" ".join(paragraph), maxsplit=1)[0].rstrip(".").strip()
+    return first or None
+
+
+# What a scene is, in a few facts: its root, how much there is of everything, where it lies.
+
+
+def summary(scene: Scene) -> dict[str, Any]:
+    """The facts as plain data, of all frames of a 4D scene together; ``bounds`` is None where nothing has a box."""
+    from scenelang.interpreter.scene.bounds import word_box
+
+    box = word_box(scene, None)
+    facts: dict[str, Any] = {"root": scene.word}
+    if scene.animated:
+        facts["frames"] = len(scene.frames)
+    return facts | {
+        "entities": sum(1 for _ in descendants(*scene.frames)),
+        "instances": sum(sum(count_words(root).values()) for root in scene.frames),
+        "primitives": sum(primitive_count(root) for root in scene.frames),
+        "bounds": {"min": list(box[:3]), "max": list(box[3:])} if box is not None else None,
+    }
+
+
+def summary_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """The facts as people read them: name and value."""
+    rows = [
+        (name, f"{value:,}" if isinstance(value, int) else str(value))
+        for name, value in facts.items()
+        if name != "bounds"
+    ]
+    corners: Mapping[str, Any] = facts["bounds"] or {}
+    return rows + [(name, "[" + " ".join(f"{x:.6g}" for x in corner) + "]") for name, corner in corners.items()]

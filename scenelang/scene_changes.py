@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import numpy as np
+
+from scenelang.backends.files import read_regular
+from scenelang.grammar.diagnostics import LimitError, SceneError
+from scenelang.interpreter.scene.difference import ComparedSolid, Sheet, solid_of
 
 if TYPE_CHECKING:
-    from scenelang.interpreter.difference import FrameDifference, Sheet
-    from scenelang.interpreter.entity import Scene
+    from scenelang.interpreter.scene.difference import FrameDifference, Sheet
+    from scenelang.interpreter.scene.entity import Scene
+
 
 TOLERANCE = 1e-5  # of the scene's size
 _KINDS = ("moved", "recoloured", "resized", "missing", "extra")
@@ -70,8 +78,8 @@ class Changes:
 
 def sheets_of(scene: Scene, limit: int) -> list[Sheet]:
     """The frames of a scene, to be compared; raises LimitError for more than ``limit`` primitives."""
-    from scenelang.interpreter.difference import sheet_of
-    from scenelang.interpreter.flatten import flatten
+    from scenelang.interpreter.scene.difference import sheet_of
+    from scenelang.interpreter.scene.flatten import flatten
 
     return [sheet_of(frame) for frame in flatten(scene, limit).frames]
 
@@ -79,7 +87,6 @@ def sheets_of(scene: Scene, limit: int) -> list[Sheet]:
 def sheets_in(path: str, limit: int) -> list[Sheet] | None:
     """The frames of a flattened scene in a JSON file, None for a file of another kind; raises SceneError."""
     from scenelang.backends.exports.scene_json import holds_scene
-    from scenelang.goldens import read_sheets
 
     return read_sheets(path, limit) if path.lower().endswith(".json") and not holds_scene(path) else None
 
@@ -87,7 +94,7 @@ def sheets_in(path: str, limit: int) -> list[Sheet] | None:
 def changes_between(frames_a: Sequence[Sheet], frames_b: Sequence[Sheet], tolerance: float = TOLERANCE) -> Changes:
     """What differs; up to ``tolerance`` of the scene's size nothing does. Raises SceneError for a scene whose
     coordinates are too large to compare."""
-    from scenelang.interpreter.difference import compare_frames
+    from scenelang.interpreter.scene.difference import compare_frames
 
     changes: list[Change] = []
     matched = 0
@@ -204,3 +211,121 @@ def _unsigned_zero(x: float) -> float:
 def _clean(text: str) -> str:
     """Text of a file as a terminal may see it."""
     return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
+
+
+# Flattened scenes from JSON, as primitives to compare: golden files of the corpus, and what ``flatten --json`` prints.
+#
+# Both are ``{"frames": [{"primitives": [...]}, ...]}``. A primitive of a golden file has its attributes beside
+# ``shape``
+# and ``matrix`` (4x4), one of ``flatten`` has ``word``, ``attributes`` and ``matrix``; ``path`` may tell the words
+# from
+# the root to its parent. Files are data from anywhere: whatever is wrong with one is a SceneError.
+
+
+_LARGEST_FILE = 128_000_000  # bytes; as Python data a hostile one takes thirty times as much
+_LONGEST_PATH = 1_000
+
+
+def read_sheets(path: str, limit: int) -> list[Sheet]:
+    """The frames of a file, at most ``limit`` primitives in all; raises SceneError for a file that holds none."""
+    try:
+        data = json.loads(_text(path), parse_constant=_refuse_constant)
+        return _sheets(data, path, limit)
+    except RecursionError:
+        raise SceneError("file", f"{path} is nested too deeply for a flattened scene") from None
+    except MemoryError:
+        raise LimitError("memory", f"{path} does not fit into memory") from None
+    except ValueError as error:  # malformed JSON too
+        raise SceneError("file", f"{path} is no flattened scene: {error}", _HINT) from None
+
+
+_HINT = "`scenelang flatten FILE --json` prints one"
+
+
+def _text(path: str) -> str:
+    try:
+        data = read_regular(path, _LARGEST_FILE + 1)
+    except (OSError, ValueError) as error:
+        raise SceneError("file", f"cannot read {path}: {getattr(error, 'strerror', None) or 'is no path'}") from None
+    if len(data) > _LARGEST_FILE:
+        raise SceneError("file", f"{path} is larger than {_LARGEST_FILE:,} bytes")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise SceneError("encoding", f"{path} is not UTF-8 text") from None
+
+
+def _refuse_constant(name: str) -> NoReturn:
+    raise ValueError(f"it holds {name}, which is no number")
+
+
+def _member(data: Any, name: str, where: str) -> list[Any]:
+    value = data.get(name) if isinstance(data, dict) else None
+    if not isinstance(value, list):
+        raise ValueError(f'{where} has no list "{name}"')
+    return value
+
+
+def _sheets(data: Any, path: str, limit: int) -> list[Sheet]:
+    frames = _member(data, "frames", "the file")
+    lists = [_member(frame, "primitives", f"frames[{i}]") for i, frame in enumerate(frames)]
+    total = sum(map(len, lists))
+    if total > limit:
+        message = f"{path} holds {total:,} primitives, more than the limit of {limit:,}"
+        raise LimitError("primitives", message, hint="raise it with --max-primitives")
+    return [_sheet(primitives, i) for i, primitives in enumerate(lists)]
+
+
+def _sheet(primitives: Sequence[Any], frame: int) -> Sheet:
+    solids: dict[ComparedSolid, int] = {}
+    paths: dict[tuple[str, ...], int] = {}
+    count = len(primitives)
+    index, path_index = np.zeros(count, np.int64), np.zeros(count, np.int64)
+    matrices = np.zeros((count, 3, 4))
+    for i, primitive in enumerate(primitives):
+        try:
+            solid = _solid(primitive)
+            index[i] = solids.setdefault(solid, len(solids))
+            matrices[i] = _matrix(primitive.get("matrix"))
+            path_index[i] = paths.setdefault(_path(primitive.get("path")), len(paths))
+        except (ValueError, OverflowError) as error:
+            raise ValueError(f"frames[{frame}].primitives[{i}] {error}") from None
+    return Sheet(tuple(solids), index, matrices, tuple(paths), path_index)
+
+
+def _solid(primitive: Any) -> ComparedSolid:
+    if not isinstance(primitive, dict):
+        raise ValueError("is no primitive")
+    attributes = primitive.get("attributes")
+    if not attributes:  # a golden file's: they stand beside the shape
+        attributes = primitive
+    if not isinstance(attributes, dict):
+        raise ValueError("has attributes that are no table")
+    word = primitive.get("shape") or primitive.get("word")
+    if not isinstance(word, str):
+        raise ValueError('has no "shape" and no "word"')
+    return solid_of(word, attributes, scaled_blocks="block_type" not in primitive)
+
+
+def _matrix(value: Any) -> list[list[float]]:
+    """The upper three rows of a 4x4 matrix."""
+    rows = value if isinstance(value, list) else []
+    if len(rows) == 16:
+        rows = [rows[i : i + 4] for i in range(0, 16, 4)]
+    if len(rows) != 4 or not all(isinstance(row, list) and len(row) == 4 for row in rows):
+        raise ValueError("has no 4x4 matrix")
+    for row in rows:
+        for number in row:
+            if type(number) not in (int, float) or not math.isfinite(number):
+                raise ValueError("has a matrix that holds more than numbers")
+    if rows[3] != [0, 0, 0, 1]:
+        raise ValueError("has a matrix whose last row is not 0 0 0 1")
+    return rows[:3]
+
+
+def _path(value: Any) -> tuple[str, ...]:
+    if value is None:
+        return ()
+    if not isinstance(value, list) or len(value) > _LONGEST_PATH or not all(isinstance(word, str) for word in value):
+        raise ValueError("has a path that is no list of words")
+    return tuple(value)

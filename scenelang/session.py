@@ -17,33 +17,92 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from scenelang.backends.asset_files import AssetFiles
 from scenelang.backends.files import read_regular
-from scenelang.grammar import core, reader
-from scenelang.grammar.core import check_strict
-from scenelang.grammar.datum import Atom, Datum, ListDatum, Symbol
+from scenelang.backends.geometry.assets import AssetFiles
+from scenelang.grammar import ast, reader
+from scenelang.grammar.ast import check_strict
+from scenelang.grammar.datum import Atom, Datum, ListDatum, Source, Span, Symbol
 from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError
 from scenelang.grammar.reader import read
-from scenelang.grammar.source import Source, Span
-from scenelang.interpreter.entity import Scene
-from scenelang.interpreter.evaluate import Run, macro_runner
-from scenelang.interpreter.graft import automatic_entries, graft, serials_at
-from scenelang.interpreter.library import STD
-from scenelang.interpreter.limits import Limits, recursion_room
-from scenelang.interpreter.lint.allow import not_allowed
-from scenelang.interpreter.lint.fixes import apply_fixes, with_fixes
-from scenelang.interpreter.lint.lint import lint, lint_of_forms
-from scenelang.interpreter.lint.words import find_root, word_warnings
-from scenelang.interpreter.procedures import Closure
-from scenelang.interpreter.program import Program, load_program
-from scenelang.interpreter.runtime import Entry, Runtime
-from scenelang.notebook import install
+from scenelang.interpreter.lint.fixes import apply_fixes, not_allowed, with_fixes
+from scenelang.interpreter.lint.lint import find_root, lint, lint_of_forms, word_warnings
+from scenelang.interpreter.program.interactive import Version, Versions
+from scenelang.interpreter.program.program import Program, load_program, prelude_of
+from scenelang.interpreter.runtime.evaluate import ProgramRun, macro_runner
+from scenelang.interpreter.runtime.limits import Limits, recursion_room
+from scenelang.interpreter.runtime.procedures import Closure
+from scenelang.interpreter.runtime.runtime import Runtime, ZEntry
+from scenelang.interpreter.runtime.types import STD
+from scenelang.interpreter.scene.entity import Entity, Scene
+from scenelang.interpreter.scene.graft import automatic_entries, graft, serials_at
 from scenelang.sandbox.supervision import limited, link
+from scenelang.sandbox.worker import trial
 from scenelang.stdlib.library import build_library
 
 if TYPE_CHECKING:
-    from scenelang.interpreter.interactive import TopLevel
+    from scenelang.interpreter.program.interactive import TopLevel
     from scenelang.interpreter.transpile.translate import Translation
+
+
+# Entities and scenes in a notebook: a picture of themselves, and ``.view()`` for the interactive page.
+#
+# Notebooks ask a value for ``_repr_png_``. The classes live below the backends and know nothing of pictures, so the
+# front
+# door gives them these methods (``install``) when it makes the first scene.
+
+
+_WIDTH, _HEIGHT = 480, 360
+
+
+class NotebookView:
+    """The interactive page of a scene, for a notebook to show; ``html`` is the whole page, a file of its own."""
+
+    __slots__ = ("_height", "html")
+
+    def __init__(self, html: str, height: int) -> None:
+        self.html = html
+        self._height = height
+
+    def _repr_html_(self) -> str:
+        from scenelang.backends.viewer.page import frame
+
+        return frame(self.html, self._height)
+
+    def __repr__(self) -> str:
+        return f"<view, {len(self.html):,} characters of HTML>"
+
+
+def view(self: Entity | Scene, height: int = 520) -> NotebookView:
+    """The scene to turn and look into, ``height`` pixels high; raises SceneError for a look that makes no sense."""
+    from scenelang.backends.viewer.packet import packet_of
+    from scenelang.backends.viewer.page import SavedScene, self_contained
+
+    scene = _scene_of(self)
+    state: dict[str, Any] = {"name": scene.word, "version": 1, "ok": True, "picture": 1}
+    state |= {"diagnostics": [], "params": []}
+    return NotebookView(self_contained([SavedScene(scene.word, state, packet_of(scene))]), height)
+
+
+def install() -> None:
+    """Give entities and scenes ``view`` and the method that notebooks look for."""
+    for kind in (Entity, Scene):
+        setattr(kind, "view", view)  # noqa: B010  the class does not declare what is above it
+        setattr(kind, "_repr_png_", _png)  # noqa: B010
+
+
+def _png(self: Entity | Scene) -> bytes | None:
+    """A draft picture as PNG; None, so that the notebook shows the text, where there is nothing to draw."""
+    from scenelang.backends.pictures.film import PictureOptions, png_of, render
+
+    try:
+        return png_of(render(_scene_of(self), PictureOptions(width=_WIDTH, height=_HEIGHT)))
+    except SceneError:
+        return None
+
+
+def _scene_of(value: Entity | Scene) -> Scene:
+    return value if isinstance(value, Scene) else Scene(value.word, [value], False)
+
 
 T = TypeVar("T")
 IMPORT_FORM = re.compile(r'\(import\s+"([^"\n]*)"')
@@ -72,7 +131,7 @@ class Options:
     allow_outside: bool = False
     imports: frozenset[Path] | None = None
     strict: bool = False
-    z_entries: Mapping[str, Entry] = field(default_factory=dict)
+    z_entries: Mapping[str, ZEntry] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -110,7 +169,7 @@ def run_with_room(
     watched = link()
     if watched is not None:
         reader.prepare()
-        core.prepare()
+        ast.prepare()
     outcome: list[Any] = []
     done = threading.Event()  # Ctrl-C during Thread.join makes Python 3.11 believe that the thread has ended
 
@@ -343,7 +402,7 @@ class Session:
 
     def check_geometry(self, source: Source) -> list[Diagnostic]:
         """What ``evaluate`` says, and what is suspicious about the geometry of the scene."""
-        from scenelang.backends.solidity.check import check_geometry
+        from scenelang.backends.geometry.lint import check_geometry
 
         with limited(self.options.limits):
             result = self.evaluate(source)
@@ -370,8 +429,7 @@ class Session:
     def top_level(self, main: Source, started: Callable[[Runtime], None]) -> TopLevel:
         """A top level that goes on, form by form, beside the file ``main``. ``started`` is told of every runtime that
         macros run in, so that they can be cancelled. Raises SceneError for a malformed ``--define``."""
-        from scenelang.interpreter.interactive import TopLevel
-        from scenelang.interpreter.journal import JournaledRuntime
+        from scenelang.interpreter.program.interactive import JournaledRuntime, TopLevel
 
         options, library = self.options, self.library
         overrides = {name: _value_datum(name, text) for name, text in options.defines.items()}
@@ -393,7 +451,7 @@ class Session:
 
     def _read_scene(self, source: Source) -> Evaluated:
         """The scene that ``export`` wrote as JSON."""
-        from scenelang.backends.exports.scene_file import read_scene
+        from scenelang.backends.exports.scene_json import read_scene
 
         try:
             scene = read_scene(source.name, self._project(source), self.options.allow_outside)
@@ -408,7 +466,7 @@ class Session:
             try:
                 word, _ = self._root(program)
             except SceneError:
-                Run(self.library, runtime).run_forms(program)  # its own mistakes come first
+                ProgramRun(self.library, runtime).run_forms(program)  # its own mistakes come first
                 raise
             scene = self._run_once(program, runtime, word)
             return self._with_entries(program, runtime, word, scene) if self.options.z_entries else scene
@@ -423,7 +481,7 @@ class Session:
         )
 
     def _run_once(self, program: Program, runtime: Runtime, word: str) -> Scene:
-        run = Run(self.library, runtime)
+        run = ProgramRun(self.library, runtime)
         watched = link()
         for form in program.forms:
             if watched is not None:
@@ -569,3 +627,74 @@ def _value_datum(name: str, text: str) -> Datum:
     raise SceneError(
         "param", f"--define {name}: `{text[:60]}` is no value", 'give a number, "string", #t, #f or [array]'
     )
+
+
+# A program while somebody edits it: every version checked, only what changed looked at again.
+
+
+_MACRO_LIMITS = replace(MACRO_LIMITS, seconds=2.0, memory=1_000_000_000)  # somebody waits
+_TRIAL_LIMITS = replace(_MACRO_LIMITS, seconds=4.0)  # with what is checked beside the macros
+_PROCEDURAL = "define-macro"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class VersionAnalysis:
+    """A version of a text and what ``Session.check`` says of it. ``version`` is None when it is nested too deeply."""
+
+    source: Source
+    version: Version | None
+    diagnostics: tuple[Diagnostic, ...]
+
+
+class Editing:
+    """One file that is open in an editor. ``texts`` holds what other open files say, by resolved path."""
+
+    def __init__(self, session: Session, texts: dict[Path, str] | None = None) -> None:
+        self.session = session
+        self.texts = texts if texts is not None else {}
+        self._versions = Versions(prelude_of(session.library))
+        self._imported: tuple[str, ...] | None = None  # the texts of imported files, None when not known
+
+    def check(self, source: Source) -> VersionAnalysis:
+        """Analyse the next version; never raises for a mistake in the program. Macros that are procedures run in a copy
+        of this process first, which can be ended."""
+        problem = trial(lambda: self._try(source)) if self._may_run_macros(source) else None
+        if problem is not None:
+            return VersionAnalysis(source, None, (_in_source(problem, source),))
+        try:
+            return run_with_room(lambda: self._check(source), EXPANSION_DEPTH)
+        except RecursionError:
+            self._versions = Versions(prelude_of(self.session.library))
+            problem = Diagnostic("nesting", "the program is nested too deeply", Span(source, 0, 1))
+            return VersionAnalysis(source, None, (problem,))
+
+    def _may_run_macros(self, source: Source) -> bool:
+        """Whether the text, or a file that it imports, may define macros by procedures."""
+        if _PROCEDURAL in source.text:
+            return True
+        if IMPORT_FORM.search(source.text) is None:
+            return False
+        return self._imported is None or any(_PROCEDURAL in text for text in self._imported)
+
+    def _try(self, source: Source) -> None:
+        with limited(_TRIAL_LIMITS):
+            run_with_room(lambda: self._check(source), EXPANSION_DEPTH, folders=self.session.folders(source))
+
+    def _check(self, source: Source) -> VersionAnalysis:
+        runner = macro_runner(self.session.library, _MACRO_LIMITS)
+        version = self._versions.analyse(source, self.session.importer(source, self.texts), runner)
+        program = version.program
+        found = [*program.diagnostics, *self.session.warnings(program)]
+        sources = (source, *program.sources[1:])
+        self._imported = tuple(each.text for each in program.sources[1:])
+        return VersionAnalysis(source, version, settled((version.diagnostic(d) for d in found), sources))
+
+
+def _in_source(problem: Diagnostic, source: Source) -> Diagnostic:
+    """A problem of another process at its place in our text, or at the beginning of it."""
+    span = problem.span
+    if span is None or span.source.name != source.name:
+        return replace(problem, span=Span(source, 0, 1), chain=())
+    line, column = span.source.position(span.start)
+    start = min(source.line_start(line) + column - 1, len(source.text))
+    return replace(problem, span=Span(source, start, start + max(1, span.end - span.start)), chain=())

@@ -21,13 +21,12 @@ import numpy.typing as npt
 
 from scenelang.backends.files import alone_in, read_regular, written_whole
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.plain import NotPlain, plain_value
-from scenelang.interpreter.runtime import Entry
-from scenelang.interpreter.unplain import value_of
+from scenelang.interpreter.runtime.runtime import ZEntry
+from scenelang.interpreter.runtime.show import NotPlain, plain_value, value_of
 
 if TYPE_CHECKING:
-    from scenelang.backends.clip.encodings import Encodings
-    from scenelang.backends.wording.wording import Wording
+    from scenelang.backends.neural.sentences import Encodings
+    from scenelang.backends.neural.wording import Wording
 
 _SUFFIX = ".z.safetensors"
 _KEY = "scenelang"
@@ -45,18 +44,18 @@ def beside(program: str) -> Path:
     return path.with_suffix(_SUFFIX) if path.name else path / _SUFFIX
 
 
-def read_z(path: Path) -> tuple[dict[str, Entry], dict[str, npt.NDArray[Any]]]:
+def read_z(path: Path) -> tuple[dict[str, ZEntry], dict[str, npt.NDArray[Any]]]:
     """Entries and vectors by handle name; raises SceneError for a file that is missing or malformed."""
     with _faults(path):
         header, vectors = _contents(path)
         entries = {str(name): _named_entry(name, fields) for name, fields in _parsed(header, _KEY).items()}
     learned = {name: vector for name, vector in vectors.items() if name != _MATRIX}
     for name in learned:
-        entries.setdefault(name, Entry())
+        entries.setdefault(name, ZEntry())
     return entries, learned
 
 
-def read_entries(path: Path) -> dict[str, Entry]:
+def read_entries(path: Path) -> dict[str, ZEntry]:
     """The entries alone by handle name, without reading vectors, which may be large; raises SceneError."""
     from safetensors import safe_open
 
@@ -67,11 +66,11 @@ def read_entries(path: Path) -> dict[str, Entry]:
         entries = {str(name): _named_entry(name, fields) for name, fields in _parsed(header, _KEY).items()}
     for name in names:
         if name != _MATRIX:
-            entries.setdefault(name, Entry())
+            entries.setdefault(name, ZEntry())
     return entries
 
 
-def write_z(path: Path, entries: Mapping[str, Entry], vectors: Vectors) -> None:
+def write_z(path: Path, entries: Mapping[str, ZEntry], vectors: Vectors) -> None:
     """Write Z atomically; a wording that the file holds stays, and how the vectors came to be that are written."""
     with alone_in(path.parent):
         _write_z(path, entries, vectors)
@@ -82,18 +81,18 @@ def set_entry(path: Path, name: str, text: str | None, attributes: Mapping[str, 
     with ``clear`` these alone, vectors forgotten. Changes by other processes are not lost."""
     with alone_in(path.parent):
         entries, vectors = read_z(path) if path.exists() else ({}, {})
-        old = Entry() if clear else entries.get(name, Entry())
-        entry = Entry(text if text is not None else old.text, {**old.attributes, **attributes})
+        old = ZEntry() if clear else entries.get(name, ZEntry())
+        entry = ZEntry(text if text is not None else old.text, {**old.attributes, **attributes})
         if clear:
             vectors.pop(name, None)
-        if clear and entry == Entry():
+        if clear and entry == ZEntry():
             entries.pop(name, None)
         else:
             entries[name] = entry
         _write_z(path, entries, vectors)
 
 
-def _write_z(path: Path, entries: Mapping[str, Entry], vectors: Vectors) -> None:
+def _write_z(path: Path, entries: Mapping[str, ZEntry], vectors: Vectors) -> None:
     data = {
         name: {"text": entry.text, "attributes": {key: _to_json(value) for key, value in entry.attributes.items()}}
         for name, entry in entries.items()
@@ -108,7 +107,7 @@ def _write_z(path: Path, entries: Mapping[str, Entry], vectors: Vectors) -> None
 
 def read_wording(path: Path) -> Wording | None:
     """The wording in Z; None where the file holds none. Raises SceneError for one that is missing or malformed."""
-    from scenelang.backends.wording.stored import from_json
+    from scenelang.backends.neural.wording import from_json
 
     with _faults(path):
         text = _contents(path)[0].get(_WORDING)
@@ -117,7 +116,7 @@ def read_wording(path: Path) -> Wording | None:
 
 def write_wording(path: Path, wording: Wording) -> None:
     """Write the wording into Z atomically, a new file where there is none; entries and vectors stay."""
-    from scenelang.backends.wording.stored import to_json
+    from scenelang.backends.neural.wording import to_json
 
     with alone_in(path.parent):
         header, vectors = _old(path)
@@ -184,7 +183,7 @@ def _swapped(table: Mapping[str, Any], one: str, other: str) -> dict[str, Any]:
 
 def read_encodings(path: Path) -> Encodings | None:
     """The encoded conditions in Z; None where it holds none. Raises SceneError for what is malformed."""
-    from scenelang.backends.clip.encodings import from_json
+    from scenelang.backends.neural.sentences import from_json
 
     with _faults(path):
         header, vectors = _contents(path)
@@ -193,7 +192,7 @@ def read_encodings(path: Path) -> Encodings | None:
 
 def write_encodings(path: Path, encodings: Encodings) -> None:
     """Write encoded conditions into Z atomically, a new file where there is none."""
-    from scenelang.backends.clip.encodings import to_json
+    from scenelang.backends.neural.sentences import to_json
 
     with alone_in(path.parent):
         header, vectors = _old(path)
@@ -263,7 +262,7 @@ def _parsed(header: Mapping[str, str], key: str) -> dict[str, Any]:
     return found
 
 
-def _named_entry(name: str, fields: Any) -> Entry:
+def _named_entry(name: str, fields: Any) -> ZEntry:
     """An entry. Raises ValueError that names what of which entry is wrong."""
     try:
         if not isinstance(fields, dict):
@@ -273,14 +272,14 @@ def _named_entry(name: str, fields: Any) -> Entry:
         raise ValueError(f"the entry <{name[:40]}>: {error}") from None
 
 
-def _entry(fields: Mapping[str, Any]) -> Entry:
+def _entry(fields: Mapping[str, Any]) -> ZEntry:
     text = fields.get("text")
     if text is not None and not isinstance(text, str):
         raise ValueError("a text must be a string")
     attributes = fields.get("attributes") or {}
     if not isinstance(attributes, dict):
         raise ValueError("its attributes are not a table")
-    return Entry(text, {str(name): _attribute(str(name), value) for name, value in attributes.items()})
+    return ZEntry(text, {str(name): _attribute(str(name), value) for name, value in attributes.items()})
 
 
 def _attribute(name: str, value: Any) -> Any:

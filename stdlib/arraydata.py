@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter import pose
-from scenelang.interpreter.arrays import from_numpy as from_numpy
-from scenelang.interpreter.arrays import numbers_to_numpy as numbers_to_numpy
-from scenelang.interpreter.runtime import Runtime
-from scenelang.interpreter.show import show
-from scenelang.interpreter.types import type_name, vector_of
-from scenelang.interpreter.values import (
+from scenelang.interpreter.runtime.runtime import Runtime
+from scenelang.interpreter.runtime.show import from_numpy as from_numpy
+from scenelang.interpreter.runtime.show import numbers_to_numpy as numbers_to_numpy
+from scenelang.interpreter.runtime.show import show
+from scenelang.interpreter.runtime.types import type_name, vector_of
+from scenelang.interpreter.runtime.values import (
     NIL,
     Array,
     Matrix,
@@ -25,6 +24,7 @@ from scenelang.interpreter.values import (
     list_items,
     make_list,
 )
+from scenelang.interpreter.scene import pose
 
 if TYPE_CHECKING:
     import numpy.typing as npt

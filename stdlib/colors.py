@@ -6,11 +6,11 @@ from functools import cache
 from typing import Any
 
 from scenelang.grammar.diagnostics import SceneError, suggest
-from scenelang.interpreter.library import Registry
-from scenelang.interpreter.runtime import Runtime
-from scenelang.interpreter.show import show
-from scenelang.interpreter.values import Vector
-from scenelang.stdlib.errors import wrong_type
+from scenelang.interpreter.runtime.runtime import Runtime
+from scenelang.interpreter.runtime.show import show
+from scenelang.interpreter.runtime.types import Registry
+from scenelang.interpreter.runtime.values import Vector
+from scenelang.stdlib.lists import wrong_type
 
 registry = Registry("colors")
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from scenelang.grammar.codes import CODES
 from scenelang.grammar.datum import Symbol
-from scenelang.grammar.diagnostics import SceneError, suggest
-from scenelang.interpreter.library import Registry
-from scenelang.interpreter.procedures import Condition
-from scenelang.interpreter.runtime import Runtime
-from scenelang.interpreter.show import LONGEST, show
-from scenelang.stdlib.errors import wrong_type
+from scenelang.grammar.diagnostics import CODES, SceneError, suggest
+from scenelang.interpreter.runtime.procedures import Condition
+from scenelang.interpreter.runtime.runtime import Runtime
+from scenelang.interpreter.runtime.show import LONGEST, show
+from scenelang.interpreter.runtime.types import Registry
+from scenelang.stdlib.lists import wrong_type
 
 registry = Registry("control")
 

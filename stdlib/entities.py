@@ -5,14 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter import parts
-from scenelang.interpreter.bounds import UNIT_BOX, parts_box
-from scenelang.interpreter.entity import Entity, Frames, lays_blocks
-from scenelang.interpreter.iteration import items_of
-from scenelang.interpreter.library import Registry
-from scenelang.interpreter.runtime import Runtime
-from scenelang.interpreter.types import type_name
-from scenelang.interpreter.values import NIL, Embedding, Keyword, Pair, Procedure, Vector, make_list
+from scenelang.interpreter.runtime.procedures import items_of
+from scenelang.interpreter.runtime.runtime import Runtime
+from scenelang.interpreter.runtime.types import Registry, type_name
+from scenelang.interpreter.runtime.values import NIL, Embedding, Keyword, Pair, Procedure, Vector, make_list
+from scenelang.interpreter.scene import parts
+from scenelang.interpreter.scene.bounds import UNIT_BOX, parts_box
+from scenelang.interpreter.scene.entity import Entity, Frames, lays_blocks
 
 registry = Registry("entities")
 define = registry.define

@@ -7,12 +7,11 @@ from math import isfinite
 from typing import Any
 
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter import parts, pose
-from scenelang.interpreter.library import Registry
-from scenelang.interpreter.runtime import Runtime
-from scenelang.interpreter.show import show
-from scenelang.interpreter.types import Mismatch, numbers_of, type_name, vector_of
-from scenelang.interpreter.values import Matrix, Vector
+from scenelang.interpreter.runtime.runtime import Runtime
+from scenelang.interpreter.runtime.show import show
+from scenelang.interpreter.runtime.types import Mismatch, Registry, numbers_of, type_name, vector_of
+from scenelang.interpreter.runtime.values import Matrix, Vector
+from scenelang.interpreter.scene import parts, pose
 
 registry = Registry("poses")
 define = registry.define
@@ -107,4 +106,4 @@ def reflect(rt: Runtime, first: Vector, normal: Vector | None = None) -> Matrix:
      "[[1.0 0.0 0.0 5.0] [0.0 1.0 0.0 0.0] [0.0 0.0 1.0 0.0] [0.0 0.0 0.0 1.0]]"),
 )  # fmt: skip
 def to_pose(rt: Runtime, matrix: Any) -> Matrix:
-    return parts.pose_of(rt, matrix)
+    return parts.pose_from(rt, matrix)

@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.library import Registry
-from scenelang.interpreter.runtime import Runtime
-from scenelang.interpreter.values import make_list
-from scenelang.stdlib.errors import wrong_type
-from scenelang.stdlib.items import items, iterate
+from scenelang.interpreter.runtime.runtime import Runtime
+from scenelang.interpreter.runtime.types import Registry
+from scenelang.interpreter.runtime.values import make_list
+from scenelang.stdlib.lists import items, iterate, wrong_type
 
 registry = Registry("sequences")
 

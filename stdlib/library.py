@@ -5,18 +5,14 @@ from __future__ import annotations
 from functools import cache
 from pathlib import Path
 
-from scenelang.interpreter.library import Builtin, Library, Registry
+from scenelang.interpreter.runtime.types import Builtin, Library, Registry
 from scenelang.stdlib import (
-    arithmetic,
     arrays,
     colors,
     control,
     entities,
-    formatting,
     geometry,
     higher_order,
-    indexing,
-    linear,
     lists,
     mutation,
     numbers,
@@ -24,29 +20,23 @@ from scenelang.stdlib import (
     python,
     random,
     sequences,
-    sorting,
     strings,
     tables,
 )
-from scenelang.stdlib.constants import CONSTANTS
+from scenelang.stdlib.numbers import CONSTANTS
 
 TOPICS: tuple[Registry, ...] = (
     entities.registry,
     geometry.registry,
-    arithmetic.registry,
     numbers.registry,
     predicates.registry,
     lists.registry,
     sequences.registry,
     higher_order.registry,
-    indexing.registry,
-    sorting.registry,
     mutation.registry,
     tables.registry,
     strings.registry,
-    formatting.registry,
     arrays.registry,
-    linear.registry,
     random.registry,
     control.registry,
     colors.registry,

@@ -5,12 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.entity import Entity
-from scenelang.interpreter.equality import table_key
-from scenelang.interpreter.library import Registry
-from scenelang.interpreter.runtime import Runtime
-from scenelang.interpreter.show import show
-from scenelang.interpreter.values import (
+from scenelang.interpreter.runtime.runtime import Runtime
+from scenelang.interpreter.runtime.show import show
+from scenelang.interpreter.runtime.types import Registry
+from scenelang.interpreter.runtime.values import (
     NIL,
     Array,
     Embedding,
@@ -23,13 +21,12 @@ from scenelang.interpreter.values import (
     Set,
     Table,
     Vector,
+    table_key,
 )
+from scenelang.interpreter.scene.entity import Entity
 from scenelang.stdlib.arraydata import INT64, to_numpy
-from scenelang.stdlib.errors import bad_index, empty_sequence, wrong_type
-from scenelang.stdlib.indexing import axis_selection, check_index, missing_key, ref, whole
-from scenelang.stdlib.items import items
-from scenelang.stdlib.sequences import position_of
-from scenelang.stdlib.sorting import sorted_items
+from scenelang.stdlib.lists import bad_index, empty_sequence, items, wrong_type
+from scenelang.stdlib.sequences import axis_selection, check_index, missing_key, position_of, ref, sorted_items, whole
 
 registry = Registry("changes")
 

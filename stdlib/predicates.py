@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from scenelang.interpreter import equality, pose
-from scenelang.interpreter.entity import Entity
-from scenelang.interpreter.library import Registry
-from scenelang.interpreter.runtime import Runtime
-from scenelang.interpreter.values import (
+from scenelang.interpreter.runtime import values
+from scenelang.interpreter.runtime.runtime import Runtime
+from scenelang.interpreter.runtime.types import Registry
+from scenelang.interpreter.runtime.values import (
     NIL,
     Embedding,
     HandleList,
@@ -27,6 +26,8 @@ from scenelang.interpreter.values import (
     Table,
     Vector,
 )
+from scenelang.interpreter.scene import pose
+from scenelang.interpreter.scene.entity import Entity
 from scenelang.stdlib.arraydata import is_array
 
 registry = Registry("tests")
@@ -42,7 +43,7 @@ def note_read(rt: Runtime, *values: Any) -> None:
 def same_value(rt: Runtime, a: Any, b: Any) -> bool:
     """Equality as sets and tables have it: by structure, numbers by value."""
     note_read(rt, a, b)
-    return equality.equal(rt, a, b, typed=False)
+    return values.equal(rt, a, b, typed=False)
 
 
 def _define_test(
@@ -191,4 +192,4 @@ def eqv(rt: Runtime, a: Any, b: Any) -> bool:
 )
 def equal(rt: Runtime, a: Any, b: Any, *more: Any) -> bool:
     note_read(rt, a, b, *more)
-    return all(equality.equal(rt, a, other) for other in (b, *more))
+    return all(values.equal(rt, a, other) for other in (b, *more))

@@ -11,13 +11,23 @@ from collections.abc import Iterator
 from typing import Any
 
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter import equality
-from scenelang.interpreter.equality import table_key
-from scenelang.interpreter.runtime import Runtime
-from scenelang.interpreter.types import type_name, vector_of
-from scenelang.interpreter.values import NIL, MutableList, Pair, Record, Set, Table, Vector, list_items, make_list
+from scenelang.interpreter.runtime import values
+from scenelang.interpreter.runtime.runtime import Runtime
+from scenelang.interpreter.runtime.types import type_name, vector_of
+from scenelang.interpreter.runtime.values import (
+    NIL,
+    MutableList,
+    Pair,
+    Record,
+    Set,
+    Table,
+    Vector,
+    list_items,
+    make_list,
+    table_key,
+)
 from scenelang.stdlib.arraydata import ARRAYS, flat_items, shape_of
-from scenelang.stdlib.items import items, rows
+from scenelang.stdlib.lists import items, rows
 
 _NUMBERS = (int, float, bool)
 _MISSING = object()
@@ -89,7 +99,7 @@ def _inner_pairs(rt: Runtime, a: Any, b: Any) -> list[tuple[Any, Any]] | None:
         rt.read(a)
         rt.read(b)
         return list(zip(a.values, b.values)) if a.type is b.type else None
-    return [] if equality.equal(rt, a, b, typed=False) else None
+    return [] if values.equal(rt, a, b, typed=False) else None
 
 
 def _entry_pairs(rt: Runtime, a: Any, b: Any) -> list[tuple[Any, Any]] | None:

@@ -10,16 +10,15 @@ from typing import Any
 import numpy as np
 
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.library import Registry
-from scenelang.interpreter.runtime import Runtime
-from scenelang.interpreter.show import show
-from scenelang.interpreter.values import NIL, Stream, Vector, make_list
-from scenelang.stdlib.arithmetic import charge_digits
+from scenelang.interpreter.runtime.runtime import Runtime
+from scenelang.interpreter.runtime.show import show
+from scenelang.interpreter.runtime.types import Registry
+from scenelang.interpreter.runtime.values import NIL, Stream, Vector, make_list
 from scenelang.stdlib.arraydata import from_numpy, shape_argument, to_numpy
-from scenelang.stdlib.errors import empty_sequence, wrong_type
-from scenelang.stdlib.items import items, rebuild
+from scenelang.stdlib.lists import empty_sequence, items, rebuild, wrong_type
 from scenelang.stdlib.mutation import reorder
-from scenelang.stdlib.sorting import plain_kind
+from scenelang.stdlib.numbers import charge_digits
+from scenelang.stdlib.sequences import plain_kind
 
 registry = Registry("random")
 

@@ -8,20 +8,20 @@ under ``docs/reference`` (``make docs``) read these records.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import cache
 
-from scenelang.grammar.printer import print_datum
+from scenelang.grammar.datum import Source, comment_above, print_datum
 from scenelang.grammar.reader import read
-from scenelang.grammar.source import Source, comment_above
-from scenelang.interpreter.form_examples import FORM_EXAMPLES
-from scenelang.interpreter.forms import FORMS
-from scenelang.interpreter.library import STD, Builtin
-from scenelang.interpreter.types import BASE_TYPES
-from scenelang.stdlib.constants import CONSTANTS
+from scenelang.interpreter.expand.forms import DEFINITIONS, FORM_EXAMPLES, FORMS, MACROS, TOP_LEVEL
+from scenelang.interpreter.program.program import PAPER_FORMS
+from scenelang.interpreter.runtime.types import BASE_TYPES, STD, Builtin
+from scenelang.interpreter.scene.shapes import ATTRIBUTES, BLOCK_WORDS, PRIMITIVES, READ
+from scenelang.interpreter.transpile.helper_api import HELPERS, Helper
 from scenelang.stdlib.library import build_library
+from scenelang.stdlib.numbers import CONSTANTS
 
 COMBINATORS = "combinators.scene"
 
@@ -29,7 +29,7 @@ COMBINATORS = "combinators.scene"
 _KEYWORD = re.compile(r"(?<![^\s(\[]):([^\s()\[\]:]+)")
 
 
-class Kind(Enum):
+class RecordKind(Enum):
     FORM = "form"
     FUNCTION = "function"
     CONSTANT = "constant"
@@ -45,13 +45,13 @@ class Example:
 
 
 @dataclass(frozen=True, slots=True)
-class Record:
+class ReferenceRecord:
     """One name. ``signature`` is how it is used, as help and diagnostics show it; ``topic`` groups the reference;
     ``module`` is the file that a program must import to have the name, None for what is always there; ``picture`` is an
     expression whose picture shows what the name does, None where there is none."""
 
     name: str
-    kind: Kind
+    kind: RecordKind
     signature: str
     doc: str
     examples: tuple[Example, ...]
@@ -170,34 +170,34 @@ _TYPES: dict[str, str] = {
 
 
 @cache
-def records() -> tuple[Record, ...]:
+def records() -> tuple[ReferenceRecord, ...]:
     """Every name of the language, by topic in the order of ``TOPICS``."""
     found = [*_forms(), *_paper(), *_builtins(), *combinators(), *_constants(), *_types()]
     order = {topic: position for position, topic in enumerate(TOPICS)}
     return tuple(sorted(found, key=lambda record: order[record.topic]))
 
 
-def lookup(name: str) -> Record | None:
+def lookup(name: str) -> ReferenceRecord | None:
     """What is known of ``name``; a function before a type of the same name."""
     return next((record for record in records() if record.name == name), None)
 
 
-def _forms() -> Iterator[Record]:
+def _forms() -> Iterator[ReferenceRecord]:
     for form in FORMS.values():
         text, value = FORM_EXAMPLES[form.name]
         examples = (
             (Example(text, value),) if value is not None and len(read(Source(form.name, text)).forms) == 1 else ()
         )
-        yield Record(form.name, Kind.FORM, form.usage, form.doc, examples, "forms")
+        yield ReferenceRecord(form.name, RecordKind.FORM, form.usage, form.doc, examples, "forms")
 
 
-def _paper() -> Iterator[Record]:
+def _paper() -> Iterator[ReferenceRecord]:
     for signature, doc, example in _PAPER:
         name = signature[1:].split(" ", 1)[0]
-        yield Record(name, Kind.FUNCTION, signature, doc, (example,) if example else (), "paper")
+        yield ReferenceRecord(name, RecordKind.FUNCTION, signature, doc, (example,) if example else (), "paper")
 
 
-def _builtins() -> Iterator[Record]:
+def _builtins() -> Iterator[ReferenceRecord]:
     hidden = {record.name for record in combinators()}
     for name, entry in build_library().builtins.items():
         if name not in hidden:
@@ -207,24 +207,24 @@ def _builtins() -> Iterator[Record]:
             yield _builtin(name, entry, f"{STD}{module}")
 
 
-def _builtin(name: str, entry: Builtin, module: str | None = None) -> Record:
+def _builtin(name: str, entry: Builtin, module: str | None = None) -> ReferenceRecord:
     examples = (Example(*entry.example),) if entry.example else ()
-    return Record(name, Kind.FUNCTION, entry.usage, entry.doc, examples, entry.topic, module)
+    return ReferenceRecord(name, RecordKind.FUNCTION, entry.usage, entry.doc, examples, entry.topic, module)
 
 
-def _constants() -> Iterator[Record]:
+def _constants() -> Iterator[ReferenceRecord]:
     for name, (_, doc) in CONSTANTS.items():
-        yield Record(name, Kind.CONSTANT, name, doc, (), "constants")
+        yield ReferenceRecord(name, RecordKind.CONSTANT, name, doc, (), "constants")
 
 
-def _types() -> Iterator[Record]:
+def _types() -> Iterator[ReferenceRecord]:
     for name, doc in _TYPES.items():
         if name in BASE_TYPES or name == "Tuple":
-            yield Record(name, Kind.TYPE, name, doc, (), "types")
+            yield ReferenceRecord(name, RecordKind.TYPE, name, doc, (), "types")
 
 
 @cache
-def combinators() -> tuple[Record, ...]:
+def combinators() -> tuple[ReferenceRecord, ...]:
     """The documented definitions of ``combinators.scene``.
 
     A definition is documented by the lines ``;;;`` directly above it: text, then ``;;; Example: expression => value``
@@ -241,13 +241,13 @@ def combinators() -> tuple[Record, ...]:
     return tuple(found)
 
 
-def _combinator(name: str, head: str, comment: list[str]) -> Record:
+def _combinator(name: str, head: str, comment: list[str]) -> ReferenceRecord:
     said, _, picture = " ".join(comment).partition(" Picture: ")
     doc, *examples = said.split(" Example: ")
     shown = [example.rpartition(" => ") for example in examples]
-    return Record(
+    return ReferenceRecord(
         name,
-        Kind.FUNCTION,
+        RecordKind.FUNCTION,
         f"{head} -> Parts",
         doc,
         tuple(Example(expression, value) for expression, _, value in shown),
@@ -262,3 +262,147 @@ def _documentation(lines: list[str]) -> list[str]:
     for line in lines:
         found = [*found, line[4:].strip()] if line.startswith(";;; ") else []
     return found
+
+
+# The helper API as Python stubs, for a language model to write against (the paper, appendix "Language Model Prompts").
+#
+# Names and parameters are the transpiler's, descriptions the registry's: what each helper says is what its counterpart
+# in
+# the language says, in Python's words.
+
+
+_CLAUSE = re.compile(r"(?<=[^.])(?:: |; |\. ).*", re.S)
+_LISP = re.compile(r"[,:;] `\(.*", re.S)
+_ARRAY = re.compile(r"\[([^\][]+)\]")
+# What the language calls otherwise than Python does.
+_WORDS: Mapping[str, str] = {
+    "an entity or parts": "a shape", "An entity": "A shape", "The entity of a word": "The shape of a word",
+    "list of parts": "shape", "members": "shapes", "`count`": "`n`", "`axis`": "`direction`", "the function": "`fn`",
+    "an association list or table": "a dictionary", "#t": "True", "#f": "False",
+}  # fmt: skip
+
+# What the language calls otherwise than JSON does.
+_JSON_WORDS: Mapping[str, str] = {"an association list or table": "an object", "#t": "true", "#f": "false"}
+
+_HEAD = """import math
+import random
+from collections.abc import Callable, Generator
+from typing import Any
+
+import numpy as np
+
+P = Any  # a point or vector: three numbers, as a tuple, list or array
+T = Any  # a pose: a 4x4 matrix, from the functions below; `A @ B` does B first, then A
+Shape = Any  # primitives, each with its pose
+"""
+
+
+def helper_header(names: Sequence[str], words: Sequence[str]) -> str:
+    """The stubs of the helpers ``names``, whose ``primitive_call`` makes the primitives ``words``."""
+    pieces = [_HEAD]
+    for name in names:
+        helper = HELPERS[name]
+        doc = _primitives(words) if name == "primitive_call" else [_described(helper)]
+        signature = (
+            _block_signature() if name == "primitive_call" and set(words) <= set(BLOCK_WORDS) else helper.signature
+        )
+        pieces.append(_stub(helper, signature, doc))
+    return "\n\n".join(pieces)
+
+
+def in_json(text: str) -> str:
+    """What the registry says of a primitive or attribute, in the words of JSON."""
+    text = _without_lisp(_without_colons(text))
+    for words, others in _JSON_WORDS.items():
+        text = text.replace(words, others)
+    return _ARRAY.sub(lambda match: f"[{', '.join(match[1].split())}]", text)
+
+
+def python_word(word: str) -> str:
+    """A primitive's word as Python's programs write it."""
+    return word.replace("-", "_") if word in BLOCK_WORDS else word
+
+
+def _stub(helper: Helper, signature: str, doc: Sequence[str]) -> str:
+    body = doc[0] if len(doc) == 1 else "\n".join([doc[0], *(f"    {line}".rstrip() for line in doc[1:]), "    "])
+    return f'def {helper.name}({signature}) -> {helper.result}:\n    """{body}"""\n'
+
+
+def _described(helper: Helper) -> str:
+    """The first statement of the counterpart's description, then what only Python has to say."""
+    record = lookup(helper.counterpart) if helper.counterpart is not None else None
+    if record is None:
+        return helper.note
+    return f"{_in_python(_CLAUSE.sub('', _LISP.sub('', record.doc)).rstrip('.'))}. {helper.note}".rstrip()
+
+
+def _in_python(text: str) -> str:
+    for words, others in _WORDS.items():
+        text = text.replace(words, others)
+    return _ARRAY.sub(lambda match: f"({', '.join(match[1].split())})", text)
+
+
+def _primitives(words: Sequence[str]) -> list[str]:
+    """What each primitive is and what it takes, then what each argument means."""
+    are_blocks = set(words) <= set(BLOCK_WORDS)
+    lines = ["Makes a primitive.", ""]
+    for word in words:
+        taken = [name for name in READ[word] if name != "color"]
+        keys = ", ".join(f"'{name}'" if not are_blocks else name.replace("-", "_") for name in taken)
+        lines.append(f"'{python_word(word)}': {_plain(PRIMITIVES[word])}; takes {keys}")
+    lines.append("")
+    return [*lines, *_arguments(words, are_blocks)]
+
+
+def _arguments(words: Sequence[str], are_blocks: bool) -> Iterator[str]:
+    read = dict.fromkeys(name for word in words for name in READ[word])
+    for name in read:
+        if not (are_blocks and name == "color"):
+            yield f"{name.replace('-', '_')}: {_plain(_without_lisp(ATTRIBUTES[name]))}"
+
+
+def _without_lisp(text: str) -> str:
+    return "; ".join(piece for piece in text.split("; ") if "`(" not in piece)
+
+
+def _plain(text: str) -> str:
+    return _in_python(_without_colons(text))
+
+
+def _without_colons(text: str) -> str:
+    return re.sub(r":(p0|p1)\b", r"\1", text)
+
+
+def _block_signature() -> str:
+    return "name: str, **block_arguments"
+
+
+# The names of the language by what they are, for whatever colours programs.
+
+
+PAPER = frozenset({"bind", "retrieve", *PAPER_FORMS})
+
+
+@dataclass(frozen=True, slots=True)
+class Vocabulary:
+    """``definitions`` are the forms that define names, ``paper`` the paper's forms; no name is in two sets."""
+
+    forms: frozenset[str]
+    definitions: frozenset[str]
+    paper: frozenset[str]
+    functions: frozenset[str]
+    constants: frozenset[str]
+
+
+@cache
+def vocabulary() -> Vocabulary:
+    """The names that every program sees; those of libraries to import are a program's own."""
+    definitions = frozenset({*DEFINITIONS, *MACROS, *TOP_LEVEL}) - PAPER
+    known = [record for record in records() if record.module is None and record.name not in PAPER]
+    return Vocabulary(
+        forms=frozenset({*FORMS, "else", "=>"}) - definitions - PAPER,
+        definitions=definitions,
+        paper=PAPER,
+        functions=frozenset(record.name for record in known if record.kind is RecordKind.FUNCTION),
+        constants=frozenset(record.name for record in known if record.kind is RecordKind.CONSTANT),
+    )

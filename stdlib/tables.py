@@ -5,13 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.equality import table_key
-from scenelang.interpreter.library import Registry
-from scenelang.interpreter.runtime import Runtime
-from scenelang.interpreter.types import type_name
-from scenelang.interpreter.values import NIL, Embedding, Keyword, Pair, Set, Symbol, Table, make_list
-from scenelang.stdlib.errors import wrong_type
-from scenelang.stdlib.items import blocks, items, length
+from scenelang.interpreter.runtime.runtime import Runtime
+from scenelang.interpreter.runtime.types import Registry, type_name
+from scenelang.interpreter.runtime.values import NIL, Embedding, Keyword, Pair, Set, Symbol, Table, make_list, table_key
+from scenelang.stdlib.lists import blocks, items, length, wrong_type
 from scenelang.stdlib.mutation import set_entry
 
 registry = Registry("tables")

@@ -10,16 +10,15 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from scenelang.grammar.datum import ArrayDatum, Atom, Datum
+from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Source
 from scenelang.grammar.diagnostics import SceneError, render_text
-from scenelang.grammar.source import Source
-from scenelang.interpreter.entity import Scene
-from scenelang.interpreter.evaluate import Run
-from scenelang.interpreter.flatten import flatten
-from scenelang.interpreter.limits import Limits
-from scenelang.interpreter.lint.words import find_root
-from scenelang.interpreter.plain import primitive_attributes
-from scenelang.interpreter.runtime import Runtime
+from scenelang.interpreter.lint.lint import find_root
+from scenelang.interpreter.runtime.evaluate import ProgramRun
+from scenelang.interpreter.runtime.limits import Limits
+from scenelang.interpreter.runtime.runtime import Runtime
+from scenelang.interpreter.runtime.show import primitive_attributes
+from scenelang.interpreter.scene.entity import Scene
+from scenelang.interpreter.scene.flatten import flatten
 from scenelang.session import Options, Session, run_with_room
 
 
@@ -61,7 +60,7 @@ def value(expression: str, definitions: str = "", **options: Any) -> Any:
     program = checked.program
     assert checked.ok, [d.message for d in checked.diagnostics]
     assert program is not None
-    run = Run(sessions.library, Runtime(sessions.library, Limits(seconds=30.0), sessions.options.seed))
+    run = ProgramRun(sessions.library, Runtime(sessions.library, Limits(seconds=30.0), sessions.options.seed))
 
     def go() -> Any:
         result = None
@@ -82,7 +81,7 @@ def outcome(text: str, memoise: bool) -> Any:
     runtime = Runtime(sessions.library, Limits(steps=2_000_000), memoise=memoise)
 
     def go() -> Scene:
-        run = Run(sessions.library, runtime)
+        run = ProgramRun(sessions.library, runtime)
         run.run_forms(program)
         return run.run_root(program, find_root(program)[0], 0)
 

@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 from support import evaluate
 
-from scenelang.attributes import attribute_doc, attribute_names, attributes_of
-from scenelang.backends.appearance import MATERIALS, look_of
-from scenelang.interpreter.entity import Entity
-from scenelang.interpreter.shapes import ATTRIBUTES, PRIMITIVES, READ, WORDS, default_attributes, shape_of
+from scenelang.backends.pictures.appearance import MATERIALS, look_of
+from scenelang.interpreter.scene.entity import Entity
+from scenelang.interpreter.scene.shapes import ATTRIBUTES, PRIMITIVES, READ, WORDS, default_attributes, shape_of
+from scenelang.primer import attribute_doc, attribute_names, attributes_of
 
 DOCS = Path(__file__).parents[1] / "docs"
 OTHER = {

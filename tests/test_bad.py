@@ -17,7 +17,7 @@ from pathlib import Path
 import pytest
 
 from scenelang.cli.main import main
-from scenelang.grammar.codes import CODES
+from scenelang.grammar.diagnostics import CODES
 
 BAD = Path(__file__).parent / "bad"
 UPDATE = bool(os.environ.get("SCENELANG_UPDATE_GOLDENS"))

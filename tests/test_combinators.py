@@ -6,8 +6,8 @@ import pytest
 
 from scenelang import Diagnostic, Evaluated, Options, Session, Source
 from scenelang.grammar.diagnostics import render_text
-from scenelang.interpreter.bounds import parts_box
-from scenelang.stdlib.reference import Record, combinators
+from scenelang.interpreter.scene.bounds import parts_box
+from scenelang.stdlib.reference import ReferenceRecord, combinators
 
 NAMES = ["grid", "ring", "row", "stack", "mirror", "on-top-of", "align", "attach", "jitter", "scatter"]
 CUBE = '(call "cube")'
@@ -53,7 +53,7 @@ def test_all_are_there_and_documented() -> None:
 
 
 @pytest.mark.parametrize("record", combinators(), ids=lambda record: record.name)
-def test_examples_print_what_they_say(record: Record) -> None:
+def test_examples_print_what_they_say(record: ReferenceRecord) -> None:
     assert record.examples
     for example in record.examples:
         result = run(f"(print (list {example.expression})) {CUBE}")
@@ -61,7 +61,7 @@ def test_examples_print_what_they_say(record: Record) -> None:
 
 
 @pytest.mark.parametrize("record", combinators(), ids=lambda record: record.name)
-def test_docs_name_every_keyword(record: Record) -> None:
+def test_docs_name_every_keyword(record: ReferenceRecord) -> None:
     keywords = {word.strip("()").partition("::")[0] for word in record.signature.split() if word.startswith("(:")}
     assert [keyword for keyword in sorted(keywords) if f"`{keyword}" not in record.doc] == []
 

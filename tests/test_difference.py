@@ -16,13 +16,20 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from support import evaluate
 
-from scenelang.goldens import read_sheets
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.difference import FrameDifference, Sheet, Solid, compare_frames, sheet_of, solid_of
-from scenelang.interpreter.flatten import flatten
+from scenelang.interpreter.scene.difference import (
+    ComparedSolid,
+    FrameDifference,
+    Sheet,
+    compare_frames,
+    sheet_of,
+    solid_of,
+)
+from scenelang.interpreter.scene.flatten import flatten
+from scenelang.scene_changes import read_sheets
 
 CORPUS = Path(__file__).parent / "corpus"
-Row = tuple[Solid, Any]  # a solid and the upper rows of its matrix
+Row = tuple[ComparedSolid, Any]  # a solid and the upper rows of its matrix
 
 
 def sheet(rows: Sequence[Row], paths: Sequence[tuple[str, ...]] = ()) -> Sheet:
@@ -48,8 +55,8 @@ def of_program(text: str) -> Sheet:
     return sheet_of(frame)
 
 
-CUBE = Solid("cube", "cube", "", (1.0, 1.0, 1.0))
-RED = Solid("cube", "cube", "", (1.0, 0.0, 0.0))
+CUBE = ComparedSolid("cube", "cube", "", (1.0, 1.0, 1.0))
+RED = ComparedSolid("cube", "cube", "", (1.0, 0.0, 0.0))
 FAR = (CUBE, pose(10, 0, 0))  # gives the scene a size
 
 
@@ -123,7 +130,7 @@ def test_as_many_as_possible_are_paired() -> None:
 
 
 def test_colours_are_paired_so_that_most_agree() -> None:
-    colored = lambda r: (Solid("cube", "cube", "", (r, 0.0, 0.0)), pose(0, 0, 0))
+    colored = lambda r: (ComparedSolid("cube", "cube", "", (r, 0.0, 0.0)), pose(0, 0, 0))
     found = compare_frames(sheet([FAR, colored(0.2), colored(0.3)]), sheet([FAR, colored(0.3), colored(0.1)]))
     assert counts(found) == (2, 0, 1, 0, 0)
 
@@ -174,9 +181,9 @@ coordinates = st.floats(-10, 10).map(lambda x: round(x, 2))
 colors = st.tuples(*[st.sampled_from([0.0, 0.5, 1.0])] * 3)
 round_words = st.sampled_from(["cylinder", "cone"])
 solids = st.one_of(
-    st.builds(lambda c, x: Solid("cube", "cube", "", c, (x, 1.0, 2.0)), colors, st.sampled_from([1.0, 1.5])),
-    st.builds(lambda c, r: Solid("sphere", "sphere", "", c, (r, r, r)), colors, st.sampled_from([1.0, 2.5])),
-    st.builds(lambda w, c, y: Solid(w, w, "", c, p1=(0.0, y, 0.5), radius=0.5), round_words, colors, st.sampled_from([1.0, 2.0])),
+    st.builds(lambda c, x: ComparedSolid("cube", "cube", "", c, (x, 1.0, 2.0)), colors, st.sampled_from([1.0, 1.5])),
+    st.builds(lambda c, r: ComparedSolid("sphere", "sphere", "", c, (r, r, r)), colors, st.sampled_from([1.0, 2.5])),
+    st.builds(lambda w, c, y: ComparedSolid(w, w, "", c, p1=(0.0, y, 0.5), radius=0.5), round_words, colors, st.sampled_from([1.0, 2.0])),
     st.builds(lambda name: solid_of("block", {"block_type": name}), st.sampled_from(["stone", "dirt"])),
 )  # fmt: skip
 
@@ -251,7 +258,7 @@ def test_large_scenes_take_seconds() -> None:
     matrices[:, :, 3] = random.uniform(-100, 100, (count, 3))
     order = random.permutation(count)
     paths = np.zeros(count, np.int64)
-    kinds = tuple(Solid("cube", "cube", "", tuple(random.random(3)), (1.0, 2.0, 3.0)) for _ in range(50))
+    kinds = tuple(ComparedSolid("cube", "cube", "", tuple(random.random(3)), (1.0, 2.0, 3.0)) for _ in range(50))
     index = random.integers(0, 50, count)
     before = Sheet(kinds, index, matrices, ((),), paths)
     shifted = matrices.copy()

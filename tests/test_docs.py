@@ -12,8 +12,8 @@ import pytest
 
 from scenelang import Evaluated, Options, Session, Source
 from scenelang.grammar.diagnostics import render_text
-from scenelang.interpreter.forms import FORMS
-from scenelang.interpreter.types import BASE_TYPES
+from scenelang.interpreter.expand.forms import FORMS
+from scenelang.interpreter.runtime.types import BASE_TYPES
 from scenelang.stdlib import reference
 from scenelang.stdlib.library import PRELUDE, build_library
 

@@ -10,12 +10,12 @@ from pathlib import Path
 
 import pytest
 
+from scenelang import doctor, doctor_trials
 from scenelang.backends import base
 from scenelang.backends.base import Work
 from scenelang.cli import doctor as command
 from scenelang.cli.main import main
-from scenelang.doctor import machine, packages, trials, works
-from scenelang.doctor.check import Check, State
+from scenelang.doctor import Check, State
 
 
 def test_it_tells_what_works_in_a_few_seconds(capsys: pytest.CaptureFixture[str]) -> None:
@@ -66,35 +66,35 @@ def test_a_group_that_fails_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> Non
     assert any(check.name == "numpy" for check in found)
 
 
-@pytest.mark.parametrize("name", trials.trials())
+@pytest.mark.parametrize("name", doctor_trials.trials())
 def test_every_trial_does_what_it_says(name: str, tmp_path: Path) -> None:
     for package, needs in (("av", name == "film .mp4"), ("pxr", name == "usd")):
         if needs:
             pytest.importorskip(package)
-    assert trials.trials()[name](tmp_path)
+    assert doctor_trials.trials()[name](tmp_path)
 
 
 def test_trials_that_fail_or_crash_leave_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
     """The first process writes one line and dies, as a native library would let it; the next does the rest."""
-    start = works._start
+    start = doctor._start
     deadly = 'import json, os; print(json.dumps({"name": "bad"}), flush=True); os.abort()'
     commands = iter([[sys.executable, "-c", deadly]])
-    monkeypatch.setattr(works, "_start", lambda asked: start(next(commands, asked)))
-    told = works._tried(["bad", "no such trial", "language"], time.monotonic() + 20)
+    monkeypatch.setattr(doctor, "_start", lambda asked: start(next(commands, asked)))
+    told = doctor._tried(["bad", "no such trial", "language"], time.monotonic() + 20)
     assert told["bad"] == (False, "the process that tried it broke off")
     assert told["no such trial"][0] is False
     assert told["language"][0] is True
-    assert works._finding("gltf", {"gltf": (False, "x")}).state is State.BROKEN
-    assert works._finding("somebody's", {"somebody's": (False, "x")}).state is State.MISSING
+    assert doctor._finding("gltf", {"gltf": (False, "x")}).state is State.BROKEN
+    assert doctor._finding("somebody's", {"somebody's": (False, "x")}).state is State.MISSING
 
 
 def test_time_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
-    start = works._start
+    start = doctor._start
     sleeper = [sys.executable, "-c", "import time; time.sleep(60)"]
-    monkeypatch.setattr(works, "_start", lambda asked: start(sleeper))
-    monkeypatch.setattr(works, "_SECONDS", 0.5)
+    monkeypatch.setattr(doctor, "_start", lambda asked: start(sleeper))
+    monkeypatch.setattr(doctor, "_SECONDS", 0.5)
     started = time.monotonic()
-    found = list(works.work_checks())
+    found = list(doctor.work_checks())
     assert time.monotonic() - started < 5
     assert {check.state for check in found} <= {State.NOTE, State.MISSING}
     assert any("not tried" in check.detail for check in found)
@@ -103,23 +103,23 @@ def test_time_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_packages_that_are_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
     stated = ["numpy>=2.0", "lost>=1", 'rare>=1; sys_platform == "plan9"', 'usd-core>=24; extra == "usd"',
               "gone; extra == 'usd'", 'pytest; extra == "dev"']  # fmt: skip
-    monkeypatch.setattr(packages, "requires", lambda _: stated)
-    monkeypatch.setattr(packages, "version_of", lambda name: "1.0" if name in ("numpy", "usd-core") else None)
-    assert [(c.name, c.state, c.remedy) for c in packages.package_checks()] == [
+    monkeypatch.setattr(doctor, "requires", lambda _: stated)
+    monkeypatch.setattr(doctor, "version_of", lambda name: "1.0" if name in ("numpy", "usd-core") else None)
+    assert [(c.name, c.state, c.remedy) for c in doctor.package_checks()] == [
         ("numpy", State.OK, ""),
         ("lost", State.BROKEN, "pip install lost"),
         ("rare", State.NOTE, ""),
         ("usd", State.MISSING, "pip install 'scenelang[usd]'"),
     ]
 
-    monkeypatch.setattr(packages, "in_pipx", lambda: True)
-    assert list(packages.package_checks())[-1].remedy == "pipx inject scenelang gone"
+    monkeypatch.setattr(doctor, "in_pipx", lambda: True)
+    assert list(doctor.package_checks())[-1].remedy == "pipx inject scenelang gone"
 
     def unknown(_: str) -> list[str]:
         raise PackageNotFoundError("scenelang")
 
-    monkeypatch.setattr(packages, "requires", unknown)
-    assert [check.state for check in packages.package_checks()] == [State.NOTE]
+    monkeypatch.setattr(doctor, "requires", unknown)
+    assert [check.state for check in doctor.package_checks()] == [State.NOTE]
 
 
 def test_folders_that_cannot_be_written(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -127,25 +127,25 @@ def test_folders_that_cannot_be_written(monkeypatch: pytest.MonkeyPatch, tmp_pat
     file.write_text("")
     monkeypatch.setenv("XDG_CACHE_HOME", str(file))
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "new"))
-    cache, settings = machine.folder_checks()
+    cache, settings = doctor.folder_checks()
     assert (cache.state, settings.state) == (State.MISSING, State.OK)
     assert not (tmp_path / "new").exists()
 
 
 def test_a_bare_machine(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(machine.shutil, "which", lambda name: None)
-    monkeypatch.setattr(machine.webbrowser, "get", _no_browser)
-    found = {check.name: check for check in (*machine.terminal_checks(), *machine.system_checks())}
+    monkeypatch.setattr(doctor.shutil, "which", lambda name: None)
+    monkeypatch.setattr(doctor.webbrowser, "get", _no_browser)
+    found = {check.name: check for check in (*doctor.terminal_checks(), *doctor.system_checks())}
     assert found["browser"].state is State.MISSING
     assert found["GPU"].state is State.NOTE
 
 
 def _no_browser() -> None:
-    raise machine.webbrowser.Error("none")
+    raise doctor.webbrowser.Error("none")
 
 
 def test_services_tell_of_keys_and_show_none(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    from scenelang.doctor.services import service_checks
+    from scenelang.doctor import service_checks
 
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     for name in ("ANTHROPIC_API_KEY", "ANTHROPIC_BASE_URL", "OPENAI_API_KEY", "OPENAI_BASE_URL"):

@@ -15,11 +15,10 @@ from PIL import Image
 
 from scenelang import Entity, Options, Scene, Session
 from scenelang.grammar.diagnostics import render_text
-from scenelang.interpreter.bounds import parts_box
-from scenelang.interpreter.entity import count_words, descendants
-from scenelang.interpreter.flatten import flatten
-from scenelang.interpreter.outline import outline
-from scenelang.interpreter.selection import word_box
+from scenelang.interpreter.scene.bounds import parts_box, word_box
+from scenelang.interpreter.scene.entity import count_words, descendants
+from scenelang.interpreter.scene.flatten import flatten
+from scenelang.interpreter.scene.outline import outline
 from scenelang.stdlib.reference import combinators
 
 ROOT = Path(__file__).parents[1]

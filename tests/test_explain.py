@@ -10,9 +10,7 @@ import pytest
 
 from scenelang.cli.main import main
 from scenelang.cli.output import report
-from scenelang.grammar.codes import CODES
-from scenelang.grammar.diagnostics import Diagnostic
-from scenelang.grammar.mends import MENDS
+from scenelang.grammar.diagnostics import CODES, MENDS, Diagnostic
 
 
 class Terminal(io.StringIO):

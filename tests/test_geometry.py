@@ -14,13 +14,13 @@ from hypothesis import strategies as st
 from support import evaluate
 
 from scenelang.grammar.diagnostics import LimitError
-from scenelang.interpreter import pose
-from scenelang.interpreter.bounds import entity_box
-from scenelang.interpreter.entity import Entity, Scene, count_words, primitive_count
-from scenelang.interpreter.flatten import flatten, flatten_entity
-from scenelang.interpreter.numbering import instances, number_scene, primitive_handles
-from scenelang.interpreter.shapes import Shape, shape_of
-from scenelang.interpreter.values import ANONYMOUS, Embedding, Matrix, Pair, Vector
+from scenelang.interpreter.runtime.values import ANONYMOUS, Embedding, Matrix, Pair, Vector
+from scenelang.interpreter.scene import pose
+from scenelang.interpreter.scene.bounds import entity_box
+from scenelang.interpreter.scene.entity import Entity, Scene, count_words, primitive_count
+from scenelang.interpreter.scene.flatten import flatten, flatten_entity
+from scenelang.interpreter.scene.numbering import instances, number_scene, primitive_handles
+from scenelang.interpreter.scene.shapes import PrimitiveShape, shape_of
 
 SEGMENTS = 720
 
@@ -33,7 +33,7 @@ def group(word: str, *parts: tuple[Entity, Matrix]) -> Entity:
     return Entity(word, ANONYMOUS, tuple(Pair(entity, matrix) for entity, matrix in parts))
 
 
-def surface(shape: Shape) -> npt.NDArray[np.float64]:
+def surface(shape: PrimitiveShape) -> npt.NDArray[np.float64]:
     """Points whose hull is the shape (within the error of its segments)."""
     name = shape.kind.value
     if name in ("cube", "box"):

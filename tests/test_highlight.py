@@ -13,7 +13,7 @@ from pygments.lexers import get_lexer_by_name, get_lexer_for_filename
 from pygments.token import Comment, Error, Keyword, Name, Number, Punctuation, String
 
 from scenelang.highlight import SceneLexer
-from scenelang.interpreter.forms import FORMS
+from scenelang.interpreter.expand.forms import FORMS
 from scenelang.stdlib.library import build_library
 
 ROOT = Path(__file__).parents[1]

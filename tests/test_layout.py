@@ -12,13 +12,22 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import shape
 
-from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Symbol, walk
-from scenelang.grammar.layout import layout
-from scenelang.grammar.printer import print_datum
+from scenelang.grammar.datum import (
+    ArrayDatum,
+    Atom,
+    Datum,
+    Handle,
+    Keyword,
+    ListDatum,
+    Source,
+    Span,
+    Symbol,
+    print_datum,
+    walk,
+)
+from scenelang.grammar.layout import Row, Trivia, layout, line_comment
 from scenelang.grammar.reader import read, read_comments
-from scenelang.grammar.source import Source, Span
-from scenelang.grammar.trivia import Row, Trivia, line_comment
-from scenelang.interpreter.forms import FORMS
+from scenelang.interpreter.expand.forms import FORMS
 
 INDENTS = {name: form.indent for name, form in FORMS.items()}
 NOWHERE = Span(Source("<test>", ""), 0, 0)

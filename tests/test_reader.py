@@ -9,10 +9,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import shape
 
-from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Symbol, walk
-from scenelang.grammar.printer import atom_text, print_datum
+from scenelang.grammar.datum import (
+    ArrayDatum,
+    Atom,
+    Datum,
+    Handle,
+    Keyword,
+    ListDatum,
+    Source,
+    Span,
+    Symbol,
+    atom_text,
+    print_datum,
+    walk,
+)
 from scenelang.grammar.reader import Completeness, ReadResult, read, read_comments, read_pieces
-from scenelang.grammar.source import Source, Span
 
 NOWHERE = Span(Source("<test>", ""), 0, 0)
 

@@ -18,13 +18,10 @@ from test_docs import blocks
 
 from scenelang import Options, Session, Source
 from scenelang.cli import main as cli
-from scenelang.completion.model import commands_of
-from scenelang.grammar.codes import CODES
-from scenelang.grammar.diagnostics import render_text
-from scenelang.grammar.mends import MENDS
+from scenelang.grammar.diagnostics import CODES, MENDS, render_text
 from scenelang.grammar.reader import read
-from scenelang.interpreter.form_examples import FORM_EXAMPLES
-from scenelang.interpreter.forms import FORMS
+from scenelang.interpreter.expand.forms import FORM_EXAMPLES, FORMS
+from scenelang.shell_completion import commands_of
 from scenelang.stdlib.reference import combinators, records
 
 DOCS = ROOT / "docs"

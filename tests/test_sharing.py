@@ -7,9 +7,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from support import evaluate, failure, outcome, session, value
 
-from scenelang.grammar.source import Source
-from scenelang.interpreter.entity import count_words
-from scenelang.interpreter.limits import Limits
+from scenelang.grammar.datum import Source
+from scenelang.interpreter.runtime.limits import Limits
+from scenelang.interpreter.scene.entity import count_words
 
 WORDS = ["wa", "wb", "wc", "wd"]
 

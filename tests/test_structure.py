@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from scenelang.interpreter.derived import HANDLERS
-from scenelang.interpreter.forms import FORMS
+from scenelang.interpreter.expand.derived import HANDLERS
+from scenelang.interpreter.expand.forms import FORMS
 from scenelang.stdlib.library import build_library
 
 ROOT = Path(__file__).parent.parent

@@ -6,9 +6,11 @@ What is read was made by others: names are checked, files are bounded, and nothi
 from __future__ import annotations
 
 import json
+import os
 import re
+import sys
 import zipfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -213,3 +215,45 @@ def _json(text: bytes, name: str) -> Any:
         return json.loads(text.decode("utf-8-sig"))
     except (ValueError, RecursionError) as error:
         raise SceneError("file", f"`{name}` is no JSON: {error}") from None
+
+
+# Where the game's looks are on this machine: what the user names, else the usual places.
+
+
+VARIABLE = "SCENELANG_MINECRAFT"
+_PACKAGE = Path("node_modules/minecraft-assets")
+HINT = (
+    "install the game and start it once, or give `--textures PATH`: its jar, a resource pack, or the folder of npm's "
+    "minecraft-assets"
+)
+
+
+def layers_for(given: str) -> tuple[Layer, ...]:
+    """The sets of looks to read from, the first that has something wins: what is ``given`` (empty: the environment's
+    variable), then the usual places, for a resource pack may hold a part only. Raises SceneError("file")."""
+    named = given or os.environ.get(VARIABLE, "")
+    layers = [layer_at(Path(named).expanduser())] if named else []
+    usual = next(_usual(), None)
+    if usual is not None:
+        layers.append(layer_at(usual))
+    if not layers:
+        raise SceneError("file", "the game's textures were not found on this machine", hint=HINT)
+    return tuple(layers)
+
+
+def _usual() -> Iterator[Path]:
+    """What there is in the usual places, the newest version of the game first."""
+    jars = [path for path in (_game() / "versions").glob("*/*.jar") if path.is_file()]
+    yield from sorted(jars, key=lambda path: number_of(path.stem), reverse=True)
+    for folder in (Path.cwd(), Path.home()):
+        if (folder / _PACKAGE).is_dir():
+            yield folder / _PACKAGE
+
+
+def _game() -> Path:
+    """The game's folder."""
+    if sys.platform == "win32":
+        return Path(os.environ.get("APPDATA", "~")).expanduser() / ".minecraft"
+    if sys.platform == "darwin":
+        return Path.home() / "Library/Application Support/minecraft"
+    return Path.home() / ".minecraft"

@@ -2,25 +2,268 @@
 
 from __future__ import annotations
 
+import io
 import json
-from collections.abc import Iterable, Mapping, Sequence
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from scenelang.backends.deepslate.atlas import Atlas, Pixels, atlas_of, texture_from
-from scenelang.backends.deepslate.layers import Layer, full_name, stacked
-from scenelang.backends.deepslate.models import MISSING, Json, flat_model, textures_of, turn
-from scenelang.backends.deepslate.places import HINT
-from scenelang.backends.deepslate.plain import plain_model, plain_texture
-from scenelang.backends.deepslate.water import WATER_TEXTURES, is_wet
+from scenelang.backends.base import need
+from scenelang.backends.deepslate.builds import WATER_TEXTURES, is_wet
+from scenelang.backends.deepslate.layers import HINT, Layer, full_name, stacked
 from scenelang.backends.minecraft.blocks import AIR_STATE, BlockState
-from scenelang.backends.minecraft.state_models import variants
-from scenelang.backends.minecraft.table import load_table
-from scenelang.grammar.diagnostics import Diagnostic, SceneError
+from scenelang.backends.minecraft.models import Bar, model_of
+from scenelang.backends.minecraft.table import load_table, variants
+from scenelang.backends.pictures.film import png_of
+from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
+
+# The textures of a build as one picture.
+
+
+Pixels = npt.NDArray[np.uint8]  # (H, W, 4)
+Place = tuple[int, int, int, int]
+
+_LARGEST_SIDE = 4096  # of one texture, animations included
+_LARGEST_FRAME = 1024
+_LARGEST_ATLAS = 8192
+_CLEAR, _SOLID = 26, 230  # alpha between them is that of stained glass, not of an edge
+_FEW = 0.03  # the share of such pixels that makes a texture translucent
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Atlas:
+    """``png`` is square, its side a power of two. ``places``: left, top, right, bottom of each texture, in pixels.
+    ``translucent`` are the names of those that one sees through."""
+
+    png: bytes
+    side: int
+    places: Mapping[str, Place]
+    translucent: frozenset[str]
+
+
+def texture_from(png: bytes, name: str) -> Pixels:
+    """The first frame of a texture, RGBA; raises SceneError("file") for what is no picture, or a huge one."""
+    image_type = need("PIL.Image", "pillow")
+    try:
+        with image_type.open(io.BytesIO(png), formats=["PNG"]) as picture:
+            width, height = picture.size
+            if max(width, height) > _LARGEST_SIDE or width > _LARGEST_FRAME:
+                raise SceneError("file", f"the texture `{name}` has {width} x {height} pixels, too many")
+            pixels = np.asarray(picture.convert("RGBA"), np.uint8)
+    except SceneError:
+        raise
+    except Exception as error:  # pillow raises many kinds for damaged files
+        raise SceneError("file", f"the texture `{name}` is no picture: {error}") from None
+    is_film = height > width and height % width == 0 and not name.startswith("minecraft:entity/")
+    return pixels[:width] if is_film or height > _LARGEST_FRAME else pixels
+
+
+def atlas_of(textures: Mapping[str, Pixels]) -> Atlas:
+    """All ``textures`` in one picture; raises LimitError where they are too many for one."""
+    order = sorted(textures, key=lambda name: (-textures[name].shape[0], name))
+    side = _power_of_two(int(np.sqrt(sum(t.shape[0] * t.shape[1] for t in textures.values()) + 1.0)))
+    side = max([side, *(_power_of_two(max(t.shape[:2])) for t in textures.values())])
+    places = _shelved(textures, order, side)
+    while places is None:
+        side *= 2
+        places = _shelved(textures, order, side)
+    if side > _LARGEST_ATLAS:
+        raise LimitError("size", f"the build's textures need more than {_LARGEST_ATLAS} x {_LARGEST_ATLAS} pixels")
+    sheet = np.zeros((side, side, 4), np.uint8)
+    for name, (left, top, right, bottom) in places.items():
+        sheet[top:bottom, left:right] = textures[name]
+    return Atlas(png_of(sheet), side, places, frozenset(_translucent(textures.items())))
+
+
+def _shelved(textures: Mapping[str, Pixels], order: Iterable[str], side: int) -> dict[str, Place] | None:
+    """Places in rows from the top, the highest textures first; None where they do not fit."""
+    places: dict[str, Place] = {}
+    x = y = row = 0
+    for name in order:
+        height, width = textures[name].shape[:2]
+        if x + width > side:
+            x, y, row = 0, y + row, 0
+        row = max(row, height)
+        if y + height > side:
+            return None
+        places[name] = (x, y, x + width, y + height)
+        x += width
+    return places
+
+
+def _translucent(textures: Iterable[tuple[str, Any]]) -> Iterable[str]:
+    for name, pixels in textures:
+        alpha = pixels[:, :, 3]
+        if ((alpha > _CLEAR) & (alpha < _SOLID)).mean() > _FEW:
+            yield name
+
+
+def _power_of_two(least: int) -> int:
+    return 1 << max(4, (least - 1).bit_length())
+
+
+# Models of the game as the page draws them: parents merged, textures by their full names, every number checked.
+#
+# The page trusts these numbers, so that what a resource pack may hold ends here: loops of parents or of textures,
+# boxes
+# without end, values that are none.
+
+
+Json = dict[str, Any]
+
+_MOST_PARENTS = 32
+_MOST_ELEMENTS = 2_000
+_MOST_TEXTURES = 1_000
+_FARTHEST = 1_000.0  # sixteenths of a block
+_SIDES = ("down", "up", "north", "south", "west", "east")
+_TURNS = (0, 90, 180, 270)
+MISSING = "minecraft:missing"  # a texture that no layer has
+
+
+def flat_model(name: str, model: Callable[[str], Any]) -> Json | None:
+    """The model called ``name`` (full) without parents: ``{"elements": [...]}``, whose faces name their textures in
+    full; None where no layer has it, or the ancestor with its boxes. Raises SceneError("file") for a model that is
+    none."""
+    textures: Json = {}
+    elements: Any = None
+    for ancestor in _line(name, model):
+        if ancestor is None:
+            if elements is None:
+                return None
+            break
+        given = ancestor.get("textures", {})
+        for key, value in given.items() if isinstance(given, Mapping) else ():
+            textures.setdefault(key, value)
+        elements = ancestor.get("elements") if elements is None else elements
+    elements = elements or []
+    if len(textures) > _MOST_TEXTURES or not isinstance(elements, list) or len(elements) > _MOST_ELEMENTS:
+        raise _wrong(name)
+    try:
+        return {"elements": [_element(each, textures) for each in elements]}
+    except (TypeError, ValueError, KeyError, AttributeError, IndexError):
+        raise _wrong(name) from None
+
+
+def turn(value: Any) -> int:
+    """A rotation of a whole model or face in degrees; raises ValueError."""
+    if value not in _TURNS:
+        raise ValueError(value)
+    return int(value)
+
+
+def textures_of(model: Json) -> Iterator[str]:
+    """The full names of the textures of a flat model."""
+    for element in model["elements"]:
+        for face in element["faces"].values():
+            yield face["texture"]
+
+
+def _wrong(name: str) -> SceneError:
+    return SceneError("file", f"the model `{name}` of these textures is malformed")
+
+
+def _line(name: str, model: Callable[[str], Any]) -> Iterator[Json | None]:
+    """A model and its ancestors; None in place of one that no layer has."""
+    wanted: str | None = name
+    for _ in range(_MOST_PARENTS):
+        if wanted is None:
+            return
+        found = model(wanted)
+        if found is not None and not isinstance(found, dict):
+            raise _wrong(name)
+        yield found
+        if found is None:
+            return
+        wanted = full_name(found.get("parent"))
+    raise _wrong(name)
+
+
+def _element(given: Json, textures: Json) -> Json:
+    element: Json = {"from": _numbers(given["from"], 3), "to": _numbers(given["to"], 3)}
+    element["faces"] = {side: _face(face, textures) for side, face in given["faces"].items() if side in _SIDES}
+    if given.get("rotation"):
+        element["rotation"] = _rotation(given["rotation"])
+    return element
+
+
+def _face(given: Json, textures: Json) -> Json:
+    face: Json = {"texture": _texture(given["texture"], textures), "rotation": turn(given.get("rotation", 0))}
+    if "uv" in given:
+        face["uv"] = _numbers(given["uv"], 4)
+    if given.get("cullface") in _SIDES:
+        face["cullface"] = given["cullface"]
+    if type(given.get("tintindex")) is int:
+        face["tintindex"] = max(-1, min(given["tintindex"], 16))
+    return face
+
+
+def _texture(name: Any, textures: Json) -> str:
+    for _ in range(_MOST_PARENTS):
+        if isinstance(name, Mapping):
+            name = name.get("sprite")
+        if not isinstance(name, str):
+            return MISSING
+        key = name.removeprefix("#")
+        if key not in textures:
+            return MISSING if name.startswith("#") else full_name(name) or MISSING
+        name = textures[key]
+    return MISSING
+
+
+def _rotation(given: Json) -> Json:
+    """About one axis; of a rotation about several, the first."""
+    axis, angle = given.get("axis"), given.get("angle", 0)
+    if axis is None:
+        axis, angle = next(((each, given[each]) for each in "xyz" if given.get(each)), ("y", 0))
+    if axis not in ("x", "y", "z"):
+        raise ValueError(axis)
+    (angle,) = _numbers([angle], 1)
+    origin = _numbers(given.get("origin", [8, 8, 8]), 3)
+    return {"origin": origin, "axis": axis, "angle": angle, "rescale": given.get("rescale") is True}
+
+
+def _numbers(given: Any, count: int) -> list[float]:
+    numbers = [float(n) for n in given]
+    if len(numbers) != count or not all(math.isfinite(n) and abs(n) <= _FARTHEST for n in numbers):
+        raise ValueError(given)
+    return numbers
+
+
+# What stands for a block that no looks draw: boxes of its average colour, those of the other renderers.
+
+
+_FACES = {"west": (0, 0.0), "down": (1, 0.0), "north": (2, 0.0), "east": (0, 16.0), "up": (1, 16.0), "south": (2, 16.0)}
+_SIDE = 16  # pixels
+
+
+def plain_model(state: BlockState, texture: str) -> Json:
+    """The flat model of ``state``, with ``texture`` on every face; without boxes for what cannot be seen."""
+    return {"elements": [_plain_element(bar, texture) for bar in model_of(state, load_table().blocks[state.name])]}
+
+
+def plain_texture(state: BlockState) -> Pixels:
+    """One colour everywhere, as opaque as the block is."""
+    kind = load_table().blocks[state.name]
+    color = [*(kind.color or (0, 0, 0)), round(255 * kind.opacity)]
+    return np.tile(np.array(color, np.uint8), (_SIDE, _SIDE, 1))
+
+
+def _plain_element(bar: Bar, texture: str) -> Json:
+    faces: dict[str, Json] = {side: {"texture": texture, "rotation": 0} for side in _FACES}
+    for side, (axis, border) in _FACES.items():
+        if bar.turn == 0.0 and (bar.low if border == 0.0 else bar.high)[axis] == border:
+            faces[side]["cullface"] = side
+    element: Json = {"from": list(bar.low), "to": list(bar.high), "faces": faces}
+    if bar.turn:
+        element["rotation"] = {"origin": [8.0, 8.0, 8.0], "axis": "y", "angle": bar.turn, "rescale": False}
+    return element
+
 
 _MOST_PARTS = 64  # models of one state
 _MOST_NAMED = 8  # blocks in a warning
@@ -28,7 +271,7 @@ _PLAIN = "scenelang:plain"  # models and textures of what no layer draws; no lay
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class BlockLook:
     """How a state is drawn: with ``parts``, models ``{"model": name, "x": degrees, "y": degrees}``; where
     ``is_special``, by deepslate itself, as chests are; where ``is_wet``, with water around it."""
 
@@ -38,11 +281,11 @@ class Look:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Looks:
+class BlockLooks:
     """``states[n]`` is the look of state ``n`` of the palette; ``models`` by name, without parents. ``plain`` are the
     blocks that no layer draws: boxes of their average colour."""
 
-    states: tuple[Look, ...]
+    states: tuple[BlockLook, ...]
     models: dict[str, Json]
     atlas: Atlas
     plain: tuple[str, ...]
@@ -59,7 +302,7 @@ class Looks:
         return (Diagnostic("plain-look", message, hint=hint),)
 
 
-def looks_of(palette: Sequence[BlockState], layers: Sequence[Layer]) -> Looks:
+def looks_of(palette: Sequence[BlockState], layers: Sequence[Layer]) -> BlockLooks:
     """How ``layers``, the first first, show the states of ``palette``.
 
     Raises SceneError("file") for looks that cannot be read, or where the layers have none of these blocks.
@@ -74,11 +317,11 @@ def looks_of(palette: Sequence[BlockState], layers: Sequence[Layer]) -> Looks:
         if look is None:
             name = f"{_PLAIN}/{number}"
             models[name], textures[name] = plain_model(state, name), plain_texture(state)
-            look = Look(({"model": name, "x": 0, "y": 0},), is_wet=is_wet(state))
+            look = BlockLook(({"model": name, "x": 0, "y": 0},), is_wet=is_wet(state))
             plain.add(state.name)
         looks.append(look)
     textures |= _textures(_wanted(palette, looks, models) - textures.keys(), layer)
-    return Looks(tuple(looks), models, atlas_of(textures), tuple(sorted(plain)))
+    return BlockLooks(tuple(looks), models, atlas_of(textures), tuple(sorted(plain)))
 
 
 def _check(palette: Sequence[BlockState], layer: Layer) -> None:
@@ -88,7 +331,7 @@ def _check(palette: Sequence[BlockState], layer: Layer) -> None:
         raise SceneError("file", f"{layer.name} has none of the build's blocks ({names[0]})", hint=HINT)
 
 
-def _look(state: BlockState, layer: Layer, models: dict[str, Json]) -> Look | None:
+def _look(state: BlockState, layer: Layer, models: dict[str, Json]) -> BlockLook | None:
     """The look of a state, its models added to ``models``; None where the layer does not draw it."""
     parts = _parts(state, layer)
     found = {part["model"]: flat_model(part["model"], layer.model) for part in parts or ()}
@@ -96,7 +339,7 @@ def _look(state: BlockState, layer: Layer, models: dict[str, Json]) -> Look | No
     if not (is_special or _is_unseen(state) or _is_whole(found, state, layer)):
         return None
     models |= {name: model for name, model in found.items() if model is not None}
-    return Look(tuple(part for part in parts or () if part["model"] in models), is_special, is_wet(state))
+    return BlockLook(tuple(part for part in parts or () if part["model"] in models), is_special, is_wet(state))
 
 
 def _is_unseen(state: BlockState) -> bool:
@@ -149,7 +392,7 @@ def _special(state: BlockState) -> frozenset[str]:
 # --- textures ------------------------------------------------------------------------------------------------------
 
 
-def _wanted(palette: Sequence[BlockState], looks: Sequence[Look], models: Mapping[str, Json]) -> set[str]:
+def _wanted(palette: Sequence[BlockState], looks: Sequence[BlockLook], models: Mapping[str, Json]) -> set[str]:
     """The full names of all textures."""
     wanted = {name for model in models.values() for name in textures_of(model)}
     for state, look in zip(palette, looks, strict=True):

@@ -2,20 +2,164 @@
 
 from __future__ import annotations
 
+import json
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
-from scenelang.backends.base import LOOKS, Accepts, Backend, Option, Options, Progress, Work, check_settings
-from scenelang.backends.exports.items import Item, Plan, planned
-from scenelang.backends.exports.timeline import Moving, matched
+import numpy as np
+import numpy.typing as npt
+
+from scenelang.backends.base import LOOKS, Accepts, Backend, BackendOptions, Option, Progress, Work, check_settings
+from scenelang.backends.exports.items import ExportItem, ExportPlan, distinct, planned
+from scenelang.backends.exports.surfaces import MOST_VERTICES, ExportSurface, merged, segments_for, solid_of, surface_of
 from scenelang.backends.files import written_together
+from scenelang.backends.pictures.appearance import Look, look_of
+from scenelang.backends.pictures.studio import to_srgb
 from scenelang.grammar.diagnostics import LimitError, SceneError
-from scenelang.interpreter import pose
-from scenelang.interpreter.bounds import entity_box
-from scenelang.interpreter.entity import Entity, Scene
-from scenelang.interpreter.values import ANONYMOUS, IDENTITY, Matrix, Pair
+from scenelang.interpreter.runtime.show import plain_attributes
+from scenelang.interpreter.runtime.values import ANONYMOUS, IDENTITY, Matrix, Pair
+from scenelang.interpreter.scene import pose
+from scenelang.interpreter.scene.bounds import entity_box
+from scenelang.interpreter.scene.entity import Entity, Scene, count_words, primitive_count
+
+# What an export says of an entity besides its geometry: word, handle, text, attributes.
+
+
+_LONGEST = 4_000  # characters of an attribute; what is longer is left out
+
+
+def facts_of(entity: Entity) -> dict[str, Any]:
+    """``word`` and, where given, ``handle`` (no brackets), ``text`` and the plain ``attributes``, as JSON data."""
+    embedding = entity.embedding
+    found: dict[str, Any] = {"word": entity.word}
+    if embedding.handle is not None:
+        found["handle"] = embedding.handle
+    if embedding.text is not None:
+        found["text"] = embedding.text
+    if embedding.attributes:
+        attributes = {name: value for name, value in plain_attributes(entity).items() if _is_short(value)}
+        if attributes:
+            found["attributes"] = attributes
+    return found
+
+
+def merged_facts(entity: Entity) -> dict[str, Any]:
+    """``facts_of`` with ``words``, the instances of each word below the merged entity, and ``primitives``."""
+    words = count_words(entity)
+    words[entity.word] -= 1
+    below = {word: count for word, count in words.items() if count}
+    return facts_of(entity) | {"words": below, "primitives": primitive_count(entity)}
+
+
+def _is_short(value: Any) -> bool:
+    return len(json.dumps(value)) <= _LONGEST
+
+
+# The frames of a 4D scene matched: entities with the same path (child positions from the root) are one thing over
+# time. Where the word at a path changes, each word is a thing of its own, there in the frames that have it.
+
+
+MOST_MOVING = 1_000_000  # items of all frames that are no longer shared between them
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Moving:
+    """One path over F frames. ``items`` and ``poses`` are None in frames without it. ``fixed`` is its item where that
+    never changes: then nothing below it does, and ``children`` is empty."""
+
+    word: str
+    items: tuple[ExportItem | None, ...]
+    poses: tuple[Matrix | None, ...]
+    fixed: ExportItem | None
+    children: list[Moving] = field(default_factory=list)
+
+    @property
+    def first(self) -> ExportItem:
+        """The item in the first frame that has it."""
+        return next(item for item in self.items if item is not None)
+
+    @property
+    def shown(self) -> tuple[bool, ...]:
+        """In which frames it is there."""
+        return tuple(item is not None for item in self.items)
+
+    @property
+    def is_still(self) -> bool:
+        """True when it is in all frames, under one pose."""
+        return None not in self.items and len(set(self.poses)) == 1
+
+    def filled_poses(self) -> tuple[Matrix, ...]:
+        """A pose for every frame: that of the frame before where it is not there."""
+        found = next(pose for pose in self.poses if pose is not None)
+        filled = []
+        for own in self.poses:
+            found = own if own is not None else found
+            filled.append(found)
+        return tuple(filled)
+
+
+def matched(roots: Sequence[ExportItem]) -> Moving:
+    """The roots of all frames as one thing over time; raises LimitError when too much of it changes."""
+    top = _moving(roots[0].word, list(roots), [IDENTITY] * len(roots))
+    waiting = [top]
+    room = MOST_MOVING
+    while waiting:
+        moving = waiting.pop()
+        if moving.fixed is not None:
+            continue
+        moving.children.extend(_children(moving))
+        room -= sum(len(item.parts) for item in moving.items if item is not None)
+        if room < 0:
+            raise LimitError(
+                "primitives",
+                f"more than {MOST_MOVING:,} entities change over the frames, too many for an animation",
+                hint="export a still with --frame N, or merge what moves together with --depth N",
+            )
+        waiting.extend(moving.children)
+    return top
+
+
+def _moving(word: str, items: Sequence[ExportItem | None], poses: Sequence[Matrix | None]) -> Moving:
+    kinds = {id(item): item for item in items if item is not None}
+    fixed = next(iter(kinds.values())) if len(kinds) == 1 else None
+    return Moving(word, tuple(items), tuple(poses), fixed)
+
+
+def _children(moving: Moving) -> Iterator[Moving]:
+    """What is at each child position, one for each word that is ever there."""
+    frames = len(moving.items)
+    most = max(len(item.parts) for item in moving.items if item is not None)
+    for position in range(most):
+        words: dict[str, tuple[list[ExportItem | None], list[Matrix | None]]] = {}
+        for frame, item in enumerate(moving.items):
+            if item is None or position >= len(item.parts):
+                continue
+            child, pose = item.parts[position]
+            items, poses = words.setdefault(child.word, ([None] * frames, [None] * frames))
+            items[frame], poses[frame] = child, pose
+        for word, (items, poses) in words.items():
+            yield _moving(word, items, poses)
+
+
+def variants(moving: Moving) -> list[tuple[ExportItem, tuple[bool, ...]]]:
+    """The meshes that the thing itself is over time, and in which frames each is."""
+    found: dict[Hashable, tuple[ExportItem, list[bool]]] = {}
+    for frame, item in enumerate(moving.items):
+        if item is None or not item.is_leaf:
+            continue
+        _, shown = found.setdefault(leaf_key(item), (item, [False] * len(moving.items)))
+        shown[frame] = True
+    return [(item, tuple(shown)) for item, shown in found.values()]
+
+
+def leaf_key(item: ExportItem) -> Hashable:
+    """What the mesh of a leaf depends on."""
+    solid = None if item.merged else solid_of(item.entity)
+    return ("merged", id(item.entity)) if solid is None else (solid.key, look_of(item.entity))
+
 
 DEPTH = Option("depth", "merge what is below each entity of level N into one part; the root is level 0", None, least=0)
 PARTS = Option("parts", "write one file for each part (of --depth 1 where none is given): OUT-001-word.ext", False)
@@ -34,7 +178,7 @@ MOST_FILES = 10_000
 class Job:
     """What a writer makes a file of. ``limit`` bounds the primitives that are expanded."""
 
-    plan: Plan
+    plan: ExportPlan
     fps: float = 24.0
     instances: int = 100_000
     limit: int = 2_000_000
@@ -57,7 +201,7 @@ def mesh_backend(
 ) -> Backend:
     """The backend that writes meshes with ``write``: ``--depth`` and ``--parts`` come by themselves."""
 
-    def run(scene: Scene, path: Path, given: Options) -> list[Path]:
+    def run(scene: Scene, path: Path, given: BackendOptions) -> list[Path]:
         return _export(made, write, scene, Path(path), given)
 
     accepts = Accepts(attributes=attributes, animated=animated)
@@ -65,7 +209,7 @@ def mesh_backend(
     return made
 
 
-def _export(backend: Backend, write: Writer, scene: Scene, path: Path, options: Options) -> list[Path]:
+def _export(backend: Backend, write: Writer, scene: Scene, path: Path, options: BackendOptions) -> list[Path]:
     """Write the files, and give those that were asked for: one, or one for each part."""
     check_settings(options, [backend])
     depth, parts = backend.setting(options, "depth"), backend.setting(options, "parts")
@@ -110,7 +254,7 @@ def safe_name(word: str) -> str:
 # --- parts -----------------------------------------------------------------------------------------------------
 
 
-def parts_of(plan: Plan) -> Iterator[Plan]:
+def parts_of(plan: ExportPlan) -> Iterator[ExportPlan]:
     """One plan for each part with geometry: the leaves of the hierarchy, where they stand in the world, over time."""
     frames = len(plan.roots)
     stack: list[tuple[Moving, tuple[Matrix, ...]]] = [(matched(plan.roots), (IDENTITY,) * frames)]
@@ -125,7 +269,9 @@ def parts_of(plan: Plan) -> Iterator[Plan]:
             room -= 1
             if room < 0:
                 raise LimitError("size", f"there are more than {MOST_FILES:,} parts, each of which would be a file")
-            yield Plan(moving.word, tuple(_alone(moving.word, i, w) for i, w in zip(leaves, world)), plan.animated)
+            yield ExportPlan(
+                moving.word, tuple(_alone(moving.word, i, w) for i, w in zip(leaves, world)), plan.animated
+            )
 
 
 def _still_parts(moving: Moving) -> list[Moving]:
@@ -142,14 +288,104 @@ def _still_parts(moving: Moving) -> list[Moving]:
     ]
 
 
-def _alone(word: str, item: Item | None, world: Matrix) -> Item:
+def _alone(word: str, item: ExportItem | None, world: Matrix) -> ExportItem:
     """A root with nothing but ``item`` in it."""
     if item is None:
-        return Item(Entity(word, ANONYMOUS, ()))
-    return Item(Entity(word, ANONYMOUS, (Pair(item.entity, world),)), ((item, world),))
+        return ExportItem(Entity(word, ANONYMOUS, ()))
+    return ExportItem(Entity(word, ANONYMOUS, (Pair(item.entity, world),)), ((item, world),))
 
 
-def unsupported_frames(roots: Sequence[Item], ending: str) -> None:
+def unsupported_frames(roots: Sequence[ExportItem], ending: str) -> None:
     """Raises SceneError("unsupported") for several frames in a file that holds one."""
     if len(roots) > 1:
         raise SceneError("unsupported", f"a {ending} file holds one frame", hint="choose one with --frame N")
+
+
+# The leaves of a scene where they stand in the world: what formats without a hierarchy are made of.
+
+
+FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Placed:
+    """One leaf: the words from the root down to it, its look, its ``surface`` in the world. Where the surface has
+    colours, these are the whole colour; else the look's is."""
+
+    path: tuple[str, ...]
+    look: Look
+    surface: ExportSurface
+
+    def srgb(self) -> npt.NDArray[np.uint8]:
+        """The colour of every vertex (V, 4), sRGB-encoded, with the opacity: what files of 8 bits hold."""
+        linear = self.surface.colors if self.surface.colors is not None else np.array([self.look.color])
+        out = np.full((len(self.surface.vertices), 4), round(255 * self.look.opacity), np.uint8)
+        out[:, :3] = np.rint(255.0 * to_srgb(np.clip(linear, 0.0, 1.0)))
+        return out
+
+
+@dataclass(frozen=True, slots=True)
+class WorldLeaf:
+    """An item that is a mesh, its world pose, and the words down to it."""
+
+    item: ExportItem
+    pose: Matrix
+    path: tuple[str, ...]
+
+
+def leaves(plan: ExportPlan, limit: int) -> Iterator[WorldLeaf]:
+    """The leaves of the only frame in depth-first order. Raises LimitError for more than ``limit``."""
+    count = _leaf_count(plan.roots[0])
+    if count > limit:
+        raise LimitError(
+            "primitives",
+            f"the scene expands to {count:,} primitives, more than the limit of {limit:,}",
+            hint="raise it with --max-primitives, or choose .glb or .usd, which share what is repeated",
+        )
+    stack = [WorldLeaf(plan.roots[0], IDENTITY, (plan.roots[0].word,))]
+    while stack:
+        leaf = stack.pop()
+        if leaf.item.is_leaf:
+            yield leaf
+        for child, place in reversed(leaf.item.parts):
+            stack.append(WorldLeaf(child, pose.compose(leaf.pose, place), (*leaf.path, child.word)))
+
+
+def _leaf_count(root: ExportItem) -> int:
+    """How many leaves there are, worked out without expanding them."""
+    counts: dict[int, int] = {}
+    for item in distinct(root):  # children first
+        counts[id(item)] = item.is_leaf + sum(counts[id(child)] for child, _ in item.parts)
+    return counts[id(root)]
+
+
+def placed(plan: ExportPlan, limit: int, ending: str) -> Iterator[Placed]:
+    """Every visible leaf with its triangles, one patch of one material after the other.
+
+    Round primitives have fewer sides where the file would be too large; raises LimitError where that is not enough.
+    """
+    unsupported_frames(plan.roots, ending)
+    found = list(leaves(plan, min(limit, MOST_VERTICES)))
+    hint = "choose .glb or .usd, which share what is repeated"
+    total = sum(primitive_count(leaf.item.entity) for leaf in found)
+    if total > limit:
+        raise LimitError("primitives", f"the scene expands to {total:,} primitives, over the limit of {limit:,}", hint)
+    segments = segments_for([leaf.item.entity for leaf in found], f"the {ending} file", hint)
+    patches: dict[int, Sequence[tuple[Look, ExportSurface]]] = {}
+    for leaf in found:
+        if id(leaf.item) not in patches:
+            patches[id(leaf.item)] = _patches(leaf.item, segments)
+        for look, surface in patches[id(leaf.item)]:
+            yield Placed(leaf.path, look, surface.under(np.array(leaf.pose).reshape(1, 3, 4)))
+
+
+def _patches(item: ExportItem, segments: int) -> Sequence[tuple[Look, ExportSurface]]:
+    if item.merged:
+        return [(patch.look, patch.surface) for patch in merged(item.entity, segments)]
+    look = look_of(item.entity)
+    surface = None if look.opacity == 0.0 else surface_of(item.entity, segments)
+    if surface is None:
+        return []
+    if surface.colors is not None:
+        surface = ExportSurface(surface.vertices, surface.normals, surface.faces, surface.colors * np.array(look.color))
+    return [(look, surface)]

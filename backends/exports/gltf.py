@@ -2,19 +2,479 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import permutations, product
 from pathlib import Path
+from typing import Any
 from urllib.parse import quote
 
-from scenelang.backends.exports.export import FPS, INSTANCES, Job, mesh_backend
-from scenelang.backends.exports.gltf_document import Document
-from scenelang.backends.exports.gltf_nodes import Nodes
-from scenelang.backends.exports.gltf_tracks import Tracks
-from scenelang.backends.exports.items import Item, Plan, cut_below, distinct
-from scenelang.backends.exports.merging import segments_for
-from scenelang.backends.exports.timeline import Moving, matched
+import numpy as np
+import numpy.typing as npt
+
+from scenelang.backends.exports.export import (
+    FPS,
+    INSTANCES,
+    Job,
+    Moving,
+    facts_of,
+    matched,
+    merged_facts,
+    mesh_backend,
+    variants,
+)
+from scenelang.backends.exports.gltf_document import GltfDocument
+from scenelang.backends.exports.items import ExportItem, ExportPlan, cut_below, distinct
+from scenelang.backends.exports.surfaces import Solid, segments_for, solid_of
+from scenelang.backends.pictures.appearance import look_of
 from scenelang.grammar.diagnostics import LimitError
-from scenelang.interpreter.values import IDENTITY
+from scenelang.interpreter.runtime.values import IDENTITY, Matrix
+from scenelang.interpreter.scene import pose
+
+# The animation of a glTF file: one sampler and channel for each property that changes over the frames.
+
+
+FloatArray = npt.NDArray[np.float64]
+
+_SAME = 2e-7  # the part of a value that single precision does not hold
+
+
+@dataclass(slots=True)
+class AnimationTracks:
+    """Frame ``i`` is at ``i / fps`` seconds, where the values are the frame's own, in single precision."""
+
+    document: GltfDocument
+    fps: float
+    samplers: list[dict[str, Any]] = field(default_factory=list)
+    channels: list[dict[str, Any]] = field(default_factory=list)
+    _times: dict[tuple[int, ...], int] = field(default_factory=dict)
+
+    def add(self, node: int, path: str, values: FloatArray, jumps: bool = False) -> None:
+        """Animate ``path`` of a node through ``values`` (F, K), straight between frames or in ``jumps``.
+
+        What never changes gets no track. Of equal values in a row the ends are kept, or the first where it jumps.
+        """
+        if (np.abs(values - values[0]) <= _SAME * np.abs(values[0]).max()).all():
+            return
+        same = (values[1:] == values[:-1]).all(axis=1)
+        before = np.concatenate([[False], same])
+        after = np.concatenate([same, [False]])
+        keep = ~before if jumps else ~(before & after)
+        keep[-1] = True  # all tracks are equally long
+        frames = np.flatnonzero(keep)
+        output = self.document.add_array(
+            np.ascontiguousarray(values[frames], np.float32), "VEC4" if path == "rotation" else "VEC3"
+        )
+        self.samplers.append(
+            {"input": self._input(frames), "output": output, "interpolation": "STEP" if jumps else "LINEAR"}
+        )
+        self.channels.append({"sampler": len(self.samplers) - 1, "target": {"node": node, "path": path}})
+
+    def _input(self, frames: npt.NDArray[np.int64]) -> int:
+        key = tuple(frames.tolist())
+        if key not in self._times:
+            self._times[key] = self.document.add_array((frames / self.fps).astype(np.float32), "SCALAR")
+        return self._times[key]
+
+    def finish(self, name: str) -> None:
+        """Put the animation into the document, where anything moves."""
+        if self.channels:
+            self.document.animations.append({"name": name, "samplers": self.samplers, "channels": self.channels})
+
+
+# Affine poses as translation, rotation and scale, which is all that a glTF node can say, also over time.
+#
+# A pose whose axes stay square is one node (t, R, S). One that shears is two by the singular value decomposition
+# A = U S V': a parent (t, U, S) and a child V'. A decomposition is unique but for signs (and the order of singular
+# values); over the frames of an animation each is chosen next to the one before, so that what lies between two frames
+# is
+# a short way.
+
+
+_SQUARE = 1e-6  # cosine between two axes of a pose below which it does not shear
+_SIGNS = np.array([s for s in product((1.0, -1.0), repeat=3) if s[0] * s[1] * s[2] > 0.0])  # (4, 3) half turns
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Turns:
+    """P poses: ``translation`` (P, 3), ``rotation`` (P, 4) unit quaternions x y z w, ``scale`` (P, 3) and, for those
+    that shear, ``inner`` (P, 4), the quaternion of the child node; ``shears`` (P,) says where it is needed."""
+
+    translation: FloatArray
+    rotation: FloatArray
+    scale: FloatArray
+    inner: FloatArray
+    shears: npt.NDArray[np.bool_]
+
+
+def turns_of(poses: FloatArray) -> Turns:
+    """The decomposition of each of the affine poses (P, 3, 4) on its own."""
+    linear = poses[:, :, :3]
+    axes, size = _axes(linear)
+    shears = _shears(axes)
+    axes, size = _proper(_completed(axes, size > 0.0), size)
+    inner = np.tile(np.eye(3), (len(poses), 1, 1))
+    rows = np.flatnonzero(shears)
+    if len(rows):
+        axes[rows], size[rows], inner[rows] = _singular(linear[rows])
+    return Turns(poses[:, :, 3], quaternions(axes), size, quaternions(inner), shears)
+
+
+def track_of(poses: FloatArray) -> Turns:
+    """The decomposition of the poses (F, 3, 4) of one node over F frames: all of one kind, each next to the last."""
+    linear = poses[:, :, :3]
+    axes, size = _axes(linear)
+    whole = size > 0.0
+    if _shears(axes).any():
+        outer, scale, inner = _followed_singular(*_singular(linear))
+        shears = np.ones(len(poses), bool)
+    else:
+        outer, scale = _followed(axes, size, whole)
+        inner = np.tile(np.eye(3), (len(poses), 1, 1))
+        shears = np.zeros(len(poses), bool)
+    return Turns(poses[:, :, 3], _same_side(quaternions(outer)), scale, _same_side(quaternions(inner)), shears)
+
+
+def node_fields(turns: Turns, index: int) -> list[dict[str, Any]]:
+    """The fields of one glTF node, or of a parent and its child, for pose ``index``; what is identity is left out."""
+    fields = {"translation": turns.translation, "rotation": turns.rotation, "scale": turns.scale}
+    neutral = {"translation": [0.0, 0.0, 0.0], "rotation": [0.0, 0.0, 0.0, 1.0], "scale": [1.0, 1.0, 1.0]}
+    listed = {name: values[index].tolist() for name, values in fields.items()}
+    outer = {name: value for name, value in listed.items() if value != neutral[name]}
+    return [outer, {"rotation": turns.inner[index].tolist()}] if turns.shears[index] else [outer]
+
+
+def quaternions(r: FloatArray) -> FloatArray:
+    """The unit quaternions (P, 4), x y z w, of rotation matrices (P, 3, 3): the longest row of 4 q q'."""
+    x, y, z = r[:, 0, 0], r[:, 1, 1], r[:, 2, 2]
+    a, b, c = r[:, 2, 1] - r[:, 1, 2], r[:, 0, 2] - r[:, 2, 0], r[:, 1, 0] - r[:, 0, 1]
+    d, e, f = r[:, 0, 1] + r[:, 1, 0], r[:, 0, 2] + r[:, 2, 0], r[:, 1, 2] + r[:, 2, 1]
+    rows = np.stack(
+        [
+            np.stack([1 + x - y - z, d, e, a], axis=1),
+            np.stack([d, 1 - x + y - z, f, b], axis=1),
+            np.stack([e, f, 1 - x - y + z, c], axis=1),
+            np.stack([a, b, c, 1 + x + y + z], axis=1),
+        ],
+        axis=1,
+    )
+    longest = np.argmax(np.diagonal(rows, axis1=1, axis2=2), axis=1)
+    q = rows[np.arange(len(r)), longest]
+    q = q / np.linalg.norm(q, axis=1, keepdims=True)
+    q = np.where((q[:, 3] < 0.0)[:, None], -q, q)
+    exact: FloatArray = q + 0.0  # no negative zeros
+    return exact
+
+
+# --- one pose --------------------------------------------------------------------------------------------------
+
+
+def _axes(linear: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The columns as unit vectors (P, 3, 3), zero where they have no length, and their lengths (P, 3)."""
+    largest = np.abs(linear).max(axis=1)
+    safe = np.where(largest > 0.0, largest, 1.0)
+    scaled = linear / safe[:, None, :]
+    size = np.sqrt((scaled * scaled).sum(axis=1))
+    return scaled / np.where(size > 0.0, size, 1.0)[:, None, :], size * largest
+
+
+def _shears(axes: FloatArray) -> npt.NDArray[np.bool_]:
+    products = np.abs(np.swapaxes(axes, 1, 2) @ axes)
+    bent: npt.NDArray[np.bool_] = np.maximum.reduce([products[:, 0, 1], products[:, 0, 2], products[:, 1, 2]]) > _SQUARE
+    return bent
+
+
+def _completed(axes: FloatArray, whole: npt.NDArray[np.bool_], near: FloatArray | None = None) -> FloatArray:
+    """Square axes (P, 3, 3) whose zero columns are replaced, as near to the rotation ``near`` as may be."""
+    axes = axes.copy()
+    for row in np.flatnonzero(~whole.all(axis=1)):
+        like = np.eye(3) if near is None else near
+        known = [axes[row, :, k] for k in range(3) if whole[row, k]]
+        for k in np.flatnonzero(~whole[row]):
+            axes[row, :, k] = _across(known, like[:, k])
+            known.append(axes[row, :, k])
+    return axes
+
+
+def _across(known: list[FloatArray], wanted: FloatArray) -> FloatArray:
+    """The unit vector nearest to ``wanted`` that is square to all ``known`` unit vectors."""
+    for candidate in (wanted, *np.eye(3)):
+        rest = candidate - sum((v * (v @ candidate) for v in known), np.zeros(3))
+        length = float(np.linalg.norm(rest))
+        if length > 0.1:
+            unit: FloatArray = rest / length
+            return unit
+    raise AssertionError("three axes span space")
+
+
+def _proper(axes: FloatArray, size: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Rotations and scales: the x axis turned round where the axes are left-handed."""
+    axes, size = axes.copy(), size.copy()
+    mirrored = np.linalg.det(axes) < 0.0
+    axes[mirrored, :, 0] *= -1.0
+    size[mirrored, 0] *= -1.0
+    return axes, size
+
+
+def _singular(linear: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Rotations U, scales S and rotations V' with ``linear = U S V'``."""
+    u, s, v = np.linalg.svd(linear)
+    left, right = np.sign(np.linalg.det(u)), np.sign(np.linalg.det(v))
+    return u * left[:, None, None], s * (left * right)[:, None], v * right[:, None, None]
+
+
+# --- over time -------------------------------------------------------------------------------------------------
+
+
+def _followed(axes: FloatArray, size: FloatArray, whole: npt.NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
+    """Rotations and scales; the signs of the scales change only where a pose becomes its mirror image."""
+    first = int(np.argmax(whole.sum(axis=1)))  # the frame that says most gives the others their missing axes
+    base, length = _proper(_completed(axes[first][None], whole[first][None]), size[first][None])
+    turned, scale = np.empty_like(axes), size.copy()
+    for steps in (range(first, len(axes)), range(first - 1, -1, -1)):
+        near, signs = base[0], np.where(length[0] < 0.0, -1.0, 1.0)
+        for step in steps:
+            near, signs = _nearest(axes[step], whole[step], near, signs)
+            turned[step], scale[step] = near, size[step] * signs
+    return turned, scale
+
+
+def _nearest(
+    axes: FloatArray, whole: npt.NDArray[np.bool_], near: FloatArray, signs: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """The rotation, and the signs of the scale, that continue ``near`` and ``signs`` to the square ``axes`` (3, 3)."""
+    if not whole.all():
+        full = _completed((axes * signs)[None], whole[None], near)[0]
+        if np.linalg.det(full) < 0.0:
+            full[:, int(np.argmin(whole))] *= -1.0  # its scale is 0
+        return full, signs
+    if np.linalg.det(axes) * np.prod(signs) < 0.0:
+        choices = -signs * _SIGNS
+        signs = choices[np.argmax(np.einsum("ij,ij,sj->s", near, axes, choices))]
+    return axes * signs, signs
+
+
+def _followed_singular(u: FloatArray, s: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The same products with order and signs of the singular values that follow from frame to frame."""
+    u, s, v = u.copy(), s.copy(), v.copy()
+    orders = np.array(list(permutations(range(3))))
+    odd = np.array([np.linalg.det(np.eye(3)[order]) for order in orders])[:, None, None]
+    signs = np.where(s[0] < 0.0, -1.0, 1.0)
+    for step in range(1, len(u)):
+        us = u[step][:, orders].transpose(1, 0, 2) * odd  # (6, 3, 3) columns in each order, proper again
+        vs = v[step][orders] * odd  # (6, 3, 3) rows in each order
+        length = s[step][orders]
+        own = np.where(length < 0.0, -1.0, 1.0)
+        mirrored = bool((own[0].prod() != signs.prod()) and length[0].all())
+        signs = -signs if mirrored else signs
+        us, length = us * (own * signs)[:, None, :], np.abs(length) * signs
+        proper = np.linalg.det(us) > 0.0
+        us = np.where(proper[:, None, None], us, -us)  # only where a singular value is 0
+        length = np.where(proper[:, None], length, -length)
+        near = np.einsum("ij,oij,sj->os", u[step - 1], us, _SIGNS) + np.einsum("ij,oij,si->os", v[step - 1], vs, _SIGNS)
+        change = np.abs(length - s[step - 1]).sum(axis=1) / max(float(np.abs(s[step - 1 : step + 1]).max()), 1e-300)
+        near -= 6.0 * change[:, None]  # a thing that turns keeps its size
+        order, flip = np.unravel_index(int(np.argmax(near)), near.shape)
+        u[step], v[step] = us[order] * _SIGNS[flip], vs[order] * _SIGNS[flip][:, None]
+        s[step] = length[order]
+    return u, s, v
+
+
+def _same_side(q: FloatArray) -> FloatArray:
+    """Quaternions whose signs follow from frame to frame."""
+    if len(q) < 2:
+        return q
+    turned = np.cumprod(np.concatenate([[1.0], np.where((q[1:] * q[:-1]).sum(axis=1) < 0.0, -1.0, 1.0)]))
+    out: FloatArray = q * turned[:, None] + 0.0
+    return out
+
+
+# The hierarchy of a scene as glTF nodes, named by words, and its frames as an animation.
+#
+# Every instance of an entity is a node whose ``extras`` say what it is. A primitive's node takes its canonical solid
+# (a
+# unit cube, ball, cylinder or cone, which all of one look share) to its place, so its pose is the entity's times the
+# solid's. A pose that shears has a child node ``word/shear``; what is not there in all frames a child ``word/shown``,
+# whose scale is 0 or 1; a primitive whose look changes a child ``word/1``, ``word/2``, ... for each.
+
+
+Node = dict[str, Any]
+
+
+@dataclass(slots=True)
+class Nodes:
+    """Adds nodes to ``document``; remembers what poses, primitives and extras become."""
+
+    document: GltfDocument
+    _poses: dict[Matrix, list[Node]] = field(default_factory=dict)
+    _solids: dict[int, Solid | None] = field(default_factory=dict)
+    _extras: dict[int, Node] = field(default_factory=dict)
+
+    # --- what does not move ---
+
+    def prepare(self, items: Iterable[ExportItem]) -> None:
+        """Decompose all poses below ``items`` at once, which is much faster than one by one."""
+        found = {self.placed(child, place) for item in distinct(*items) for child, place in item.parts}
+        fresh = [place for place in found if place not in self._poses]
+        for start in range(0, len(fresh), 1 << 16):
+            block = fresh[start : start + (1 << 16)]
+            turns = turns_of(np.array(block).reshape(-1, 3, 4))
+            for index, place in enumerate(block):
+                self._poses[place] = node_fields(turns, index)
+
+    def add_still(self, root: ExportItem, place: Matrix, siblings: list[int] | None) -> None:
+        """One node for each instance below and including ``root``, without recursion."""
+        waiting: list[tuple[ExportItem, Matrix, list[int] | None]] = [(root, place, siblings)]
+        while waiting:
+            item, local, siblings = waiting.pop()
+            node = self._add_posed(item.word, self._fields(self.placed(item, local)), self.extras(item), siblings)
+            self._fill(node, item)
+            if item.parts:
+                children: list[int] = []
+                node["children"] = children
+                waiting.extend((child, pose_, children) for child, pose_ in reversed(item.parts))
+
+    def placed(self, item: ExportItem, local: Matrix) -> Matrix:
+        """The pose of the item's node: a primitive's solid has its own."""
+        solid = self.solid(item)
+        return local if solid is None or solid.pose is IDENTITY else pose.compose(local, solid.pose)
+
+    def solid(self, item: ExportItem) -> Solid | None:
+        """The solid of a primitive, None of all else."""
+        key = id(item.entity)
+        if key not in self._solids:
+            self._solids[key] = None if item.merged else solid_of(item.entity)
+        return self._solids[key]
+
+    def extras(self, item: ExportItem) -> Node:
+        """What the node says of its entity."""
+        if id(item) not in self._extras:
+            self._extras[id(item)] = merged_facts(item.entity) if item.merged else facts_of(item.entity)
+        return self._extras[id(item)]
+
+    def _fields(self, place: Matrix) -> list[Node]:
+        if place not in self._poses:
+            self._poses[place] = node_fields(turns_of(np.array(place).reshape(1, 3, 4)), 0)
+        return self._poses[place]
+
+    def _add_posed(self, word: str, fields: Sequence[Node], extras: Node | None, siblings: list[int] | None) -> Node:
+        """A node, and a child where the pose shears; the innermost, which holds what is posed."""
+        outer, *inner = fields
+        node = {"name": word, **outer} | ({"extras": extras} if extras else {})
+        self._append(node, siblings)
+        for more in inner:
+            node = self._add_inner(f"{word}/shear", more, node)
+        return node
+
+    def _append(self, node: Node, siblings: list[int] | None) -> int:
+        if siblings is not None:
+            siblings.append(len(self.document.nodes))
+        self.document.nodes.append(node)
+        return len(self.document.nodes) - 1
+
+    def _add_inner(self, name: str, fields: Node, outer: Node) -> Node:
+        node = {"name": name, **fields}
+        outer["children"] = [self._append(node, None)]
+        return node
+
+    def _fill(self, node: Node, item: ExportItem) -> None:
+        """Give the node the mesh of its item, where it has one."""
+        mesh = self.mesh(item)
+        if mesh is not None:
+            node["mesh"] = mesh
+
+    def mesh(self, item: ExportItem) -> int | None:
+        """The number of the item's mesh."""
+        if item.merged:
+            return self.document.merged_mesh(item.entity)
+        solid = self.solid(item)
+        return None if solid is None else self.document.solid_mesh(item.word, solid, look_of(item.entity))
+
+    # --- what moves ---
+
+    def add_moving(self, root: Moving, tracks: AnimationTracks) -> None:
+        """One node for each path over all frames, with a track for what changes."""
+        waiting: list[tuple[Moving, list[int] | None]] = [(root, None)]
+        while waiting:
+            moving, siblings = waiting.pop()
+            if moving.fixed is not None and moving.is_still:
+                self.add_still(moving.fixed, moving.poses[0] or IDENTITY, siblings)
+                continue
+            children: list[int] = []
+            self._add_changing(moving, siblings, tracks, children)
+            if moving.fixed is not None:
+                for child, place in moving.fixed.parts:
+                    self.add_still(child, place, children)
+            waiting.extend((child, children) for child in reversed(moving.children))
+
+    def _add_changing(
+        self, moving: Moving, siblings: list[int] | None, tracks: AnimationTracks, children: list[int]
+    ) -> None:
+        kinds = variants(moving)
+        one = len(kinds) == 1 and not moving.children
+        places = list(moving.filled_poses())
+        if one:
+            items = _filled(moving.items)
+            places = [self.placed(item, place) for item, place in zip(items, places, strict=True)]
+        node = self._add_track(moving.word, places, moving.shown, self.extras(moving.first), siblings, tracks)
+        if one:
+            self._fill(node, kinds[0][0])
+        elif kinds:
+            self._add_variants(moving, kinds, children, tracks)
+        if children or moving.children or (moving.fixed is not None and moving.fixed.parts):
+            node["children"] = children
+
+    def _add_variants(
+        self,
+        moving: Moving,
+        kinds: Sequence[tuple[ExportItem, tuple[bool, ...]]],
+        children: list[int],
+        tracks: AnimationTracks,
+    ) -> None:
+        """A child for each mesh that the thing ever is, seen in its frames only."""
+        for number, (item, shown) in enumerate(kinds, start=1):
+            mine = [other if seen else None for other, seen in zip(moving.items, shown, strict=True)]
+            places = [self.placed(other, IDENTITY) for other in _filled(mine)]
+            node = self._add_track(f"{moving.word}/{number}", places, shown, None, children, tracks)
+            self._fill(node, item)
+
+    def _add_track(
+        self,
+        name: str,
+        places: Sequence[Matrix],
+        shown: tuple[bool, ...],
+        extras: Node | None,
+        siblings: list[int] | None,
+        tracks: AnimationTracks,
+    ) -> Node:
+        """A node under one pose a frame, seen in the frames ``shown``; the innermost, which holds what is posed."""
+        still = len(set(places)) == 1
+        turns = None if still else track_of(np.array(places).reshape(-1, 3, 4))
+        fields = self._fields(places[0]) if turns is None else node_fields(turns, 0)
+        number = len(self.document.nodes)
+        node = self._add_posed(name, fields, extras, siblings)
+        if turns is not None:
+            tracks.add(number, "translation", turns.translation)
+            tracks.add(number, "rotation", turns.rotation)
+            tracks.add(number, "scale", turns.scale)
+            if turns.shears[0]:
+                tracks.add(number + 1, "rotation", turns.inner)
+        if not all(shown):
+            first = {} if shown[0] else {"scale": [0.0, 0.0, 0.0]}
+            node = self._add_inner(f"{name}/shown", first, node)
+            tracks.add(len(self.document.nodes) - 1, "scale", np.repeat(np.array(shown, float)[:, None], 3, 1), True)
+        return node
+
+
+def _filled(items: Sequence[ExportItem | None]) -> list[ExportItem]:
+    """An item for every frame: that of the frame before where there is none."""
+    found = next(item for item in items if item is not None)
+    filled = []
+    for item in items:
+        found = item if item is not None else found
+        filled.append(found)
+    return filled
+
 
 _HINT = "raise --instance-limit, or export a part of the scene"
 
@@ -34,11 +494,11 @@ def write(job: Job, path: Path) -> None:
         file.writelines(document.to_glb(job.plan.word))
 
 
-def document_of(job: Job) -> Document:
+def document_of(job: Job) -> GltfDocument:
     """The glTF document of a plan. Raises LimitError when it would be too large."""
     plan = cut_below(job.plan, job.instances)
     whole = [item.entity for item in distinct(*plan.roots) if item.merged]
-    document = Document(segments_for(whole, "the merged meshes", _HINT))
+    document = GltfDocument(segments_for(whole, "the merged meshes", _HINT))
     nodes = Nodes(document)
     if plan.animated:
         _add_frames(nodes, plan, job.fps)
@@ -50,15 +510,15 @@ def document_of(job: Job) -> Document:
     return document
 
 
-def _add_frames(nodes: Nodes, plan: Plan, fps: float) -> None:
+def _add_frames(nodes: Nodes, plan: ExportPlan, fps: float) -> None:
     root = matched(plan.roots)
     nodes.prepare(list(_fixed_items(root)))
-    tracks = Tracks(nodes.document, fps)
+    tracks = AnimationTracks(nodes.document, fps)
     nodes.add_moving(root, tracks)
     tracks.finish(plan.word)
 
 
-def _fixed_items(root: Moving) -> Iterator[Item]:
+def _fixed_items(root: Moving) -> Iterator[ExportItem]:
     waiting = [root]
     while waiting:
         moving = waiting.pop()

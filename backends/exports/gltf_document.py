@@ -11,10 +11,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.appearance import Look
-from scenelang.backends.exports.merging import merged
-from scenelang.backends.exports.surfaces import SEGMENTS, Solid, Surface
-from scenelang.interpreter.entity import Entity
+from scenelang.backends.exports.surfaces import SEGMENTS, ExportSurface, Solid, merged
+from scenelang.backends.pictures.appearance import Look
+from scenelang.interpreter.scene.entity import Entity
 
 _ARRAY_BUFFER, _ELEMENT_BUFFER = 34962, 34963
 _COMPONENTS = {"float32": 5126, "uint32": 5125, "uint16": 5123}
@@ -22,7 +21,7 @@ _LARGEST = 2**32 - 1
 
 
 @dataclass(slots=True)
-class Document:
+class GltfDocument:
     """The parts of the file, and what it already holds, so that it is shared."""
 
     segments: int = SEGMENTS
@@ -73,7 +72,7 @@ class Document:
         self.meshes.append({"name": name, "primitives": primitives})
         return len(self.meshes) - 1
 
-    def _add_surface(self, surface: Surface) -> dict[str, Any]:
+    def _add_surface(self, surface: ExportSurface) -> dict[str, Any]:
         attributes = {
             "POSITION": self.add_array(surface.vertices.astype(np.float32), "VEC3", _ARRAY_BUFFER),
             "NORMAL": self.add_array(surface.normals.astype(np.float32), "VEC3", _ARRAY_BUFFER),

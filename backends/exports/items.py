@@ -11,24 +11,24 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 
-from scenelang.backends.appearance import check_seen
 from scenelang.backends.base import frame_of
-from scenelang.backends.minecraft.cubes import as_cubes
+from scenelang.backends.minecraft.models import as_cubes
+from scenelang.backends.pictures.appearance import check_seen
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
-from scenelang.interpreter.bounds import entity_box
-from scenelang.interpreter.entity import Entity, Scene, descendants
-from scenelang.interpreter.values import Matrix
+from scenelang.interpreter.runtime.values import Matrix
+from scenelang.interpreter.scene.bounds import entity_box
+from scenelang.interpreter.scene.entity import Entity, Scene, descendants
 
 MOST_NODES = 1_000_000  # of a strict tree
 _LARGEST = 1e30  # what single precision can hold, products included
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Item:
+class ExportItem:
     """``parts`` are pairs of item and pose. ``merged``: all that is below the entity is one mesh, and no part."""
 
     entity: Entity
-    parts: tuple[tuple[Item, Matrix], ...] = ()
+    parts: tuple[tuple[ExportItem, Matrix], ...] = ()
     merged: bool = False
 
     @property
@@ -42,11 +42,11 @@ class Item:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Plan:
+class ExportPlan:
     """The items of every frame that is exported; ``animated`` when these are the frames of a 4D scene."""
 
     word: str
-    roots: tuple[Item, ...]
+    roots: tuple[ExportItem, ...]
     animated: bool
 
 
@@ -56,7 +56,7 @@ def planned(
     depth: int | None = None,
     limit: int = 2_000_000,
     warn: Callable[[Diagnostic], None] | None = None,
-) -> Plan:
+) -> ExportPlan:
     """The items of ``scene``, blocks as cubes: of all its frames, or of ``frame`` alone (from 0), merged at level
     ``depth``. ``limit`` and ``warn`` as for ``as_cubes``.
 
@@ -68,7 +68,7 @@ def planned(
     cut = {id(root): math.inf if depth is None else depth for root in scene.frames}
     items = _Items(heights)
     roots = tuple(items.of(root, cut[id(root)]) for root in scene.frames)
-    return Plan(scene.word, roots, len(roots) > 1)
+    return ExportPlan(scene.word, roots, len(roots) > 1)
 
 
 def chosen(scene: Scene, frame: int | None) -> Scene:
@@ -88,9 +88,9 @@ class _Items:
 
     def __init__(self, heights: Mapping[int, int]) -> None:
         self._heights = heights
-        self._made: dict[tuple[int, float], Item] = {}
+        self._made: dict[tuple[int, float], ExportItem] = {}
 
-    def of(self, root: Entity, levels: float) -> Item:
+    def of(self, root: Entity, levels: float) -> ExportItem:
         """The item of ``root`` whose descendants ``levels`` below it are merged; no recursion."""
         stack = [(root, levels)]
         while stack:
@@ -114,11 +114,11 @@ class _Items:
         found = {self._key(part.car, left): part.car for part in entity.children}
         return [(child, left) for key, child in found.items() if key not in self._made]
 
-    def _item(self, entity: Entity, left: float) -> Item:
+    def _item(self, entity: Entity, left: float) -> ExportItem:
         if left <= 0 and entity.children:
-            return Item(entity, merged=True)
+            return ExportItem(entity, merged=True)
         parts = tuple((self._made[self._key(part.car, left - 1)], part.cdr) for part in entity.children)
-        return Item(entity, parts)
+        return ExportItem(entity, parts)
 
 
 def _heights(roots: Iterable[Entity]) -> dict[int, int]:
@@ -132,7 +132,7 @@ def _heights(roots: Iterable[Entity]) -> dict[int, int]:
 # --- items as a DAG --------------------------------------------------------------------------------------------
 
 
-def distinct(*roots: Item) -> Iterator[Item]:
+def distinct(*roots: ExportItem) -> Iterator[ExportItem]:
     """Every distinct item below and including ``roots``, children before parents."""
     seen: set[int] = set()
     for root in roots:
@@ -150,7 +150,7 @@ def distinct(*roots: Item) -> Iterator[Item]:
                 yield item
 
 
-def sizes(roots: Sequence[Item]) -> dict[int, int]:
+def sizes(roots: Sequence[ExportItem]) -> dict[int, int]:
     """Instances of items below and including each distinct one."""
     counts: dict[int, int] = {}
     for item in distinct(*roots):
@@ -158,7 +158,7 @@ def sizes(roots: Sequence[Item]) -> dict[int, int]:
     return counts
 
 
-def cut_below(plan: Plan, limit: int) -> Plan:
+def cut_below(plan: ExportPlan, limit: int) -> ExportPlan:
     """``plan`` with the smallest repeated subtrees merged that bring every frame to at most ``limit`` nodes.
 
     All subtrees of at most T instances that stand in several places are merged, with the least power of two T that is
@@ -183,7 +183,7 @@ def cut_below(plan: Plan, limit: int) -> Plan:
     return _merged_below(plan, counts, repeated, threshold)
 
 
-def _repeated(roots: Sequence[Item]) -> set[int]:
+def _repeated(roots: Sequence[ExportItem]) -> set[int]:
     """The ids of the items that stand in several places of one frame."""
     found: set[int] = set()
     for root in {id(root): root for root in roots}.values():
@@ -197,7 +197,7 @@ def _repeated(roots: Sequence[Item]) -> set[int]:
     return found
 
 
-def _nodes(roots: Sequence[Item], counts: Mapping[int, int], repeated: Set[int], threshold: int) -> int:
+def _nodes(roots: Sequence[ExportItem], counts: Mapping[int, int], repeated: Set[int], threshold: int) -> int:
     """The nodes of the largest frame when repeated subtrees of at most ``threshold`` instances are one node each."""
     nodes: dict[int, int] = {}
     for item in distinct(*roots):
@@ -206,13 +206,13 @@ def _nodes(roots: Sequence[Item], counts: Mapping[int, int], repeated: Set[int],
     return max(nodes[id(root)] for root in roots)
 
 
-def _merged_below(plan: Plan, counts: Mapping[int, int], repeated: Set[int], threshold: int) -> Plan:
-    made: dict[int, Item] = {}
+def _merged_below(plan: ExportPlan, counts: Mapping[int, int], repeated: Set[int], threshold: int) -> ExportPlan:
+    made: dict[int, ExportItem] = {}
     for item in distinct(*plan.roots):
         if item.is_leaf or not item.parts:
             made[id(item)] = item
         elif counts[id(item)] <= threshold and id(item) in repeated:
-            made[id(item)] = Item(item.entity, merged=True)
+            made[id(item)] = ExportItem(item.entity, merged=True)
         else:
-            made[id(item)] = Item(item.entity, tuple((made[id(child)], pose) for child, pose in item.parts))
-    return Plan(plan.word, tuple(made[id(root)] for root in plan.roots), plan.animated)
+            made[id(item)] = ExportItem(item.entity, tuple((made[id(child)], pose) for child, pose in item.parts))
+    return ExportPlan(plan.word, tuple(made[id(root)] for root in plan.roots), plan.animated)

@@ -7,29 +7,108 @@ no lamp as an instance, and nothing under a singular pose: these are meshes in t
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator, Mapping
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
+from xml.sax.saxutils import quoteattr  # writes only  # nosec B406
 
 import numpy as np
+import numpy.typing as npt
 
-from scenelang.backends.appearance import Look, look_of
-from scenelang.backends.base import need
-from scenelang.backends.exports.export import INSTANCES, Job, mesh_backend, unsupported_frames
-from scenelang.backends.exports.items import Item, Plan, cut_below, distinct
-from scenelang.backends.exports.merging import WHITE, Patch, joined, merged, segments_for
+from scenelang.backends.base import BackendOptions, need
+from scenelang.backends.exports.export import INSTANCES, Job, leaves, mesh_backend, unsupported_frames
+from scenelang.backends.exports.items import ExportItem, ExportPlan, cut_below, distinct
 from scenelang.backends.exports.ply import write_ply
-from scenelang.backends.exports.surfaces import Surface, solid_of
-from scenelang.backends.exports.world import leaves
-from scenelang.backends.exports.xml_elements import elements
-from scenelang.backends.meshes import unit_mesh
-from scenelang.backends.mitsuba.materials import surface as bsdf_of
-from scenelang.backends.mitsuba.shapes import CONE_SEGMENTS, dissolves, unit_parts
-from scenelang.backends.solids import Form
-from scenelang.backends.studio import BRIGHTEST
-from scenelang.interpreter import pose
-from scenelang.interpreter.values import Matrix
+from scenelang.backends.exports.surfaces import WHITE, ExportSurface, Patch, joined, merged, segments_for, solid_of
+from scenelang.backends.geometry.solids import SolidForm, solids_of, unit_mesh
+from scenelang.backends.pictures.appearance import Look, look_of
+from scenelang.backends.pictures.camera import Viewpoint
+from scenelang.backends.pictures.mitsuba import MITSUBA, use
+from scenelang.backends.pictures.mitsuba_scene import CONE_SEGMENTS, dissolves, surroundings, unit_parts
+from scenelang.backends.pictures.mitsuba_scene import surface as bsdf_of
+from scenelang.backends.pictures.stage import Staging, box_of, still, unit_size
+from scenelang.backends.pictures.studio import BRIGHTEST
+from scenelang.grammar.diagnostics import printable
+from scenelang.interpreter.runtime.values import ANONYMOUS, Matrix
+from scenelang.interpreter.scene import pose
+from scenelang.interpreter.scene.entity import Entity, Scene
+from scenelang.interpreter.scene.flatten import flatten_entity
+
+# Mitsuba's scene dictionaries as the elements of its XML format.
+
+
+_TAGS = {
+    "path": "integrator",
+    "perspective": "sensor",
+    "thinlens": "sensor",
+    "orthographic": "sensor",
+    "hdrfilm": "film",
+    "multijitter": "sampler",
+    "box": "rfilter",
+    "constant": "emitter",
+    "area": "emitter",
+    "diffuse": "bsdf",
+    "twosided": "bsdf",
+    "principled": "bsdf",
+    "mask": "bsdf",
+    "mesh_attribute": "texture",
+    "checkerboard": "texture",
+    "ply": "shape",
+    "sphere": "shape",
+    "cube": "shape",
+    "cylinder": "shape",
+    "disk": "shape",
+    "rectangle": "shape",
+    "shapegroup": "shape",
+    "instance": "shape",
+}
+
+
+def _quoted(text: str) -> str:
+    """An attribute's value; XML has no control characters, not even escaped ones."""
+    return quoteattr(printable(text))
+
+
+def elements(name: str | None, value: Any, indent: str = "  ") -> list[str]:
+    """The lines of the property ``name``: a plugin (a mapping with a "type"), a transform (a matrix) or a plain value.
+
+    The key "id" of a plugin names it, and a value ``{"ref": id}`` refers to it.
+    """
+    named = "" if name is None else f" name={_quoted(name)}"
+    if isinstance(value, Mapping):
+        return _plugin(named, value, indent)
+    if isinstance(value, np.ndarray):
+        matrix = " ".join(f"{number:.17g}" for number in value.ravel().tolist())
+        return [f'{indent}<transform{named}><matrix value="{matrix}"/></transform>']
+    if isinstance(value, bool):
+        return [f'{indent}<boolean{named} value="{str(value).lower()}"/>']
+    if isinstance(value, int):
+        return [f'{indent}<integer{named} value="{value}"/>']
+    if isinstance(value, float):
+        return [f'{indent}<float{named} value="{value:.9g}"/>']
+    if isinstance(value, str):
+        return [f"{indent}<string{named} value={_quoted(value)}/>"]
+    return [f'{indent}<point{named} value="{_numbers(value)}"/>']
+
+
+def _plugin(named: str, value: Mapping[str, Any], indent: str) -> list[str]:
+    if "ref" in value:
+        return [f"{indent}<ref id={_quoted(value['ref'])}/>"]
+    if value["type"] == "rgb":
+        return [f'{indent}<rgb{named} value="{_numbers(value["value"])}"/>']
+    tag = _TAGS[value["type"]]
+    label = f" id={_quoted(value['id'])}" if "id" in value else named if tag == "texture" else ""
+    lines = [f'{indent}<{tag} type="{value["type"]}"{label}>']
+    for key, item in value.items():
+        if key not in ("type", "id"):
+            lines += elements(key, item, indent + "  ")
+    return [*lines, f"{indent}</{tag}>"]
+
+
+def _numbers(values: Sequence[float]) -> str:
+    return " ".join(f"{float(number):.9g}" for number in values)
+
 
 _VERTEX = np.dtype([("position", "<f4", 3), ("normal", "<f4", 3), ("color", "<f4", 3)])
 _PROPERTIES = tuple(("float", name) for name in ("x", "y", "z", "nx", "ny", "nz", "r", "g", "b"))
@@ -38,7 +117,6 @@ _COLORS = {"type": "mesh_attribute", "name": "vertex_color"}
 
 def write(job: Job, path: Path) -> None:
     """Write the first frame of the plan at ``path``. Raises SceneError and LimitError."""
-    from scenelang.backends.exports.mitsuba_stage import stage_elements
 
     unsupported_frames(job.plan.roots, ".xml")
     need("mitsuba", "mitsuba")
@@ -62,9 +140,9 @@ class _Shapes:
     meshes: int = 0
     groups: dict[Hashable, str | None] = field(default_factory=dict)
     patches: dict[int, tuple[list[Patch], list[Patch]]] = field(default_factory=dict)
-    loose: dict[Look, list[Surface]] = field(default_factory=dict)
+    loose: dict[Look, list[ExportSurface]] = field(default_factory=dict)
 
-    def lines(self, plan: Plan) -> Iterator[str]:
+    def lines(self, plan: ExportPlan) -> Iterator[str]:
         """The elements of all leaves, in depth-first order; what cannot be an instance comes last."""
         for leaf in leaves(plan, 2**40):
             fresh: list[str] = []
@@ -77,7 +155,7 @@ class _Shapes:
         for look, surfaces in self.loose.items():
             yield from elements(None, self._mesh(Patch(look, joined(surfaces))))
 
-    def _placed(self, item: Item, place: Matrix, fresh: list[str]) -> tuple[str, Matrix] | None:
+    def _placed(self, item: ExportItem, place: Matrix, fresh: list[str]) -> tuple[str, Matrix] | None:
         """The group of a leaf and its pose; None where it is loose or nothing is seen. ``fresh`` gets a new group."""
         if item.merged:
             still, lamps = self._merged(item)
@@ -93,7 +171,7 @@ class _Shapes:
         if solid is None or look.opacity == 0.0:
             return None
         whole = pose.compose(place, solid.pose)
-        if any(look.emission) or _is_flat(whole) or (solid.form == Form.BALL and _dissolves(whole)):
+        if any(look.emission) or _is_flat(whole) or (solid.form == SolidForm.BALL and _dissolves(whole)):
             surface = solid.surface()
             self._loosen([] if surface is None else [Patch(look, surface)], whole)
             return None
@@ -104,7 +182,7 @@ class _Shapes:
         group = self.groups[key]
         return None if group is None else (group, whole)
 
-    def _merged(self, item: Item) -> tuple[list[Patch], list[Patch]]:
+    def _merged(self, item: ExportItem) -> tuple[list[Patch], list[Patch]]:
         """The patches of a merged item: those that can be instances, and lamps."""
         if id(item.entity) not in self.patches:
             found = merged(item.entity, self.segments)
@@ -112,7 +190,7 @@ class _Shapes:
             self.patches[id(item.entity)] = dark, [patch for patch in found if any(patch.look.emission)]
         return self.patches[id(item.entity)]
 
-    def _own(self, item: Item, look: Look) -> list[dict[str, Any]]:
+    def _own(self, item: ExportItem, look: Look) -> list[dict[str, Any]]:
         """The mesh of a primitive that is no canonical solid."""
         solid = solid_of(item.entity)
         surface = None if solid is None else solid.surface()
@@ -134,13 +212,13 @@ class _Shapes:
             shapes = {f"part{k}": part for k, part in enumerate(parts)}
             fresh += elements(None, {"type": "shapegroup", "id": name, **shapes})
 
-    def _unit(self, form: Form, look: Look) -> list[dict[str, Any]]:
+    def _unit(self, form: SolidForm, look: Look) -> list[dict[str, Any]]:
         """The canonical solid, exact but for cones."""
         parts = [part | {"bsdf": bsdf_of(look)} for part in unit_parts(form)]
         if parts:
             return parts
         mesh = unit_mesh(form, CONE_SEGMENTS)
-        return [self._mesh(Patch(look, Surface(mesh.vertices, mesh.normals, mesh.faces)))]
+        return [self._mesh(Patch(look, ExportSurface(mesh.vertices, mesh.normals, mesh.faces)))]
 
     def _mesh(self, patch: Patch) -> dict[str, Any]:
         """A .ply file beside the scene, and the element that names it."""
@@ -195,3 +273,50 @@ MITSUBA_XML = mesh_backend(
     packages=("mitsuba",),
     install="mitsuba",
 )
+
+
+# Camera, light and ground of final pictures, brought from the stage's unit frame to world coordinates.
+
+
+FloatArray = npt.NDArray[np.float64]
+
+_WIDTH, _HEIGHT = 800, 600
+
+
+def stage_elements(plan: ExportPlan) -> list[str]:
+    """The lines of integrator, sensor, lights and ground for a plan of one frame."""
+    scene = Scene(plan.word, [plan.roots[0].entity], False)
+    mi = use("scalar", 0, False)
+    center, scale = unit_size(scene)
+    nothing = solids_of(flatten_entity(Entity(plan.word, ANONYMOUS, ())))
+    roots, lowest = {0: scene.root}, float(box_of(scene)[0][1])
+    staging = Staging(roots, roots, None, {0: nothing}, lowest, center, scale, "studio", None)
+    stage = staging.stage(still(scene, Viewpoint(), None, _WIDTH, _HEIGHT))
+    outward = np.diag([1.0 / scale] * 3 + [1.0])
+    outward[:3, 3] = center
+    lines: list[str] = []
+    for key, value in surroundings(mi, stage, MITSUBA.setting(BackendOptions(), "bounces")).items():
+        if key != "type":
+            lines += elements(None, _in_world(value, outward, scale))
+    return lines
+
+
+def _in_world(value: Mapping[str, Any], outward: FloatArray, scale: float) -> dict[str, Any]:
+    """A plugin with its poses and distances in world units."""
+    out: dict[str, Any] = {}
+    is_camera = "film" in value
+    for key, item in value.items():
+        if key == "to_world":
+            pose = outward @ np.array(item.matrix, np.float64).reshape(4, 4)
+            if is_camera and value["type"] != "orthographic":
+                pose[:3, :3] *= scale  # a camera may not be scaled
+            out[key] = pose
+        elif hasattr(item, "matrix"):
+            out[key] = np.array(item.matrix, np.float64)
+        elif key in ("near_clip", "far_clip", "aperture_radius", "focus_distance"):
+            out[key] = item / scale
+        elif key == "sampler":
+            out[key] = dict(item) | {"sample_count": MITSUBA.setting(BackendOptions(), "samples")}
+        else:
+            out[key] = item
+    return out

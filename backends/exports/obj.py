@@ -12,10 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
-from scenelang.backends.appearance import Look
-from scenelang.backends.exports.export import Job, mesh_backend
-from scenelang.backends.exports.world import Placed, placed
-from scenelang.backends.studio import to_srgb
+from scenelang.backends.exports.export import Job, Placed, mesh_backend, placed
+from scenelang.backends.pictures.appearance import Look
+from scenelang.backends.pictures.studio import to_srgb
 
 _SHINE = 1000.0  # of Ns, which is 0 where a surface is rough
 

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.exports.export import Job, mesh_backend
-from scenelang.backends.exports.world import placed
+from scenelang.backends.exports.export import Job, mesh_backend, placed
 
 _VERTEX = np.dtype([("position", "<f4", 3), ("normal", "<f4", 3), ("color", "u1", 4)])
 _PROPERTIES = (

@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import json
+import math
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
-from scenelang.backends.base import Accepts, Backend, Options, Work, check_settings, frame_of
-from scenelang.backends.files import written_whole
-from scenelang.interpreter.entity import Entity, Scene, descendants
-from scenelang.interpreter.plain import NotPlain, plain_value
+from scenelang.backends.base import Accepts, Backend, BackendOptions, Work, check_settings, frame_of
+from scenelang.backends.files import read_regular, written_whole
+from scenelang.backends.geometry.assets import AssetFiles
+from scenelang.grammar.diagnostics import LimitError, SceneError
+from scenelang.interpreter.runtime.show import NotPlain, plain_value, value_of
+from scenelang.interpreter.runtime.values import Embedding, Matrix, Pair
+from scenelang.interpreter.scene.entity import Entity, Scene, descendants
+from scenelang.interpreter.scene.shapes import PrimitiveKind, PrimitiveShape, shape_of
 
 FORMAT = "scenelang-scene"
 VERSION = 1
@@ -72,7 +78,7 @@ def _relative(file: str, folder: Path) -> str:
     return target.relative_to(folder).as_posix() if target.is_relative_to(folder) else os.fspath(target)
 
 
-def _run(scene: Scene, path: Path, options: Options) -> None:
+def _run(scene: Scene, path: Path, options: BackendOptions) -> None:
     check_settings(options, [JSON])
     if options.frame is not None:
         scene = Scene(scene.word, [scene.frames[frame_of(scene, options.frame)]], False)
@@ -96,3 +102,147 @@ def holds_scene(path: Path | str) -> bool:
             return f'"format": "{FORMAT}"'.encode() in file.read(200)
     except OSError:
         return False
+
+
+# Scenes read from the JSON that ``scene_json`` writes. The file may come from anywhere: nothing in it is trusted.
+
+
+LARGEST_FILE = 256_000_000  # bytes
+MOST_ENTITIES = 1_000_000
+MOST_PARTS = 5_000_000
+
+
+def read_scene(path: Path | str, project: Path | None = None, allow_outside: bool = False) -> Scene:
+    """The scene in a file that ``write_scene`` made.
+
+    Mesh files that it names must lie inside ``project`` (the file's own folder where None) unless ``allow_outside``.
+    Raises SceneError: "file" where the file cannot be read or is no scene, "import-outside" for mesh files elsewhere,
+    "attribute" for attributes that no geometry has; LimitError("size") where it is too large.
+    """
+    path = Path(path)
+    data = _parsed(path)
+    reader = _Reader(path, AssetFiles(path.parent, (project or path.parent).resolve(), allow_outside))
+    if not isinstance(data, dict) or data.get("format") != FORMAT:
+        reader.fail(f'it has no "format": "{FORMAT}"')
+    if data.get("version") != VERSION:
+        reader.fail(f"its version is {str(data.get('version'))[:20]}; this program reads {VERSION}")
+    word = reader.text(data.get("word"), "the word of the scene")
+    listed = data.get("entities")
+    if not isinstance(listed, list):
+        reader.fail('"entities" must be a list')
+    if len(listed) > MOST_ENTITIES:
+        raise LimitError("size", f"{path.name} has {len(listed):,} entities, more than the {MOST_ENTITIES:,} it may")
+    entities: list[Entity] = []
+    for fields in listed:
+        entities.append(reader.entity(fields, entities))
+    frames = data.get("frames")
+    if not isinstance(frames, list) or not frames:
+        reader.fail('"frames" must be a list of one or more numbers of entities')
+    roots = [entities[reader.index(frame, len(entities), "a frame")] for frame in frames]
+    animated = data.get("animated", len(roots) > 1)
+    if not isinstance(animated, bool) or (len(roots) > 1 and not animated):
+        reader.fail('"animated" must be true of several frames')
+    return Scene(word, roots, animated)
+
+
+def _parsed(path: Path) -> Any:
+    try:
+        if path.stat().st_size > LARGEST_FILE:
+            raise LimitError("size", f"{path.name} is larger than the {LARGEST_FILE:,} bytes that a scene may be")
+        text = read_regular(path).decode("utf-8")
+    except OSError as error:
+        raise SceneError("file", f"{path} cannot be read: {error.strerror or error}") from None
+    except UnicodeDecodeError:
+        raise SceneError("encoding", f"{path.name} is not UTF-8 text") from None
+    try:
+        return json.loads(text, parse_constant=_refuse)
+    except (ValueError, RecursionError) as error:
+        said = "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
+        raise SceneError("file", f"{path.name} is no JSON: {said[:120]}") from None
+
+
+def _refuse(constant: str) -> NoReturn:
+    raise ValueError(f"{constant} is no number")
+
+
+@dataclass(slots=True)
+class _Reader:
+    """Makes entities of their fields; ``parts`` counts the parts made so far."""
+
+    path: Path
+    assets: AssetFiles
+    parts: int = 0
+
+    def fail(self, what: str) -> NoReturn:
+        """Raise the error that the file is no scene."""
+        raise SceneError("file", f"{self.path.name} is no scene: {what}")
+
+    def text(self, value: Any, what: str) -> str:
+        """``value`` when it is a string."""
+        if not isinstance(value, str):
+            self.fail(f"{what} must be a string")
+        return value
+
+    def index(self, value: Any, count: int, what: str) -> int:
+        """``value`` when it is the number of one of ``count`` entities."""
+        if type(value) is not int or not 0 <= value < count:
+            self.fail(f"{what} must be the number of an entity that stands before it, not {str(value)[:20]}")
+        return value
+
+    def entity(self, fields: Any, earlier: Sequence[Entity]) -> Entity:
+        """The next entity; its children stand before it, so that there are no circles."""
+        where = f"entity {len(earlier)}"
+        if not isinstance(fields, dict):
+            self.fail(f"{where} must be an object")
+        word = self.text(fields.get("word"), f"the word of {where}")
+        handle, text = fields.get("handle"), fields.get("text")
+        if handle is not None:
+            self.text(handle, f"the handle of {where}")
+        if text is not None:
+            self.text(text, f"the text of {where}")
+        attributes = self._attributes(fields.get("attributes", {}), where)
+        children = self._children(fields.get("children", []), earlier, where)
+        shape = None
+        if fields.get("primitive", False) is True:
+            if children:
+                self.fail(f"{where} is a primitive and has children")
+            shape = self._shape(word, attributes, fields.get("file"), where)
+        return Entity(word, Embedding(handle, text, attributes), children, shape)
+
+    def _attributes(self, given: Any, where: str) -> dict[str, Any]:
+        if not isinstance(given, dict):
+            self.fail(f"the attributes of {where} must be an object")
+        try:
+            return {name: value_of(value) for name, value in given.items()}
+        except (ValueError, TypeError, AttributeError, OverflowError, SceneError, RecursionError):
+            self.fail(f"an attribute of {where} is malformed")
+
+    def _children(self, given: Any, earlier: Sequence[Entity], where: str) -> tuple[Pair, ...]:
+        if not isinstance(given, list):
+            self.fail(f"the children of {where} must be a list")
+        self.parts += len(given)
+        if self.parts > MOST_PARTS:
+            raise LimitError("size", f"{self.path.name} has more than {MOST_PARTS:,} parts")
+        return tuple(self._part(part, earlier, where) for part in given)
+
+    def _part(self, part: Any, earlier: Sequence[Entity], where: str) -> Pair:
+        if not isinstance(part, list) or len(part) != 2:
+            self.fail(f"a child of {where} must be a pair of a number and a pose")
+        number, pose = part
+        child = earlier[self.index(number, len(earlier), f"a child of {where}")]
+        if not isinstance(pose, list) or len(pose) != 12 or not all(type(x) in (int, float) for x in pose):
+            self.fail(f"the pose of a child of {where} must be 12 numbers")
+        try:
+            matrix = Matrix(map(float, pose))
+        except OverflowError:
+            self.fail(f"the pose of a child of {where} is not finite")
+        if not all(map(math.isfinite, matrix)):
+            self.fail(f"the pose of a child of {where} is not finite")
+        return Pair(child, matrix)
+
+    def _shape(self, word: str, attributes: dict[str, Any], file: Any, where: str) -> PrimitiveShape:
+        shape = shape_of(word, attributes)
+        if shape.kind is not PrimitiveKind.ASSET:
+            return shape
+        asset = self.assets.measure(self.text(file, f"the file of {where}"))
+        return replace(shape, file=asset.path, asset=asset)

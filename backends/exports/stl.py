@@ -8,10 +8,9 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.exports.export import Job, mesh_backend
-from scenelang.backends.exports.surfaces import Surface
-from scenelang.backends.exports.world import placed
-from scenelang.backends.meshes import triangle_normals
+from scenelang.backends.exports.export import Job, mesh_backend, placed
+from scenelang.backends.exports.surfaces import ExportSurface
+from scenelang.backends.geometry.solids import triangle_normals
 
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
@@ -25,7 +24,7 @@ def write(job: Job, path: Path) -> None:
         file.writelines(rows.tobytes() for rows in pieces)
 
 
-def _triangles(surface: Surface) -> npt.NDArray[np.void]:
+def _triangles(surface: ExportSurface) -> npt.NDArray[np.void]:
     rows = np.zeros(len(surface.faces), _TRIANGLE)
     corners = surface.vertices[surface.faces]
     rows["corners"], rows["normal"] = corners, triangle_normals(corners)

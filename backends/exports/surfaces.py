@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
-from dataclasses import dataclass
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.assets import load_asset
-from scenelang.backends.meshes import UnitMesh, posed, unit_mesh
-from scenelang.backends.solids import Form, local_pose
-from scenelang.interpreter.entity import Entity
-from scenelang.interpreter.shapes import Kind, Shape
-from scenelang.interpreter.values import IDENTITY, Matrix
+from scenelang.backends.geometry.assets import load_asset
+from scenelang.backends.geometry.solids import SolidForm, UnitMesh, local_pose, posed, unit_mesh
+from scenelang.backends.pictures.appearance import Look, look_of
+from scenelang.grammar.diagnostics import LimitError
+from scenelang.interpreter.runtime.values import IDENTITY, Matrix
+from scenelang.interpreter.scene.entity import Entity, primitive_count
+from scenelang.interpreter.scene.flatten import FlatFrame, flatten_entity
+from scenelang.interpreter.scene.shapes import PrimitiveKind, PrimitiveShape
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -22,7 +24,7 @@ SEGMENTS = 64
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Surface:
+class ExportSurface:
     """``vertices`` and unit ``normals`` (V, 3); ``faces`` (F, 3), counter-clockwise from outside; ``colors`` (V, 3)
     linear sRGB where the surface brings its own, which multiply the look's."""
 
@@ -31,21 +33,21 @@ class Surface:
     faces: IntArray
     colors: FloatArray | None = None
 
-    def under(self, matrices: FloatArray) -> Surface:
+    def under(self, matrices: FloatArray) -> ExportSurface:
         """The copies of the surface under the poses (K, 3, 4), one after the other."""
         mesh = UnitMesh(self.vertices, self.normals, self.faces)
         vertices, normals, faces = posed(mesh, matrices)
         colors = None if self.colors is None else np.tile(self.colors, (len(matrices), 1))
-        return Surface(vertices, _unit_normals(normals), faces, colors)
+        return ExportSurface(vertices, _unit_normals(normals), faces, colors)
 
 
-def surface_key(shape: Shape) -> Hashable:
+def surface_key(shape: PrimitiveShape) -> Hashable:
     """What the triangles of ``shape`` depend on."""
-    kind = Kind.CUBE if shape.kind is Kind.BOX else shape.kind
+    kind = PrimitiveKind.CUBE if shape.kind is PrimitiveKind.BOX else shape.kind
     return (kind, shape.size, shape.radius, shape.p0, shape.p1, shape.file, shape.root)
 
 
-def surface_of(entity: Entity, segments: int = SEGMENTS) -> Surface | None:
+def surface_of(entity: Entity, segments: int = SEGMENTS) -> ExportSurface | None:
     """The triangles of a primitive, round ones with ``segments`` sides and vertices on the true surface; None where
     there is nothing to see (deleted blocks, a cylinder without a length). A mesh file's own colours show unless the
     primitive has a ``:color``. Raises SceneError for unreadable files."""
@@ -58,27 +60,32 @@ def vertex_count(entity: Entity, segments: int) -> int:
     shape = entity.shape
     if shape is None:
         return 0
-    if shape.kind is Kind.ASSET:
+    if shape.kind is PrimitiveKind.ASSET:
         return 0 if shape.file is None else 3 * len(load_asset(shape.file, shape.root).faces)
     found = local_pose(shape)
     if found is None:
         return 0
     ball = segments * (segments // 2)
-    return {Form.BLOCK: 24, Form.BALL: ball, Form.CYLINDER: 4 * segments, Form.CONE: 3 * segments}.get(found[0], 3)
+    return {
+        SolidForm.BLOCK: 24,
+        SolidForm.BALL: ball,
+        SolidForm.CYLINDER: 4 * segments,
+        SolidForm.CONE: 3 * segments,
+    }.get(found[0], 3)
 
 
-def is_round(shape: Shape) -> bool:
+def is_round(shape: PrimitiveShape) -> bool:
     """True when the number of sides matters to the shape's surface."""
-    return shape.kind in (Kind.SPHERE, Kind.CYLINDER, Kind.CONE)
+    return shape.kind in (PrimitiveKind.SPHERE, PrimitiveKind.CYLINDER, PrimitiveKind.CONE)
 
 
-def _faceted(vertices: FloatArray, faces: IntArray, face_colors: FloatArray | None) -> Surface:
+def _faceted(vertices: FloatArray, faces: IntArray, face_colors: FloatArray | None) -> ExportSurface:
     """The surface whose triangles share no vertex, so that each keeps its own normal and colour."""
     corners = vertices[faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals = _unit_normals(normals)
     colors = None if face_colors is None else np.repeat(face_colors, 3, axis=0)
-    return Surface(
+    return ExportSurface(
         corners.reshape(-1, 3), np.repeat(normals, 3, axis=0), np.arange(3 * len(faces)).reshape(-1, 3), colors
     )
 
@@ -104,8 +111,8 @@ class Solid:
     primitive's colour stands for those of its file.
     """
 
-    form: Form | None
-    shape: Shape
+    form: SolidForm | None
+    shape: PrimitiveShape
     pose: Matrix
     tinted: bool = False
 
@@ -114,13 +121,13 @@ class Solid:
         """What the shared mesh depends on."""
         return self.form if self.form is not None else (surface_key(self.shape), self.tinted)
 
-    def surface(self, segments: int = SEGMENTS) -> Surface | None:
+    def surface(self, segments: int = SEGMENTS) -> ExportSurface | None:
         """The triangles of the shared mesh, without the pose."""
         return self.own_surface(segments) if self.form is None else unit_surface(self.form, segments)
 
-    def own_surface(self, segments: int = SEGMENTS) -> Surface | None:
+    def own_surface(self, segments: int = SEGMENTS) -> ExportSurface | None:
         """The triangles in the primitive's frame."""
-        if self.shape.kind is Kind.ASSET:
+        if self.shape.kind is PrimitiveKind.ASSET:
             mesh = load_asset(self.shape.file or "", self.shape.root)
             return _faceted(mesh.vertices, mesh.faces, None if self.tinted else mesh.face_colors)
         found = local_pose(self.shape)
@@ -132,7 +139,7 @@ def solid_of(entity: Entity) -> Solid | None:
     shape = entity.shape
     if shape is None:
         return None
-    if shape.kind is Kind.ASSET:
+    if shape.kind is PrimitiveKind.ASSET:
         tinted = entity.embedding.attributes.get("color") is not None
         return None if shape.file is None else Solid(None, shape, IDENTITY, tinted)
     found = local_pose(shape)
@@ -144,7 +151,85 @@ def solid_of(entity: Entity) -> Solid | None:
     return Solid(form, shape, Matrix(pose.ravel().tolist()))
 
 
-def unit_surface(form: Form, segments: int = SEGMENTS) -> Surface:
+def unit_surface(form: SolidForm, segments: int = SEGMENTS) -> ExportSurface:
     """The canonical solid's triangles."""
     mesh = unit_mesh(form, segments)
-    return Surface(mesh.vertices, mesh.normals, mesh.faces)
+    return ExportSurface(mesh.vertices, mesh.normals, mesh.faces)
+
+
+# One mesh of everything below an entity: what ``--depth`` makes of parts, and ``--instance-limit`` of repetitions.
+
+
+MOST_VERTICES = 24_000_000
+WHITE = (1.0, 1.0, 1.0)
+_COARSER = (SEGMENTS, 48, 32, 24, 16, 12, 8)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Patch:
+    """The triangles of one material: ``look`` with its colour white, since ``surface.colors`` (V, 3) has it."""
+
+    look: Look
+    surface: ExportSurface
+
+
+def merged(entity: Entity, segments: int = SEGMENTS) -> tuple[Patch, ...]:
+    """All primitives below ``entity``, in its frame, one patch for each material but for the colour."""
+    frame = flatten_entity(entity, whole_cells=False)
+    found: dict[Look, list[ExportSurface]] = {}
+    for number, primitive in enumerate(frame.primitives):
+        look = look_of(primitive)
+        surface = None if look.opacity == 0.0 else surface_of(primitive, segments)
+        if surface is None:
+            continue
+        copies = surface.under(np.asarray(frame.matrices[frame.index == number]))
+        found.setdefault(replace(look, color=WHITE), []).append(_painted(copies, look))
+    return tuple(Patch(look, joined(surfaces)) for look, surfaces in found.items())
+
+
+def _painted(surface: ExportSurface, look: Look) -> ExportSurface:
+    """The surface with the look's colour on every vertex."""
+    own = np.ones((len(surface.vertices), 3)) if surface.colors is None else surface.colors
+    return replace(surface, colors=own * np.array(look.color))
+
+
+def joined(surfaces: Sequence[ExportSurface]) -> ExportSurface:
+    """All surfaces, which have colours, as one."""
+    if len(surfaces) == 1:
+        return surfaces[0]
+    starts = np.cumsum([0, *(len(surface.vertices) for surface in surfaces)])
+    colors = [np.ones_like(s.vertices) if s.colors is None else s.colors for s in surfaces]
+    return ExportSurface(
+        np.concatenate([surface.vertices for surface in surfaces]),
+        np.concatenate([surface.normals for surface in surfaces]),
+        np.concatenate([surface.faces + start for surface, start in zip(surfaces, starts, strict=False)]),
+        np.concatenate(colors),
+    )
+
+
+def segments_for(entities: Sequence[Entity], what: str, hint: str | None = None) -> int:
+    """How many sides round primitives may have so that the ``entities``, merged, fit; raises LimitError when none do.
+
+    ``what`` names the file in the message, ``hint`` says what to do.
+    """
+    shapes = [(frame, np.bincount(frame.index)) for frame in _frames(entities, what, hint)]
+    for segments in _COARSER:
+        total = sum(
+            int(count) * vertex_count(primitive, segments)
+            for frame, counts in shapes
+            for primitive, count in zip(frame.primitives, counts.tolist(), strict=True)
+        )
+        if total <= MOST_VERTICES:
+            return segments
+        if not any(p.shape is not None and is_round(p.shape) for frame, _ in shapes for p in frame.primitives):
+            break
+    raise LimitError(
+        "primitives", f"{what} would have {total:,} vertices, more than the {MOST_VERTICES:,} that fit", hint=hint
+    )
+
+
+def _frames(entities: Sequence[Entity], what: str, hint: str | None) -> list[FlatFrame]:
+    total = sum(primitive_count(entity) for entity in entities)
+    if 3 * total > MOST_VERTICES:  # before anything is expanded
+        raise LimitError("primitives", f"{what} would hold {total:,} primitives, more than fit", hint=hint)
+    return [flatten_entity(entity, whole_cells=False) for entity in entities]

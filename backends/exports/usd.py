@@ -8,22 +8,243 @@ the root entity: its hierarchy, ``Prototypes`` and ``Shapes`` (classes, which ar
 
 from __future__ import annotations
 
+import json
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from scenelang.backends.appearance import look_of
+import numpy as np
+import numpy.typing as npt
+
 from scenelang.backends.base import need
-from scenelang.backends.exports.export import FPS, Job, mesh_backend
-from scenelang.backends.exports.items import Item, Plan, distinct
-from scenelang.backends.exports.merging import merged, segments_for
-from scenelang.backends.exports.surfaces import solid_of
-from scenelang.backends.exports.timeline import Moving, matched, variants
-from scenelang.backends.exports.usd_materials import Materials
-from scenelang.backends.exports.usd_prims import INSTALL, SHAPES, Names, Prims
+from scenelang.backends.exports.export import FPS, Job, Moving, facts_of, matched, merged_facts, mesh_backend, variants
+from scenelang.backends.exports.items import ExportItem, ExportPlan, distinct
+from scenelang.backends.exports.surfaces import ExportSurface, merged, segments_for, solid_of, unit_surface
+from scenelang.backends.geometry.solids import SolidForm
+from scenelang.backends.pictures.appearance import Look, look_of
 from scenelang.grammar.diagnostics import LimitError
-from scenelang.interpreter.values import IDENTITY, Matrix
+from scenelang.interpreter.runtime.values import IDENTITY, Matrix
+from scenelang.interpreter.scene.bounds import entity_box
+
+# Prims of a USD layer through Sdf, which is twenty times faster than UsdGeom: transforms, shapes, meshes.
+
+
+INSTALL = "'scenelang[usd]'"
+SHAPES = "Shapes"  # the prim below the root that holds the canonical solids
+_UNIFORM = ("subdivisionScheme", "xformOpOrder")
+
+
+def valid_name(word: str) -> str:
+    """``word`` as a prim's name: ASCII letters, digits and underscores, no digit first."""
+    name = re.sub(r"[^A-Za-z0-9_]+", "_", word)[:80].strip("_") or "entity"
+    return f"_{name}" if name[0].isdigit() else name
+
+
+@dataclass(slots=True)
+class PrimNames:
+    """Names of siblings, each once."""
+
+    taken: dict[str, int] = field(default_factory=dict)
+
+    def fresh(self, word: str) -> str:
+        """A name for ``word`` that no sibling has: ``name``, ``name_2``, ``name_3``, ..."""
+        base = name = valid_name(word)
+        number = self.taken.get(base, 0)
+        while number and name in self.taken:
+            number += 1
+            name = f"{base}_{number}"
+        self.taken[base] = max(number, 1)
+        self.taken.setdefault(name, 1)
+        return name
+
+
+class Prims:
+    """Makes prims in one layer. Poses are affine, 12 floats, column vectors; USD's are their transposes."""
+
+    def __init__(self, layer: Any) -> None:
+        self.sdf, self.gf, self.vt = (need(f"pxr.{name}", INSTALL) for name in ("Sdf", "Gf", "Vt"))
+        self.layer = layer
+        self._solids: dict[SolidForm, Any] = {}
+
+    def prim(self, parent: Any, name: str, kind: str, abstract: bool = False) -> Any:
+        """A new prim of the schema ``kind`` below ``parent``, a prim or the layer."""
+        specifier = self.sdf.SpecifierClass if abstract else self.sdf.SpecifierDef
+        return self.sdf.PrimSpec(parent, name, specifier, kind)
+
+    def attribute(self, prim: Any, name: str, kind: str, value: Any = None, custom: bool = False) -> Any:
+        """A new attribute of the type ``kind``, as Sdf.ValueTypeNames spells it."""
+        sdf = self.sdf
+        how = sdf.VariabilityUniform if name in _UNIFORM or name.startswith("info:") else sdf.VariabilityVarying
+        made = sdf.AttributeSpec(prim, name, getattr(sdf.ValueTypeNames, kind), how, custom)
+        if value is not None:
+            made.default = value
+        return made
+
+    def points(self, values: npt.NDArray[Any]) -> Any:
+        """Rows of three numbers as USD keeps them."""
+        return self.vt.Vec3fArray.FromNumpy(np.ascontiguousarray(values, np.float32))
+
+    def matrix(self, pose: Matrix) -> Any:
+        """The pose as USD writes it, for row vectors."""
+        m = pose
+        return self.gf.Matrix4d(m[0], m[4], m[8], 0, m[1], m[5], m[9], 0, m[2], m[6], m[10], 0, m[3], m[7], m[11], 1)
+
+    # --- poses and visibility, still or over time ---
+
+    def place(self, prim: Any, poses: Sequence[Matrix]) -> None:
+        """The pose of a prim, one for each frame or one for all."""
+        moves = len(set(poses)) > 1
+        if not moves and poses[0] == IDENTITY:
+            return
+        made = self.attribute(prim, "xformOp:transform", "Matrix4d", None if moves else self.matrix(poses[0]))
+        self.attribute(prim, "xformOpOrder", "TokenArray", self.vt.TokenArray(["xformOp:transform"]))
+        if moves:
+            last = len(poses) - 1
+            for frame, pose in enumerate(poses):
+                if frame in (0, last) or pose != poses[frame - 1] or pose != poses[frame + 1]:
+                    self.layer.SetTimeSample(made.path, frame, self.matrix(pose))
+
+    def show(self, prim: Any, shown: Sequence[bool]) -> None:
+        """Hide the prim in the frames in which it is not there."""
+        if all(shown):
+            return
+        made = self.attribute(prim, "visibility", "Token")
+        for frame, seen in enumerate(shown):
+            if frame == 0 or seen != shown[frame - 1]:
+                self.layer.SetTimeSample(made.path, frame, "inherited" if seen else "invisible")
+
+    # --- what an entity says ---
+
+    def describe(self, prim: Any, item: ExportItem) -> None:
+        """The custom attributes of an entity: its word, handle and embedding, the latter as JSON text."""
+        facts = merged_facts(item.entity) if item.merged else facts_of(item.entity)
+        self.attribute(prim, "scenelang:word", "String", _text(facts["word"]), custom=True)
+        if "handle" in facts:
+            self.attribute(prim, "scenelang:handle", "String", _text(facts["handle"]), custom=True)
+        embedding = {name: facts[name] for name in ("handle", "text", "attributes") if name in facts}
+        if embedding:
+            self.attribute(prim, "scenelang:embedding", "String", json.dumps(embedding), custom=True)
+        if item.merged:
+            self.attribute(prim, "scenelang:words", "String", json.dumps(facts["words"]), custom=True)
+
+    def hint_extent(self, prim: Any, roots: Sequence[ExportItem]) -> None:
+        """The box of the whole scene, where it can be read without opening anything below ``prim``."""
+        boxes = [entity_box(root.entity) for root in roots]
+        known = next(box for box in boxes if box is not None)
+        made = self.attribute(prim, "extentsHint", "Float3Array")
+        values = [self.points(np.array(box or known).reshape(2, 3)) for box in boxes]
+        made.default = values[0]
+        for frame, value in enumerate(values if len(set(boxes)) > 1 else ()):
+            self.layer.SetTimeSample(made.path, frame, value)
+
+    # --- geometry ---
+
+    def shape(self, parent: Any, name: str, form: SolidForm, look: Look) -> Any:
+        """A canonical solid: a reference to one mesh for all of its form. Blender gives materials to meshes only, not
+        to USD's own cubes and spheres."""
+        prim = self.prim(parent, name, "Mesh")
+        prim.referenceList.prependedItems = [self.sdf.Reference("", self._solid(form))]
+        self._paint(prim, np.array([look.color]), "constant", look)
+        return prim
+
+    def _solid(self, form: SolidForm) -> Any:
+        """The path of a canonical solid's mesh, which is added when it is first asked for."""
+        if form not in self._solids:
+            root = self.layer.GetPrimAtPath(f"/{self.layer.defaultPrim}")
+            holder = root.nameChildren.get(SHAPES) or self.prim(root, SHAPES, "", abstract=True)
+            mesh = self.prim(holder, form.name.lower(), "Mesh")
+            self._triangles(mesh, unit_surface(form))
+            self._solids[form] = mesh.path
+        return self._solids[form]
+
+    def mesh(self, parent: Any, name: str, surface: ExportSurface, look: Look) -> Any:
+        """Triangles with their normals and, where the surface has them, colours."""
+        prim = self.prim(parent, name, "Mesh")
+        self._triangles(prim, surface)
+        if surface.colors is None:
+            self._paint(prim, np.array([look.color]), "constant", look)
+        else:
+            self._paint(prim, surface.colors, "vertex", look)
+        return prim
+
+    def _triangles(self, prim: Any, surface: ExportSurface) -> None:
+        counts = self.vt.IntArray(len(surface.faces), 3)
+        indices = self.vt.IntArray.FromNumpy(np.ascontiguousarray(surface.faces.reshape(-1), np.int32))
+        low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
+        self.attribute(prim, "subdivisionScheme", "Token", "none")
+        self.attribute(prim, "faceVertexCounts", "IntArray", counts)
+        self.attribute(prim, "faceVertexIndices", "IntArray", indices)
+        self.attribute(prim, "points", "Point3fArray", self.points(surface.vertices))
+        normals = self.attribute(prim, "normals", "Normal3fArray", self.points(surface.normals))
+        normals.SetInfo("interpolation", "vertex")
+        self.attribute(prim, "extent", "Float3Array", self.points(np.stack([low, high])))
+        self.attribute(prim, "doubleSided", "Bool", True)
+
+    def _paint(self, prim: Any, colors: npt.NDArray[np.float64], interpolation: str, look: Look) -> None:
+        made = self.attribute(prim, "primvars:displayColor", "Color3fArray", self.points(colors))
+        made.SetInfo("interpolation", interpolation)
+        if look.opacity < 1.0:
+            clear = self.vt.FloatArray([look.opacity])
+            self.attribute(prim, "primvars:displayOpacity", "FloatArray", clear).SetInfo("interpolation", "constant")
+
+
+def _text(text: str) -> str:
+    """``text`` as UTF-8 can hold it."""
+    return text.encode("utf-8", "replace").decode("utf-8").replace("\0", "")
+
+
+# UsdPreviewSurface materials, one for each look. USD's colours are linear, as the language's are.
+
+
+@dataclass(slots=True)
+class Materials:
+    """Adds materials below ``scope``; ``painted`` ones take their colour from the mesh's vertices."""
+
+    prims: Prims
+    scope: Any
+    _made: dict[tuple[Look, bool], Any] = field(default_factory=dict)
+
+    def bind(self, prim: Any, look: Look, painted: bool = False) -> None:
+        """Bind the material of ``look`` to the geometry ``prim``."""
+        key = (look, painted)
+        if key not in self._made:
+            self._made[key] = self._add(f"material_{len(self._made) + 1}", look, painted)
+        sdf = self.prims.sdf
+        prim.SetInfo("apiSchemas", sdf.TokenListOp.Create(prependedItems=["MaterialBindingAPI"]))
+        binding = sdf.RelationshipSpec(prim, "material:binding", custom=False, variability=sdf.VariabilityUniform)
+        binding.targetPathList.explicitItems = [self._made[key]]
+
+    def _add(self, name: str, look: Look, painted: bool) -> Any:
+        prims, gf = self.prims, self.prims.gf
+        material = prims.prim(self.scope, name, "Material")
+        surface = prims.prim(material, "surface", "Shader")
+        prims.attribute(surface, "info:id", "Token", "UsdPreviewSurface")
+        color = prims.attribute(surface, "inputs:diffuseColor", "Color3f", gf.Vec3f(*look.color))
+        if painted:
+            color.connectionPathList.explicitItems = [self._reader(material)]
+        prims.attribute(surface, "inputs:roughness", "Float", look.gloss)
+        prims.attribute(surface, "inputs:metallic", "Float", look.metallic)
+        if look.opacity < 1.0:
+            prims.attribute(surface, "inputs:opacity", "Float", look.opacity)
+        if any(look.emission):
+            prims.attribute(surface, "inputs:emissiveColor", "Color3f", gf.Vec3f(*look.emission))
+        if look.ior is not None:
+            prims.attribute(surface, "inputs:ior", "Float", look.ior)
+        prims.attribute(surface, "outputs:surface", "Token")
+        output = prims.attribute(material, "outputs:surface", "Token")
+        output.connectionPathList.explicitItems = [surface.path.AppendProperty("outputs:surface")]
+        return material.path
+
+    def _reader(self, material: Any) -> Any:
+        """The output of a node that reads the colours of vertices."""
+        reader = self.prims.prim(material, "color", "Shader")
+        self.prims.attribute(reader, "info:id", "Token", "UsdPrimvarReader_float3")
+        self.prims.attribute(reader, "inputs:varname", "String", "displayColor")
+        self.prims.attribute(reader, "outputs:result", "Float3")
+        return reader.path.AppendProperty("outputs:result")
+
 
 MOST_PRIMS = 1_000_000
 _DEEPEST = 1_000  # USD composes by recursion
@@ -57,7 +278,7 @@ def _fill(layer: Any, job: Job) -> None:
     plan = job.plan
     whole = [item.entity for item in distinct(*plan.roots) if item.merged]
     prims = Prims(layer)
-    root = prims.prim(layer, Names().fresh(plan.word), "Xform")
+    root = prims.prim(layer, PrimNames().fresh(plan.word), "Xform")
     root.SetInfo("kind", "component")
     root.SetInfo("apiSchemas", prims.sdf.TokenListOp.Create(prependedItems=["GeomModelAPI"]))
     layer.defaultPrim = root.name
@@ -84,16 +305,16 @@ class _Tree:
     room: int = MOST_PRIMS
     _prototypes: Any = None
     _paths: dict[int, Any] = field(default_factory=dict)
-    _names: dict[Any, Names] = field(default_factory=dict)
+    _names: dict[Any, PrimNames] = field(default_factory=dict)
 
     # --- what does not move ---
 
-    def add_root(self, plan: Plan) -> None:
+    def add_root(self, plan: ExportPlan) -> None:
         """A still scene; the root prim is the root entity."""
         self._find_repeated(plan.roots)
         self._inside(plan.roots[0], self.root)
 
-    def _find_repeated(self, roots: Sequence[Item]) -> None:
+    def _find_repeated(self, roots: Sequence[ExportItem]) -> None:
         """Which items stand in several places; ``roots`` count as often as they are given."""
         seen: set[int] = set()
         for root in roots:
@@ -102,7 +323,7 @@ class _Tree:
             for child, _ in item.parts:
                 self.repeated.add(id(child)) if id(child) in seen else seen.add(id(child))
 
-    def _inside(self, item: Item, prim: Any, level: int = 0) -> None:
+    def _inside(self, item: ExportItem, prim: Any, level: int = 0) -> None:
         """What ``item`` is, in ``prim``: its facts, geometry and parts, and the prototypes that these need."""
         waiting = [(item, prim, level)]
         while waiting:
@@ -131,7 +352,7 @@ class _Tree:
             )
             raise LimitError("primitives", f"the scene is too large for USD: {what}", hint="merge parts with --depth N")
 
-    def _posed(self, parent: Any, item: Item, poses: Sequence[Matrix]) -> Any:
+    def _posed(self, parent: Any, item: ExportItem, poses: Sequence[Matrix]) -> Any:
         prim = self.prims.prim(parent, self._name(parent, item.word), "Xform")
         self.prims.place(prim, poses)
         return prim
@@ -141,10 +362,10 @@ class _Tree:
             reserved = (
                 {"Materials": 1, "Prototypes": 1, SHAPES: 1, "geometry": 1} if parent == self.root else {"geometry": 1}
             )
-            self._names[parent.path] = Names(reserved)
+            self._names[parent.path] = PrimNames(reserved)
         return self._names[parent.path].fresh(word)
 
-    def _prototype(self, item: Item) -> Any:
+    def _prototype(self, item: ExportItem) -> Any:
         """A new prim for what stands in several places."""
         if self._prototypes is None:
             self._prototypes = self.prims.prim(self.root, "Prototypes", "", abstract=True)
@@ -152,12 +373,12 @@ class _Tree:
         self._paths[id(item)] = made.path
         return made
 
-    def _refer(self, prim: Any, item: Item) -> None:
+    def _refer(self, prim: Any, item: ExportItem) -> None:
         reference = self.prims.sdf.Reference("", self._paths[id(item)])
         prim.referenceList.prependedItems = [reference]
         prim.instanceable = True
 
-    def _geometry(self, item: Item, prim: Any) -> None:
+    def _geometry(self, item: ExportItem, prim: Any) -> None:
         """The shape or the meshes of a leaf."""
         if item.merged:
             for number, patch in enumerate(merged(item.entity, self.segments), start=1):
@@ -167,7 +388,7 @@ class _Tree:
             return
         self._solid(item, prim, "geometry", None)
 
-    def _solid(self, item: Item, prim: Any, name: str, poses: Sequence[Matrix] | None) -> Any:
+    def _solid(self, item: ExportItem, prim: Any, name: str, poses: Sequence[Matrix] | None) -> Any:
         """The geometry of a primitive, under its solid's own pose or under one for each frame; None where unseen."""
         solid = solid_of(item.entity)
         if solid is None:
@@ -206,7 +427,7 @@ class _Tree:
                 self.prims.show(made, child.shown)
                 waiting.append((child, made, level + 1))
 
-    def _settle(self, item: Item, prim: Any, level: int) -> None:
+    def _settle(self, item: ExportItem, prim: Any, level: int) -> None:
         """Something that never changes, whose prim may move."""
         if id(item) not in self.repeated:
             self._inside(item, prim, level)
@@ -234,7 +455,7 @@ def _where_there(shown: Sequence[bool], moving: Moving) -> tuple[bool, ...]:
     return tuple(seen or not there for seen, there in zip(shown, moving.shown, strict=True))
 
 
-def _solid_poses(moving: Moving, item: Item, shown: Sequence[bool]) -> tuple[Matrix, ...]:
+def _solid_poses(moving: Moving, item: ExportItem, shown: Sequence[bool]) -> tuple[Matrix, ...]:
     """The poses of a leaf's solid in every frame: in frames without it, that of the frame before."""
     solid = None if item.merged else solid_of(item.entity)
     found = IDENTITY if solid is None else solid.pose
@@ -247,7 +468,7 @@ def _solid_poses(moving: Moving, item: Item, shown: Sequence[bool]) -> tuple[Mat
     return tuple(poses)
 
 
-def _fixed_items(root: Moving) -> list[Item]:
+def _fixed_items(root: Moving) -> list[ExportItem]:
     """The items that never change, once for each place where one stands."""
     found, waiting = [], [root]
     while waiting:

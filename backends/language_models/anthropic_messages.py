@@ -8,19 +8,21 @@ from contextlib import AbstractContextManager
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from scenelang.backends.language_models.conversation import (
+from scenelang.backends.language_models.catalogue import (
+    CONNECT_TIMEOUT,
+    NO_KEY,
+    Account,
     Blocks,
+    ImageContent,
     Part,
-    Picture,
     Reply,
     Request,
     Stop,
-    Text,
+    TextContent,
     Turn,
     Usage,
 )
-from scenelang.backends.language_models.credentials import CONNECT_TIMEOUT, NO_KEY, Account
-from scenelang.backends.language_models.estimate import tokens_at_most, upper_estimate
+from scenelang.backends.language_models.openai_chat import tokens_at_most, upper_estimate
 from scenelang.backends.language_models.provider import BrokenStream, Watch, arriving, failure, told
 from scenelang.grammar.diagnostics import SceneError
 
@@ -179,10 +181,10 @@ def _message(turn: Turn) -> dict[str, Any]:
 
 
 def _block(part: Part) -> dict[str, Any]:
-    if isinstance(part, Picture):
+    if isinstance(part, ImageContent):
         data = base64.standard_b64encode(part.data).decode("ascii")
         return {"type": "image", "source": {"type": "base64", "media_type": part.media_type, "data": data}}
-    assert isinstance(part, Text)
+    assert isinstance(part, TextContent)
     block: dict[str, Any] = {"type": "text", "text": part.text}
     return block | {"cache_control": _KEPT} if part.is_fixed else block
 

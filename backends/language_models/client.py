@@ -2,16 +2,172 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+import hashlib
+import json
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from threading import Condition
 from typing import Any
 
-from scenelang.backends.language_models.catalogue import Model
-from scenelang.backends.language_models.conversation import Blocks, Reply, Request, Stop, Turn, Usage
+from scenelang.backends.files import user_folder, written_whole
+from scenelang.backends.language_models.catalogue import Blocks, Model, Reply, Request, Stop, Turn, Usage
 from scenelang.backends.language_models.provider import BatchProvider, Provider, Watch
-from scenelang.backends.language_models.replies import Replies, digest
-from scenelang.backends.language_models.spending import Spending
 from scenelang.grammar.diagnostics import SceneError
+
+# Replies kept on disk, so that the same question is not paid for twice; safe for processes side by side.
+#
+# A reply is kept under a digest of all that was sent and of the numbers of sample and attempt, so that samples differ.
+# A
+# lock per question makes a second process wait for the first one's answer.
+
+
+_PRIVATE = 0o600
+
+
+def reply_folder() -> Path:
+    """Where replies are kept."""
+    return user_folder("CACHE") / "replies"
+
+
+def digest(*facts: Any) -> str:
+    """A name for what was asked."""
+    return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
+
+
+def reply_data(reply: Reply) -> dict[str, Any]:
+    """A reply as JSON data, without what only continues a conversation."""
+    return {
+        "text": reply.text,
+        "stop": reply.stop.value,
+        "usage": asdict(reply.usage),
+        "model": reply.model,
+        "note": reply.note,
+    }
+
+
+def reply_of(data: Mapping[str, Any]) -> Reply:
+    """The inverse of ``reply_data``; raises KeyError, TypeError or ValueError for other data."""
+    usage = Usage(**{name: int(number) for name, number in data["usage"].items()})
+    return Reply(str(data["text"]), Stop(data["stop"]), usage, str(data["model"]), str(data["note"]))
+
+
+class Replies:
+    """Replies in a folder that only its owner can read."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def find(self, key: str) -> Reply | None:
+        """The reply that is kept under a digest; one that cannot be read counts as none."""
+        try:
+            return reply_of(json.loads(self._path(key).read_text("utf-8")))
+        except (OSError, ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError):
+            return None
+
+    def keep(self, key: str, reply: Reply) -> None:
+        """Keep a complete reply. Where the folder cannot be written nothing is kept."""
+        if reply.stop is not Stop.END:
+            return
+        try:
+            self._make_folder()
+            with written_whole(self._path(key), mode=_PRIVATE) as temporary:
+                temporary.write_text(json.dumps(reply_data(reply)), "utf-8")
+        except (SceneError, OSError):
+            return
+
+    @contextmanager
+    def asking(self, key: str) -> Iterator[None]:
+        """Only one process asks a question at a time; without locks on this system they ask side by side."""
+        path = self._path(key).with_suffix(".lock")
+        try:
+            self._make_folder()
+            file = _locked(path)
+        except (ImportError, OSError):
+            yield
+            return
+        try:
+            yield
+        finally:
+            path.unlink(missing_ok=True)
+            os.close(file)  # lets go of the lock too
+
+    def _make_folder(self) -> None:
+        self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+
+    def _path(self, key: str) -> Path:
+        return self._folder / f"{key}.json"
+
+
+def _locked(path: Path) -> int:
+    """A file that this process holds alone, as a descriptor. Raises ImportError or OSError where there are no locks."""
+    import fcntl
+
+    while True:
+        file = os.open(path, os.O_RDWR | os.O_CREAT, _PRIVATE)
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX)
+            if os.path.samestat(os.fstat(file), path.stat()):
+                return file
+        except FileNotFoundError:
+            pass
+        except OSError:
+            os.close(file)
+            raise
+        os.close(file)  # whoever held it before took it away
+
+
+# A limit on what requests cost together: money is reserved before a request is sent and settled after it.
+
+
+_SLACK = 1e-9  # dollars that sums of floats may be off by
+
+
+class Spending:
+    """Dollars spent and reserved, safe for requests that run side by side."""
+
+    def __init__(self, limit: float, spent: float = 0.0) -> None:
+        self.limit = limit
+        self._spent = spent
+        self._reserved = 0.0
+        self._changed = Condition()
+
+    @property
+    def spent(self) -> float:
+        return self._spent
+
+    def reserve(self, amount: float) -> None:
+        """Set ``amount`` dollars aside. Raises SceneError where the limit does not allow it."""
+        with self._changed:
+            self._reserve(amount)
+
+    def reserve_when_free(self, amount: float) -> None:
+        """``reserve``, but wait while others have money set aside, of which they may give back enough."""
+        with self._changed:
+            while self._reserved > _SLACK and amount > self._left + _SLACK:
+                self._changed.wait()
+            self._reserve(amount)
+
+    @property
+    def _left(self) -> float:
+        return self.limit - self._spent - self._reserved
+
+    def _reserve(self, amount: float) -> None:
+        if amount > self._left + _SLACK:
+            left = max(0.0, self._left)
+            message = f"the next request could cost ${amount:.4f}, and ${left:.4f} is left of --max-cost"
+            raise SceneError("model-cost", message, "raise --max-cost, or lower --max-tokens, -n or --critique")
+        self._reserved += amount
+
+    def settle(self, reserved: float, cost: float) -> None:
+        """A request for which ``reserved`` was set aside has cost ``cost``."""
+        with self._changed:
+            self._reserved = max(0.0, self._reserved - reserved)
+            self._spent += cost
+            self._changed.notify_all()
+
 
 _MOST_PAUSES = 8
 Sending = Callable[[float], None]

@@ -6,20 +6,55 @@ Which of them a server is decides how it takes a grammar; it is asked once, by t
 from __future__ import annotations
 
 import base64
+import math
 from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit, urlunsplit
 
-from scenelang.backends.language_models.conversation import Part, Picture, Reply, Request, Stop, Text, Turn, Usage
-from scenelang.backends.language_models.credentials import CONNECT_TIMEOUT, NO_KEY, Account
-from scenelang.backends.language_models.estimate import tokens_at_most, upper_estimate
+from scenelang.backends.language_models.catalogue import (
+    CONNECT_TIMEOUT,
+    NO_KEY,
+    Account,
+    Blocks,
+    ImageContent,
+    Part,
+    Reply,
+    Request,
+    Stop,
+    TextContent,
+    Turn,
+    Usage,
+)
 from scenelang.backends.language_models.provider import BrokenStream, Watch, arriving, told
 from scenelang.grammar.diagnostics import SceneError
 
 if TYPE_CHECKING:
     from openai import OpenAI
+
+
+# Tokens counted without a service: never fewer than there are.
+
+
+_BYTES_PER_TOKEN = 2  # fewer than the tokens of prose and programs have
+_TOKENS_OF_PICTURE = 6_000  # more than the largest picture that services take
+_FRAME = 100  # what services add around a request
+
+
+def tokens_at_most(text: str) -> int:
+    """More tokens than a text has."""
+    return math.ceil(len(text.encode()) / _BYTES_PER_TOKEN)
+
+
+def upper_estimate(request: Request) -> int:
+    """More tokens than a request has."""
+    parts = [part for turn in request.turns for part in turn.parts]
+    texts = [request.system.text, *(part.text for part in parts if isinstance(part, TextContent))]
+    texts += [str(block) for part in parts if isinstance(part, Blocks) for block in part.blocks]
+    pictures = sum(isinstance(part, ImageContent) for part in parts)
+    return sum(map(tokens_at_most, texts)) + pictures * _TOKENS_OF_PICTURE + _FRAME
+
 
 _STOPS = {"stop": Stop.END, "tool_calls": Stop.END, "length": Stop.CUT, "content_filter": Stop.REFUSED}
 _DIALECTS = ("llama.cpp", "vllm", "none")
@@ -164,16 +199,16 @@ def _usage(usage: Any) -> Usage | None:
 
 
 def _message(turn: Turn) -> dict[str, Any]:
-    texts = [part.text for part in turn.parts if isinstance(part, Text)]
+    texts = [part.text for part in turn.parts if isinstance(part, TextContent)]
     if len(texts) == len(turn.parts):
         return {"role": turn.role, "content": "\n\n".join(texts)}
     return {"role": turn.role, "content": [_part(part) for part in turn.parts]}
 
 
 def _part(part: Part) -> dict[str, Any]:
-    if isinstance(part, Picture):
+    if isinstance(part, ImageContent):
         data = base64.standard_b64encode(part.data).decode("ascii")
         return {"type": "image_url", "image_url": {"url": f"data:{part.media_type};base64,{data}"}}
-    if isinstance(part, Text):
+    if isinstance(part, TextContent):
         return {"type": "text", "text": part.text}
     raise SceneError("model-request", "this service cannot take a paused answer back")

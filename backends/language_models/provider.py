@@ -7,8 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any, Protocol, TypeVar
 
-from scenelang.backends.language_models.conversation import Reply, Request
-from scenelang.backends.language_models.credentials import TIMEOUT, Account, account
+from scenelang.backends.language_models.catalogue import TIMEOUT, Account, Reply, Request, account
 from scenelang.grammar.diagnostics import SceneError, suggest
 
 Piece = TypeVar("Piece")

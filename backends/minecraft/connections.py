@@ -11,8 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.minecraft.blocks import SIDES, BlockState, Cells
-from scenelang.backends.minecraft.table import BlockKind
+from scenelang.backends.minecraft.blocks import AIR_STATE, SIDES, BlockState, Build, Cells, unified
+from scenelang.backends.minecraft.old_properties import modern
+from scenelang.backends.minecraft.table import BlockKind, BlockTable, alias, load_table, nearest, renamed
+from scenelang.backends.minecraft.voxels import NAMESPACE, Voxels, ignored, namespaced
+from scenelang.backends.neural.picture_words import by_meaning
+from scenelang.grammar.datum import Span
+from scenelang.grammar.diagnostics import Diagnostic, suggest
 
 IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
@@ -203,3 +208,168 @@ def _same_half(own: IntArray, other: IntArray, traits: Traits) -> BoolArray:
 _RULES: Mapping[str, Callable[[Surroundings, Traits], Choices]] = {
     "fence": _fences, "pane": _panes, "wall": _walls, "stairs": _stairs,
 }  # fmt: skip
+
+
+# From the block that a program asks for to a state that the game has (the paper, appendix "Minecraft Renderer").
+
+
+Similar = Callable[[str, Sequence[str]], str | None]  # of the names, that which means most nearly the first text
+_MISSPELT = 0.95  # so alike are a name and its misspelling
+_LONGEST = 100  # letters of a name that are compared
+
+
+@dataclass(frozen=True, slots=True)
+class Resolved:
+    """A state with all of its block's properties. ``given``: those that the program set; the others are defaults."""
+
+    state: BlockState
+    given: frozenset[str] = frozenset()
+    warnings: tuple[Diagnostic, ...] = ()
+
+
+def resolve(
+    block_type: str,
+    properties: Mapping[str, str] | None = None,
+    table: BlockTable | None = None,
+    similar: Similar | None = None,
+    span: Span | None = None,
+) -> Resolved:
+    """The state of the block ``block_type``, with or without namespace, whose ``properties`` are as given.
+
+    A block that the version does not have becomes, without a word, what the game calls it there; else the nearest one,
+    with a warning that names both: an alias, a misspelling, what ``similar`` finds, or the most alike name.
+    Properties of earlier versions become what they are today, without a word; what means nothing to the block is left
+    out, with a warning. Warnings carry ``span``.
+    """
+    table = table or load_table()
+    name = namespaced(block_type)
+    given = dict(properties or {})
+    kind = table.blocks.get(name) or _renamed(name, table)
+    if kind is not None:
+        found = modern(name, kind, given, table)
+        return _filled(found.kind, found.given, *(_left_out(found.kind, *pair, span) for pair in found.dropped.items()))
+    kind = _nearest(name.partition(":")[2][:_LONGEST], table, similar)
+    found = modern(name, kind, given, table)
+    dropped = ", ".join(f"{key}={value}" for key, value in given.items() if key in found.dropped)
+    without = f", without {dropped}" if dropped else ""
+    message = (
+        f"Minecraft {table.version} has no block `{name[:_LONGEST]}`; `{found.kind.name}` is laid instead{without}"
+    )
+    return _filled(found.kind, found.given, Diagnostic("unknown-block", message, span))
+
+
+def _filled(kind: BlockKind, given: Mapping[str, str], *warnings: Diagnostic) -> Resolved:
+    state = BlockState(kind.name, tuple(sorted({**kind.defaults, **given}.items())))
+    return Resolved(state, frozenset(given), warnings)
+
+
+def _renamed(name: str, table: BlockTable) -> BlockKind | None:
+    other = renamed(name.removeprefix(NAMESPACE), {known.removeprefix(NAMESPACE) for known in table.blocks})
+    return None if other is None else table.blocks[NAMESPACE + other]
+
+
+def _nearest(name: str, table: BlockTable, similar: Similar | None) -> BlockKind:
+    """The block to lay in place of one that there is not: never one for operators."""
+    names = [kind.name.removeprefix(NAMESPACE) for kind in table.blocks.values() if not kind.is_for_operators]
+    found = alias(name, names)
+    if found is None:
+        found, likeness = nearest(name, names)
+        if similar is not None and likeness < _MISSPELT:
+            meant = similar(name.replace("_", " "), names)
+            found = meant if meant in names else found
+    return table.blocks[NAMESPACE + found]
+
+
+def _left_out(kind: BlockKind, name: str, value: str, span: Span | None) -> Diagnostic:
+    """The warning for a property that the block does not take."""
+    if name not in kind.values:
+        have = f"it has {_listed(kind.values)}" if kind.values else "it has none"
+        message = f"the block `{kind.name}` has no property `{name[:_LONGEST]}`, which is left out; {have}"
+        return Diagnostic("block-property", message, span, hint=suggest(name, kind.values))
+    values = _listed(kind.values[name], "or")
+    message = f"`{name}` of `{kind.name}` is {values}, not `{value[:_LONGEST]}`, which is left out"
+    return Diagnostic("block-property", message, span, hint=suggest(value, kind.values[name]))
+
+
+def _listed(names: Sequence[str] | Mapping[str, object], last: str = "and") -> str:
+    shown = [f"`{name}`" for name in names]
+    return f" {last} ".join(part for part in (", ".join(shown[:-1]), shown[-1]) if part)
+
+
+# From what a program asks for to block states that the game has, each with all of its properties.
+
+
+_SLAB = 1 << 22  # cells that are looked at together
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Settled:
+    """A build of whole block states; what was replaced on the way, one warning for each block, and what lays none."""
+
+    build: Build
+    warnings: tuple[Diagnostic, ...]
+
+
+def settled(voxels: Voxels, table: BlockTable | None = None, similar: Similar | None = by_meaning) -> Settled:
+    """``voxels`` with states that the version of ``table`` has: unknown blocks replaced (see ``knowledge``), arms and
+    corners from the neighbours where the program does not set them, defaults for the rest."""
+    table = table or load_table()
+    asked = voxels.build
+    found = [Resolved(AIR_STATE)] + [
+        resolve(state.name, dict(state.properties), table, similar, place)
+        for state, place in zip(asked.palette[1:], voxels.places[1:])
+    ]
+    warnings = {warning.message: warning for each in found for warning in each.warnings}
+    build = unified(asked.origin, *_with_neighbours(asked.cells, found, table))
+    left_out = ignored(voxels)
+    more = (each for each in (left_out, voxels.off_cells) if each is not None)
+    return Settled(build, (*warnings.values(), *more))
+
+
+def _with_neighbours(cells: Cells, found: Sequence[Resolved], table: BlockTable) -> tuple[Cells, list[BlockState]]:
+    """The cells, and the states that their numbers mean, where neighbours have had their say."""
+    states = [each.state for each in found]
+    kinds = [table.blocks[state.name] for state in states]
+    traits = Traits.of(states, kinds)
+    fresh = cells
+    for shape in CONNECTED:
+        numbers = np.flatnonzero(traits.shape == shape)
+        if not len(numbers):
+            continue
+        around = Surroundings(cells, _standing(cells, numbers, len(states)))
+        own = around.beside((0, 0, 0))
+        choices = connected(shape, around, traits)
+        if fresh is cells:
+            fresh = cells.copy()
+        x, y, z = around.at
+        fresh[x, y, z] = _numbered(own, choices, found, states)
+    return fresh, states
+
+
+def _standing(cells: Cells, numbers: IntArray, count: int) -> IntArray:
+    """The cells (3, N) in which one of ``numbers`` stands."""
+    wanted = np.zeros(count, np.bool_)
+    wanted[numbers] = True
+    slab = max(1, _SLAB // max(1, cells[:1].size))
+    parts = []
+    for start in range(0, len(cells), slab):
+        at = np.array(np.nonzero(wanted[cells[start : start + slab]]), np.int64)
+        at[0] += start
+        parts.append(at)
+    return np.concatenate(parts, axis=1)
+
+
+def _numbered(own: IntArray, choices: Choices, found: Sequence[Resolved], states: list[BlockState]) -> IntArray:
+    """The number of each cell's state, given what its neighbours make of it; new states are added to ``states``."""
+    code = own.copy()
+    for places, values in choices.values():
+        code = code * len(values) + places
+    _, first, inverse = np.unique(code, return_index=True, return_inverse=True)
+    fresh = []
+    for row in first.tolist():
+        before = found[int(own[row])]
+        made = {name: values[int(places[row])] for name, (places, values) in choices.items()}
+        chosen = {name: value for name, value in made.items() if name not in before.given}
+        fresh.append(len(states))
+        states.append(BlockState(before.state.name, tuple(sorted({**dict(before.state.properties), **chosen}.items()))))
+    return np.array(fresh, np.int64)[inverse]

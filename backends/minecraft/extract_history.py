@@ -14,7 +14,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from scenelang.backends.minecraft.block_names import RENAMES
+from scenelang.backends.minecraft.table import RENAMES
 
 FIRST = "1.13"  # the release that gave blocks their names and properties
 

@@ -6,21 +6,24 @@ cell that they go through, so that nothing is lost; what a mesh encloses is fill
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from scenelang.backends.appearance import Looks
 from scenelang.backends.base import need
-from scenelang.backends.minecraft.blocks import Cells
-from scenelang.backends.minecraft.cubes import as_cubes
-from scenelang.backends.minecraft.painting import BoolArray, FloatArray, IntArray
-from scenelang.backends.solids import Form, Solids, solids_of
-from scenelang.grammar.diagnostics import LimitError, SceneError
-from scenelang.interpreter.bounds import entity_box
-from scenelang.interpreter.entity import Entity, Scene, primitive_count
-from scenelang.interpreter.flatten import flatten_entity
+from scenelang.backends.geometry.solids import SolidForm, Solids, solids_of
+from scenelang.backends.minecraft.blocks import AIR_STATE, BlockState, Build, Cells, trimmed, unified
+from scenelang.backends.minecraft.models import as_cubes
+from scenelang.backends.minecraft.table import BlockKind, BlockTable, load_table
+from scenelang.backends.minecraft.voxels import BoolArray, FloatArray, IntArray, namespaced
+from scenelang.backends.neural.describing import oklab
+from scenelang.backends.pictures.appearance import Looks
+from scenelang.backends.pictures.studio import from_srgb
+from scenelang.grammar.diagnostics import LimitError, SceneError, suggest
+from scenelang.interpreter.scene.bounds import entity_box
+from scenelang.interpreter.scene.entity import Entity, Scene, primitive_count
+from scenelang.interpreter.scene.flatten import flatten_entity
 
 MOST_CELLS = 200_000_000
 _SLAB = 1 << 21  # cells or samples that are looked at together
@@ -63,10 +66,10 @@ def filled(root: Entity, longest: int, limit: int = 2_000_000) -> Filled:
     cells = np.zeros(size, np.uint32)
     for first, last in _in_order(solids):
         look = solids.look[first:last] + 1
-        if solids.forms[first] == Form.TRIANGLE:
+        if solids.forms[first] == SolidForm.TRIANGLE:
             _fill_mesh(cells, matrices[first:last], look)
         else:
-            _fill(cells, Form(solids.forms[first]), matrices[first], int(look[0]))
+            _fill(cells, SolidForm(solids.forms[first]), matrices[first], int(look[0]))
     x, y, z = np.rint(low / edge).astype(np.int64).tolist()
     return Filled((x, y, z), cells, solids.looks, edge)
 
@@ -81,7 +84,7 @@ def _in_order(solids: Solids) -> list[tuple[int, int]]:
 # --- solids ----------------------------------------------------------------------------------------------------------
 
 
-def _fill(cells: Cells, form: Form, matrix: FloatArray, look: int) -> None:
+def _fill(cells: Cells, form: SolidForm, matrix: FloatArray, look: int) -> None:
     """Fill one canonical solid under ``matrix`` (3, 4), which is in cells."""
     linear, center = matrix[:, :3], matrix[:, 3]
     widths = 2.0 * np.linalg.svd(linear, compute_uv=False)
@@ -92,7 +95,7 @@ def _fill(cells: Cells, form: Form, matrix: FloatArray, look: int) -> None:
             _mark(cells, points + center, np.full(len(points), look, np.uint32))
 
 
-def _fill_inside(cells: Cells, form: Form, linear: FloatArray, center: FloatArray, look: int) -> None:
+def _fill_inside(cells: Cells, form: SolidForm, linear: FloatArray, center: FloatArray, look: int) -> None:
     """The cells whose centres are inside."""
     inverse = np.linalg.inv(linear)
     reach = np.abs(linear).sum(axis=1)
@@ -109,21 +112,21 @@ def _fill_inside(cells: Cells, form: Form, linear: FloatArray, center: FloatArra
         part[_inside(form, u, v, w)] = look
 
 
-def _inside(form: Form, u: FloatArray, v: FloatArray, w: FloatArray) -> BoolArray:
+def _inside(form: SolidForm, u: FloatArray, v: FloatArray, w: FloatArray) -> BoolArray:
     """Whether points in the frame of the canonical solid are inside it."""
     found: BoolArray
-    if form == Form.BALL:
+    if form == SolidForm.BALL:
         found = u * u + v * v + w * w <= 1.0
-    elif form == Form.BLOCK:
+    elif form == SolidForm.BLOCK:
         found = np.maximum(np.maximum(np.abs(u), np.abs(v)), np.abs(w)) <= 1.0
-    elif form == Form.CYLINDER:
+    elif form == SolidForm.CYLINDER:
         found = (u * u + w * w <= 1.0) & (np.abs(v) <= 1.0)
     else:
         found = (u * u + w * w <= ((1.0 - v) / 2.0) ** 2) & (np.abs(v) <= 1.0)
     return found
 
 
-def _samples(form: Form, linear: FloatArray) -> Iterator[FloatArray]:
+def _samples(form: SolidForm, linear: FloatArray) -> Iterator[FloatArray]:
     """Points (K, 3) inside the solid about its centre, at most a step apart."""
     counts = np.maximum(1, np.ceil(2.0 * np.linalg.norm(linear, axis=0) / _STEP)).astype(np.int64)
     a, b, c = (((np.arange(n) + 0.5) / n) * 2.0 - 1.0 for n in counts.tolist())
@@ -177,3 +180,115 @@ def _on_triangles(corner: FloatArray, along: FloatArray, up: FloatArray) -> Iter
             rows = mine[start : start + chunk]
             points = corner[rows, None] + s[:, None] * along[rows, None] + t[:, None] * up[rows, None]
             yield points.reshape(-1, 3), np.repeat(rows, len(s))
+
+
+# Blocks for colours: the families of blocks that may stand for them, and the nearest of these.
+
+
+FAMILIES = ("wool", "concrete", "terracotta", "glass", "planks", "logs", "bricks", "leaves", "powder", "glazed", "all")
+USUAL = "wool,concrete,terracotta,glass"
+_SEEN_THROUGH = 0.5  # opacity: what is below it becomes a block that light goes through
+_FALLS = ("_powder", "sand", "gravel", "anvil", "dragon_egg")  # never laid unless asked for: they fall
+_NOT_FOR_ALL = (
+    "_ore",
+    "infested_",
+    "shulker_box",
+    "_leaves",
+    "spawner",
+    "tnt",
+    "ice",
+    "_coral_block",
+    "sculk",
+    "_head",
+)
+_ENDINGS = {"logs": ("_log", "_stem"), "bricks": ("bricks", "_bricks"), "powder": ("_concrete_powder",),
+            "glazed": ("_glazed_terracotta",), "glass": ("glass",)}  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Palette:
+    """Blocks with their colours: ``points`` (K, 3) in Oklab, ``opacity`` (K,)."""
+
+    states: tuple[BlockState, ...]
+    points: FloatArray
+    opacity: FloatArray
+
+
+def palette_of(text: str, table: BlockTable | None = None) -> Palette:
+    """The palette that ``text`` names: families and blocks, separated by commas, such as ``wool,oak_planks``.
+
+    Raises SceneError("value") for a name that is neither.
+    """
+    table = table or load_table()
+    names = [name.strip().lower() for name in text.split(",") if name.strip()]
+    kinds = {kind.name: kind for name in names for kind in _kinds(name, table)}
+    if not kinds:
+        raise SceneError("value", "a palette needs a block", hint=f"it can be one of {', '.join(FAMILIES)}")
+    chosen = list(kinds.values())
+    colors = from_srgb(np.array([kind.color for kind in chosen], np.float64) / 255.0)
+    states = tuple(BlockState(kind.name, tuple(sorted(_lasting(kind).items()))) for kind in chosen)
+    return Palette(states, oklab(colors), np.array([kind.opacity for kind in chosen]))
+
+
+def matched(looks: Looks, palette: Palette) -> IntArray:
+    """The number in ``palette`` of the nearest block of every look (K,), among the blocks that hide what is behind or
+    among the others, as the look does. Nearest in Oklab, where hue counts double and lightness, which light and shade
+    change anyway, half: a bright red is a red block rather than an orange one."""
+    wanted = oklab(np.clip(looks.color, 0.0, 1.0))
+    clear = palette.opacity < 1.0
+    found = np.zeros(len(wanted), np.int64)
+    for i, (point, opacity) in enumerate(zip(wanted, looks.opacity.tolist())):
+        group = clear == (opacity < _SEEN_THROUGH)
+        candidates = np.flatnonzero(group) if group.any() else np.arange(len(clear))
+        found[i] = candidates[int(np.argmin(_distances(palette.points[candidates], point)))]
+    return found
+
+
+def _distances(points: FloatArray, wanted: FloatArray) -> FloatArray:
+    """How far ``points`` (K, 3) are from ``wanted`` (3,): squares of the differences of lightness, chroma and hue."""
+    lightness = points[:, 0] - wanted[0]
+    chroma = np.hypot(points[:, 1], points[:, 2]) - np.hypot(wanted[1], wanted[2])
+    apart = ((points[:, 1:] - wanted[1:]) ** 2).sum(axis=1)
+    hue = np.maximum(0.0, apart - chroma**2)
+    away: FloatArray = 0.25 * lightness**2 + chroma**2 + 4.0 * hue
+    return away
+
+
+def in_blocks(filled: Filled, palette: Palette) -> Build:
+    """The build that a filled grid is in the blocks of ``palette``."""
+    number = np.concatenate([[0], matched(filled.looks, palette) + 1]).astype(np.uint32)
+    return trimmed(unified(filled.origin, number[filled.cells], (AIR_STATE, *palette.states)))
+
+
+def _kinds(name: str, table: BlockTable) -> Sequence[BlockKind]:
+    """The blocks of a family, or the block of that name."""
+    cubes = [kind for kind in table.blocks.values() if _is_building_block(kind)]
+    if name == "all":
+        return [kind for kind in cubes if kind.opacity == 1.0 and not _has(kind, (*_FALLS, *_NOT_FOR_ALL))]
+    exact = table.blocks.get(namespaced(name))
+    if exact is not None and name not in FAMILIES:
+        if not _is_building_block(exact):
+            raise SceneError("value", f"`{name}` is no block that fills a cell with a colour")
+        return [exact]
+    endings = _ENDINGS.get(name, (f"_{name}", f":{name}"))
+    found = [kind for kind in cubes if kind.name.endswith(endings)]
+    if name == "terracotta":
+        found = [kind for kind in found if "glazed" not in kind.name]
+    if not found:
+        known = [*FAMILIES, *(kind.name.removeprefix("minecraft:") for kind in cubes)]
+        hint = suggest(name, known) or f"families are {', '.join(FAMILIES)}; or name blocks"
+        raise SceneError("value", f"there is no block or family of blocks `{name}`", hint=hint)
+    return found
+
+
+def _is_building_block(kind: BlockKind) -> bool:
+    return kind.shape == "cube" and kind.color is not None and not kind.is_for_operators and "infested" not in kind.name
+
+
+def _has(kind: BlockKind, parts: tuple[str, ...]) -> bool:
+    return any(part in kind.name for part in parts)
+
+
+def _lasting(kind: BlockKind) -> dict[str, str]:
+    """The block's default state; leaves that do not wither."""
+    return {**kind.defaults, "persistent": "true"} if "persistent" in kind.defaults else dict(kind.defaults)

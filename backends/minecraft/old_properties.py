@@ -10,9 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from scenelang.backends.minecraft.asked import NAMESPACE
-from scenelang.backends.minecraft.block_names import renamed
-from scenelang.backends.minecraft.table import BlockKind, Table
+from scenelang.backends.minecraft.table import BlockKind, BlockTable, renamed
+from scenelang.backends.minecraft.voxels import NAMESPACE
 
 _KINDS = ("variant", "type", "color", "wood_type", "material", "block_type")  # what told kinds of a block apart
 _STANDING = ("torch", "redstone_torch", "soul_torch", "copper_torch")
@@ -55,7 +54,7 @@ class Modern:
     dropped: dict[str, str]
 
 
-def modern(name: str, kind: BlockKind, given: Mapping[str, str], table: Table) -> Modern:
+def modern(name: str, kind: BlockKind, given: Mapping[str, str], table: BlockTable) -> Modern:
     """What the block asked for as ``name``, which the version has as ``kind``, is with the properties ``given``."""
     kept: dict[str, str] = {}
     dropped: dict[str, str] = {}
@@ -76,7 +75,7 @@ def modern(name: str, kind: BlockKind, given: Mapping[str, str], table: Table) -
 Change = tuple[BlockKind, dict[str, str]]
 
 
-def _moved(name: str, kind: BlockKind, key: str, value: str, table: Table) -> Change | None:
+def _moved(name: str, kind: BlockKind, key: str, value: str, table: BlockTable) -> Change | None:
     """The block that now has what ``key`` said of the block, and the properties that say it there; None where there is
     none."""
     plain = kind.name.removeprefix(NAMESPACE)
@@ -121,7 +120,7 @@ def _renamed(kind: BlockKind, key: str, value: str) -> Iterator[tuple[str, str]]
         yield "facing", {"x": "east", "y": "up", "z": "south"}[value]
 
 
-def _torch(kind: BlockKind, plain: str, value: str, table: Table) -> Change | None:
+def _torch(kind: BlockKind, plain: str, value: str, table: BlockTable) -> Change | None:
     """Torches on walls are blocks of their own since 1.13."""
     if value == "up":
         return kind, {}
@@ -130,7 +129,7 @@ def _torch(kind: BlockKind, plain: str, value: str, table: Table) -> Change | No
     return (on_wall, {"facing": value}) if on_wall is not None and value in on_wall.values["facing"] else None
 
 
-def _kind_of(asked: str, plain: str, value: str, table: Table) -> Change | None:
+def _kind_of(asked: str, plain: str, value: str, table: BlockTable) -> Change | None:
     """The block that is the kind ``value`` of the block ``asked``, which is called ``plain`` today."""
     value = value.replace(" ", "_")
     whole = _WHOLE.get((asked, value)) or _WHOLE.get((plain, value))

@@ -12,23 +12,392 @@ from __future__ import annotations
 import json
 import math
 import struct
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.minecraft.cubes import as_cubes
-from scenelang.backends.shots import box_of
-from scenelang.backends.stage import unit_size
-from scenelang.backends.studio import BRIGHTEST, ENVIRONMENTS, SHOULDER
-from scenelang.backends.viewer.graph import graph_of
-from scenelang.backends.viewer.instances import Instances, instances_of
-from scenelang.backends.viewer.splats import SplatsOf, splat_columns
+from scenelang.backends.base import need
+from scenelang.backends.geometry.assets import load_asset
+from scenelang.backends.geometry.solids import SolidForm, composed, is_semantic, local_pose, triangle_normals, unit_mesh
+from scenelang.backends.minecraft.models import as_cubes
+from scenelang.backends.neural.weights import INSTALL
+from scenelang.backends.pictures.appearance import GLASS, look_of
+from scenelang.backends.pictures.stage import box_of, unit_size
+from scenelang.backends.pictures.studio import BRIGHTEST, ENVIRONMENTS, SHOULDER, to_srgb
+from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import LimitError, SceneError
-from scenelang.grammar.source import Span
-from scenelang.interpreter.entity import Scene, primitive_count
+from scenelang.interpreter.runtime.show import show
+from scenelang.interpreter.runtime.types import STD
+from scenelang.interpreter.runtime.values import Embedding
+from scenelang.interpreter.scene.entity import Entity, Scene, descendants, primitive_count
+from scenelang.interpreter.scene.flatten import FlatFrame, flatten
+from scenelang.interpreter.scene.numbering import number_scene
+from scenelang.interpreter.scene.shapes import PrimitiveKind
+
+if TYPE_CHECKING:
+    from scenelang.backends.neural.splats.gaussians import Splats
+
+
+# The entity DAG as tables and columns: words, embeddings, places, edges. Its size follows distinct entities.
+
+
+_LONGEST_VALUE = 200
+_LONGEST_LINE = 200
+
+
+@dataclass(slots=True)
+class _Table:
+    """Rows of plain data, each kept once and known by its number."""
+
+    rows: list[Any] = field(default_factory=list)
+    numbers: dict[Any, int] = field(default_factory=dict)
+
+    def number(self, key: Any, row: Any) -> int:
+        found = self.numbers.get(key)
+        if found is None:
+            found = self.numbers[key] = len(self.rows)
+            self.rows.append(row() if callable(row) else row)
+        return found
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PacketGraph:
+    """``tables`` are JSON data; ``number`` maps ``id(entity)`` to its node, children before parents.
+
+    ``columns``, per node: ``nodeWord``; ``nodeEmbedding``, ``nodePlace`` and ``nodeDefinition`` (-1: none);
+    ``nodePrimitive``; ``nodeStart`` (V + 1), so that the children of node n are
+    ``nodeChild[nodeStart[n]:nodeStart[n + 1]]``.
+    """
+
+    tables: dict[str, Any]
+    columns: dict[str, npt.NDArray[Any]]
+    number: dict[int, int]
+
+
+def graph_of(scene: Scene, definitions: Mapping[str, Span]) -> PacketGraph:
+    """The distinct entities of all frames of ``scene``; ``definitions`` says where words are bound."""
+    nodes = list(descendants(*scene.frames))
+    words, embeddings, places = _Table(), _Table(), _Table()
+    number = {id(entity): i for i, entity in enumerate(nodes)}
+    start = np.zeros(len(nodes) + 1, np.int32)
+    np.cumsum([len(entity.children) for entity in nodes], out=start[1:])
+    columns: dict[str, npt.NDArray[Any]] = {
+        "nodeWord": _column(words.number(entity.word, entity.word) for entity in nodes),
+        "nodeEmbedding": _column(_embedding(embeddings, entity.embedding) for entity in nodes),
+        "nodePlace": _column(_places(places, entity.places) for entity in nodes),
+        "nodeDefinition": _column(_places(places, _definition(entity, definitions)) for entity in nodes),
+        "nodeStart": start,
+        "nodeChild": _column(number[id(part.car)] for entity in nodes for part in entity.children),
+        "nodePrimitive": np.array([entity.is_primitive for entity in nodes], np.uint8),
+    }
+    tables = {
+        "words": words.rows,
+        "embeddings": embeddings.rows,
+        "places": places.rows,
+        "roots": [number[id(root)] for root in scene.frames],
+        "taken": list(number_scene(scene).taken),
+    }
+    return PacketGraph(tables, columns, number)
+
+
+def _column(numbers: Any) -> npt.NDArray[np.int32]:
+    return np.fromiter(numbers, np.int32)
+
+
+def _embedding(table: _Table, embedding: Embedding) -> int:
+    if embedding.handle is None and not embedding.text and not embedding.attributes:
+        return -1
+    return table.number(id(embedding), lambda: _embedding_row(embedding))
+
+
+def _embedding_row(embedding: Embedding) -> dict[str, Any]:
+    attributes = [[name, show(value, _LONGEST_VALUE)] for name, value in embedding.attributes.items()]
+    return {"handle": embedding.handle, "text": embedding.text, "attributes": attributes}
+
+
+def _definition(entity: Entity, definitions: Mapping[str, Span]) -> tuple[Span, ...]:
+    """Where the word of an entity that is no primitive is bound, as far as that is known."""
+    span = None if entity.is_primitive else definitions.get(entity.word)
+    return () if span is None else (span,)
+
+
+def _places(table: _Table, spans: Sequence[Span]) -> int:
+    """The number of a list of places, -1 where there is none outside the standard library."""
+    own = [span for span in spans if not span.source.name.startswith(STD)]
+    if not own:
+        return -1
+    key = tuple((id(span.source), span.start) for span in own)
+    return table.number(key, lambda: [_place_row(span) for span in own])
+
+
+def _place_row(span: Span) -> dict[str, Any]:
+    line, column = span.source.position(span.start)
+    text = span.source.line(line).strip()
+    shown = text if len(text) <= _LONGEST_LINE else text[: _LONGEST_LINE - 3] + "..."
+    return {"file": span.source.name, "line": line, "column": column, "text": shown}
+
+
+# Instances for the page: geometries, one row per primitive entity, and the rows that each frame shows.
+
+
+FloatArray = npt.NDArray[np.float64]
+_File = tuple[str, str | None, bool]  # a mesh file, the folder of what it refers to, and whether in its own colours
+IntArray = npt.NDArray[np.int64]
+
+# Round solids come with two numbers of sides: what is small in the picture is drawn with the few.
+_MANY_SIDES, _FEW_SIDES = 64, 8
+_ALL_FINE = 300  # up to so many instances none needs to be coarse
+MATTE = -1.0  # the roughness of a surface that asks for none
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Geometry:
+    """A mesh in its own frame: ``positions`` and ``normals`` (3 V), ``indices`` (3 F), and where it has colours of its
+    own ``colors`` (3 V), linear sRGB. ``is_closed``: a canonical solid, without holes.
+    ``coarse`` is the number of the geometry that stands for it where it is small."""
+
+    positions: npt.NDArray[np.float32]
+    normals: npt.NDArray[np.float32]
+    indices: npt.NDArray[np.uint32]
+    colors: npt.NDArray[np.float32] | None = None
+    is_closed: bool = True
+    coarse: int | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Instances:
+    """``columns`` by name.
+
+    Per primitive entity: ``primitiveNode`` (its node of the DAG), ``primitiveGeometry`` (-1: nothing is drawn),
+    ``primitiveLook`` (12 floats: colour, opacity, emission, ior, roughness, metallic, is-semantic, 0). Per row:
+    ``rowPrimitive``, ``rowPath`` (into ``paths``), ``rowPose`` (12 floats, row-major). Per frame: rows
+    ``frameRow[frameStart[f]:frameStart[f + 1]]`` in depth-first order.
+    """
+
+    geometries: tuple[Geometry, ...]
+    paths: tuple[tuple[str, ...], ...]
+    columns: dict[str, npt.NDArray[Any]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Rows:
+    """The instances of all frames, one after the other; ``start`` (F + 1) says where each frame begins."""
+
+    primitives: list[Entity]
+    primitive: IntArray
+    paths: list[tuple[str, ...]]
+    path: IntArray
+    matrices: FloatArray
+    start: IntArray
+
+
+def instances_of(scene: Scene, center: FloatArray, scale: float, node_of: dict[int, int]) -> Instances:
+    """The instances of every frame of ``scene`` under ``p -> scale (p - center)``.
+
+    ``node_of`` maps ``id(entity)`` to its number in the DAG. Raises SceneError where a pose or a look makes no sense.
+    """
+    rows = _joined(flatten(scene).frames)
+    used = np.bincount(rows.primitive, minlength=len(rows.primitives))
+    geometries, geometry_of, local = _geometries(rows.primitives, used)
+    poses = composed(rows.matrices, local[rows.primitive])
+    poses[:, :, 3] -= center
+    poses *= scale
+    flat = poses.reshape(-1, 12).astype(np.float32)
+    kept, row_of = _distinct_rows(flat, rows) if len(rows.start) > 2 else (slice(None), np.arange(len(flat)))
+    columns: dict[str, npt.NDArray[Any]] = {
+        "primitiveNode": np.array([node_of[id(entity)] for entity in rows.primitives], np.int32),
+        "primitiveGeometry": geometry_of,
+        "primitiveLook": _looks(rows.primitives),
+        "rowPrimitive": rows.primitive[kept].astype(np.int32),
+        "rowPath": rows.path[kept].astype(np.int32),
+        "rowPose": flat[kept].reshape(-1),
+        "frameStart": rows.start.astype(np.uint32),
+        "frameRow": row_of.astype(np.uint32),
+    }
+    return Instances(tuple(geometries), tuple(rows.paths), columns)
+
+
+def _joined(frames: Sequence[FlatFrame]) -> _Rows:
+    """The instances of ``frames``; primitives and paths of several frames are numbered together."""
+    primitives: dict[int, int] = {}
+    entities: list[Entity] = []
+    paths: dict[tuple[str, ...], int] = {}
+    primitive, path = [], []
+    for frame in frames:
+        for entity in frame.primitives:
+            if id(entity) not in primitives:
+                primitives[id(entity)] = len(entities)
+                entities.append(entity)
+        here = np.array([primitives[id(entity)] for entity in frame.primitives], np.int64)
+        there = np.array([paths.setdefault(words, len(paths)) for words in frame.paths], np.int64)
+        primitive.append(here[frame.index] if len(frame) else np.zeros(0, np.int64))
+        path.append(there[frame.path_index] if len(frame) else np.zeros(0, np.int64))
+    start = np.cumsum([0, *(len(frame) for frame in frames)])
+    matrices = np.concatenate([frame.matrices for frame in frames])
+    return _Rows(entities, np.concatenate(primitive), list(paths), np.concatenate(path), matrices, start)
+
+
+def _distinct_rows(flat: npt.NDArray[np.float32], rows: _Rows) -> tuple[IntArray, IntArray]:
+    """The first of each set of equal rows, and for every instance the place of its row among these."""
+    keys = np.empty((len(flat), 14), np.uint32)
+    keys[:, :12] = (flat + np.float32(0.0)).view(np.uint32)  # no negative zeros
+    keys[:, 12], keys[:, 13] = rows.primitive, rows.path
+    odd = np.random.RandomState(0).randint(0, 1 << 62, 14).astype(np.uint64) * np.uint64(2) + np.uint64(1)
+    hashed = (keys.astype(np.uint64) * odd).sum(axis=1, dtype=np.uint64)
+    _, first, place = np.unique(hashed, return_index=True, return_inverse=True)
+    if not (keys[first[place]] == keys).all():  # two rows with one hash: compare them whole
+        _, first, place = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    return first.astype(np.int64), place.reshape(-1).astype(np.int64)
+
+
+def _looks(primitives: Sequence[Entity]) -> npt.NDArray[np.float32]:
+    table = np.zeros((len(primitives), 12), np.float32)
+    for row, entity in zip(table, primitives, strict=True):
+        look = look_of(entity)
+        row[:3], row[3], row[4:7] = look.color, look.opacity, look.emission
+        row[7], row[8], row[9] = look.ior or GLASS, MATTE if look.is_matte else look.gloss, look.metallic
+        row[10] = is_semantic(entity)
+    return table.reshape(-1)
+
+
+def _geometries(
+    primitives: Sequence[Entity], used: IntArray
+) -> tuple[list[Geometry], npt.NDArray[np.int32], FloatArray]:
+    """The geometries, the number of each primitive's (-1: none) and its pose in the primitive's frame (P, 3, 4)."""
+    geometries: list[Geometry] = []
+    numbers: dict[Any, int] = {}
+    geometry_of = np.full(len(primitives), -1, np.int32)
+    local = np.zeros((len(primitives), 3, 4))
+    local[:, [0, 1, 2], [0, 1, 2]] = 1.0
+    for i, entity in enumerate(primitives):
+        key, pose = _geometry_key(entity)
+        if key is None:
+            continue
+        if key not in numbers:
+            numbers[key] = _add(geometries, key, int(used.sum()) > _ALL_FINE)
+        geometry_of[i], local[i] = numbers[key], pose
+    return geometries, geometry_of, local
+
+
+def _add(geometries: list[Geometry], key: SolidForm | _File, has_coarse: bool) -> int:
+    """Add the geometry of ``key``, and before it its coarse one where that is another; its number."""
+    if not isinstance(key, SolidForm):
+        geometries.append(_asset(*key))
+    elif key == SolidForm.BLOCK or not has_coarse:
+        geometries.append(_unit(key, _MANY_SIDES))
+    else:
+        geometries.append(_unit(key, _FEW_SIDES))
+        geometries.append(replace(_unit(key, _MANY_SIDES), coarse=len(geometries) - 1))
+    return len(geometries) - 1
+
+
+def _geometry_key(entity: Entity) -> tuple[SolidForm | _File | None, FloatArray]:
+    """What a primitive is drawn as, a canonical solid or a file's mesh (in its own colours or not), and its pose
+    (3, 4); None: not at all."""
+    shape, identity = entity.shape, np.eye(4)[:3]
+    if shape is None or not shape.has_geometry:
+        return None, identity
+    if shape.kind is PrimitiveKind.ASSET:
+        has_color = entity.embedding.attributes.get("color") is not None
+        return (shape.file, shape.root, not has_color) if shape.file is not None else None, identity
+    found = local_pose(shape)
+    return (None, identity) if found is None else found
+
+
+def _unit(form: SolidForm, sides: int) -> Geometry:
+    mesh = unit_mesh(form, sides)
+    return Geometry(
+        mesh.vertices.astype(np.float32).reshape(-1),
+        mesh.normals.astype(np.float32).reshape(-1),
+        mesh.faces.astype(np.uint32).reshape(-1),
+    )
+
+
+def _asset(file: str, root: str | None, own_colors: bool) -> Geometry:
+    """The mesh of a file, flat-shaded; raises SceneError("file") when it cannot be read."""
+    mesh = load_asset(file, root)
+    corners, colors = mesh.corners, mesh.face_colors if own_colors else None
+    return Geometry(
+        corners.astype(np.float32).reshape(-1),
+        np.repeat(triangle_normals(corners), 3, axis=0).astype(np.float32).reshape(-1),
+        np.arange(3 * len(corners), dtype=np.uint32),
+        None if colors is None else np.repeat(colors, 3, axis=0).astype(np.float32).reshape(-1),
+        is_closed=False,
+    )
+
+
+# Gaussians for the page: what is seen in place of the solids.
+
+
+SplatsOf = Callable[[Scene], "list[Splats]"]  # of every frame, colours sRGB
+
+MOST = 2_000_000  # of all frames: 4 texels of 16 bytes each
+_TOTAL = 100_000  # of a scene whose Gaussians are its own
+
+
+def own_splats(scene: Scene) -> list[Splats]:
+    """The Gaussians on the surfaces of every frame's primitives, in the colours that they have without light."""
+    need("torch", INSTALL)
+    from scenelang.backends.neural.splats.gaussians import Splats
+    from scenelang.backends.neural.splats.initial import gaussians_of
+
+    found = []
+    for root in scene.frames:
+        made = gaussians_of(root, max(_TOTAL // len(scene.frames), 1000))
+        colors = made.splats.colors + made.emission
+        srgb = colors.new_tensor(to_srgb(np.clip(colors.numpy(), 0.0, 1.0)))
+        found.append(Splats(made.splats.means, made.splats.covariances, made.splats.opacities, srgb))
+    return found
+
+
+def distilled_splats(folder: Path) -> SplatsOf:
+    """Those that a run of `distill` has learned; raises SceneError("file") where there is none."""
+    need("torch", INSTALL)
+    from scenelang.backends.neural.distillation.checkpoint import kept_in
+
+    kept = kept_in(folder)
+
+    def of(scene: Scene) -> list[Splats]:
+        import torch
+
+        with torch.no_grad():
+            return [kept.splats(frame) for frame in range(min(kept.frames, len(scene.frames)))]
+
+    return of
+
+
+def splat_columns(frames: Sequence[Splats], count: int, center: FloatArray, scale: float) -> dict[str, Any]:
+    """The Gaussians of ``count`` frames under ``p -> scale (p - center)`` as columns, none in frames that have no
+    ``frames``: ``splatStart`` (F + 1), ``splatPlace`` (3 N), ``splatSpread`` (6 N: the upper right of the covariance,
+    row by row), ``splatColor`` (4 N: sRGB and opacity).
+
+    Raises LimitError for more than MOST.
+    """
+    sizes = [len(each) for each in frames] + [0] * (count - len(frames))
+    if sum(sizes) > MOST:
+        raise LimitError("primitives", f"the scene has {sum(sizes):,} Gaussians, more than the {MOST:,} of this page")
+    rows = [_rows(each, center, scale) for each in frames]
+    columns = {name: np.concatenate([row[name] for row in rows]) for name in rows[0]} if rows else {}
+    return {"splatStart": np.concatenate([[0], np.cumsum(sizes)]).astype(np.uint32), **columns}
+
+
+def _rows(splats: Splats, center: FloatArray, scale: float) -> dict[str, npt.NDArray[Any]]:
+    means, covariances, opacities, colors = (
+        np.asarray(each.detach().cpu().double().numpy())
+        for each in (splats.means, splats.covariances, splats.opacities, splats.colors)
+    )
+    upper = covariances[:, [0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2]] * scale**2
+    paint = np.concatenate([colors, opacities[:, None]], axis=1)
+    return {
+        "splatPlace": (scale * (means - center)).astype(np.float32).ravel(),
+        "splatSpread": upper.astype(np.float32).ravel(),
+        "splatColor": np.rint(255.0 * np.clip(paint, 0.0, 1.0)).astype(np.uint8).ravel(),
+    }
+
 
 FORMAT, VERSION = "scenelang-viewer", 1
 MAGIC = b"SCNV"

@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from generator.markdown import NOTICE, block, table
-from scenelang.grammar.codes import CODES
-from scenelang.grammar.mends import MENDS
+from scenelang.grammar.diagnostics import CODES, MENDS
 
 ROOT = Path(__file__).parents[2]
 BAD = ROOT / "tests" / "bad"

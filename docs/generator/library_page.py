@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from generator.markdown import NOTICE, anchor, block, formatted, table, valued
-from scenelang.attributes import attribute_doc, attribute_names
-from scenelang.interpreter.form_examples import FORM_EXAMPLES
-from scenelang.interpreter.forms import ABSENT, FORMS
-from scenelang.interpreter.shapes import PRIMITIVES, READ
-from scenelang.stdlib.reference import TOPICS, Record, records
+from scenelang.interpreter.expand.forms import ABSENT, FORM_EXAMPLES, FORMS
+from scenelang.interpreter.scene.shapes import PRIMITIVES, READ
+from scenelang.primer import attribute_doc, attribute_names
+from scenelang.stdlib.reference import TOPICS, ReferenceRecord, records
 
 _TABLES = ("constants", "types")
 _PRIMITIVES = "Primitives and their attributes"
@@ -48,7 +47,7 @@ def _attributes() -> Iterator[str]:
     yield from table(("attribute", "meaning"), meanings)
 
 
-def _topic(topic: str, mine: Sequence[Record]) -> Iterator[str]:
+def _topic(topic: str, mine: Sequence[ReferenceRecord]) -> Iterator[str]:
     title, introduction = TOPICS[topic]
     yield from (f"## {title}", "")
     if introduction:
@@ -61,14 +60,14 @@ def _topic(topic: str, mine: Sequence[Record]) -> Iterator[str]:
     yield ""
 
 
-def _item(record: Record) -> Iterator[str]:
+def _item(record: ReferenceRecord) -> Iterator[str]:
     yield f"- `{record.signature}`:"
     yield f"  {record.doc}"
     for example in record.examples:
         yield f"  `{example.expression}` gives `{example.value}`."
 
 
-def _drawn(record: Record) -> Iterator[str]:
+def _drawn(record: ReferenceRecord) -> Iterator[str]:
     """A name with a section, a picture and the program that is drawn in it."""
     yield from (f"### {record.name}", "", f"`{record.signature}`", "", record.doc, "")
     yield from (f"`{example.expression}` gives `{example.value}`." for example in record.examples)
@@ -76,7 +75,7 @@ def _drawn(record: Record) -> Iterator[str]:
     yield from block("scene", picture_program(record))
 
 
-def picture_program(record: Record) -> str:
+def picture_program(record: ReferenceRecord) -> str:
     """The whole program whose picture shows what a name does."""
     return formatted(f'(bind "{record.name}" (lambda () {record.picture}))')
 

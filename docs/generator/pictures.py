@@ -9,8 +9,8 @@ import numpy.typing as npt
 from PIL import Image
 
 from scenelang import Options, Session, Source
-from scenelang.backends.picture import PictureOptions, render
-from scenelang.backends.viewpoint import parse_viewpoint
+from scenelang.backends.pictures.camera import parse_viewpoint
+from scenelang.backends.pictures.film import PictureOptions, render
 from scenelang.grammar.diagnostics import render_text
 
 _OVERSAMPLING = 2

@@ -13,11 +13,11 @@ from scenelang.grammar.export.model import (
     Many,
     Pattern,
     Ref,
+    RuleUse,
     Sequence,
     Terminal,
+    TerminalToken,
     Text,
-    Token,
-    Use,
 )
 
 _ABOUT = (
@@ -56,7 +56,7 @@ def _group(expression: Expression, *kinds: type) -> str:
 # --- tokens --------------------------------------------------------------------------------------------------------
 
 
-def _token(token: Token) -> str:
+def _token(token: TerminalToken) -> str:
     text = _pattern(token.pattern)
     if not token.excluded:
         return text
@@ -65,7 +65,7 @@ def _token(token: Token) -> str:
 
 
 def _pattern(pattern: Pattern) -> str:
-    if isinstance(pattern, Use):
+    if isinstance(pattern, RuleUse):
         return pattern.token
     if isinstance(pattern, Text):
         return _quoted(pattern.text)
@@ -81,7 +81,7 @@ def _pattern(pattern: Pattern) -> str:
 def _repeated(pattern: Many) -> str:
     """A repetition; W3C's notation has no counts, so these are written out."""
     text = _pattern(pattern.part)
-    item = text if isinstance(pattern.part, (Chars, Text, Use)) else f"({text})"
+    item = text if isinstance(pattern.part, (Chars, Text, RuleUse)) else f"({text})"
     if pattern.most is None:
         return item + ("*" if not pattern.least else "+")
     return " ".join([item] * pattern.least + [f"{item}?"] * (pattern.most - pattern.least))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from scenelang.grammar.export.exclusion import without_exclusions
 from scenelang.grammar.export.model import (
     Chars,
     Choice,
@@ -14,12 +13,12 @@ from scenelang.grammar.export.model import (
     Many,
     Pattern,
     Ref,
+    RuleUse,
     Sequence,
     Terminal,
     Text,
-    Use,
 )
-from scenelang.grammar.export.spacing import spaced
+from scenelang.grammar.export.spacing import spaced, without_exclusions
 
 _NAMED = {"\n": r"\n", "\t": r"\t", "\r": r"\r", "\\": r"\\"}
 
@@ -75,10 +74,10 @@ def _pattern(pattern: Pattern) -> str:
         return " ".join(f"({_pattern(part)})" if isinstance(part, Either) else _pattern(part) for part in pattern.parts)
     if isinstance(pattern, Either):
         return " | ".join(_pattern(option) for option in pattern.options)
-    if isinstance(pattern, Use):
+    if isinstance(pattern, RuleUse):
         return _token_name(pattern.token)
     text = _pattern(pattern.part)
-    return (text if isinstance(pattern.part, (Chars, Text, Use)) else f"({text})") + _times(pattern)
+    return (text if isinstance(pattern.part, (Chars, Text, RuleUse)) else f"({text})") + _times(pattern)
 
 
 def _times(pattern: Many) -> str:

@@ -17,9 +17,9 @@ from scenelang.grammar.export.model import (
     choice,
     is_punctuation,
     literals,
+    regex,
+    substitute,
 )
-from scenelang.grammar.export.notation import substitute
-from scenelang.grammar.export.regex import regex
 
 _END = r"""(?=[\s()\]";'`,]|#\||$)"""  # what stands after a word
 _NESTED = 4  # comments in comments: a regular expression nests no deeper than it is written

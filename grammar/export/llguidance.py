@@ -12,13 +12,13 @@ from scenelang.grammar.export.model import (
     Many,
     Pattern,
     Ref,
+    RuleUse,
     Sequence,
     Terminal,
+    TerminalToken,
     Text,
-    Token,
-    Use,
+    regex,
 )
-from scenelang.grammar.export.regex import regex
 from scenelang.grammar.export.spacing import WHITE, spaced
 
 
@@ -51,7 +51,7 @@ def _group(expression: Expression, *kinds: type) -> str:
     return f"({text})" if isinstance(expression, kinds) else text
 
 
-def _token(name: str, token: Token) -> str:
+def _token(name: str, token: TerminalToken) -> str:
     text = _terminal(token.pattern)
     if token.excluded:
         words = "|".join(regex(Text(word)) for word in sorted(token.excluded))
@@ -61,7 +61,7 @@ def _token(name: str, token: Token) -> str:
 
 def _terminal(pattern: Pattern) -> str:
     """A pattern: a regular expression, or several and the tokens that it uses side by side."""
-    if isinstance(pattern, Use):
+    if isinstance(pattern, RuleUse):
         return pattern.token
     if isinstance(pattern, Joined) and _uses(pattern):
         return " ".join(_terminal(part) for part in pattern.parts)
@@ -73,4 +73,4 @@ def _terminal(pattern: Pattern) -> str:
 def _uses(pattern: Pattern) -> bool:
     if isinstance(pattern, Joined):
         return any(map(_uses, pattern.parts))
-    return isinstance(pattern, Use) or (isinstance(pattern, Either) and any(map(_uses, pattern.options)))
+    return isinstance(pattern, RuleUse) or (isinstance(pattern, Either) and any(map(_uses, pattern.options)))

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from importlib import resources
+from types import MappingProxyType
 from typing import TypeAlias
+
+from scenelang.grammar.ast import STRICT_HEADS, STRICT_MEASURES, STRICT_OPERATORS
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,17 +96,17 @@ class Many:
 
 
 @dataclass(frozen=True, slots=True)
-class Use:
+class RuleUse:
     """What another token matches, by its name."""
 
     token: str
 
 
-Pattern: TypeAlias = Chars | Text | Joined | Either | Many | Use
+Pattern: TypeAlias = Chars | Text | Joined | Either | Many | RuleUse
 
 
 @dataclass(frozen=True, slots=True)
-class Token:
+class TerminalToken:
     """What a terminal matches: ``pattern``, but none of the words in ``excluded``.
 
     ``is_word``: it must not touch another word. ``title`` says for people what it is.
@@ -119,7 +124,7 @@ class Grammar:
 
     start: str
     rules: Mapping[str, Expression]
-    tokens: Mapping[str, Token]
+    tokens: Mapping[str, TerminalToken]
     title: str
 
 
@@ -166,3 +171,312 @@ def choice(*options: Expression) -> Expression:
     for option in options:
         flat.extend(option.options if isinstance(option, Choice) else (option,))
     return flat[0] if len(flat) == 1 else Choice(tuple(flat))
+
+
+# Rules written as Lark writes them -> the model: literals in quotes, ``*``, ``+``, ``?``, ``[optional]``, ``|``.
+
+
+_TOKEN = re.compile(r'"((?:[^"\\]|\\.)+)"|([A-Z][A-Z0-9_]*)|([a-z][a-z0-9_]*)|([()\[\]|*+?])|(\s+)')
+_RULE = re.compile(r"^\??([a-z][a-z0-9_]*)\s*:(.*(?:\n[ \t]+\|.*)*)", re.M)
+
+
+def parse_rules(text: str) -> dict[str, Expression]:
+    """The rules of ``name: alternatives`` lines. An alternative may stand on a line of its own that begins with `|`."""
+    return {name: parse_expression(body) for name, body in _RULE.findall(text)}
+
+
+def parse_expression(text: str) -> Expression:
+    """One right-hand side. Raises ValueError where it is malformed."""
+    return _Parser(text).whole()
+
+
+class _Parser:
+    """Recursive descent over a right-hand side."""
+
+    def __init__(self, text: str) -> None:
+        self._tokens: list[tuple[str, str]] = []
+        position = 0
+        for match in _TOKEN.finditer(text):
+            if match.start() != position:
+                break
+            position = match.end()
+            if match.lastindex != 5:
+                kind = ("literal", "terminal", "rule", "sign")[(match.lastindex or 1) - 1]
+                self._tokens.append((kind, match[match.lastindex or 1]))
+        if position != len(text):
+            raise ValueError(f"malformed rule: {text[position:]!r}")
+
+    def _peek(self) -> str:
+        return self._tokens[0][1] if self._tokens and self._tokens[0][0] == "sign" else ""
+
+    def whole(self) -> Expression:
+        expression = self._choice()
+        if self._tokens:
+            raise ValueError(f"malformed rule at {self._tokens[0][1]!r}")
+        return expression
+
+    def _choice(self) -> Expression:
+        options = [self._sequence()]
+        while self._peek() == "|":
+            self._tokens.pop(0)
+            options.append(self._sequence())
+        return choice(*options)
+
+    def _sequence(self) -> Expression:
+        items = []
+        while self._tokens and self._peek() not in ("|", ")", "]"):
+            items.append(self._repeated())
+        if not items:
+            raise ValueError("an alternative is empty")
+        return sequence(*items)
+
+    def _repeated(self) -> Expression:
+        item = self._item()
+        while self._peek() in ("*", "+", "?") and self._peek():
+            sign = self._tokens.pop(0)[1]
+            item = Repeat(item, 1 if sign == "+" else 0, once=sign == "?")
+        return item
+
+    def _item(self) -> Expression:
+        kind, text = self._tokens.pop(0)
+        if kind == "literal":
+            return Literal(text.replace('\\"', '"').replace("\\\\", "\\"))
+        if kind == "terminal":
+            return Terminal(text)
+        if kind == "rule":
+            return Ref(text)
+        inner = self._choice()
+        closing = {"(": ")", "[": "]"}.get(text)
+        if closing is None or not self._tokens or self._tokens.pop(0) != ("sign", closing):
+            raise ValueError(f"malformed rule at {text!r}")
+        return Repeat(inner, 0, once=True) if text == "[" else inner
+
+
+def substitute(expression: Expression, replacements: Mapping[str, Expression]) -> Expression:
+    """``expression`` with terminals replaced by what ``replacements`` has under their names."""
+    if isinstance(expression, Terminal):
+        return replacements.get(expression.name, expression)
+    if isinstance(expression, Sequence):
+        return sequence(*(substitute(item, replacements) for item in expression.items))
+    if isinstance(expression, Choice):
+        return choice(*(substitute(option, replacements) for option in expression.options))
+    if isinstance(expression, Repeat):
+        return Repeat(substitute(expression.item, replacements), expression.least, expression.once)
+    return expression
+
+
+# Patterns of tokens as regular expressions that Python and Rust read alike.
+
+
+_SPECIAL = frozenset(r".^$*+?{}[]\|()/-&~#")
+_NAMED = {"\n": r"\n", "\t": r"\t", "\r": r"\r"}
+
+
+def regex(pattern: Pattern, uses: Mapping[str, str] = MappingProxyType({})) -> str:
+    """The pattern; `/` is escaped, since Lark writes regular expressions between two of them.
+
+    ``uses`` has the regular expressions of the tokens that the pattern uses.
+    """
+    if isinstance(pattern, Chars):
+        return _class(pattern)
+    if isinstance(pattern, Text):
+        return "".join(_character(c) for c in pattern.text)
+    if isinstance(pattern, Joined):
+        return "".join(_part(part, uses) for part in pattern.parts)
+    if isinstance(pattern, Either):
+        return "|".join(regex(option, uses) for option in pattern.options)
+    if isinstance(pattern, RuleUse):
+        return uses[pattern.token]
+    return _part(pattern.part, uses, repeated=True) + _times(pattern)
+
+
+def _part(pattern: Pattern, uses: Mapping[str, str], repeated: bool = False) -> str:
+    """A pattern as a part of a longer one."""
+    text = regex(pattern, uses)
+    simple = isinstance(pattern, Chars) or (isinstance(pattern, Text) and len(pattern.text) == 1)
+    if isinstance(pattern, (Either, RuleUse)) or (repeated and not simple):
+        return f"(?:{text})"
+    return text
+
+
+def _times(pattern: Many) -> str:
+    least, most = pattern.least, pattern.most
+    if most is None:
+        return {0: "*", 1: "+"}.get(least, f"{{{least},}}")
+    if (least, most) == (0, 1):
+        return "?"
+    return f"{{{least}}}" if least == most else f"{{{least},{most}}}"
+
+
+def _class(chars: Chars) -> str:
+    ranges = [
+        _character(chr(first)) + ("" if first == last else f"-{_character(chr(last))}") for first, last in chars.ranges
+    ]
+    if len(ranges) == 1 and not chars.negated and chars.ranges[0][0] == chars.ranges[0][1]:
+        return ranges[0]
+    return f"[{'^' if chars.negated else ''}{''.join(ranges)}]"
+
+
+def _character(character: str) -> str:
+    if character in _NAMED:
+        return _NAMED[character]
+    if ord(character) > 126:
+        return f"\\u{ord(character):04x}"
+    return f"\\{character}" if character in _SPECIAL else character
+
+
+# The paper's grammar over text, from the strict rules of ``core.lark``.
+
+
+_BRACKETS = {"LPAR": "(", "RPAR": ")", "LSQB": "[", "RSQB": "]"}
+
+
+def strict_rules() -> dict[str, Expression]:
+    """Every rule of the strict language by name, its terminals spelled out as they stand in a program."""
+    text = resources.files("scenelang.grammar").joinpath("core.lark").read_text(encoding="utf-8")
+    rules = parse_rules(text[text.index("strict_start:") :])
+    rules["start"] = rules.pop("strict_start")
+    heads = {terminal: head for head, terminal in STRICT_HEADS.items()} | _BRACKETS
+    spelled: dict[str, Expression] = {terminal: Literal(text) for terminal, text in heads.items()}
+    spelled |= {"OPERATOR": Ref("operator"), "MEASURE": Ref("measure"), "PARAMETER": Ref("parameter")}
+    value = rules.pop("strict_value")
+    rules = {name: substitute(expression, spelled) for name, expression in rules.items()}
+    rules["strict_value"] = substitute(value, {**spelled, "PARAMETER": Terminal("NAME")})  # where none has a type
+    rules["operator"] = choice(*(Literal(word) for word in sorted(STRICT_OPERATORS)))
+    rules["measure"] = choice(*(Literal(word) for word in sorted(STRICT_MEASURES)))
+    rules["parameter"] = parse_expression("NAME | ANNOTATED")
+    return rules
+
+
+# What the language's tokens look like, as patterns that every format can write. `reader.py` decides; tests compare.
+
+
+# Letters and signs beyond ASCII that are assigned, printable and no white space in every version of Unicode in use.
+_FOREIGN = (
+    (0xC0, 0x24F), (0x391, 0x3A1), (0x3A3, 0x3FF), (0x400, 0x52F), (0x2190, 0x21FF), (0x2200, 0x22FF),
+    (0x3041, 0x3096), (0x30A1, 0x30FA), (0x4E00, 0x9FA5),
+)  # fmt: skip
+
+
+def _chars(text: str, *ranges: tuple[int, int]) -> Chars:
+    """The class of the characters of ``text`` (``a-z`` for a range) and of ``ranges``."""
+    found = list(ranges)
+    position = 0
+    while position < len(text):
+        if text[position + 1 : position + 2] == "-" and position + 2 < len(text):
+            found.append((ord(text[position]), ord(text[position + 2])))
+            position += 3
+        else:
+            found.append((ord(text[position]), ord(text[position])))
+            position += 1
+    return Chars(tuple(sorted(found)))
+
+
+def _but(text: str) -> Chars:
+    return Chars(_chars(text).ranges, negated=True)
+
+
+_LETTER = _chars("a-zA-Z")
+_DIGIT = _chars("0-9")
+NAME_START = _chars("a-zA-Z!$%&*/=>?^_~", *_FOREIGN)  # no sign, comparison or handle; `,@` is a prefix
+NAME_REST = _chars("a-zA-Z0-9!$%&*/=>?@^_~<+.-", *_FOREIGN)
+_AFTER_SIGN = _chars("a-zA-Z!$%&*/=>?@^_~<+-", *_FOREIGN)  # not the beginning of a number
+_AFTER_LESS = _chars("0-9!$%&*/=>?@^_~<+.-")  # not the beginning of a handle
+_rest = Many(NAME_REST)
+
+
+def _optional(part: Pattern) -> Pattern:
+    return Many(part, 0, 1)
+
+
+_NAME = Either((
+    Joined((NAME_START, _rest)),
+    Joined((_chars("+-"), _optional(Joined((_AFTER_SIGN, _rest))))),
+    Joined((Text("<"), _optional(Joined((_AFTER_LESS, _rest))))),
+))  # fmt: skip
+
+_DIGITS = Many(_DIGIT, 1)
+_NUMBER = Joined((
+    _optional(_chars("+-")),
+    Either((Joined((_DIGITS, _optional(Joined((Text("."), Many(_DIGIT)))))), Joined((Text("."), _DIGITS)))),
+    _optional(Joined((_chars("eE"), _optional(_chars("+-")), _DIGITS))),
+))  # fmt: skip
+
+_HEX = _chars("0-9A-Fa-f")
+
+
+def _hex(least: int, most: int | None = None) -> Pattern:
+    return Many(_HEX, least, most or least)
+
+
+_FOUR = (  # hexadecimal digits of a code point that is no surrogate
+    Joined((_chars("0-9A-CE-Fa-ce-f"), _hex(3))),
+    Joined((_chars("Dd"), _chars("0-7"), _hex(2))),
+)
+_ESCAPE = Joined((
+    Text("\\"),
+    Either((
+        _chars('ntrab0"\\'),
+        Joined((Text("u"), Either(_FOUR))),
+        Joined((Text("x"), Either((_hex(1, 3), *_FOUR, Joined((_chars("1-9A-Fa-f"), _hex(4))),
+                                   Joined((Text("10"), _hex(4))))), Text(";"))),
+        Joined((Many(_chars(" \t")), _optional(Text("\r")), Text("\n"), Many(_chars(" \t")))),
+    )),
+))  # fmt: skip
+_STRING = Joined((Text('"'), Many(Either((_but('"\\'), _ESCAPE))), Text('"')))
+
+_KEYWORD = Joined((Text(":"), Many(_chars("a-zA-Z0-9!$%&*/=>?@^_~<+.-", *_FOREIGN), 1)))
+_HANDLE = Joined((Text("<"), _LETTER, Many(_chars("a-zA-Z0-9_-")), _optional(Text("*")), Text(">")))
+
+
+def _type(depth: int) -> Pattern:
+    """A type of an annotation, ``Word`` or ``List[Embedding]``, nested as deep as an atom may be."""
+    name = Joined((_LETTER, Many(_chars("a-zA-Z0-9_-"))))
+    if depth == 0:
+        return name
+    inner = _type(depth - 1)
+    spaces = Many(_chars(" "))
+    more = Many(Joined((Text(","), spaces, inner)))
+    return Joined((name, _optional(Joined((Text("["), inner, more, Text("]"))))))
+
+
+_PARAMETER = Either((RuleUse("NAME"), Text("_")))
+ANNOTATION = Joined((Text("::"), _type(2)))
+
+
+def words(texts: Iterable[str]) -> Pattern:
+    """One of several words, longest first."""
+    return Either(tuple(Text(text) for text in sorted(texts, key=lambda text: (-len(text), text))))
+
+
+def tokens(reserved: frozenset[str]) -> dict[str, TerminalToken]:
+    """Every token by the name that rules know it by; ``reserved`` are the words that no name may be."""
+    taken = reserved | {"none"}
+    plain = reserved_names(taken)
+    symbol = Either((_NAME, Text("@"), Text("...")))
+    return {
+        "NAME": TerminalToken(_NAME, "a name that is not reserved", plain),
+        "ANNOTATED": TerminalToken(Joined((_PARAMETER, ANNOTATION)), "a name with its type, name::Type"),
+        "SYMBOL": TerminalToken(symbol, "any symbol, as data", frozenset({"none"})),
+        "TEMPLATE_SYMBOL": TerminalToken(symbol, "a symbol of a quasiquoted template", _TEMPLATE_WORDS | {"none"}),
+        "PATTERN_SYMBOL": TerminalToken(
+            Either((_NAME, Text("@"))), "a symbol of a macro's pattern", frozenset({"none", "..."})
+        ),
+        "NUMBER": TerminalToken(_NUMBER, "an integer or a float"),
+        "STRING": TerminalToken(_STRING, "a string", is_word=False),
+        "BOOLEAN": TerminalToken(words(("#t", "#f", "#true", "#false")), "a boolean"),
+        "NONE": TerminalToken(Text("none"), "the value of nothing"),
+        "KEYWORD": TerminalToken(_KEYWORD, "a keyword"),
+        "ANNOTATED_KEYWORD": TerminalToken(
+            Joined((Text(":"), RuleUse("NAME"), ANNOTATION)), "a keyword with its type, :name::Type"
+        ),
+        "HANDLE": TerminalToken(_HANDLE, "an embedding handle"),
+    }
+
+
+_TEMPLATE_WORDS = frozenset({"quasiquote", "unquote", "unquote-splicing"})
+
+
+def reserved_names(texts: Iterable[str]) -> frozenset[str]:
+    """Those of ``texts`` that have the form of a name: keywords and dots are none anyway."""
+    return frozenset(text for text in texts if text[0] not in ":.")

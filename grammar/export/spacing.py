@@ -16,6 +16,7 @@ from scenelang.grammar.export.model import (
     OPENERS,
     Chars,
     Choice,
+    Either,
     Expression,
     Grammar,
     Joined,
@@ -24,14 +25,15 @@ from scenelang.grammar.export.model import (
     Pattern,
     Ref,
     Repeat,
+    RuleUse,
     Sequence,
     Terminal,
+    TerminalToken,
     Text,
-    Token,
     choice,
+    parse_rules,
     sequence,
 )
-from scenelang.grammar.export.notation import parse_rules
 
 Start = OneOf["word", "sign", "mixed"]
 
@@ -51,18 +53,18 @@ inner: PLAIN | HASHES | BARS | nested
 """
 
 
-def _space_tokens(white: Pattern) -> dict[str, Token]:
+def _space_tokens(white: Pattern) -> dict[str, TerminalToken]:
     """``#| |#`` comments in pieces of which none is the beginning of another, so that no lexer has to look back."""
     return {
-        "WHITE": Token(white, "white space"),
-        "COMMENT": Token(Joined((Text(";"), Many(_NEWLINE), Text("\n"))), "a comment to the end of the line"),
-        "LAST_COMMENT": Token(Joined((Text(";"), Many(_NEWLINE))), "a comment to the end of the text"),
-        "BLOCK_OPEN": Token(Text("#|"), "the beginning of a block comment"),
-        "NESTED_OPEN": Token(Joined((Many(_HASH, 1), _BAR)), "the beginning of one inside another"),
-        "BLOCK_CLOSE": Token(Joined((Many(_BAR, 1), _HASH)), "the end of a block comment"),
-        "PLAIN": Token(Many(_NEITHER, 1), "text of a block comment"),
-        "HASHES": Token(Joined((Many(_HASH, 1), _NEITHER)), "text of a block comment that begins with #"),
-        "BARS": Token(Joined((Many(_BAR, 1), _NEITHER)), "text of a block comment that begins with |"),
+        "WHITE": TerminalToken(white, "white space"),
+        "COMMENT": TerminalToken(Joined((Text(";"), Many(_NEWLINE), Text("\n"))), "a comment to the end of the line"),
+        "LAST_COMMENT": TerminalToken(Joined((Text(";"), Many(_NEWLINE))), "a comment to the end of the text"),
+        "BLOCK_OPEN": TerminalToken(Text("#|"), "the beginning of a block comment"),
+        "NESTED_OPEN": TerminalToken(Joined((Many(_HASH, 1), _BAR)), "the beginning of one inside another"),
+        "BLOCK_CLOSE": TerminalToken(Joined((Many(_BAR, 1), _HASH)), "the end of a block comment"),
+        "PLAIN": TerminalToken(Many(_NEITHER, 1), "text of a block comment"),
+        "HASHES": TerminalToken(Joined((Many(_HASH, 1), _NEITHER)), "text of a block comment that begins with #"),
+        "BARS": TerminalToken(Joined((Many(_BAR, 1), _NEITHER)), "text of a block comment that begins with |"),
     }
 
 
@@ -192,3 +194,80 @@ def _united(starts: set[Start]) -> Start:
 
 def _may_be_empty(expression: Expression) -> bool:
     return isinstance(expression, Repeat) and not expression.least
+
+
+# Names without certain words as plain patterns, for formats that cannot say "but not".
+
+
+def without_exclusions(tokens: Mapping[str, TerminalToken]) -> dict[str, TerminalToken]:
+    """The same tokens, none of which excludes words: their letters are followed one by one, in tokens of their own."""
+    found: dict[str, TerminalToken] = {}
+    for name, token in tokens.items():
+        if token.excluded:
+            found |= _Excluder(name, token).tokens
+        else:
+            found[name] = token
+    return found
+
+
+class _Excluder:
+    """Follows the words that a token excludes letter by letter; each branch becomes a token ``NAME_1``, ``NAME_2``."""
+
+    def __init__(self, name: str, token: TerminalToken) -> None:
+        self._name = name
+        self.tokens: dict[str, TerminalToken] = {name: token}
+        self.tokens[name] = TerminalToken(
+            self._without(token.pattern, token.excluded), token.title, is_word=token.is_word
+        )
+
+    def _without(self, pattern: Pattern, words: frozenset[str]) -> Pattern:
+        """Options that are one character of a class and any number of another lose the words that they match."""
+        if isinstance(pattern, Either):
+            return Either(tuple(self._without(option, words) for option in pattern.options))
+        if isinstance(pattern, Joined) and len(pattern.parts) == 2:
+            first, rest = pattern.parts
+            if isinstance(first, Chars) and isinstance(rest, Many) and isinstance(rest.part, Chars):
+                matched = {word for word in words if _has(first, word[0]) and all(_has(rest.part, c) for c in word[1:])}
+                return self._branch(first, rest, frozenset(matched)) if matched else pattern
+        return pattern
+
+    def _branch(self, chars: Chars, rest: Many, words: frozenset[str]) -> Pattern:
+        """One character of ``chars``, then ``rest``, but none of ``words``."""
+        assert isinstance(rest.part, Chars)
+        options: list[Pattern] = []
+        for letter in sorted({word[0] for word in words}):
+            endings = frozenset(word[1:] for word in words if word[0] == letter)
+            longer = endings - {""}
+            more = self._branch(rest.part, rest, longer) if longer else Joined((rest.part, self._rest(rest)))
+            after: Pattern = self._named(more)
+            options.append(Joined((Text(letter), after if "" in endings else Many(after, 0, 1))))
+            chars = _minus(chars, ord(letter))
+        return Either((Joined((chars, self._rest(rest))), *options))
+
+    def _rest(self, rest: Many) -> Pattern:
+        name = f"{self._name}_REST"
+        self.tokens.setdefault(name, TerminalToken(rest, f"the rest of {self._name}"))
+        return RuleUse(name)
+
+    def _named(self, pattern: Pattern) -> Pattern:
+        """The pattern under a name: equal ones share it."""
+        for name, token in self.tokens.items():
+            if token.pattern == pattern and name != self._name:
+                return RuleUse(name)
+        name = f"{self._name}_{len(self.tokens)}"
+        self.tokens[name] = TerminalToken(pattern, f"a branch of {self._name}")
+        return RuleUse(name)
+
+
+def _has(chars: Chars, character: str) -> bool:
+    return any(first <= ord(character) <= last for first, last in chars.ranges)
+
+
+def _minus(chars: Chars, point: int) -> Chars:
+    ranges: list[tuple[int, int]] = []
+    for first, last in chars.ranges:
+        if first <= point <= last:
+            ranges += [(low, high) for low, high in ((first, point - 1), (point + 1, last)) if low <= high]
+        else:
+            ranges.append((first, last))
+    return Chars(tuple(ranges))

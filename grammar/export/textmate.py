@@ -6,9 +6,7 @@ import json
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from scenelang.grammar.export.model import Joined, Text
-from scenelang.grammar.export.regex import regex
-from scenelang.grammar.export.tokens import ANNOTATION, tokens
+from scenelang.grammar.export.model import ANNOTATION, Joined, Text, regex, tokens
 
 SCOPE = "source.scene"
 _STOP = r"""\s()\[\]";'`,"""

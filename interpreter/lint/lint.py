@@ -3,17 +3,119 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from difflib import get_close_matches
 from typing import Any
 
-from scenelang.grammar.diagnostics import Diagnostic
-from scenelang.interpreter.library import STD
-from scenelang.interpreter.lint.facts import Facts
-from scenelang.interpreter.lint.names import can_go, is_written, remove
-from scenelang.interpreter.lint.removal import keeps_root
-from scenelang.interpreter.lint.words import unreachable_words, word_warnings
-from scenelang.interpreter.program import Program
+from scenelang.grammar import ast
+from scenelang.grammar.datum import Source, Span
+from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, SceneError
+from scenelang.interpreter.lint.rules import FactBook, Facts, can_go, is_written, keeps_root, remove
+from scenelang.interpreter.program.program import Program
+from scenelang.interpreter.runtime.types import STD
+from scenelang.interpreter.scene.shapes import WORDS
+
+# What can be told of a program's words before it runs: which one is the root, which look like mistakes.
+
+
+_NEAR = 0.84
+
+
+def find_root(program: Program) -> tuple[str, list[Diagnostic]]:
+    """The root word (language.md, section 5, "Root") and warnings; raises SceneError when there is none."""
+    if program.scene is not None and type(program.scene.word) is ast.Constant:
+        if type(program.scene.word.value) is str:
+            return program.scene.word.value, []
+        raise SceneError("word", "`scene` wants a string for the root's word", None, program.scene.span)
+    words = program.words or program.all_words
+    if not words:
+        hint = 'bind one: `(bind "word" (lambda () (call "cube")))`'
+        raise SceneError("no-root", "the program binds no word, so there is no scene", hint)
+    used = {text for each in program.facts for text in each.strings}
+    candidates = [word for word in words if word not in used]
+    if not candidates:
+        candidates = [word for word in program.all_words if word not in used]
+    if not candidates:
+        return list(words)[-1], []
+    root = candidates[-1]
+    if len(candidates) == 1:
+        return root, []
+    listed = ", ".join(f'"{word}"' for word in candidates)
+    message = f'several words could be the root: {listed}; taking the last, "{root}"'
+    hint = f'say which: `(scene "{root}")` or --root'
+    return root, [Diagnostic("ambiguous-root", message, program.all_words.get(root), hint)]
+
+
+def word_warnings(program: Program) -> list[Diagnostic]:
+    """Calls of words that look misspelled or come too early, parameters that no call fills, attributes that no
+    primitive reads."""
+    found: list[Diagnostic] = []
+    bound: set[str] = set()
+    near: dict[str, str | None] = {}
+    for each in program.facts:
+        found += _early_calls(program, each, bound)
+        if each.word is not None:
+            bound.add(each.word)
+        for word, span in each.calls:
+            if word not in program.all_words and word not in WORDS:
+                if word not in near:
+                    near[word] = _near_word(word, [*program.all_words, *WORDS])
+                if near[word]:
+                    found.append(_misspelled(word, str(near[word]), span))
+        found += each.unfilled
+        found += [diagnostic for word, diagnostic in each.idle if word not in program.all_words]
+    return found
+
+
+def _early_calls(program: Program, facts: Facts, bound: set[str]) -> Iterator[Diagnostic]:
+    """Words called by a top-level expression before their ``bind``; bodies of functions run later."""
+    for word, span in facts.early:
+        if word in program.all_words and word not in bound:
+            yield Diagnostic("undefined-word", f'"{word}" is called here before it is bound', span)
+
+
+def _near_word(word: str, known: Sequence[str]) -> str | None:
+    near = [other for other in known if sorted(other) == sorted(word)] or get_close_matches(word, known, 1, _NEAR)
+    return near[0] if near else None
+
+
+def _misspelled(word: str, near: str, span: Span) -> Diagnostic:
+    message = f'"{word}" is never bound, so it is a primitive of its own'
+    fix = Fix(f'Change to "{near}"', (Edit(span, f'"{near}"'),))
+    return Diagnostic("near-word", message, span, f'did you mean "{near}"?', fixes=(fix,))
+
+
+def unreachable_words(program: Program) -> Iterator[Diagnostic]:
+    """Words of the main file that the root, which ``(scene ...)`` names, never reaches."""
+    if program.scene is None or type(program.scene.word) is not ast.Constant:
+        return
+    root = program.scene.word.value
+    if root not in program.words or any(each.makes_strings for each in program.facts):
+        return  # words may be put together
+    reached = reachable(program.facts, root)
+    functions = {each.word for each in program.facts if each.word and type(each.form.function) is ast.Lambda}
+    for word, span in program.words.items():
+        if word in functions and word not in reached:  # a second name of another word's function is meant for others
+            message = f'the root "{root}" never reaches the word "{word}"'
+            yield Diagnostic("unreachable-word", message, span)
+
+
+def reachable(facts: Sequence[Facts], root: str) -> set[str]:
+    """The words that the root's function mentions, or a function that it mentions, and so on."""
+    by_word = {each.word: each for each in facts if each.word is not None}
+    by_name = {variable: each for each in facts for variable in each.defined}
+    reached: set[str] = set()
+    seen: set[int] = set()
+    stack = [each for each in facts if each.word is None and not each.defined] + [by_word[root]]
+    while stack:
+        each = stack.pop()
+        if id(each) not in seen:
+            seen.add(id(each))
+            reached |= each.strings | ({each.word} if each.word is not None else set())
+            stack += [by_word[text] for text in each.strings if text in by_word]
+            stack += [by_name[variable] for variable in each.used if variable in by_name]
+    return reached
 
 
 def lint(program: Program, is_scene: Callable[[], bool]) -> list[Diagnostic]:
@@ -69,3 +171,17 @@ def _is_mentioned(program: Program, name: str) -> bool:
     """Whether the name stands in the main file more often than where it is defined: a macro may mean it."""
     alone = rf"(?<![^\s()\[\]'`,@]){re.escape(name)}(?![^\s()\[\]])"
     return len(re.findall(alone, program.main.text)) > 1
+
+
+# Warnings about forms that join a session: nothing is said of what only a whole program can tell.
+
+
+WHOLE_FILE = frozenset(("unused", "bound-twice", "undefined-word", "unreachable-word"))
+
+
+def new_form_warnings(
+    main: Source, forms: tuple[Any, ...], words: Mapping[str, Span], all_words: Mapping[str, Span]
+) -> list[Diagnostic]:
+    """What is suspicious about core forms, among words that are known already; those of ``WHOLE_FILE`` included."""
+    program = Program(main, (), forms, None, words, all_words, (), (), FactBook())
+    return [*(d for each in program.facts for d in each.local), *word_warnings(program)]

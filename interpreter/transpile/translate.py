@@ -5,21 +5,23 @@ from __future__ import annotations
 import ast
 from dataclasses import dataclass
 
-from scenelang.grammar.datum import Datum
+from scenelang.grammar.datum import Datum, Source, Span
 from scenelang.grammar.diagnostics import Diagnostic
-from scenelang.grammar.source import Source, Span
 from scenelang.interpreter.transpile.analysis.collect import find_collections
 from scenelang.interpreter.transpile.analysis.infer import infer
-from scenelang.interpreter.transpile.analysis.inference import Facts
+from scenelang.interpreter.transpile.analysis.inference import TypeFacts
 from scenelang.interpreter.transpile.analysis.liveness import Liveness
-from scenelang.interpreter.transpile.analysis.paths import Paths
-from scenelang.interpreter.transpile.analysis.roots import find_root, registered_words
-from scenelang.interpreter.transpile.analysis.scopes import Function, Names, resolve
+from scenelang.interpreter.transpile.analysis.scopes import (
+    Function,
+    LibraryPaths,
+    PythonNames,
+    find_root,
+    registered_words,
+    resolve,
+)
 from scenelang.interpreter.transpile.python_text import PythonText, parse_python
-from scenelang.interpreter.transpile.writing.code import Code
+from scenelang.interpreter.transpile.writing.code import Code, Namer, Output, prose
 from scenelang.interpreter.transpile.writing.module import ModuleWriter
-from scenelang.interpreter.transpile.writing.naming import Namer
-from scenelang.interpreter.transpile.writing.output import Output, prose
 from scenelang.interpreter.transpile.writing.writer import Analysed
 
 _LONGEST_PROSE = 1200
@@ -67,7 +69,7 @@ def translate(source: Source, with_text: bool = True) -> Translation:
 def analyse(text: PythonText) -> Analysed:
     """All that is found out before a word is written."""
     names = resolve(text.tree)
-    paths = Paths(names)
+    paths = LibraryPaths(names)
     liveness = Liveness(names)
     words = registered_words(names)
     root = find_root(names, paths, words)
@@ -87,7 +89,7 @@ def _keys_of_primitives(tree: ast.Module) -> set[str]:
     return {"shape_kwargs"} if is_spread else set()
 
 
-def _note_calls(names: Names, facts: Facts) -> set[str]:
+def _note_calls(names: PythonNames, facts: TypeFacts) -> set[str]:
     """Which parameters callers name, and which registered functions are also called as functions of Python. Gives the
     names of parameters that may come from a table, by ``**``."""
     spread: set[str] = set()
@@ -118,7 +120,7 @@ def _note_calls(names: Names, facts: Facts) -> set[str]:
     return spread
 
 
-def _note_constructors(names: Names, facts: Facts) -> None:
+def _note_constructors(names: PythonNames, facts: TypeFacts) -> None:
     """The parameters of ``__init__`` that calls of the class name."""
     if not names.classes:
         return

@@ -14,7 +14,7 @@ from scenelang.grammar.diagnostics import Diagnostic, SceneError
 
 if TYPE_CHECKING:
     from scenelang.backends.minecraft.blocks import Build
-    from scenelang.backends.minecraft.files.loaded import Lost
+    from scenelang.backends.minecraft.build_files import Lost
 
 
 def add_import(subparsers: Any) -> None:
@@ -32,8 +32,7 @@ def import_build(arguments: argparse.Namespace) -> int:
             raise UsageError("backend", f"a program cannot be written as `{output.name}`", "use .scene")
         check_folder(output)
     from scenelang.backends.files import written_whole
-    from scenelang.backends.minecraft.files.reading import read
-    from scenelang.backends.minecraft.program import program_text
+    from scenelang.backends.minecraft.export import program_text, read
 
     file = Path(arguments.file)
     loaded = read(file)
@@ -67,7 +66,7 @@ def _lost(lost: Lost, file: Path) -> Diagnostic | None:
 
 def _forgotten(build: Build, file: Path) -> Diagnostic | None:
     """The warning that names the blocks whose states this version does not have."""
-    from scenelang.backends.minecraft.program import forgotten
+    from scenelang.backends.minecraft.export import forgotten
     from scenelang.backends.minecraft.table import load_table
 
     found = forgotten(build)

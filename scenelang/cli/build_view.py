@@ -24,7 +24,7 @@ def view_build(arguments: argparse.Namespace) -> int:
     result = evaluated(arguments)
     if result.scene is None:
         return 1
-    from scenelang.backends.deepslate.page import page_of_scene
+    from scenelang.backends.deepslate.backend import page_of_scene
 
     page = page_of_scene(result.scene, arguments.textures or "", session_limit(arguments))
     report(arguments, page.warnings)

@@ -12,7 +12,7 @@ from scenelang.sandbox.supervision import limited
 from scenelang.scene_changes import TOLERANCE, change_lines, changes_between, sheets_in, sheets_of
 
 if TYPE_CHECKING:
-    from scenelang.interpreter.difference import Sheet
+    from scenelang.interpreter.scene.difference import Sheet
 
 
 def tolerance(text: str) -> float:

@@ -30,10 +30,7 @@ def completion(arguments: argparse.Namespace) -> int:
 def script(shell: str) -> str:
     """The script for one of ``SHELLS``."""
     from scenelang.cli.main import build_parser
-    from scenelang.completion.bash import bash_script
-    from scenelang.completion.fish import fish_script
-    from scenelang.completion.model import commands_of
-    from scenelang.completion.zsh import zsh_script
+    from scenelang.shell_completion import bash_script, commands_of, fish_script, zsh_script
 
     writers = {"bash": bash_script, "zsh": zsh_script, "fish": fish_script}
     return writers[shell](commands_of(build_parser(), _known_values()))
@@ -42,8 +39,8 @@ def script(shell: str) -> str:
 def _known_values() -> Mapping[str, Sequence[str]]:
     """Values of options that the parser takes as any text, by option: shells can help with them all the same."""
     from scenelang.backends import base
-    from scenelang.backends.studio import ENVIRONMENTS, GROUNDS
-    from scenelang.grammar.codes import CODES
+    from scenelang.backends.pictures.studio import ENVIRONMENTS, GROUNDS
+    from scenelang.grammar.diagnostics import CODES
 
     return {
         "backend": [backend.name for backend in base.every()],

@@ -10,27 +10,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scenelang.cli.neural_options import add_models, device_of, shelf_of
-from scenelang.cli.neural_scene import (
-    add_granularity,
-    folder_of,
-    granularity_of,
-    sayings_of,
-    scene_prompt,
-    tensors_of,
-)
+from scenelang.cli.neural_scene import add_granularity, folder_of, granularity_of, sayings_of, scene_prompt, tensors_of
 from scenelang.cli.options import UsageError, add_common, add_file, amount, whole
 from scenelang.cli.pictures import check_folder, done
 from scenelang.cli.programs import evaluated_text
 from scenelang.grammar.diagnostics import SceneError
 
 if TYPE_CHECKING:
-    from scenelang.backends.diffusion.model import Diffusion
-    from scenelang.backends.distillation.cast import Cast
-    from scenelang.backends.distillation.keeping import Kept
-    from scenelang.backends.distillation.learning import Learning, Teachers
-    from scenelang.backends.distillation.run import Told
-    from scenelang.backends.distillation.settings import Settings
-    from scenelang.interpreter.entity import Scene
+    from scenelang.backends.neural.diffusion import Diffusion
+    from scenelang.backends.neural.distillation.checkpoint import SavedDistillation
+    from scenelang.backends.neural.distillation.learning import Cast, DistillationSettings, Learning, Teachers
+    from scenelang.backends.neural.distillation.run import DistillationProgress
+    from scenelang.interpreter.scene.entity import Scene
 
 _MOST_GUIDANCE = 1e4
 WEIGHTINGS = ("reconstruction", "sds", "uniform")
@@ -72,7 +63,7 @@ def _add_models(parser: argparse.ArgumentParser) -> None:
 
 def distill(arguments: argparse.Namespace) -> int:
     from scenelang.backends.base import need
-    from scenelang.backends.weights import INSTALL
+    from scenelang.backends.neural.weights import INSTALL
 
     if arguments.resume and arguments.force:
         raise UsageError("value", "`--resume` goes on and `--force` begins anew: choose one")
@@ -81,7 +72,7 @@ def distill(arguments: argparse.Namespace) -> int:
     if not 0.0 <= arguments.guidance <= _MOST_GUIDANCE:
         raise UsageError("value", f"`--guidance` must be 0 to {_MOST_GUIDANCE:,.0f}, not {arguments.guidance:g}")
     if arguments.film is not None:
-        from scenelang.backends.film import FPS, check_film
+        from scenelang.backends.pictures.film import FPS, check_film
 
         check_film(Path(arguments.film), FPS)
         check_folder(Path(arguments.film))
@@ -94,12 +85,11 @@ def distill(arguments: argparse.Namespace) -> int:
 
 
 def _learn(arguments: argparse.Namespace, text: str, scene: Scene) -> int:
-    from scenelang.backends.clip.leaves import leaves_of
-    from scenelang.backends.diffusion.memory import memory_told
-    from scenelang.backends.distillation.cast import cast_of
-    from scenelang.backends.distillation.keeping import asked_of, check_same
-    from scenelang.backends.distillation.learning import Learning
-    from scenelang.backends.distillation.run import run
+    from scenelang.backends.neural.diffusion import memory_told
+    from scenelang.backends.neural.distillation.checkpoint import asked_of, check_same
+    from scenelang.backends.neural.distillation.learning import Learning, cast_of
+    from scenelang.backends.neural.distillation.run import run
+    from scenelang.backends.neural.sentences import leaves_of
     from scenelang.cli.interruptions import interruptions
 
     sayings, vectors = sayings_of(arguments)
@@ -135,12 +125,12 @@ def _learn(arguments: argparse.Namespace, text: str, scene: Scene) -> int:
     return _finish(arguments, scene, cast, folder)
 
 
-def _settings(arguments: argparse.Namespace) -> Settings:
-    from scenelang.backends.distillation.settings import Settings
+def _settings(arguments: argparse.Namespace) -> DistillationSettings:
+    from scenelang.backends.neural.distillation.learning import DistillationSettings
 
     if arguments.steps < 1 or arguments.gaussians < 16:
         raise UsageError("value", "there is at least 1 step, and 16 Gaussians")
-    plain = Settings()
+    plain = DistillationSettings()
     first = min(plain.first, arguments.gaussians)
     guiding = replace(plain.guiding, guidance=arguments.guidance, weighting=arguments.weighting)
     scene_guiding = replace(plain.scene_guiding, guidance=arguments.guidance)
@@ -151,9 +141,9 @@ def _settings(arguments: argparse.Namespace) -> Settings:
     )  # fmt: skip
 
 
-def _before(arguments: argparse.Namespace, folder: Path) -> Kept | None:
+def _before(arguments: argparse.Namespace, folder: Path) -> SavedDistillation | None:
     """The run that is to go on; raises SceneError where there is none, or one that would be lost."""
-    from scenelang.backends.distillation.keeping import STATE, kept_in
+    from scenelang.backends.neural.distillation.checkpoint import STATE, kept_in
 
     if arguments.resume:
         return kept_in(folder)
@@ -167,7 +157,7 @@ def _taken_over(arguments: argparse.Namespace, cast: Cast) -> dict[int, Any]:
     """The figures that an earlier run has learned; raises SceneError where that leaves nothing to do."""
     if arguments.start is None:
         return {}
-    from scenelang.backends.distillation.keeping import kept_in, same_figures
+    from scenelang.backends.neural.distillation.checkpoint import kept_in, same_figures
 
     found = same_figures(kept_in(Path(arguments.start)), cast)
     if len(found) == len(cast.figures):
@@ -177,9 +167,9 @@ def _taken_over(arguments: argparse.Namespace, cast: Cast) -> dict[int, Any]:
 
 def _teachers(arguments: argparse.Namespace, prompt: str, vectors: dict[str, Any], device: str) -> Teachers:
     from scenelang.backends.base import need
-    from scenelang.backends.diffusion.loading import load_multiview
-    from scenelang.backends.distillation.learning import Teachers
-    from scenelang.backends.weights import INSTALL
+    from scenelang.backends.neural.diffusion_loading import load_multiview
+    from scenelang.backends.neural.distillation.learning import Teachers
+    from scenelang.backends.neural.weights import INSTALL
 
     torch = need("torch", INSTALL)
     dtype = torch.float16 if arguments.half or device.startswith("cuda") else torch.float32
@@ -190,7 +180,7 @@ def _teachers(arguments: argparse.Namespace, prompt: str, vectors: dict[str, Any
 
 
 def _scene_model(arguments: argparse.Namespace, device: str, dtype: Any) -> Diffusion:
-    from scenelang.backends.diffusion.loading import load_depth
+    from scenelang.backends.neural.diffusion_loading import load_depth
 
     named = {} if arguments.scene_model is None else {"name": arguments.scene_model}
     return load_depth(control=arguments.control, shelf=shelf_of(arguments), device=device, dtype=dtype, **named)
@@ -208,12 +198,12 @@ def _say(arguments: argparse.Namespace, cast: Cast, learning: Learning) -> None:
         print(f"  {figure.condition.plain}", file=sys.stderr)
 
 
-def _teller(arguments: argparse.Namespace) -> Callable[[Told], None]:
+def _teller(arguments: argparse.Namespace) -> Callable[[DistillationProgress], None]:
     """A line with the losses on a terminal."""
     if arguments.quiet or not sys.stderr.isatty():
         return lambda _: None
 
-    def tell(told: Told) -> None:
+    def tell(told: DistillationProgress) -> None:
         losses = told.losses
         parts = f"figure {losses.figure:.4g}  scene {losses.scene:.4g}  layout {losses.layout:.3g}"
         sys.stderr.write(f"\r{100 * told.share:3.0f}%  step {told.done:,}/{told.steps:,}  {parts}\033[K")
@@ -226,8 +216,8 @@ def _teller(arguments: argparse.Namespace) -> Callable[[Told], None]:
 
 def _finish(arguments: argparse.Namespace, scene: Scene, cast: Cast, folder: Path) -> int:
     """Write what the run is for."""
-    from scenelang.backends.distillation.keeping import kept_in
-    from scenelang.backends.distillation.outcome import write_outcome
+    from scenelang.backends.neural.distillation.checkpoint import kept_in
+    from scenelang.backends.neural.distillation.run import write_outcome
 
     written = write_outcome(kept_in(folder), cast, folder)
     if arguments.film is not None:
@@ -239,9 +229,8 @@ def _finish(arguments: argparse.Namespace, scene: Scene, cast: Cast, folder: Pat
 
 def _write_film(scene: Scene, run: Path, path: Path) -> None:
     """A turn around a static scene, or the frames of a 4D one."""
-    from scenelang.backends.film import save_film
-    from scenelang.backends.picture import PictureOptions, painters, picture_backend
-    from scenelang.backends.shots import film
+    from scenelang.backends.pictures.film import PictureOptions, painters, picture_backend, save_film
+    from scenelang.backends.pictures.stage import film
 
     options = PictureOptions(width=256, height=256, settings={"distilled": str(run)})
     shots = film(scene, options.camera, options.width, options.height, None, None)

@@ -11,7 +11,7 @@ from scenelang.cli.options import add_output
 from scenelang.cli.output import print_json, use_color
 
 if TYPE_CHECKING:
-    from scenelang.doctor.check import Check
+    from scenelang.doctor import Check
 
 _TITLES = {
     "system": "System",
@@ -48,11 +48,17 @@ def doctor(arguments: argparse.Namespace) -> int:
 
 def checks() -> Iterator[Check]:
     """All findings; a group that fails to be looked at is a finding itself."""
-    from scenelang.doctor.check import Check, State
-    from scenelang.doctor.machine import folder_checks, limit_checks, system_checks, terminal_checks
-    from scenelang.doctor.packages import package_checks
-    from scenelang.doctor.services import service_checks
-    from scenelang.doctor.works import work_checks
+    from scenelang.doctor import (
+        Check,
+        State,
+        folder_checks,
+        limit_checks,
+        package_checks,
+        service_checks,
+        system_checks,
+        terminal_checks,
+        work_checks,
+    )
 
     groups: tuple[tuple[str, Callable[[], Iterable[Check]]], ...] = (
         ("system", system_checks),

@@ -26,10 +26,9 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.session import Session
 
 if TYPE_CHECKING:
-    from scenelang.inference.editing import Edit
-    from scenelang.inference.inference import Inference, Result
+    from scenelang.inference.conductor import Inference, Result, SceneEdit
     from scenelang.inference.records import Run
-    from scenelang.interpreter.entity import Scene
+    from scenelang.interpreter.scene.entity import Scene
 
 _COLORS = {"+": "32", "-": "31", "@": "36"}
 
@@ -93,8 +92,7 @@ def _inference(arguments: argparse.Namespace, path: Path) -> Inference | None:
     """The edit to ask for; None for a program that is wrong already, which is then said."""
     from dataclasses import replace
 
-    from scenelang.inference.editing import edit_task, imported_files
-    from scenelang.inference.inference import Inference
+    from scenelang.inference.conductor import Inference, edit_task, imported_files
 
     options = replace(evaluation_options(arguments), project=path.resolve().parent)
     session = Session(options)
@@ -110,7 +108,7 @@ def _inference(arguments: argparse.Namespace, path: Path) -> Inference | None:
 
 def _finish(arguments: argparse.Namespace, inference: Inference, run: Run, path: Path) -> int:
     """Run to the end, show what the edit did, and write it where that is asked for."""
-    from scenelang.inference.editing import edit_of, scene_before, without_known, written_as
+    from scenelang.inference.conductor import edit_of, scene_before, without_known, written_as
 
     with recorded(arguments, run):
         run, result = played(arguments, inference, run)
@@ -162,8 +160,8 @@ def _write(target: Path, text: str) -> None:
 
 def _draw(arguments: argparse.Namespace, run: Run, before: Scene, result: Result) -> Path | None:
     """The picture of before and after; None where a scene cannot be drawn."""
-    from scenelang.backends.picture import save_picture
-    from scenelang.inference.editing import before_and_after
+    from scenelang.backends.pictures.film import save_picture
+    from scenelang.inference.conductor import before_and_after
 
     path = Path(arguments.picture) if arguments.picture else run.path / "before-after.png"
     assert result.best.scene is not None
@@ -174,7 +172,7 @@ def _draw(arguments: argparse.Namespace, run: Run, before: Scene, result: Result
     return path
 
 
-def _show(arguments: argparse.Namespace, done_to: Edit) -> None:
+def _show(arguments: argparse.Namespace, done_to: SceneEdit) -> None:
     from scenelang.grammar.diagnostics import printable
     from scenelang.scene_changes import OF_AN_EDIT, change_lines
 

@@ -17,7 +17,7 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.session import Evaluated, Session, is_scene_file
 
 if TYPE_CHECKING:
-    from scenelang.backends.wording.wording import Row, Wording
+    from scenelang.backends.neural.wording import Wording, WordingRow
 
 MAX_ROWS = 500
 _SHOWN = 3  # handles of a row that are spelled out
@@ -48,8 +48,7 @@ def add_embed(subparsers: Any) -> None:
 
 
 def embed(arguments: argparse.Namespace) -> int:
-    from scenelang.backends.wording.templates import DEFAULT, check_template
-    from scenelang.backends.wording.wording import LIMIT, merged, wording_of
+    from scenelang.backends.neural.wording import DEFAULT, LIMIT, check_template, merged, wording_of
     from scenelang.zfile import read_wording, write_wording
 
     template = DEFAULT if arguments.template is None else arguments.template
@@ -115,7 +114,7 @@ def _counted(number: int, what: str) -> str:
 
 
 def _table(wording: Wording) -> str:
-    from scenelang.backends.wording.templates import filled
+    from scenelang.backends.neural.wording import filled
 
     rows = [
         (_handles(row), row.word, row.text, filled(row.template, row.handles[0])) for row in wording.rows[:MAX_ROWS]
@@ -127,13 +126,13 @@ def _table(wording: Wording) -> str:
     return "\n".join(lines)
 
 
-def _handles(row: Row) -> str:
+def _handles(row: WordingRow) -> str:
     shown = " ".join(f"<{handle}>" for handle in row.handles[:_SHOWN])
     return shown if len(row.handles) <= _SHOWN else f"{shown} ... {len(row.handles):,} in all"
 
 
 def _data(wording: Wording) -> Mapping[str, Any]:
-    from scenelang.backends.wording.templates import plain_text
+    from scenelang.backends.neural.wording import plain_text
 
     return {
         "style": {"handle": f"<{wording.style}>", "text": wording.style_text},

@@ -21,10 +21,9 @@ from scenelang.grammar.diagnostics import SceneError
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from scenelang.backends.clip.conditions import Condition
-    from scenelang.backends.clip.encodings import Encodings
-    from scenelang.backends.clip.picture_words import PictureWord
-    from scenelang.interpreter.entity import Scene
+    from scenelang.backends.neural.picture_words import PictureWord
+    from scenelang.backends.neural.sentences import Encodings, PromptCondition
+    from scenelang.interpreter.scene.entity import Scene
     from scenelang.zfile import Made
 
 _PICTURES = (".png", ".jpg", ".jpeg", ".webp")
@@ -59,9 +58,8 @@ def add_actions(actions: Any) -> None:
 
 
 def encode(arguments: argparse.Namespace) -> int:
-    from scenelang.backends.clip.encodings import encoded
-    from scenelang.backends.clip.models import TEXT_SPACE, ClipName, load_clip
-    from scenelang.backends.clip.text import TextEncoder
+    from scenelang.backends.neural.clip import TEXT_SPACE, ClipName, TextEncoder, load_clip
+    from scenelang.backends.neural.sentences import encoded
     from scenelang.zfile import beside, write_encodings
 
     result = evaluated(arguments)
@@ -81,10 +79,9 @@ def encode(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _said(arguments: argparse.Namespace, scene: Scene) -> tuple[tuple[Condition, ...], Mapping[str, Any]]:
+def _said(arguments: argparse.Namespace, scene: Scene) -> tuple[tuple[PromptCondition, ...], Mapping[str, Any]]:
     """The sentences of a scene, each once, and the learned vectors of Z by handle; texts and vectors in Z win."""
-    from scenelang.backends.clip.conditions import together
-    from scenelang.backends.clip.leaves import leaves_of
+    from scenelang.backends.neural.sentences import leaves_of, together
 
     sayings, vectors = sayings_of(arguments)
     frames = leaves_of(scene, granularity_of(arguments), sayings)
@@ -104,9 +101,8 @@ class PictureVector:
 
 def vector_of_picture(arguments: argparse.Namespace) -> PictureVector:
     """The vector of ``--image``; raises SceneError."""
-    from scenelang.backends.clip.images import open_picture
-    from scenelang.backends.clip.models import TEXT_SPACE, ClipName, load_clip
-    from scenelang.backends.clip.picture_words import START, picture_word
+    from scenelang.backends.neural.clip import TEXT_SPACE, ClipName, load_clip, open_picture
+    from scenelang.backends.neural.picture_words import START, picture_word
     from scenelang.zfile import Made
 
     picture = open_picture(arguments.image)
@@ -173,9 +169,7 @@ def _wanted(arguments: argparse.Namespace, encodings: Encodings) -> tuple[Any, i
         if row is None:
             raise SceneError("value", f"nothing was encoded for {query}")
         return encodings.matrix[row], row
-    from scenelang.backends.clip.images import encode_images, open_picture
-    from scenelang.backends.clip.models import ClipName, load_clip
-    from scenelang.backends.clip.text import TextEncoder
+    from scenelang.backends.neural.clip import ClipName, TextEncoder, encode_images, load_clip, open_picture
 
     model = load_clip(ClipName.parse(encodings.model), shelf_of(arguments), device_of(arguments))
     if Path(query).suffix.lower() in _PICTURES:

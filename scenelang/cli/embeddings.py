@@ -11,15 +11,13 @@ from scenelang.cli.neural_options import add_models
 from scenelang.cli.options import UsageError, add_common, add_file, z_path
 from scenelang.cli.output import print_json, say, table
 from scenelang.cli.programs import evaluated
-from scenelang.grammar.datum import Handle
+from scenelang.grammar.datum import Handle, Source
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.reader import read
-from scenelang.grammar.source import Source
-from scenelang.interpreter.entity import Entity, Scene
-from scenelang.interpreter.numbering import frame_numbers, instances, number_scene
-from scenelang.interpreter.plain import plain_attributes
-from scenelang.interpreter.show import show
-from scenelang.interpreter.syntax_values import quoted_value
+from scenelang.interpreter.expand.macros import quoted_value
+from scenelang.interpreter.runtime.show import plain_attributes, show
+from scenelang.interpreter.scene.entity import Entity, Scene
+from scenelang.interpreter.scene.numbering import frame_numbers, instances, number_scene
 from scenelang.session import Session, is_scene_file
 
 MAX_ROWS = 500

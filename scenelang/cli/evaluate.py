@@ -19,14 +19,10 @@ from scenelang.cli.study import alignment, answered, make_study
 from scenelang.grammar.diagnostics import SceneError
 
 if TYPE_CHECKING:
-    from scenelang.backends.picture import PictureOptions
-    from scenelang.evaluation.entries import Entry
-    from scenelang.evaluation.measures import Measure
-    from scenelang.evaluation.results import Record
-    from scenelang.evaluation.running import Evaluation
-    from scenelang.evaluation.subject import Drawing, Subject
-    from scenelang.evaluation.tables import Table
-    from scenelang.interpreter.entity import Scene
+    from scenelang.backends.pictures.film import PictureOptions
+    from scenelang.evaluation.running import Drawing, Evaluation, EvaluationEntry, Measure, MetricRecord, Subject
+    from scenelang.evaluation.tables import ResultTable
+    from scenelang.interpreter.scene.entity import Scene
 
 _SIZE = (512, 512)
 _NEURAL = ("clip", "lpips", "dynamic")
@@ -69,7 +65,7 @@ def _add_drawing(group: Any) -> None:
 
 
 def evaluate(arguments: argparse.Namespace) -> int:
-    from scenelang.evaluation.entries import entries_of
+    from scenelang.evaluation.running import entries_of
 
     names = _checked(arguments)
     if not arguments.files:
@@ -87,8 +83,8 @@ def evaluate(arguments: argparse.Namespace) -> int:
 
 def _checked(arguments: argparse.Namespace) -> list[str]:
     """The names of the metrics; raises UsageError for what makes no sense, whatever the scenes."""
-    from scenelang.backends.film import HIGHEST_FPS
-    from scenelang.evaluation.measures import METRICS
+    from scenelang.backends.pictures.film import HIGHEST_FPS
+    from scenelang.evaluation.running import METRICS
     from scenelang.grammar.diagnostics import suggest
 
     if not arguments.files and not arguments.study_results:
@@ -114,8 +110,8 @@ def _checked(arguments: argparse.Namespace) -> list[str]:
 
 def _drawings(arguments: argparse.Namespace) -> list[Drawing]:
     """One for each backend; raises UsageError for options that make no sense."""
-    from scenelang.backends.picture import PictureOptions, check, picture_backend
-    from scenelang.evaluation.subject import Drawing
+    from scenelang.backends.pictures.film import PictureOptions, check, picture_backend
+    from scenelang.evaluation.running import Drawing
 
     width, height = arguments.size
     options = PictureOptions(
@@ -129,10 +125,10 @@ def _drawings(arguments: argparse.Namespace) -> list[Drawing]:
 
 
 def _subjects(
-    arguments: argparse.Namespace, entries: list[Entry], drawings: list[Drawing], failed: list[str]
+    arguments: argparse.Namespace, entries: list[EvaluationEntry], drawings: list[Drawing], failed: list[str]
 ) -> Iterator[Subject]:
     """Entries as scenes and films, one after the other; those that have none are told and added to ``failed``."""
-    from scenelang.evaluation.subject import Subject
+    from scenelang.evaluation.running import Subject
 
     for entry in entries:
         if entry.scene is None:
@@ -151,10 +147,10 @@ def _subjects(
             yield Subject(entry, _method(entry, drawing, drawings), prompt, scene, _own(entry, drawing))
 
 
-def _evaluated(arguments: argparse.Namespace, entry: Entry) -> tuple[Scene, str] | None:
+def _evaluated(arguments: argparse.Namespace, entry: EvaluationEntry) -> tuple[Scene, str] | None:
     """The scene of an entry and the text that it was made for; None where the program is wrong, which is told."""
-    from scenelang.backends.wording.readable import thing
-    from scenelang.header import stated_task
+    from scenelang.backends.neural.describing import thing
+    from scenelang.primer import stated_task
 
     own = argparse.Namespace(**{**vars(arguments), "file": str(entry.scene)})
     session = session_of(own)
@@ -166,14 +162,14 @@ def _evaluated(arguments: argparse.Namespace, entry: Entry) -> tuple[Scene, str]
     return result.scene, entry.prompt or stated_task(source.text) or thing(result.scene.root)
 
 
-def _method(entry: Entry, drawing: Drawing, drawings: list[Drawing]) -> str:
+def _method(entry: EvaluationEntry, drawing: Drawing, drawings: list[Drawing]) -> str:
     """What made a scene: the entry's own name for it, the backend's where there is none or several draw."""
     if entry.method is None:
         return drawing.backend
     return entry.method if len(drawings) == 1 else f"{entry.method}, {drawing.backend}"
 
 
-def _own(entry: Entry, drawing: Drawing) -> Drawing:
+def _own(entry: EvaluationEntry, drawing: Drawing) -> Drawing:
     """The drawing with what the entry itself says: a distilled scene is drawn by Gaussians."""
     if entry.distilled is None:
         return drawing
@@ -184,9 +180,10 @@ def _own(entry: Entry, drawing: Drawing) -> Drawing:
 # --- metrics ---------------------------------------------------------------------------------------------------------
 
 
-def _measure(arguments: argparse.Namespace, entries: list[Entry], drawings: list[Drawing], names: list[str]) -> int:
-    from scenelang.evaluation.results import Results, read_results, write_results
-    from scenelang.evaluation.running import Evaluation, Tellers
+def _measure(
+    arguments: argparse.Namespace, entries: list[EvaluationEntry], drawings: list[Drawing], names: list[str]
+) -> int:
+    from scenelang.evaluation.running import Evaluation, Results, Tellers, read_results, write_results
 
     folder = None if arguments.output is None else folder_of(arguments.output)
     answers = alignment(arguments)  # read first, so that typos are cheap
@@ -207,8 +204,8 @@ def _measure(arguments: argparse.Namespace, entries: list[Entry], drawings: list
 
 
 def _measures(arguments: argparse.Namespace, names: list[str]) -> list[Measure]:
-    from scenelang.backends.clip.models import JUDGE, ClipName
-    from scenelang.evaluation.measures import Models, measure_called
+    from scenelang.backends.neural.clip import JUDGE, ClipName
+    from scenelang.evaluation.running import Models, measure_called
 
     device = _device(arguments) if any(name in _NEURAL for name in names) else "cpu"
     judge = ClipName.parse(arguments.clip_model) if arguments.clip_model else JUDGE
@@ -227,7 +224,7 @@ def _device(arguments: argparse.Namespace) -> str:
         return "cpu"
 
 
-def _show(arguments: argparse.Namespace, records: list[Record], evaluation: Evaluation) -> None:
+def _show(arguments: argparse.Namespace, records: list[MetricRecord], evaluation: Evaluation) -> None:
     """The tables, or all that is known as JSON."""
     from dataclasses import asdict
 
@@ -244,7 +241,7 @@ def _show(arguments: argparse.Namespace, records: list[Record], evaluation: Eval
         print("nothing was measured", file=sys.stderr)
 
 
-def _written(table: Table, layout: str) -> str:
+def _written(table: ResultTable, layout: str) -> str:
     from scenelang.evaluation.tables import as_latex, as_markdown, as_text
 
     return {"text": as_text, "markdown": as_markdown, "latex": as_latex}[layout](table)

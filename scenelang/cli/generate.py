@@ -25,10 +25,10 @@ from scenelang.cli.output import print_json, progress
 from scenelang.cli.pictures import check_folder
 
 if TYPE_CHECKING:
-    from scenelang.inference.inference import Inference
+    from scenelang.inference.brief import Task
+    from scenelang.inference.conductor import Inference
     from scenelang.inference.records import Run
-    from scenelang.inference.task import Task
-    from scenelang.interpreter.entity import Scene
+    from scenelang.interpreter.scene.entity import Scene
 
 _PICTURE_SIZE = 768
 _LONGEST_TASK = 100_000  # characters
@@ -76,7 +76,7 @@ def add_kind(parser: argparse.ArgumentParser) -> None:
 
 
 def generate(arguments: argparse.Namespace) -> int:
-    from scenelang.inference.inference import Inference
+    from scenelang.inference.conductor import Inference
 
     if arguments.output is not None:
         check_folder(Path(arguments.output))
@@ -126,7 +126,7 @@ def _check_inversion(arguments: argparse.Namespace) -> None:
     """Raises UsageError where there is nothing to learn from or no place for it, and SceneError without the packages:
     before the language model costs money."""
     from scenelang.backends.base import need
-    from scenelang.backends.weights import INSTALL
+    from scenelang.backends.neural.weights import INSTALL
 
     if not arguments.image or arguments.output is None:
         raise UsageError("value", "--invert learns from a picture, beside the program: give --image and -o")
@@ -136,10 +136,17 @@ def _check_inversion(arguments: argparse.Namespace) -> None:
 
 def _draw(arguments: argparse.Namespace, scene: Scene, output: Path) -> None:
     """A draft beside the program: a picture, of a film a GIF."""
-    from scenelang.backends.film import FPS, save_film
-    from scenelang.backends.picture import PictureOptions, painters, picture_backend, render, save_picture
-    from scenelang.backends.shots import film
-    from scenelang.backends.viewpoint import Viewpoint
+    from scenelang.backends.pictures.camera import Viewpoint
+    from scenelang.backends.pictures.film import (
+        FPS,
+        PictureOptions,
+        painters,
+        picture_backend,
+        render,
+        save_film,
+        save_picture,
+    )
+    from scenelang.backends.pictures.stage import film
 
     options = PictureOptions(width=_PICTURE_SIZE, height=_PICTURE_SIZE, progress=progress(arguments, "rendering"))
     if scene.animated:
@@ -154,8 +161,8 @@ def _draw(arguments: argparse.Namespace, scene: Scene, output: Path) -> None:
 
 def task_of(arguments: argparse.Namespace) -> Task:
     """The task that a command's options and text give. Raises UsageError, and SceneError for a bad picture."""
-    from scenelang.inference.input_pictures import read_picture
-    from scenelang.inference.task import Kind, Notation, Task
+    from scenelang.inference.answers import read_picture
+    from scenelang.inference.brief import Notation, Task, TaskKind
 
     text = (arguments.task or "").strip()
     if not text and not arguments.image:
@@ -165,7 +172,7 @@ def task_of(arguments: argparse.Namespace) -> Task:
     ablation = ablation_of(arguments)
     if ablation.takes_program and arguments.dsl:
         raise UsageError("value", "--dsl asks for a program, which --ablate P takes away")
-    kind = Kind.FILM if arguments.animate else Kind.BLOCKS if arguments.minecraft else Kind.STILL
+    kind = TaskKind.FILM if arguments.animate else TaskKind.BLOCKS if arguments.minecraft else TaskKind.STILL
     notation = Notation.LANGUAGE if arguments.dsl else Notation.PYTHON
     if ablation.takes_program:
         notation = Notation.LIST

@@ -54,7 +54,7 @@ def _parsed(form: str, strict: bool) -> str:
     from scenelang.grammar.export.gbnf import gbnf_text
     from scenelang.grammar.export.lark_text import lark_text
     from scenelang.grammar.export.llguidance import llguidance_text
-    from scenelang.interpreter.surface import full_grammar, strict_grammar
+    from scenelang.interpreter.expand.forms import full_grammar, strict_grammar
 
     writers = {"lark": lark_text, "llguidance": llguidance_text, "gbnf": gbnf_text, "ebnf": ebnf_text}
     return writers[form](strict_grammar() if strict else full_grammar())
@@ -62,7 +62,7 @@ def _parsed(form: str, strict: bool) -> str:
 
 def _scopes() -> dict[str, frozenset[str]]:
     """The names of the language by the scope that editors give them."""
-    from scenelang.stdlib.vocabulary import vocabulary
+    from scenelang.stdlib.reference import vocabulary
 
     names = vocabulary()
     return {

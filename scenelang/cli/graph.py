@@ -30,7 +30,7 @@ def graph(arguments: argparse.Namespace) -> int:
     result = evaluated(arguments)
     if result.scene is None:
         return 1
-    from scenelang.backends.graph.svg import write_graph
+    from scenelang.backends.pictures.call_graph import write_graph
 
     write_graph(result.scene, output, arguments.frame, arguments.depth, arguments.thumbnails)
     done(arguments, output)

@@ -15,11 +15,9 @@ from scenelang.cli.pictures import add_camera, check_folder, done
 from scenelang.cli.programs import evaluated_text, session_limit
 
 if TYPE_CHECKING:
-    from scenelang.backends.clip.conditions import Condition
-    from scenelang.backends.imagine.models import Checkpoint
-    from scenelang.backends.imagine.pipeline import Order, Sketch
-    from scenelang.backends.imagine.sampling import Picture
-    from scenelang.interpreter.entity import Scene
+    from scenelang.backends.neural.imagine.sampling import Checkpoint, Order, Picture, Sketch
+    from scenelang.backends.neural.sentences import PromptCondition
+    from scenelang.interpreter.scene.entity import Scene
 
 _SKETCH_SIZE = (512, 512)
 _MOST_PICTURES = 1000
@@ -85,7 +83,7 @@ def imagine(arguments: argparse.Namespace) -> int:
 
 def _check(arguments: argparse.Namespace, output: Path) -> None:
     """Raises SceneError for what makes no sense, whatever the scene."""
-    from scenelang.backends.imagine.sampling import Sampling, check_sampling
+    from scenelang.backends.neural.imagine.sampling import Sampling, check_sampling
 
     endings = (".png", ".json") if arguments.layout_only else (".png",)
     if output.suffix.lower() not in endings:
@@ -102,11 +100,10 @@ def _check(arguments: argparse.Namespace, output: Path) -> None:
 
 
 def _sketch(arguments: argparse.Namespace, scene: Scene, size: tuple[int, int]) -> Sketch:
-    from scenelang.backends.camera import Camera
-    from scenelang.backends.imagine.pipeline import most_for, sketch_of
-    from scenelang.backends.picture import PictureOptions, check
-    from scenelang.backends.shots import still
-    from scenelang.backends.viewpoint import Viewpoint, parse_viewpoint
+    from scenelang.backends.neural.imagine.sampling import most_for, sketch_of
+    from scenelang.backends.pictures.camera import Camera, Viewpoint, parse_viewpoint
+    from scenelang.backends.pictures.film import PictureOptions, check
+    from scenelang.backends.pictures.stage import still
 
     with usage_errors():
         view = parse_viewpoint(arguments.camera) if arguments.camera else Viewpoint()
@@ -119,10 +116,10 @@ def _sketch(arguments: argparse.Namespace, scene: Scene, size: tuple[int, int]) 
 
 
 def _write_layout(arguments: argparse.Namespace, scene: Scene, text: str, output: Path) -> None:
-    from scenelang.backends.clip.encodings import written
     from scenelang.backends.files import write_json
-    from scenelang.backends.imagine.layout_picture import layout_json, layout_picture
-    from scenelang.backends.picture import save_picture
+    from scenelang.backends.neural.imagine.layout import layout_json, layout_picture
+    from scenelang.backends.neural.sentences import written
+    from scenelang.backends.pictures.film import save_picture
 
     sayings, _ = sayings_of(arguments)
     sketch = _sketch(arguments, scene, _SKETCH_SIZE)
@@ -143,8 +140,8 @@ def _draw(arguments: argparse.Namespace, scene: Scene, text: str, output: Path) 
     from dataclasses import replace
 
     from scenelang.backends.base import part_of
-    from scenelang.backends.imagine.pipeline import imagine as one_picture
-    from scenelang.backends.imagine.sampling import Sampling, check_sampling
+    from scenelang.backends.neural.imagine.sampling import Sampling, check_sampling
+    from scenelang.backends.neural.imagine.sampling import imagine as one_picture
 
     checkpoint = _checkpoint(arguments)
     sketch = _sketch(arguments, scene, checkpoint.size)
@@ -165,11 +162,11 @@ def _draw(arguments: argparse.Namespace, scene: Scene, text: str, output: Path) 
 
 
 def _checkpoint(arguments: argparse.Namespace) -> Checkpoint:
-    from scenelang.backends.imagine import gligen, migc, models
+    from scenelang.backends.neural.imagine import migc, regional, sampling
 
-    default = {"gligen": gligen.MODEL, "migc": migc.MODEL}.get(arguments.method, models.MODEL)
+    default = {"gligen": regional.MODEL, "migc": migc.MODEL}.get(arguments.method, sampling.MODEL)
     name = arguments.model or default
-    return models.load_checkpoint(name, shelf_of(arguments), device_of(arguments), arguments.scheduler)
+    return sampling.load_checkpoint(name, shelf_of(arguments), device_of(arguments), arguments.scheduler)
 
 
 def _order(
@@ -181,16 +178,21 @@ def _order(
     """What is to be drawn, and what the pictures say of it."""
     from dataclasses import replace
 
-    from scenelang.backends.clip.encodings import written
-    from scenelang.backends.imagine.layout_picture import layout_json
-    from scenelang.backends.imagine.migc_files import WEIGHTS, load_migc
-    from scenelang.backends.imagine.models import CONTROL, load_control
-    from scenelang.backends.imagine.pipeline import Order, readable_vectors, warn_of_unread
+    from scenelang.backends.neural.imagine.layout import layout_json
+    from scenelang.backends.neural.imagine.migc import WEIGHTS, load_migc
+    from scenelang.backends.neural.imagine.sampling import (
+        CONTROL,
+        Order,
+        load_control,
+        readable_vectors,
+        warn_of_unread,
+    )
+    from scenelang.backends.neural.sentences import written
 
     sayings, vectors = sayings_of(arguments)
     read = readable_vectors(checkpoint, vectors)
     sentences = sketch.sentences(replace(sayings, learned=frozenset(read)))
-    conditions: list[Condition] = sketch.conditions(sentences)
+    conditions: list[PromptCondition] = sketch.conditions(sentences)
     warn_of_unread(conditions, sketch.handles[0], vectors, read, warnings(arguments))
     prompt = sentences.of_scene(asked)
     shelf = shelf_of(arguments)

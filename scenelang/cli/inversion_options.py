@@ -10,7 +10,7 @@ from scenelang.cli.neural_options import add_models, device_of, shelf_of
 from scenelang.cli.options import UsageError, whole, z_path
 
 if TYPE_CHECKING:
-    from scenelang.cli.inversion_work import Place, Way
+    from scenelang.cli.inversion_work import TargetPlace, Way
 
 
 def add_inversion(parser: argparse.ArgumentParser) -> None:
@@ -40,22 +40,22 @@ def add_grounding(parser: argparse.ArgumentParser) -> None:
 
 def way_of(arguments: argparse.Namespace) -> Way:
     """How to learn, as the options say; raises SceneError for what makes no sense."""
-    from scenelang.backends.inversion.settings import Settings
+    from scenelang.backends.neural.inversion import InversionSettings
     from scenelang.cli.inversion_work import Way
 
     for option, word in (("class-word", arguments.class_word), ("style-word", arguments.style_word)):
         if word is not None and not word.strip():
             raise UsageError("value", f"`--{option}` is a word to start from, not nothing")
-    settings = Settings(arguments.steps, arguments.rate, arguments.batch, arguments.seed)
+    settings = InversionSettings(arguments.steps, arguments.rate, arguments.batch, arguments.seed)
     return Way(
         shelf_of(arguments), device_of(arguments), settings, arguments.model, arguments.detector, arguments.segmenter,
         arguments.class_word, arguments.style_word, arguments.quiet,
     )  # fmt: skip
 
 
-def place_of(arguments: argparse.Namespace, ending: str) -> Place:
+def place_of(arguments: argparse.Namespace, ending: str) -> TargetPlace:
     """Where the run and Z are; raises UsageError for standard input without places."""
-    from scenelang.cli.inversion_work import Place
+    from scenelang.cli.inversion_work import TargetPlace
     from scenelang.zfile import beside
 
     if arguments.resume and arguments.force:
@@ -63,4 +63,4 @@ def place_of(arguments: argparse.Namespace, ending: str) -> Place:
     if arguments.file == "-" and (arguments.output is None or arguments.z is None):
         raise UsageError("value", "for a program from standard input say where the run and Z are: -o DIR --z FILE")
     folder = Path(arguments.output) if arguments.output else Path(arguments.file).with_suffix(ending)
-    return Place(folder, z_path(arguments) or beside(arguments.file), arguments.resume, arguments.force)
+    return TargetPlace(folder, z_path(arguments) or beside(arguments.file), arguments.resume, arguments.force)

@@ -12,14 +12,17 @@ from typing import TYPE_CHECKING, Any
 from scenelang.grammar.diagnostics import SceneError
 
 if TYPE_CHECKING:
-    from scenelang.backends.diffusion.model import Diffusion
-    from scenelang.backends.grounding.cutting import Bytes
-    from scenelang.backends.inversion.keeping import Kept
-    from scenelang.backends.inversion.run import Outcome, Told
-    from scenelang.backends.inversion.settings import Settings
-    from scenelang.backends.inversion.subjects import Subject
-    from scenelang.backends.inversion.targets import Target
-    from scenelang.backends.weights import Shelf
+    from scenelang.backends.neural.diffusion import Diffusion
+    from scenelang.backends.neural.grounding import Bytes
+    from scenelang.backends.neural.inversion import (
+        InversionOutcome,
+        InversionProgress,
+        InversionSettings,
+        InversionTarget,
+        LearnedSubject,
+        SavedInversion,
+    )
+    from scenelang.backends.neural.weights import Shelf
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +31,7 @@ class Way:
 
     shelf: Shelf
     device: str
-    settings: Settings
+    settings: InversionSettings
     model: str | None = None
     detector: str | None = None
     segmenter: str | None = None
@@ -38,7 +41,7 @@ class Way:
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class TargetPlace:
     """The folder of a run and the file Z. ``resume`` goes on with the run there, ``force`` begins anew."""
 
     folder: Path
@@ -48,7 +51,7 @@ class Place:
 
 
 @dataclass(frozen=True, slots=True)
-class Given:
+class InversionInput:
     """A picture as PIL has it (RGB), and where it is from."""
 
     name: str
@@ -59,7 +62,7 @@ class Given:
 class Part:
     """What is to be learned of one target: ``square`` (S, S, 3) is it, cut out of the picture called ``source``."""
 
-    target: Target
+    target: InversionTarget
     source: str
     square: Bytes = field(repr=False)
 
@@ -71,9 +74,9 @@ class Part:
 # --- pictures --------------------------------------------------------------------------------------------------------
 
 
-def before_of(place: Place) -> Kept | None:
+def before_of(place: TargetPlace) -> SavedInversion | None:
     """The run that is to go on; raises SceneError where there is none, or one that would be lost."""
-    from scenelang.backends.inversion.keeping import STATE, kept_in
+    from scenelang.backends.neural.inversion import STATE, kept_in
 
     if place.resume:
         return kept_in(place.folder)
@@ -83,24 +86,31 @@ def before_of(place: Place) -> Kept | None:
     return None
 
 
-def masked_part(target: Target, given: Given, mask: Path | None, seed: int) -> Part:
+def masked_part(target: InversionTarget, given: InversionInput, mask: Path | None, seed: int) -> Part:
     """The part that a mask file shows, of the whole picture without one."""
     import numpy as np
 
-    from scenelang.backends.grounding.cutting import cut_out, random_grey, read_mask
+    from scenelang.backends.neural.grounding import cut_out, random_grey, read_mask
 
     width, height = given.picture.size
     shown = np.ones((height, width), np.bool_) if mask is None else read_mask(mask, width, height)
     return Part(target, given.name, cut_out(np.asarray(given.picture), shown, random_grey(seed)))
 
 
-def found_parts(way: Way, targets: Sequence[Target], texts: Sequence[str], given: Sequence[Given]) -> list[Part]:
+def found_parts(
+    way: Way, targets: Sequence[InversionTarget], texts: Sequence[str], given: Sequence[InversionInput]
+) -> list[Part]:
     """Those of ``targets`` that can be seen in one of the pictures, looked for as ``texts``, each cut out of that where
     it is surest."""
-    from scenelang.backends.grounding.cutting import random_grey
-    from scenelang.backends.grounding.detector import DETECTOR, load_detector
-    from scenelang.backends.grounding.masks import SEGMENTER, load_segmenter
-    from scenelang.backends.grounding.segmenting import Grounding, found_in
+    from scenelang.backends.neural.grounding import (
+        DETECTOR,
+        SEGMENTER,
+        Grounding,
+        found_in,
+        load_detector,
+        load_segmenter,
+        random_grey,
+    )
 
     detector = load_detector(way.detector or DETECTOR, way.shelf, way.device)
     segmenter = load_segmenter(way.segmenter or SEGMENTER, way.shelf, way.device)
@@ -113,11 +123,11 @@ def found_parts(way: Way, targets: Sequence[Target], texts: Sequence[str], given
     return found
 
 
-def kept_parts(place: Place, kept: Kept, targets: Sequence[Target]) -> list[Part]:
+def kept_parts(place: TargetPlace, kept: SavedInversion, targets: Sequence[InversionTarget]) -> list[Part]:
     """The parts of a run that goes on, as it has kept them; raises SceneError("file" or "value")."""
     import numpy as np
 
-    from scenelang.backends.clip.images import open_picture
+    from scenelang.backends.neural.clip import open_picture
 
     told = kept.asked.get("parts")
     sources = {str(name): str(source) for name, source in told.items()} if isinstance(told, Mapping) else {}
@@ -147,17 +157,16 @@ def _cut_file(folder: Path, name: str) -> Path:
 # --- learning --------------------------------------------------------------------------------------------------------
 
 
-def learn(way: Way, place: Place, parts: Sequence[Part], styles: Sequence[str], style_only: bool = False) -> Outcome:
+def learn(
+    way: Way, place: TargetPlace, parts: Sequence[Part], styles: Sequence[str], style_only: bool = False
+) -> InversionOutcome:
     """Learn the pseudo-words of ``parts`` and their common style; store the first for the handles of each target, the
     style for the handles ``styles``. ``style_only``: the class is what the target is called.
 
     Raises SceneError; KeyboardInterrupt where it was stopped: the run is kept.
     """
-    from scenelang.backends.diffusion.memory import memory_told
-    from scenelang.backends.inversion.keeping import asked_of
-    from scenelang.backends.inversion.learning import Inverting
-    from scenelang.backends.inversion.run import run
-    from scenelang.backends.inversion.subjects import STYLE, start_of
+    from scenelang.backends.neural.diffusion import memory_told
+    from scenelang.backends.neural.inversion import STYLE, Inverting, asked_of, run, start_of
     from scenelang.cli.interruptions import interruptions
     from scenelang.cli.neural_scene import folder_of
 
@@ -183,28 +192,28 @@ def learn(way: Way, place: Place, parts: Sequence[Part], styles: Sequence[str], 
 
 
 def _model(way: Way) -> Diffusion:
-    from scenelang.backends.diffusion.loading import MULTIVIEW, load_any
+    from scenelang.backends.neural.diffusion_loading import MULTIVIEW, load_any
 
     return load_any(way.model or MULTIVIEW, way.shelf, way.device)
 
 
-def _subject(way: Way, model: Diffusion, part: Part, style_only: bool) -> Subject:
+def _subject(way: Way, model: Diffusion, part: Part, style_only: bool) -> LearnedSubject:
     import torch
 
-    from scenelang.backends.grounding.cutting import resized
-    from scenelang.backends.inversion.subjects import Subject, sentence_about, sentence_of
+    from scenelang.backends.neural.grounding import resized
+    from scenelang.backends.neural.inversion import LearnedSubject, sentence_about, sentence_of
 
     picture = torch.tensor(resized(part.square, model.size)).permute(2, 0, 1).float() / 255.0
     about = sentence_about(way.class_word or part.word) if style_only else sentence_of(part.target.name)
-    return Subject(picture, about)
+    return LearnedSubject(picture, about)
 
 
-def _teller(way: Way) -> Callable[[Told], None]:
+def _teller(way: Way) -> Callable[[InversionProgress], None]:
     """A line with the loss on a terminal."""
     if way.quiet or not sys.stderr.isatty():
         return lambda _: None
 
-    def tell(told: Told) -> None:
+    def tell(told: InversionProgress) -> None:
         end = "\n" if told.done >= told.steps else ""
         sys.stderr.write(f"\rstep {told.done:,}/{told.steps:,}  loss {told.loss:.4g}\033[K{end}")
         sys.stderr.flush()
@@ -216,7 +225,7 @@ def _store(
     z: Path, vectors: Mapping[str, Any], parts: Sequence[Part], styles: Sequence[str], model: str, style_only: bool
 ) -> None:
     """Write the vectors into Z, with how they came to be."""
-    from scenelang.backends.inversion.subjects import STYLE
+    from scenelang.backends.neural.inversion import STYLE
     from scenelang.zfile import Made, write_vectors
 
     when = datetime.now(UTC).isoformat(timespec="seconds")
@@ -231,7 +240,7 @@ def _store(
     write_vectors(z, found, made)
 
 
-def check_replaced(place: Place, handles: Sequence[str]) -> None:
+def check_replaced(place: TargetPlace, handles: Sequence[str]) -> None:
     """Raises SceneError("value") where a style would take the place of something learned of a picture."""
     from scenelang.zfile import read_made
 

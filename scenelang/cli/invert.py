@@ -15,11 +15,10 @@ from scenelang.cli.output import print_json, report_run, say
 from scenelang.grammar.diagnostics import SceneError
 
 if TYPE_CHECKING:
-    from scenelang.backends.inversion.run import Outcome
-    from scenelang.backends.inversion.targets import Target
-    from scenelang.backends.language_models.conversation import Picture
-    from scenelang.cli.inversion_work import Given, Part, Place, Way
-    from scenelang.interpreter.entity import Scene
+    from scenelang.backends.language_models.catalogue import ImageContent
+    from scenelang.backends.neural.inversion import InversionOutcome, InversionTarget
+    from scenelang.cli.inversion_work import InversionInput, Part, TargetPlace, Way
+    from scenelang.interpreter.scene.entity import Scene
 
 _ENTITY_HELP = "a word, words down to it (tower/roof), places of children (0/2), or a handle"
 
@@ -55,7 +54,7 @@ def add_style(subparsers: Any) -> None:
 
 
 def invert(arguments: argparse.Namespace) -> int:
-    from scenelang.backends.inversion.targets import style_handle
+    from scenelang.backends.neural.inversion import style_handle
     from scenelang.cli.inversion_work import learn
 
     place = place_of(arguments, ".inversion")
@@ -83,8 +82,8 @@ def _check_options(arguments: argparse.Namespace) -> None:
         raise UsageError("value", f"`--{option}` is about one entity: name it with --entity")
 
 
-def _targets(scene: Scene, names: Sequence[str]) -> list[Target]:
-    from scenelang.backends.inversion.targets import named_parts, targets_named
+def _targets(scene: Scene, names: Sequence[str]) -> list[InversionTarget]:
+    from scenelang.backends.neural.inversion import named_parts, targets_named
 
     if not names:
         return named_parts(scene)
@@ -98,7 +97,9 @@ def _targets(scene: Scene, names: Sequence[str]) -> list[Target]:
     return targets
 
 
-def _parts(arguments: argparse.Namespace, way: Way, place: Place, targets: Sequence[Target]) -> list[Part]:
+def _parts(
+    arguments: argparse.Namespace, way: Way, place: TargetPlace, targets: Sequence[InversionTarget]
+) -> list[Part]:
     """What the picture shows of the targets; raises SceneError where that is nothing, or not all that was named."""
     from scenelang.cli.inversion_work import before_of, found_parts, kept_parts, masked_part
 
@@ -126,19 +127,19 @@ def say_missing(arguments: argparse.Namespace, missing: Sequence[str]) -> None:
         print(f"not found in the picture, so left as they are: {named}", file=sys.stderr)
 
 
-def _given(path: str) -> Given:
-    from scenelang.backends.clip.images import open_picture
-    from scenelang.cli.inversion_work import Given
+def _given(path: str) -> InversionInput:
+    from scenelang.backends.neural.clip import open_picture
+    from scenelang.cli.inversion_work import InversionInput
 
-    return Given(Path(path).name, open_picture(path))
+    return InversionInput(Path(path).name, open_picture(path))
 
 
 def _scene(arguments: argparse.Namespace, z: Path) -> Scene | None:
     """The scene of the command's program, with the packages at hand that its embeddings need. A file ``z`` that is not
     there yet will be written."""
     from scenelang.backends.base import need
-    from scenelang.backends.clip.leaves import check_anything
-    from scenelang.backends.weights import INSTALL
+    from scenelang.backends.neural.sentences import check_anything
+    from scenelang.backends.neural.weights import INSTALL
 
     known = arguments if z.exists() else argparse.Namespace(**{**vars(arguments), "z": None, "file": "-"})
     session = session_of(known)
@@ -153,7 +154,11 @@ def _scene(arguments: argparse.Namespace, z: Path) -> Scene | None:
 
 
 def _tell(
-    arguments: argparse.Namespace, place: Place, parts: Sequence[Part], styles: Sequence[str], outcome: Outcome
+    arguments: argparse.Namespace,
+    place: TargetPlace,
+    parts: Sequence[Part],
+    styles: Sequence[str],
+    outcome: InversionOutcome,
 ) -> None:
     """Say what was stored, and how much better the sentences fit the pictures."""
     if arguments.json:
@@ -196,36 +201,37 @@ def style(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _styled(scene: Scene, name: str | None) -> Target:
+def _styled(scene: Scene, name: str | None) -> InversionTarget:
     """The entity that gets a style: the root, or what a name says."""
-    from scenelang.backends.inversion.targets import Target, style_handle, targets_named
-    from scenelang.backends.wording.readable import thing
+    from scenelang.backends.neural.describing import thing
+    from scenelang.backends.neural.inversion import InversionTarget, style_handle, targets_named
 
     if name is None:
-        return Target(thing(scene.root), (style_handle(scene),), True)
+        return InversionTarget(thing(scene.root), (style_handle(scene),), True)
     return targets_named(scene, [name])[0]
 
 
 # --- after generate --------------------------------------------------------------------------------------------------
 
 
-def invert_parts(arguments: argparse.Namespace, scene: Scene, pictures: Sequence[Picture], program: Path) -> None:
+def invert_parts(arguments: argparse.Namespace, scene: Scene, pictures: Sequence[ImageContent], program: Path) -> None:
     """Learn the named parts of a scene from the pictures that it was made of, into Z beside ``program``.
 
     ``arguments`` hold the options of neural models. Raises SceneError; the program stays.
     """
     from io import BytesIO
 
-    from scenelang.backends.clip.images import open_picture
-    from scenelang.backends.inversion.settings import Settings
-    from scenelang.backends.inversion.targets import named_parts, style_handle
-    from scenelang.cli.inversion_work import Given, Place, Way, found_parts, learn
+    from scenelang.backends.neural.clip import open_picture
+    from scenelang.backends.neural.inversion import InversionSettings, named_parts, style_handle
+    from scenelang.cli.inversion_work import InversionInput, TargetPlace, Way, found_parts, learn
     from scenelang.zfile import beside
 
     targets = named_parts(scene)
-    given = [Given(f"picture {n}", open_picture(BytesIO(each.data))) for n, each in enumerate(pictures, start=1)]
-    way = Way(shelf_of(arguments), device_of(arguments), Settings(seed=arguments.seed), quiet=arguments.quiet)
-    place = Place(program.with_suffix(".inversion"), beside(str(program)), force=True)
+    given = [
+        InversionInput(f"picture {n}", open_picture(BytesIO(each.data))) for n, each in enumerate(pictures, start=1)
+    ]
+    way = Way(shelf_of(arguments), device_of(arguments), InversionSettings(seed=arguments.seed), quiet=arguments.quiet)
+    place = TargetPlace(program.with_suffix(".inversion"), beside(str(program)), force=True)
     parts = found_parts(way, targets, [target.text for target in targets], given)
     seen = [part.target for part in parts]
     say_missing(arguments, [target.text for target in targets if target not in seen])

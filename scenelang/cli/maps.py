@@ -14,9 +14,8 @@ from scenelang.cli.pictures import add_picture_options_later, add_view, done, pi
 from scenelang.grammar.diagnostics import SceneError
 
 if TYPE_CHECKING:
-    from scenelang.backends.camera import Camera
-    from scenelang.backends.maps.dataset import Item, MapOptions
-    from scenelang.backends.viewpoint import Viewpoint
+    from scenelang.backends.labels.dataset import DatasetItem, MapOptions
+    from scenelang.backends.pictures.camera import Camera, Viewpoint
 
 _MOST_VIEWS = 10_000
 
@@ -39,8 +38,8 @@ def add_maps(subparsers: Any) -> None:
 
 
 def maps(arguments: argparse.Namespace) -> int:
-    from scenelang.backends.maps.dataset import MapOptions, write_coco
-    from scenelang.backends.picture import check, picture_backend
+    from scenelang.backends.labels.dataset import MapOptions, write_coco
+    from scenelang.backends.pictures.film import check, picture_backend
 
     with usage_errors():
         backend = picture_backend(arguments.quality)
@@ -52,7 +51,7 @@ def maps(arguments: argparse.Namespace) -> int:
     settings = MapOptions(options, views, arguments.size is not None, arguments.tracks, arguments.annotations)
     folder = Path(arguments.output)
     _check(folder)
-    items: list[Item] = []
+    items: list[DatasetItem] = []
     failed = False
     for path, name in zip(arguments.files, names, strict=True):
         arguments.file = path
@@ -65,13 +64,13 @@ def maps(arguments: argparse.Namespace) -> int:
     return 1 if failed else 0
 
 
-def _one(arguments: argparse.Namespace, name: str, folder: Path, options: MapOptions) -> list[Item] | None:
+def _one(arguments: argparse.Namespace, name: str, folder: Path, options: MapOptions) -> list[DatasetItem] | None:
     """The maps of one program, None where it is wrong."""
     from dataclasses import replace
 
     from scenelang.backends.base import frame_of
-    from scenelang.backends.maps.dataset import items_of, write_maps
-    from scenelang.backends.picture import picture_backend
+    from scenelang.backends.labels.dataset import items_of, write_maps
+    from scenelang.backends.pictures.film import picture_backend
 
     session = session_of(arguments)
     source = session.source(arguments.file)
@@ -87,7 +86,7 @@ def _one(arguments: argparse.Namespace, name: str, folder: Path, options: MapOpt
     alone = len(arguments.files) == 1
     items = items_of(folder, name, result.scene, len(options.views), alone, arguments.frame)
 
-    def skipped(item: Item) -> None:
+    def skipped(item: DatasetItem) -> None:
         if not arguments.quiet:
             print(f"{item.folder} is there already", file=sys.stderr)
 
@@ -97,9 +96,8 @@ def _one(arguments: argparse.Namespace, name: str, folder: Path, options: MapOpt
 
 
 def _views(arguments: argparse.Namespace, cameras: list[str]) -> tuple[Viewpoint | Camera, ...]:
-    from scenelang.backends.camera import Camera
-    from scenelang.backends.maps.dataset import random_views
-    from scenelang.backends.viewpoint import parse_viewpoint
+    from scenelang.backends.labels.dataset import random_views
+    from scenelang.backends.pictures.camera import Camera, parse_viewpoint
 
     given = [parse_viewpoint(text) for text in cameras]
     if arguments.views is None:

@@ -32,8 +32,8 @@ def mcp(arguments: argparse.Namespace) -> int:
     need("mcp", "'scenelang[mcp]'")
     from importlib.metadata import version
 
-    from scenelang.mcp.project import Project
     from scenelang.mcp.server import build_server, work
+    from scenelang.mcp.tools import Project
     from scenelang.sandbox.worker import Worker
 
     root = folder.resolve()
@@ -46,13 +46,13 @@ def mcp(arguments: argparse.Namespace) -> int:
 
 def _import_ahead() -> None:
     """Modules and tables that every request needs are loaded once, before processes are forked for requests."""
-    from scenelang.backends import picture  # noqa: F401
     from scenelang.backends.base import every
-    from scenelang.grammar import core, reader
+    from scenelang.backends.pictures import film  # noqa: F401
+    from scenelang.grammar import ast, reader
     from scenelang.stdlib.library import build_library
 
     reader.prepare()
-    core.prepare()
+    ast.prepare()
     build_library()
     every()
 

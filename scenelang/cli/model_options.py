@@ -11,9 +11,9 @@ from scenelang.cli.options import UsageError, add_limits, add_output, limits_of,
 from scenelang.session import Options
 
 if TYPE_CHECKING:
-    from scenelang.inference.describing import Describer
-    from scenelang.inference.settings import Settings
-    from scenelang.inference.task import Ablation
+    from scenelang.inference.brief import Ablation
+    from scenelang.inference.conductor import Describer
+    from scenelang.inference.records import InferenceSettings
 
 _PROVIDER_HELP = "anthropic (default), or openai: any server of chat completions"
 _PRICE_HELP = "dollars per million tokens, for a model whose price is not known"
@@ -78,14 +78,12 @@ def add_spending(parser: argparse.ArgumentParser) -> None:
 
 def describer(arguments: argparse.Namespace) -> Describer:
     """What asks a model how things look, as a command's options say. Raises SceneError."""
-    from scenelang.backends.language_models.credentials import TIMEOUT
-    from scenelang.inference.describing import Describer
-    from scenelang.inference.live_count import LiveCount
-    from scenelang.inference.prompts import Prompts
-    from scenelang.inference.settings import Settings
-    from scenelang.inference.task import Notation
+    from scenelang.backends.language_models.catalogue import TIMEOUT
+    from scenelang.inference.brief import Notation, Prompts
+    from scenelang.inference.conductor import Describer, LiveCount
+    from scenelang.inference.records import InferenceSettings
 
-    settings = Settings(
+    settings = InferenceSettings(
         provider=arguments.provider,
         model=arguments.model or None,
         price=arguments.price,
@@ -121,15 +119,15 @@ def dollars(text: str) -> float:
     return value
 
 
-def settings_from(arguments: argparse.Namespace) -> Settings:
+def settings_from(arguments: argparse.Namespace) -> InferenceSettings:
     """The settings that a command's options give. Raises UsageError for those that make no sense."""
-    from scenelang.backends.language_models.credentials import TIMEOUT
+    from scenelang.backends.language_models.catalogue import TIMEOUT
     from scenelang.backends.language_models.provider import family
-    from scenelang.inference.settings import Settings
+    from scenelang.inference.records import InferenceSettings
 
     with usage_errors():
         family(arguments.provider)
-    settings = Settings(
+    settings = InferenceSettings(
         provider=arguments.provider,
         model=arguments.model,
         price=arguments.price,
@@ -143,7 +141,7 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
     return with_limits(arguments, settings)
 
 
-def with_limits(arguments: argparse.Namespace, settings: Settings) -> Settings:
+def with_limits(arguments: argparse.Namespace, settings: InferenceSettings) -> InferenceSettings:
     """Settings with those limits that a command's options give; a run that is continued may have new ones. Raises
     UsageError for those that make no sense."""
     _check_numbers(arguments)
@@ -158,7 +156,7 @@ def with_limits(arguments: argparse.Namespace, settings: Settings) -> Settings:
 
 
 def _check_numbers(arguments: argparse.Namespace) -> None:
-    from scenelang.inference.settings import LIMITS
+    from scenelang.inference.records import LIMITS
 
     for option, name, value in (
         ("-n", "samples", arguments.samples),
@@ -173,7 +171,7 @@ def _check_numbers(arguments: argparse.Namespace) -> None:
 
 
 def ablation_of(arguments: argparse.Namespace) -> Ablation:
-    from scenelang.inference.task import Ablation
+    from scenelang.inference.brief import Ablation
 
     return Ablation(arguments.ablate or "")
 

@@ -17,7 +17,7 @@ from scenelang.cli.pictures import done
 from scenelang.grammar.diagnostics import SceneError
 
 if TYPE_CHECKING:
-    from scenelang.inference.inference import Inference, Result
+    from scenelang.inference.conductor import Inference, Result
     from scenelang.inference.records import Run
 
 # What a run has once and for all.
@@ -31,9 +31,9 @@ _SETTLED = {
 
 def show_dry_run(arguments: argparse.Namespace, inference: Inference) -> int:
     """Print the first request and what it costs at most; needs neither key nor network."""
-    from scenelang.backends.language_models.estimate import upper_estimate
+    from scenelang.backends.language_models.openai_chat import upper_estimate
     from scenelang.backends.language_models.provider import unconnected
-    from scenelang.inference.dry_run import payload_text
+    from scenelang.inference.conductor import payload_text
 
     settings = inference.settings
     with usage_errors():
@@ -70,7 +70,7 @@ def begun(arguments: argparse.Namespace, inference: Inference, name: str, **fact
 
 def resumed(arguments: argparse.Namespace, command: str) -> tuple[Inference, Run]:
     """The run to continue, with new limits where options give some. Raises UsageError for one of another command."""
-    from scenelang.inference.inference import inference_of
+    from scenelang.inference.conductor import inference_of
     from scenelang.inference.records import find_run, runs_folder
 
     given = [option for option, name in _SETTLED.items() if getattr(arguments, name, None)]
@@ -108,7 +108,7 @@ def played(arguments: argparse.Namespace, inference: Inference, run: Run) -> tup
 @contextmanager
 def recorded(arguments: argparse.Namespace, run: Run) -> Iterator[None]:
     """Holds a run, and notes in its folder how it ends."""
-    from scenelang.inference.inference import NoProgram
+    from scenelang.inference.conductor import NoProgram
 
     with run.claimed():
         try:

@@ -6,7 +6,7 @@ import argparse
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from scenelang.backends.weights import Shelf
+    from scenelang.backends.neural.weights import Shelf
 
 
 def add_models(parser: argparse.ArgumentParser) -> None:
@@ -21,13 +21,13 @@ def add_models(parser: argparse.ArgumentParser) -> None:
 
 def shelf_of(arguments: argparse.Namespace) -> Shelf:
     """The shelf that the options name; raises SceneError("file")."""
-    from scenelang.backends.weights import shelf
+    from scenelang.backends.neural.weights import shelf
 
     return shelf(arguments.models_dir, fetch=not arguments.offline)
 
 
 def device_of(arguments: argparse.Namespace) -> str:
     """The device that the options name, or the fastest; raises SceneError("value") for one that is not here."""
-    from scenelang.backends.devices import device
+    from scenelang.backends.neural.weights import device
 
     return device(arguments.device)

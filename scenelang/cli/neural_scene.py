@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Any
 from scenelang.cli.options import whole, z_path
 
 if TYPE_CHECKING:
-    from scenelang.backends.clip.granularity import Granularity
-    from scenelang.backends.clip.sentences import Sayings
-    from scenelang.interpreter.entity import Scene
+    from scenelang.backends.neural.sentences import Granularity, Sayings
+    from scenelang.interpreter.scene.entity import Scene
 
 
 def add_granularity(parser: Any) -> None:
@@ -28,15 +27,15 @@ def add_granularity(parser: Any) -> None:
 
 
 def granularity_of(arguments: argparse.Namespace) -> Granularity:
-    from scenelang.backends.clip.granularity import Granularity
+    from scenelang.backends.neural.sentences import Granularity
 
     return Granularity(arguments.depth, tuple(arguments.entity))
 
 
 def sayings_of(arguments: argparse.Namespace) -> tuple[Sayings, Mapping[str, Any]]:
     """What Z says besides the program, and its learned vectors as arrays by handle; raises SceneError."""
-    from scenelang.backends.clip.sentences import Sayings
-    from scenelang.backends.wording.templates import DEFAULT
+    from scenelang.backends.neural.sentences import Sayings
+    from scenelang.backends.neural.wording import DEFAULT
     from scenelang.zfile import read_wording, read_z
 
     template = arguments.template or DEFAULT
@@ -56,8 +55,8 @@ def sayings_of(arguments: argparse.Namespace) -> tuple[Sayings, Mapping[str, Any
 
 def scene_prompt(arguments: argparse.Namespace, text: str, scene: Scene) -> str:
     """What the whole scene is: `--prompt`, else what the head of the file says, else the root's word."""
-    from scenelang.backends.wording.readable import thing
-    from scenelang.header import stated_task
+    from scenelang.backends.neural.describing import thing
+    from scenelang.primer import stated_task
 
     stated = stated_task(text) if arguments.prompt is None else arguments.prompt
     return stated or thing(scene.root)

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.limits import Limits
-from scenelang.interpreter.runtime import Entry
+from scenelang.interpreter.runtime.limits import Limits
+from scenelang.interpreter.runtime.runtime import ZEntry
 from scenelang.session import Options, Session
 
 
@@ -134,7 +134,7 @@ def z_path(arguments: argparse.Namespace) -> Path | None:
     return path if path.exists() else None
 
 
-def z_entries(arguments: argparse.Namespace) -> dict[str, Entry]:
+def z_entries(arguments: argparse.Namespace) -> dict[str, ZEntry]:
     if arguments.z is None and (arguments.file == "-" or not _has_z(arguments.file)):
         return {}
     from scenelang.zfile import read_entries

@@ -13,8 +13,8 @@ from scenelang.cli.programs import evaluated, session_limit
 from scenelang.grammar.diagnostics import SceneError
 
 if TYPE_CHECKING:
-    from scenelang.backends.picture import PictureBackend, PictureOptions
-    from scenelang.interpreter.entity import Scene
+    from scenelang.backends.pictures.film import PictureBackend, PictureOptions
+    from scenelang.interpreter.scene.entity import Scene
 
 _SIZE = (512, 512)
 
@@ -83,7 +83,7 @@ def add_picture_options_later(parser: argparse.ArgumentParser) -> None:
 
 
 def render(arguments: argparse.Namespace) -> int:
-    from scenelang.backends.picture import check, picture_backend
+    from scenelang.backends.pictures.film import check, picture_backend
 
     output = Path(arguments.output)
     with usage_errors():  # before the work, so that typos are cheap
@@ -103,9 +103,8 @@ def render(arguments: argparse.Namespace) -> int:
 
 def picture_options(arguments: argparse.Namespace) -> PictureOptions:
     """What the options of a command that draws ask for; raises SceneError."""
-    from scenelang.backends.camera import Camera
-    from scenelang.backends.picture import PictureOptions
-    from scenelang.backends.viewpoint import Viewpoint, parse_viewpoint
+    from scenelang.backends.pictures.camera import Camera, Viewpoint, parse_viewpoint
+    from scenelang.backends.pictures.film import PictureOptions
     from scenelang.cli.backend_options import settings_of
 
     camera = parse_viewpoint(arguments.camera) if arguments.camera else Viewpoint()
@@ -133,8 +132,7 @@ def _wants_film(arguments: argparse.Namespace) -> bool:
 
 def _check_ending(output: Path, arguments: argparse.Namespace, backends: int) -> None:
     """Raises SceneError for a file that no picture or film can be written to."""
-    from scenelang.backends.film import ENDINGS, FPS, check_film, is_film
-    from scenelang.backends.picture import STILL_ENDINGS
+    from scenelang.backends.pictures.film import ENDINGS, FPS, STILL_ENDINGS, check_film, is_film
 
     ending = output.suffix.lower()
     known = sorted({*STILL_ENDINGS, *ENDINGS})
@@ -156,9 +154,16 @@ def _draw(
     scene: Scene, output: Path, backends: list[PictureBackend], options: PictureOptions, arguments: argparse.Namespace
 ) -> None:
     from scenelang.backends.base import part_of
-    from scenelang.backends.film import FPS, is_film, save_film, side_by_side
-    from scenelang.backends.picture import painters, save_image, save_picture
-    from scenelang.backends.shots import film, still
+    from scenelang.backends.pictures.film import (
+        FPS,
+        is_film,
+        painters,
+        save_film,
+        save_image,
+        save_picture,
+        side_by_side,
+    )
+    from scenelang.backends.pictures.stage import film, still
 
     wanted = _wants_film(arguments) or (scene.animated and arguments.frame is None and output.suffix.lower() == ".webp")
     if is_film(output, wanted):
@@ -208,7 +213,7 @@ def export(arguments: argparse.Namespace) -> int:
     output = Path(arguments.output)
     with usage_errors():
         backend = base.find(arguments.backend) if arguments.backend else base.for_file(output, base.Work.EXPORT)
-        options = base.Options(
+        options = base.BackendOptions(
             arguments.frame,
             session_limit(arguments),
             progress(arguments, "exporting"),

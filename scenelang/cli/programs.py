@@ -13,15 +13,15 @@ from typing import TYPE_CHECKING, Any
 from scenelang.backends.files import read_regular
 from scenelang.cli.options import UsageError, add_common, add_file, limits_of, program_files, session_of, whole
 from scenelang.cli.output import print_json, report, report_run, say, table
+from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
-from scenelang.grammar.source import Source
-from scenelang.interpreter.entity import count_words
+from scenelang.interpreter.scene.entity import count_words
+from scenelang.primer import summary, summary_rows
 from scenelang.sandbox.supervision import limited
 from scenelang.session import Evaluated, Session
-from scenelang.summary import summary, summary_rows
 
 if TYPE_CHECKING:
-    from scenelang.interpreter.program import Program
+    from scenelang.interpreter.program.program import Program
 
 _FIRST_LINES = 10_000
 
@@ -136,13 +136,12 @@ def expand(arguments: argparse.Namespace) -> int:
 
 def expansion(session: Session, program: Program) -> str:
     """The text of a program after macro expansion."""
-    from scenelang.grammar.datum import Atom, Datum, ListDatum, Symbol, walk
+    from scenelang.grammar.datum import Atom, Datum, ListDatum, Source, Symbol, walk
     from scenelang.grammar.layout import layout
     from scenelang.grammar.reader import read
-    from scenelang.grammar.source import Source
-    from scenelang.interpreter.analyse import mentioned
-    from scenelang.interpreter.forms import INDENTS
-    from scenelang.interpreter.unparse import unparse
+    from scenelang.interpreter.compile.analyse import mentioned
+    from scenelang.interpreter.compile.unparse import unparse
+    from scenelang.interpreter.expand.forms import INDENTS
 
     forms = [*program.forms, *([program.scene] if program.scene else [])]
     params = {param.span for param in program.params}
@@ -199,7 +198,7 @@ def add_bounds(subparsers: Any) -> None:
 
 
 def bounds(arguments: argparse.Namespace) -> int:
-    from scenelang.interpreter.selection import word_box
+    from scenelang.interpreter.scene.bounds import word_box
 
     with limited(limits_of(arguments)):
         result = evaluated(arguments)
@@ -238,7 +237,7 @@ def add_tree(subparsers: Any) -> None:
 
 
 def tree(arguments: argparse.Namespace) -> int:
-    from scenelang.interpreter.outline import outline, outline_data
+    from scenelang.interpreter.scene.outline import outline, outline_data
 
     with limited(limits_of(arguments)):
         result = evaluated(arguments)
@@ -265,8 +264,8 @@ def add_flatten(subparsers: Any) -> None:
 
 
 def flatten(arguments: argparse.Namespace) -> int:
-    from scenelang.interpreter.flatten import flatten as flatten_scene
-    from scenelang.interpreter.numbering import primitive_handles
+    from scenelang.interpreter.scene.flatten import flatten as flatten_scene
+    from scenelang.interpreter.scene.numbering import primitive_handles
 
     with limited(limits_of(arguments)):
         result = evaluated(arguments)
@@ -293,7 +292,7 @@ def _write_flat(flat: Any, handles: Any) -> None:
     """The flattened scene as JSON, primitive by primitive, so that memory stays small."""
     import json
 
-    from scenelang.interpreter.plain import primitive_attributes
+    from scenelang.interpreter.runtime.show import primitive_attributes
 
     out = sys.stdout
     out.write(f'{{"root": {json.dumps(flat.word)}, "frames": [')

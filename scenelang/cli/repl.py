@@ -27,19 +27,19 @@ def add_repl(subparsers: Any) -> None:
 
 
 def repl(arguments: argparse.Namespace) -> int:
-    from scenelang.repl.evaluation import Evaluation
+    from scenelang.repl.evaluation import ReplEvaluation
 
     file = arguments.file
     is_terminal = sys.stdin.isatty() and sys.stdout.isatty() and os.environ.get("TERM") != "dumb"
     is_plain = arguments.plain or arguments.json or not is_terminal
     arguments.file = file or "-"  # where embeddings are looked for
-    evaluation = Evaluation(session_of(arguments), file)
+    evaluation = ReplEvaluation(session_of(arguments), file)
     if not is_plain:
         from scenelang.repl.console import run
 
         run(evaluation, use_color(arguments, sys.stdout), arguments.quiet)
         return 0
-    from scenelang.repl.plain import standard
+    from scenelang.repl.loop import standard
 
     prompt = arguments.prompt
     if prompt is None:

@@ -14,10 +14,8 @@ from scenelang.grammar.diagnostics import SceneError
 
 if TYPE_CHECKING:
     from scenelang.backends.base import Progress
-    from scenelang.evaluation.answers import Preferences
-    from scenelang.evaluation.results import Record
-    from scenelang.evaluation.study import Result
-    from scenelang.evaluation.subject import Subject
+    from scenelang.evaluation.running import MetricRecord, Subject
+    from scenelang.evaluation.study import Preferences, StudyResult
 
 _TURN = 36  # pictures of a turntable on the page
 _FPS = 12.0
@@ -29,34 +27,32 @@ _FPS = 12.0
 def make_study(arguments: argparse.Namespace, subjects: Sequence[Subject], page: Path) -> None:
     """Write the page with a film of every subject; raises SceneError where one cannot be made."""
     from scenelang.backends.files import written_whole
-    from scenelang.evaluation.study import Question, questions_of, study_page
+    from scenelang.evaluation.study import StudyQuestion, questions_of, study_page
 
     check_folder(page)
-    tasks: dict[str, list[Result]] = {}
+    tasks: dict[str, list[StudyResult]] = {}
     for subject in subjects:
         if subject.prompt is None:
             raise SceneError("value", f"{subject.entry.place} is for no text", hint='its entry needs a "prompt"')
         shown = progress(arguments, f"drawing {subject.entry.place}")
         tasks.setdefault(subject.prompt, []).append(_result(subject, shown))
-    questions = questions_of([Question(prompt, tuple(found)) for prompt, found in tasks.items()], arguments.seed)
+    questions = questions_of([StudyQuestion(prompt, tuple(found)) for prompt, found in tasks.items()], arguments.seed)
     text = study_page(questions)
     with written_whole(page) as temporary:
         temporary.write_text(text, "utf-8")
     done(arguments, page)
 
 
-def _result(subject: Subject, shown: Progress | None) -> Result:
+def _result(subject: Subject, shown: Progress | None) -> StudyResult:
     """The film of others as it is; of a scene a turn around it, or its frames."""
-    from scenelang.backends.film import save_film
-    from scenelang.backends.metrics.films import read_film
-    from scenelang.backends.metrics.views import around, steady
-    from scenelang.backends.picture import painters, picture_backend
-    from scenelang.evaluation.study import Result
+    from scenelang.backends.neural.metrics import around, read_film, steady
+    from scenelang.backends.pictures.film import painters, picture_backend, save_film
+    from scenelang.evaluation.study import StudyResult
 
     if subject.scene is None:
         assert subject.entry.film is not None
         read_film(subject.entry.film)  # so that the page has no file that is none
-        return Result(subject.method, subject.entry.film.read_bytes(), subject.entry.film.suffix.lower())
+        return StudyResult(subject.method, subject.entry.film.read_bytes(), subject.entry.film.suffix.lower())
     scene, options, drawing = subject.scene, subject.drawing.options, subject.drawing
     width, height = options.width, options.height
     shots = steady(scene, width, height) if scene.animated else around(scene, _TURN, width, height)
@@ -64,7 +60,7 @@ def _result(subject: Subject, shown: Progress | None) -> Result:
         path = Path(folder) / "film.webp"
         drawers = painters(scene, options, [picture_backend(drawing.backend)], shots)
         save_film(drawers, shots, path, drawing.fps if scene.animated else _FPS, shown)
-        return Result(subject.method, path.read_bytes(), ".webp")
+        return StudyResult(subject.method, path.read_bytes(), ".webp")
 
 
 # --- answers ---------------------------------------------------------------------------------------------------------
@@ -89,19 +85,19 @@ def answered(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def alignment(arguments: argparse.Namespace) -> Callable[[Sequence[Record]], list[Record]]:
+def alignment(arguments: argparse.Namespace) -> Callable[[Sequence[MetricRecord]], list[MetricRecord]]:
     """What gives the records of preference for the methods and prompts of other records; raises SceneError where the
     files of answers cannot be read."""
-    from scenelang.evaluation.results import Record
+    from scenelang.evaluation.running import MetricRecord
 
     if not arguments.study_results:
         return lambda _: []
     found = _preferences(arguments.study_results)
 
-    def records(others: Sequence[Record]) -> list[Record]:
+    def records(others: Sequence[MetricRecord]) -> list[MetricRecord]:
         groups = {record.prompt: record.group for record in others if record.prompt is not None}
         return [
-            Record("", method, "alignment", "", groups[prompt], prompt, {"value": percentage})
+            MetricRecord("", method, "alignment", "", groups[prompt], prompt, {"value": percentage})
             for prompt, shares in found.percentages.items()
             for method, percentage in shares.items()
             if prompt in groups
@@ -111,6 +107,6 @@ def alignment(arguments: argparse.Namespace) -> Callable[[Sequence[Record]], lis
 
 
 def _preferences(names: Sequence[str]) -> Preferences:
-    from scenelang.evaluation.answers import preferences
+    from scenelang.evaluation.study import preferences
 
     return preferences([Path(name) for name in names])

@@ -16,7 +16,7 @@ from scenelang.cli.pictures import check_folder, done
 from scenelang.session import Session
 
 if TYPE_CHECKING:
-    from scenelang.backends.viewer.splats import SplatsOf
+    from scenelang.backends.viewer.packet import SplatsOf
     from scenelang.viewer.workspace import Evaluate, Workspace
 
 
@@ -82,7 +82,7 @@ def _splats(arguments: argparse.Namespace) -> SplatsOf | None:
     """The Gaussians that are shown in place of solids, None for solids."""
     if arguments.distilled is None and not arguments.splats:
         return None
-    from scenelang.backends.viewer.splats import distilled_splats, own_splats
+    from scenelang.backends.viewer.packet import distilled_splats, own_splats
 
     return own_splats if arguments.distilled is None else distilled_splats(Path(arguments.distilled))
 

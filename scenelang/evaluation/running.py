@@ -2,14 +2,479 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+import hashlib
+import json
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
 
 from scenelang.backends.base import Progress
-from scenelang.evaluation.measures import Measure
-from scenelang.evaluation.results import Record, Results
-from scenelang.evaluation.subject import Subject
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.backends.files import read_regular, write_json
+from scenelang.backends.neural.clip import JUDGE, ClipName
+from scenelang.backends.neural.metrics import (
+    ALEXNET,
+    CLIP_VIEWS,
+    ITERATIONS,
+    LPIPS_VIEWS,
+    RAFT_LARGE,
+    Asked,
+    ClipScore,
+    Lpips,
+    Raft,
+    around,
+    asked_in,
+    asked_of,
+    counted,
+    degree_of_film,
+    drawn,
+    is_accurate,
+    read_film,
+    steady,
+)
+from scenelang.backends.neural.weights import Shelf
+from scenelang.backends.pictures.film import Picture, PictureOptions
+from scenelang.grammar.diagnostics import SceneError, suggest
+from scenelang.interpreter.runtime.show import primitive_attributes
+from scenelang.interpreter.scene.entity import Scene, count_words
+from scenelang.interpreter.scene.flatten import flatten
+
+# What is to be evaluated: programs, or a JSON list of programs and films with the texts that they were made for.
+
+
+_MOST_LIST_BYTES, _MOST_ENTRIES, _LONGEST = 16_000_000, 10_000, 10_000
+_KEYS = ("scene", "film", "prompt", "method", "image", "count", "distilled", "dynamic")
+
+
+@dataclass(frozen=True, slots=True)
+class EvaluationEntry:
+    """A ``scene`` or a ``film`` (one of them), made for the text ``prompt`` (None: what the program's head says).
+
+    ``method`` made it (None: it is called after the backend that draws it). ``image`` is the picture that it is to
+    look like, ``count`` how many of each word there are to be (None: what the prompt says), ``distilled`` the folder
+    of a run of `distill`; ``is_dynamic`` says that a film shows a scene that moves, not a turn around one.
+    """
+
+    scene: Path | None = None
+    film: Path | None = None
+    prompt: str | None = None
+    method: str | None = None
+    image: Path | None = None
+    count: tuple[tuple[str, int], ...] | None = None
+    distilled: Path | None = None
+    is_dynamic: bool = False
+
+    @property
+    def place(self) -> str:
+        """The file of the scene or film."""
+        return str(self.scene or self.film)
+
+
+def entries_of(files: Sequence[str]) -> list[EvaluationEntry]:
+    """Programs and lists as entries, each once; raises SceneError: "file" for a list that cannot be read, "value" for
+    one that makes no sense."""
+    found = [entry for file in files for entry in _read(Path(file))]
+    if len(found) > _MOST_ENTRIES:
+        raise SceneError("value", f"{_MOST_ENTRIES:,} scenes at most are evaluated at once, not {len(found):,}")
+    return list(dict.fromkeys(found))
+
+
+def _read(path: Path) -> list[EvaluationEntry]:
+    if path.suffix.lower() != ".json":
+        return [EvaluationEntry(scene=path)]
+    try:
+        if path.stat().st_size > _MOST_LIST_BYTES:
+            raise SceneError("file", f"{path} is too large for a list of scenes")
+        data = json.loads(read_regular(path))
+    except (OSError, ValueError, RecursionError) as error:
+        said = error.strerror if isinstance(error, OSError) else str(error)
+        raise SceneError("file", f"{path} cannot be read: {said}") from None
+    if not isinstance(data, list):  # a scene may be JSON too
+        return [EvaluationEntry(scene=path)]
+    return [_entry(item, path, number) for number, item in enumerate(data, 1)]
+
+
+def _entry(item: Any, path: Path, number: int) -> EvaluationEntry:
+    where = f"{path}, entry {number}"
+    if not isinstance(item, dict):
+        raise SceneError("value", f'{where}: an entry is an object such as {{"scene": "a.scene", "prompt": "..."}}')
+    for key in item:
+        if key not in _KEYS:
+            hint = suggest(key, _KEYS) or f"it can have {', '.join(_KEYS)}"
+            raise SceneError("value", f"{where} has a key `{key[:40]}` that means nothing", hint=hint)
+    if ("scene" in item) == ("film" in item):
+        raise SceneError("value", f"{where} must have one of `scene` and `film`")
+    is_dynamic = item.get("dynamic", False)
+    if not isinstance(is_dynamic, bool):
+        raise SceneError("value", f"{where}: `dynamic` is true or false")
+    texts = {key: _text(item, key, where) for key in ("scene", "film", "prompt", "method", "image", "distilled")}
+    files = {key: _beside(path, texts[key]) for key in ("scene", "film", "image", "distilled")}
+    return EvaluationEntry(
+        **files, prompt=texts["prompt"], method=texts["method"], count=_counts(item.get("count"), where),
+        is_dynamic=is_dynamic,
+    )  # fmt: skip
+
+
+def _text(item: Mapping[str, Any], key: str, where: str) -> str | None:
+    value = item.get(key)
+    if value is None:
+        return None
+    if not isinstance(value, str) or not value.strip() or len(value) > _LONGEST or "\0" in value:
+        raise SceneError("value", f"{where}: `{key}` must be a text")
+    return value if key in ("scene", "film", "image", "distilled") else " ".join(value.split())
+
+
+def _beside(path: Path, name: str | None) -> Path | None:
+    return None if name is None else path.parent / name
+
+
+def _counts(value: Any, where: str) -> tuple[tuple[str, int], ...] | None:
+    if value is None:
+        return None
+    if not isinstance(value, dict) or not all(type(count) is int and count >= 0 for count in value.values()):
+        raise SceneError("value", f'{where}: `count` is an object of whole numbers, such as {{"can": 15}}')
+    return tuple(value.items())
+
+
+# The numbers of an evaluation as a file that grows: one record per scene, method and metric.
+
+
+FILE = "results.json"
+_FORMAT, _VERSION = "scenelang-evaluation", 1
+_MOST_BYTES = 256_000_000
+
+Key = tuple[str, str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class MetricRecord:
+    """One number: ``place`` is the file of the scene, ``made`` the fingerprint of what was measured, ``group`` that of
+    the paper's tables, ``values`` what the metric says, as JSON data."""
+
+    place: str
+    method: str
+    metric: str
+    made: str
+    group: str
+    prompt: str | None
+    values: Mapping[str, Any]
+
+    @property
+    def key(self) -> Key:
+        return self.place, self.method, self.metric
+
+    @property
+    def value(self) -> float:
+        return float(self.values["value"])
+
+
+@dataclass(frozen=True, slots=True)
+class Results:
+    """Records by scene, method and metric."""
+
+    records: Mapping[Key, MetricRecord] = field(default_factory=dict)
+
+    def known(self, key: Key, made: str) -> MetricRecord | None:
+        """The record of just this measurement; None where there is none, or one of something that has changed."""
+        record = self.records.get(key)
+        return record if record is not None and record.made == made else None
+
+    def and_also(self, record: MetricRecord) -> Results:
+        """These, and one more in the place of what was measured before."""
+        return Results({**self.records, record.key: record})
+
+
+def read_results(folder: Path) -> Results:
+    """The results in ``folder``, none where nothing is there yet; raises SceneError("file") for a file that is none."""
+    path = folder / FILE
+    try:
+        if not path.exists():
+            return Results()
+        if path.stat().st_size > _MOST_BYTES:
+            raise ValueError("it is too large")
+        data = json.loads(path.read_text("utf-8"))
+        if data["format"] != _FORMAT:
+            raise ValueError("it is another kind of file")
+        if data["version"] != _VERSION:
+            raise ValueError(f"its version is {str(data['version'])[:20]}; this program knows {_VERSION}")
+        records = [_record(item) for item in data["records"]]
+    except KeyError as error:
+        raise _damaged(path, f"there is no {error}") from None
+    except (OSError, ValueError, TypeError, AttributeError, RecursionError) as error:
+        raise _damaged(path, str(error)[:120]) from None
+    return Results({record.key: record for record in records})
+
+
+def write_results(folder: Path, results: Results) -> None:
+    """Write the results, whole or not at all; raises SceneError("file")."""
+    records = [asdict(record) for record in results.records.values()]
+    write_json(folder / FILE, {"format": _FORMAT, "version": _VERSION, "records": records})
+
+
+def _record(item: Any) -> MetricRecord:
+    record = MetricRecord(**item)
+    texts = (record.place, record.method, record.metric, record.made, record.group, record.prompt or "")
+    if not all(isinstance(text, str) for text in texts) or not math.isfinite(record.value):
+        raise ValueError("a record of it is malformed")
+    return record
+
+
+def _damaged(path: Path, said: str) -> SceneError:
+    hint = "move it away, or choose another folder with -o"
+    return SceneError("file", f"{path} holds no results that can be read: {said}", hint=hint)
+
+
+# A thing that is measured: a scene as a backend draws it, or a film, with the text that it was made for.
+
+
+NUMERIC, GENERIC, DYNAMIC = "numeric", "generic", "4d"  # the paper's groups of tasks
+
+
+@dataclass(frozen=True, slots=True)
+class Drawing:
+    """How scenes are drawn: by which backend, as ``options`` say; ``fps`` is how fast the frames of a 4D one pass."""
+
+    backend: str
+    options: PictureOptions
+    fps: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Subject:
+    """``scene`` is None for a film, ``prompt`` where nothing says what it shows."""
+
+    entry: EvaluationEntry
+    method: str
+    prompt: str | None
+    scene: Scene | None
+    drawing: Drawing
+
+    @property
+    def asked(self) -> tuple[Asked, ...]:
+        """How many of what there are to be."""
+        if self.entry.count is not None:
+            return asked_of(dict(self.entry.count))
+        return asked_in(self.prompt or "")
+
+    @property
+    def is_dynamic(self) -> bool:
+        return self.entry.is_dynamic if self.scene is None else self.scene.animated
+
+    @property
+    def group(self) -> str:
+        """In which of the paper's groups it is counted."""
+        return DYNAMIC if self.is_dynamic else NUMERIC if self.asked else GENERIC
+
+    def around(self, count: int, progress: Progress | None = None) -> list[Picture]:
+        """``count`` pictures from all around, of a film as many of its own at most; raises SceneError."""
+        if self.scene is None:
+            pictures = self._film()
+            least = min(count, len(pictures))
+            return [pictures[i * len(pictures) // least] for i in range(least)]
+        options = self.drawing.options
+        shots = around(self.scene, count, options.width, options.height)
+        return drawn(self.scene, shots, options, self.drawing.backend, progress)
+
+    def steady(self, progress: Progress | None = None) -> list[Picture]:
+        """Every frame, seen by a camera that stands still; raises SceneError."""
+        if self.scene is None:
+            return self._film()
+        options = self.drawing.options
+        shots = steady(self.scene, options.width, options.height)
+        return drawn(self.scene, shots, options, self.drawing.backend, progress)
+
+    def fingerprint(self, asks: Mapping[str, Any]) -> str:
+        """What tells this measurement from any other: the scene as evaluated, its text, how it is drawn, and what the
+        metric ``asks`` besides; raises SceneError."""
+        options = self.drawing.options
+        told = {
+            "content": self._content(),
+            "prompt": self.prompt,
+            "backend": None if self.scene is None else self.drawing.backend,
+            "size": None if self.scene is None else [options.width, options.height],
+            "environment": [options.environment, options.ground, options.seed],
+            "settings": {key: str(value) for key, value in sorted(options.settings.items()) if value is not None},
+            "image": None if self.entry.image is None else file_digest(self.entry.image),
+            "asks": dict(asks),
+        }
+        return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
+
+    def _content(self) -> str:
+        if self.scene is None:
+            assert self.entry.film is not None
+            return file_digest(self.entry.film)
+        content = scene_digest(self.scene, self.drawing.options.limit)
+        run = self.entry.distilled
+        return content if run is None else f"{content} {file_digest(run / 'state.safetensors')}"
+
+    def _film(self) -> list[Picture]:
+        assert self.entry.film is not None
+        return read_film(self.entry.film)
+
+
+def scene_digest(scene: Scene, limit: int) -> str:
+    """A sum of all that a scene's pictures and counts come from; raises SceneError for one of too many primitives."""
+    found = hashlib.sha256()
+    for frame in flatten(scene, limit).frames:
+        for array in (frame.index, frame.matrices):
+            found.update(array.tobytes())
+        for entity in frame.primitives:
+            found.update(repr((entity.word, sorted(primitive_attributes(entity).items()))).encode())
+    for root in scene.frames:
+        found.update(repr(sorted(count_words(root).items())).encode())
+    return found.hexdigest()
+
+
+def file_digest(path: Path) -> str:
+    """The sum of a file; raises SceneError("file")."""
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as error:
+        raise SceneError("file", f"{path} cannot be read: {error.strerror or error}") from None
+
+
+# The metrics as measurements of subjects: what each needs, and the numbers that it gives.
+
+
+METRICS = ("clip", "lpips", "count", "dynamic")
+Values = dict[str, Any]
+
+
+class Measure(Protocol):
+    """One metric; its model is loaded by ``ready``."""
+
+    @property
+    def name(self) -> str: ...
+
+    def asks(self, subject: Subject) -> Values | None:
+        """What the numbers depend on besides the subject, as JSON data; None where the metric says nothing of it."""
+
+    def ready(self) -> None:
+        """Load what is needed; raises SceneError where it is not to be had."""
+
+    def measure(self, subject: Subject, progress: Progress | None) -> Values:
+        """The numbers, as JSON data; ``value`` is the one that tables have. Raises SceneError."""
+
+
+@dataclass(frozen=True, slots=True)
+class Models:
+    """Where models are and what computes; ``judge`` is the one of CLIP similarity."""
+
+    shelf: Shelf
+    device: str = "cpu"
+    judge: ClipName = JUDGE
+
+
+class ClipMeasure:
+    """The mean cosine of the prompt and the views, as the paper's."""
+
+    name = "clip"
+
+    def __init__(self, models: Models, views: int = CLIP_VIEWS) -> None:
+        self._models, self._views = models, views
+        self._judge: ClipScore | None = None
+
+    def asks(self, subject: Subject) -> Values | None:
+        return None if subject.prompt is None else {"model": str(self._models.judge), "views": self._views}
+
+    def ready(self) -> None:
+        if self._judge is None:
+            self._judge = ClipScore(self._models.judge, self._models.shelf, self._models.device)
+
+    def measure(self, subject: Subject, progress: Progress | None) -> Values:
+        assert self._judge is not None
+        assert subject.prompt is not None
+        return _mean(self._judge.cosines(subject.prompt, subject.around(self._views, progress)))
+
+
+class LpipsMeasure:
+    """The mean distance of the views from the picture that the scene is to look like, as the paper's."""
+
+    name = "lpips"
+
+    def __init__(self, models: Models, views: int = LPIPS_VIEWS) -> None:
+        self._models, self._views = models, views
+        self._network: Lpips | None = None
+
+    def asks(self, subject: Subject) -> Values | None:
+        return None if subject.entry.image is None else {"model": ALEXNET.file, "views": self._views}
+
+    def ready(self) -> None:
+        if self._network is None:
+            self._network = Lpips(self._models.shelf, self._models.device)
+
+    def measure(self, subject: Subject, progress: Progress | None) -> Values:
+        from scenelang.backends.neural.clip import open_picture
+
+        assert self._network is not None
+        assert subject.entry.image is not None
+        wanted = np.asarray(open_picture(subject.entry.image), np.uint8)
+        return _mean(self._network.distances(wanted, subject.around(self._views, progress)))
+
+
+class CountMeasure:
+    """1 where there are as many of everything as asked for, else 0."""
+
+    name = "count"
+
+    def asks(self, subject: Subject) -> Values | None:
+        if subject.scene is None or not subject.asked:
+            return None
+        return {"counts": [[" ".join(one.words), one.count] for one in subject.asked]}
+
+    def ready(self) -> None:
+        """Nothing is needed."""
+
+    def measure(self, subject: Subject, progress: Progress | None) -> Values:
+        assert subject.scene is not None
+        found = counted(subject.scene, subject.asked)
+        things = [
+            {"asked": " ".join(one.asked.words), "count": one.asked.count, "words": list(one.words), "found": one.found}
+            for one in found
+        ]
+        return {"value": float(is_accurate(found)), "things": things}
+
+
+class DynamicMeasure:
+    """How much a 4D scene moves; ``value`` is the share of the picture's size."""
+
+    name = "dynamic"
+
+    def __init__(self, models: Models) -> None:
+        self._models = models
+        self._network: Raft | None = None
+
+    def asks(self, subject: Subject) -> Values | None:
+        if not subject.is_dynamic:
+            return None
+        return {"model": RAFT_LARGE.file, "iterations": ITERATIONS, "fps": subject.drawing.fps}
+
+    def ready(self) -> None:
+        if self._network is None:
+            self._network = Raft(self._models.shelf, self._models.device)
+
+    def measure(self, subject: Subject, progress: Progress | None) -> Values:
+        assert self._network is not None
+        found = degree_of_film(subject.steady(progress), subject.drawing.fps, self._network.flow)
+        return {"value": found.share, "pixels": found.pixels, "is_dynamic": found.is_dynamic}
+
+
+def measure_called(name: str, models: Models, views: Mapping[str, int]) -> Measure:
+    """The metric ``name``, one of METRICS; ``views`` may have numbers of views for "clip" and "lpips"."""
+    if name == "clip":
+        return ClipMeasure(models, views.get(name, CLIP_VIEWS))
+    if name == "lpips":
+        return LpipsMeasure(models, views.get(name, LPIPS_VIEWS))
+    return CountMeasure() if name == "count" else DynamicMeasure(models)
+
+
+def _mean(numbers: list[float]) -> Values:
+    return {"value": float(np.mean(numbers)), "views": numbers}
+
 
 _ABSENT = ("weights", "backend")  # faults of what a metric needs, not of a scene
 
@@ -29,7 +494,7 @@ class Evaluation:
     """``records`` are those of this evaluation, in order; ``results`` also hold what the file had before."""
 
     results: Results
-    records: list[Record] = field(default_factory=list)
+    records: list[MetricRecord] = field(default_factory=list)
     left_out: set[str] = field(default_factory=set)
     failures: int = 0
 
@@ -57,7 +522,7 @@ class Evaluation:
             if not self._is_ready(measure, tellers):
                 return
             values = measure.measure(subject, tellers.show(subject, measure))
-            record = Record(*key, made, subject.group, subject.prompt, values)
+            record = MetricRecord(*key, made, subject.group, subject.prompt, values)
             self.results = self.results.and_also(record)
             tellers.keep(self.results)
         self.records.append(record)

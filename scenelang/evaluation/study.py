@@ -7,9 +7,14 @@ import hashlib
 import html
 import json
 import random
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from scenelang.grammar.diagnostics import SceneError
 
@@ -22,7 +27,7 @@ _KINDS = {".mp4": "video/mp4", ".gif": "image/gif", ".webp": "image/webp", ".apn
 
 
 @dataclass(frozen=True, slots=True)
-class Result:
+class StudyResult:
     """What a method made of a text: a picture or film as the bytes of a file with that ending."""
 
     method: str
@@ -31,14 +36,14 @@ class Result:
 
 
 @dataclass(frozen=True, slots=True)
-class Question:
+class StudyQuestion:
     """A text and the results to choose from, in the order in which they are shown."""
 
     prompt: str
-    results: tuple[Result, ...]
+    results: tuple[StudyResult, ...]
 
 
-def questions_of(tasks: Sequence[Question], seed: int) -> list[Question]:
+def questions_of(tasks: Sequence[StudyQuestion], seed: int) -> list[StudyQuestion]:
     """The tasks and their results, each in an order that the seed draws.
 
     Raises SceneError("value") for no task, for a text with fewer than two results, more than 26, or two of one method.
@@ -53,7 +58,7 @@ def questions_of(tasks: Sequence[Question], seed: int) -> list[Question]:
         if len(set(methods)) != len(methods):
             raise SceneError("value", f'"{task.prompt[:60]}" has two results of one method', hint=_HINT)
     draws = random.Random(f"study {seed}")
-    shown = [Question(task.prompt, tuple(draws.sample(task.results, len(task.results)))) for task in tasks]
+    shown = [StudyQuestion(task.prompt, tuple(draws.sample(task.results, len(task.results)))) for task in tasks]
     draws.shuffle(shown)
     return shown
 
@@ -61,7 +66,7 @@ def questions_of(tasks: Sequence[Question], seed: int) -> list[Question]:
 _HINT = 'a list of {"prompt": TEXT, "method": NAME, "scene" or "film": FILE} has several methods for each prompt'
 
 
-def study_page(questions: Sequence[Question]) -> str:
+def study_page(questions: Sequence[StudyQuestion]) -> str:
     """The page as HTML: it loads nothing and may load nothing. Which method is which stands in its data alone.
 
     Raises SceneError("unsupported") where the results are too large for one page.
@@ -93,7 +98,7 @@ def study_page(questions: Sequence[Question]) -> str:
     )
 
 
-def instruction(questions: Sequence[Question]) -> str:
+def instruction(questions: Sequence[StudyQuestion]) -> str:
     """The paper's, for as many results as there are."""
     counts = {len(question.results) for question in questions}
     many = _NUMBERS.get(counts.pop(), "several") if len(counts) == 1 else "several"
@@ -104,7 +109,7 @@ def instruction(questions: Sequence[Question]) -> str:
     )
 
 
-def study_id(questions: Sequence[Question]) -> str:
+def study_id(questions: Sequence[StudyQuestion]) -> str:
     """What tells a study from others, whatever the order in which it is shown."""
     content = sorted(
         [question.prompt, sorted([r.method, hashlib.sha256(r.data).hexdigest()] for r in question.results)]
@@ -113,7 +118,7 @@ def study_id(questions: Sequence[Question]) -> str:
     return hashlib.sha256(json.dumps(content).encode()).hexdigest()[:16]
 
 
-def _fieldset(number: int, question: Question) -> str:
+def _fieldset(number: int, question: StudyQuestion) -> str:
     choices = "".join(
         f'<label><input type="radio" name="q{number}" value="{place}">{_media(result, _LETTERS[place])}'
         f"<span>{_LETTERS[place]}</span></label>"
@@ -123,7 +128,7 @@ def _fieldset(number: int, question: Question) -> str:
     return f'<fieldset><legend>{legend}</legend><div class="results">{choices}</div></fieldset>\n'
 
 
-def _media(result: Result, letter: str) -> str:
+def _media(result: StudyResult, letter: str) -> str:
     source = f"data:{_KINDS[result.ending]};base64,{base64.b64encode(result.data).decode()}"
     if result.ending == ".mp4":
         return f'<video src="{source}" autoplay loop muted playsinline aria-label="Result {letter}"></video>'
@@ -132,3 +137,95 @@ def _media(result: Result, letter: str) -> str:
 
 def _digest(text: str) -> str:
     return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"
+
+
+# The answers of a study: files that its page gave people, as percentages of preference.
+
+
+_FORMAT, _VERSION = "scenelang-study-answers", 1
+_MOST_ANSWER_BYTES = 4_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Answers:
+    """One participant's: for each prompt the methods there were, and the one chosen."""
+
+    study: str
+    participant: str
+    choices: Mapping[str, tuple[tuple[str, ...], str]]
+
+
+@dataclass(frozen=True, slots=True)
+class Preferences:
+    """How many participants there were, and for each prompt the percentage of them that chose each method."""
+
+    participants: int
+    percentages: Mapping[str, Mapping[str, float]]
+
+    @property
+    def methods(self) -> list[str]:
+        return sorted({method for shares in self.percentages.values() for method in shares})
+
+    def of(self, method: str) -> tuple[float, float]:
+        """The mean percentage of a method and its standard deviation, across the prompts that it has results for."""
+        values = [shares[method] for shares in self.percentages.values() if method in shares]
+        return float(np.mean(values)), float(np.std(values))
+
+
+def preferences(paths: Sequence[Path]) -> Preferences:
+    """What the answers in files amount to.
+
+    Raises SceneError: "file" for one that is no file of answers, "value" where they are of different studies, or two
+    are of one participant.
+    """
+    found = [read_answers(path) for path in paths]
+    seen: dict[str, Path] = {}
+    for path, answers in zip(paths, found, strict=True):
+        if answers.study != found[0].study or _asked(answers) != _asked(found[0]):
+            raise SceneError("value", f"{path} has answers to another study than {paths[0]}")
+        if answers.participant in seen:
+            raise SceneError("value", f"{path} and {seen[answers.participant]} are answers of one participant")
+        seen[answers.participant] = path
+    percentages = {}
+    for prompt, (methods, _) in found[0].choices.items():
+        chosen = Counter(answers.choices[prompt][1] for answers in found)
+        percentages[prompt] = {method: 100.0 * chosen[method] / len(found) for method in methods}
+    return Preferences(len(found), percentages)
+
+
+def _asked(answers: Answers) -> dict[str, tuple[str, ...]]:
+    return {prompt: methods for prompt, (methods, _) in answers.choices.items()}
+
+
+def read_answers(path: Path) -> Answers:
+    """One file of answers; raises SceneError("file")."""
+    try:
+        if path.stat().st_size > _MOST_ANSWER_BYTES:
+            raise ValueError("it is too large")
+        data = json.loads(path.read_text("utf-8"))
+        if not isinstance(data, dict):
+            raise ValueError("it is another kind of file")
+        if data["format"] != _FORMAT or data["version"] != _VERSION:
+            raise ValueError("it is another kind of file")
+        choices = dict(_choice(item) for item in data["answers"])
+        if not choices or len(choices) != len(data["answers"]):
+            raise ValueError("it has no answers, or two to one question")
+        return Answers(_text(data["study"]), _text(data["participant"]), choices)
+    except KeyError as error:
+        said = f"there is no {error}"
+    except (OSError, ValueError, TypeError, AttributeError, RecursionError) as error:
+        said = str(error)[:120]
+    raise SceneError("file", f"{path} holds no answers that can be read: {said}")
+
+
+def _choice(item: Any) -> tuple[str, tuple[tuple[str, ...], str]]:
+    methods = tuple(sorted({_text(method) for method in item["methods"]}))
+    if item["choice"] not in methods:
+        raise ValueError("a choice is none of its methods")
+    return _text(item["prompt"]), (methods, item["choice"])
+
+
+def _text(value: Any) -> str:
+    if not isinstance(value, str):
+        raise ValueError("a text of it is none")
+    return value

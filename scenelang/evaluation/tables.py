@@ -8,8 +8,96 @@ from typing import Any
 
 import numpy as np
 
-from scenelang.evaluation.paper_tables import EVERY, TABLES, Column, Figure, PaperTable
-from scenelang.evaluation.results import Record
+from scenelang.evaluation.running import DYNAMIC, GENERIC, NUMERIC, MetricRecord
+
+# The paper's tables of results (CVPR 2025, tables 3 and 4, and that of the appendix on 4D): their columns, and what
+# stands in them there.
+
+
+EVERY = ""  # the group of a column that counts all scenes with its metric
+
+
+@dataclass(frozen=True, slots=True)
+class PaperFigure:
+    """A number of the paper, with its standard deviation across scenes where it gives one."""
+
+    value: float
+    deviation: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """``title`` and the group's heading above it; ``part`` of the metric's values is shown, ``scale`` times as large,
+    with so many ``digits`` and the ``unit`` after it; ``is_best_high`` tells the arrow."""
+
+    title: str
+    metric: str
+    group: str = EVERY
+    heading: str = ""
+    part: str = "value"
+    digits: int = 3
+    scale: float = 1.0
+    unit: str = ""
+    is_best_high: bool | None = True
+    has_deviation: bool = False
+
+    @property
+    def arrow(self) -> str:
+        return "" if self.is_best_high is None else "↑" if self.is_best_high else "↓"
+
+
+@dataclass(frozen=True, slots=True)
+class PaperTable:
+    """``rows`` are the paper's methods with a figure, or None, for each column."""
+
+    name: str
+    title: str
+    columns: tuple[Column, ...]
+    rows: tuple[tuple[str, tuple[PaperFigure | None, ...]], ...]
+
+
+def _text_columns(group: str, heading: str) -> tuple[Column, ...]:
+    alignment = Column("Alignment", "alignment", group, heading, digits=2, has_deviation=True)
+    return alignment, Column("CLIP", "clip", group, heading, has_deviation=True)
+
+
+_COUNT = Column("Count", "count", NUMERIC, "Numeric prompts", digits=2)
+TEXT = PaperTable(
+    "text",
+    "Text-prompted 3D generation",
+    (*_text_columns(NUMERIC, "Numeric prompts"), _COUNT, *_text_columns(GENERIC, "Generic prompts")),
+    (
+        ("GraphDreamer", (PaperFigure(3.56, 7.38), PaperFigure(0.297, 0.085), PaperFigure(0.11),
+                          PaperFigure(15.75, 20.39), PaperFigure(0.230, 0.097))),
+        ("MVDream", (PaperFigure(10.79, 12.83), PaperFigure(0.312, 0.046), PaperFigure(0.11), PaperFigure(35.13, 31.90),
+                     PaperFigure(0.328, 0.031))),
+        ("Ours", (PaperFigure(85.65, 13.71), PaperFigure(0.351, 0.051), PaperFigure(1.0),
+                  PaperFigure(52.13, 26.83), PaperFigure(0.328, 0.030))),
+    ),
+)  # fmt: skip
+MOVING = PaperTable(
+    "4d",
+    "Text-prompted 4D generation",
+    (
+        Column("CLIP", "clip", DYNAMIC),
+        Column("Dynamic", "dynamic", DYNAMIC, digits=1, scale=100.0, unit="%"),
+        Column("Pixels", "dynamic", DYNAMIC, part="pixels", digits=2),
+        Column("VBench", "dynamic", DYNAMIC, part="is_dynamic", digits=2),
+    ),
+    (
+        ("4D-fy", (PaperFigure(0.352), PaperFigure(0.2), None, None)),
+        ("4D-fy (w/ prompt variant)", (PaperFigure(0.354), PaperFigure(0.6), None, None)),
+        ("Ours", (PaperFigure(0.341), PaperFigure(5.9), None, None)),
+    ),
+)
+IMAGE = PaperTable(
+    "image",
+    "Image-prompted generation",
+    (Column("LPIPS", "lpips", is_best_high=False),),
+    (("GraphDreamer", (PaperFigure(0.811),)), ("Ours", (PaperFigure(0.681),))),
+)
+TABLES = (TEXT, MOVING, IMAGE)
+
 
 _NONE = "-"
 _LATEX = {"\\": r"\textbackslash{}", "{": r"\{", "}": r"\}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"}
@@ -17,7 +105,7 @@ _LATEX |= {mark: "\\" + mark for mark in "&%$#_"}
 
 
 @dataclass(frozen=True, slots=True)
-class Cell:
+class TableCell:
     """A number as the column shows it, scaled, over ``count`` scenes (0: the paper's); the deviation is that across
     scenes."""
 
@@ -27,12 +115,12 @@ class Cell:
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class TableRow:
     """A method; ``is_paper`` says that the paper printed these numbers and nothing here measured them."""
 
     method: str
     is_paper: bool
-    cells: tuple[Cell | None, ...]
+    cells: tuple[TableCell | None, ...]
 
     @property
     def label(self) -> str:
@@ -40,14 +128,14 @@ class Row:
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
+class ResultTable:
     """One of the paper's tables, with rows of ours below its own."""
 
     paper: PaperTable
-    rows: tuple[Row, ...]
+    rows: tuple[TableRow, ...]
 
 
-def tables_of(records: Sequence[Record]) -> list[Table]:
+def tables_of(records: Sequence[MetricRecord]) -> list[ResultTable]:
     """The tables that the records have something for; methods in the order in which they come."""
     methods = list(dict.fromkeys(record.method for record in records))
     found = []
@@ -55,20 +143,22 @@ def tables_of(records: Sequence[Record]) -> list[Table]:
         rows = [_measured(method, records, paper.columns) for method in methods]
         rows = [row for row in rows if any(row.cells)]
         if rows:
-            printed = [Row(name, True, tuple(map(_printed, figures))) for name, figures in paper.rows]
-            found.append(Table(paper, (*printed, *rows)))
+            printed = [TableRow(name, True, tuple(map(_printed, figures))) for name, figures in paper.rows]
+            found.append(ResultTable(paper, (*printed, *rows)))
     return found
 
 
-def _printed(figure: Figure | None) -> Cell | None:
-    return None if figure is None else Cell(figure.value, figure.deviation)
+def _printed(figure: PaperFigure | None) -> TableCell | None:
+    return None if figure is None else TableCell(figure.value, figure.deviation)
 
 
-def _measured(method: str, records: Sequence[Record], columns: Sequence[Column]) -> Row:
-    return Row(method, False, tuple(_cell([r for r in records if r.method == method], column) for column in columns))
+def _measured(method: str, records: Sequence[MetricRecord], columns: Sequence[Column]) -> TableRow:
+    return TableRow(
+        method, False, tuple(_cell([r for r in records if r.method == method], column) for column in columns)
+    )
 
 
-def _cell(records: Sequence[Record], column: Column) -> Cell | None:
+def _cell(records: Sequence[MetricRecord], column: Column) -> TableCell | None:
     """The mean over scenes, and their standard deviation (of these scenes, not of all there might be)."""
     values = [
         column.scale * float(record.values[column.part])
@@ -78,13 +168,13 @@ def _cell(records: Sequence[Record], column: Column) -> Cell | None:
     if not values:
         return None
     deviation = float(np.std(values)) if column.has_deviation else None
-    return Cell(float(np.mean(values)), deviation, len(values))
+    return TableCell(float(np.mean(values)), deviation, len(values))
 
 
 # --- as texts --------------------------------------------------------------------------------------------------------
 
 
-def as_text(table: Table) -> str:
+def as_text(table: ResultTable) -> str:
     """Aligned columns under their headings."""
     columns = table.paper.columns
     top = ["", *(column.heading for column in columns)]
@@ -117,7 +207,7 @@ def _headings(top: Sequence[str], widths: Sequence[int]) -> str:
     return line
 
 
-def as_markdown(table: Table) -> str:
+def as_markdown(table: ResultTable) -> str:
     """A table of GitHub's Markdown; headings stand before the names of columns."""
     columns = table.paper.columns
     named = (f"{c.heading}: {c.title}" if c.heading else c.title for c in columns)
@@ -127,7 +217,7 @@ def as_markdown(table: Table) -> str:
     return "\n".join([f"**{table.paper.title}**", "", *(f"| {' | '.join(cells)} |" for cells in (names, ruler, *rows))])
 
 
-def as_latex(table: Table) -> str:
+def as_latex(table: ResultTable) -> str:
     """A `tabular` for booktabs, laid out as the paper's."""
     columns = table.paper.columns
     begin = rf"\begin{{tabular}}{{l{'c' * len(columns)}}}"
@@ -164,16 +254,16 @@ def _latex_top(columns: Sequence[Column]) -> list[str]:
     return [" & ".join(("", *cells)) + r" \\", " ".join(rules)]
 
 
-def _cells(row: Row, columns: Sequence[Column], write: Callable[[Cell, Column], str]) -> list[str]:
+def _cells(row: TableRow, columns: Sequence[Column], write: Callable[[TableCell, Column], str]) -> list[str]:
     return [_NONE if cell is None else write(cell, column) for cell, column in zip(row.cells, columns, strict=True)]
 
 
-def _plain(cell: Cell, column: Column) -> str:
+def _plain(cell: TableCell, column: Column) -> str:
     deviation = "" if cell.deviation is None else f" ± {cell.deviation:.{column.digits}f}"
     return f"{cell.value:.{column.digits}f}{deviation}{column.unit}"
 
 
-def _in_latex(cell: Cell, column: Column) -> str:
+def _in_latex(cell: TableCell, column: Column) -> str:
     deviation = "" if cell.deviation is None else rf" \pm {cell.deviation:.{column.digits}f}"
     return f"${cell.value:.{column.digits}f}{deviation}{_escaped(column.unit)}$"
 
@@ -187,7 +277,7 @@ def _marked(text: str) -> str:
     return "".join(f"\\{mark}" if mark in "\\`*_{}[]<>#|~" else mark for mark in text)
 
 
-def as_data(table: Table) -> dict[str, Any]:
+def as_data(table: ResultTable) -> dict[str, Any]:
     """A table as JSON data."""
     columns = table.paper.columns
     rows = [

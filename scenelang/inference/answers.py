@@ -2,23 +2,36 @@
 
 from __future__ import annotations
 
+import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
 from threading import Lock
+from typing import TYPE_CHECKING
 
+import numpy as np
+
+from scenelang.backends.files import read_regular
+from scenelang.backends.language_models.catalogue import ImageContent
+from scenelang.backends.language_models.catalogue import ImageContent as Encoded
 from scenelang.formatting import formatted
+from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, render_text
-from scenelang.grammar.source import Source
-from scenelang.inference.brief import Brief
+from scenelang.inference.brief import Brief, Notation, Task, TaskKind
 from scenelang.inference.listing import program_of
-from scenelang.inference.task import Kind, Notation, Task
-from scenelang.interpreter.entity import Scene, count_words, primitive_count
-from scenelang.interpreter.shapes import BLOCK_WORDS
-from scenelang.interpreter.transpile.response import code_of
+from scenelang.interpreter.scene.entity import Scene, count_words, primitive_count
+from scenelang.interpreter.scene.shapes import BLOCK_WORDS
+from scenelang.interpreter.transpile.python_text import code_of
 from scenelang.sandbox.supervision import limited
 from scenelang.sandbox.worker import trial
 from scenelang.scene_changes import changes_between, sheets_of
 from scenelang.session import Options, Session
+
+if TYPE_CHECKING:
+    from scenelang.backends.pictures.film import Picture
+
 
 _FENCE = re.compile(r"^[ \t]*+(?:```|~~~)[ \t]*+([\w+-]*+)[^\n]*+\n(.*?)(?:^[ \t]*(?:```|~~~)[ \t]*$|\Z)", re.M | re.S)
 _MOST_LOOKED_AT = 200_000  # primitives of a film that is looked at for motion
@@ -57,7 +70,7 @@ def _shortened(text: str) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Reader:
+class AnswerReader:
     """Reads answers to one brief. ``name`` is what diagnostics call the program, a file beside which it may import;
     ``options`` bound its evaluation."""
 
@@ -97,7 +110,7 @@ class Reader:
         if scene is not None and task.notation is not Notation.PYTHON:
             program = _formatted(code)
         unlike = _unlike(scene, task) if scene is not None else []
-        findings = geometry_findings(scene) if scene is not None and task.kind is not Kind.BLOCKS else ()
+        findings = geometry_findings(scene) if scene is not None and task.kind is not TaskKind.BLOCKS else ()
         return Verdict(program, scene, (*result.diagnostics, *unlike), findings, code)
 
 
@@ -129,12 +142,12 @@ def _unlike(scene: Scene, task: Task) -> list[Diagnostic]:
     if not any(primitive_count(frame) for frame in scene.frames):
         return [Diagnostic("empty-scene", "the scene has no primitives", None)]
     kind = None if task.is_edit else task.kind
-    if kind is Kind.FILM and not scene.animated:
+    if kind is TaskKind.FILM and not scene.animated:
         hint = "a film's last function yields one shape for every frame"
         return [Diagnostic("model-answer", "the scene does not move: it has one frame", None, hint)]
-    if kind is Kind.FILM and _stands_still(scene):
+    if kind is TaskKind.FILM and _stands_still(scene):
         return [Diagnostic("model-answer", "the scene does not move: all its frames are the same", None)]
-    if kind is Kind.BLOCKS and not has_blocks(scene):
+    if kind is TaskKind.BLOCKS and not has_blocks(scene):
         return [Diagnostic("model-answer", "the scene has no blocks", None, "blocks are made by set_cuboid")]
     return []
 
@@ -155,7 +168,7 @@ def _stands_still(scene: Scene) -> bool:
 
 def geometry_findings(scene: Scene) -> tuple[Diagnostic, ...]:
     """What is odd about a scene's geometry; nothing for one that cannot be looked at."""
-    from scenelang.backends.solidity.check import check_geometry
+    from scenelang.backends.geometry.lint import check_geometry
 
     try:
         return tuple(check_geometry(scene))
@@ -165,3 +178,110 @@ def geometry_findings(scene: Scene) -> tuple[Diagnostic, ...]:
 
 def _refused(name: str, message: str) -> Verdict:
     return Verdict("", None, (Diagnostic(name, message, None),))
+
+
+# Pictures of users, as models take them.
+
+
+ENDINGS = {"image/png": "png", "image/jpeg": "jpg", "image/webp": "webp", "image/gif": "gif"}  # what models take
+_LARGEST_SIDE = 1568  # pixels; services make larger ones smaller
+_LARGEST_FILE = 3_500_000  # bytes, before they are written in base 64
+_MOST_BYTES = 100_000_000
+_ORIENTATION = 0x0112  # in EXIF: how a camera was held
+
+
+def read_picture(path: str) -> ImageContent:
+    """A picture file as models take it: as it is where its format and size allow, else upright, smaller, on white
+    and as JPEG. Raises SceneError for a file that is none."""
+    from PIL import Image, ImageOps, UnidentifiedImageError
+
+    try:
+        if Path(path).stat().st_size > _MOST_BYTES:
+            raise SceneError("file", f"the picture {path} is larger than {_MOST_BYTES:,} bytes")
+        data = read_regular(path)
+        with Image.open(BytesIO(data)) as image:
+            image.load()
+            media_type = Image.MIME.get(image.format or "", "")
+            is_upright = image.getexif().get(_ORIENTATION, 1) == 1
+            fits = is_upright and max(image.size) <= _LARGEST_SIDE and len(data) <= _LARGEST_FILE
+            if fits and media_type in ENDINGS:
+                return ImageContent(media_type, data)
+            upright = ImageOps.exif_transpose(image).convert("RGBA")
+    except (OSError, ValueError, UnidentifiedImageError, Image.DecompressionBombError, SyntaxError) as error:
+        reason = getattr(error, "strerror", None) or "it is no picture"
+        raise SceneError("file", f"cannot read the picture {path}: {reason}") from None
+    upright.thumbnail((_LARGEST_SIDE, _LARGEST_SIDE))
+    flat = Image.new("RGBA", upright.size, "white")
+    flat.alpha_composite(upright)
+    buffer = BytesIO()
+    flat.convert("RGB").save(buffer, "JPEG", quality=90)
+    return ImageContent("image/jpeg", buffer.getvalue())
+
+
+# Pictures of a scene for a model to look at: several views of one, one view of several.
+
+
+_SIZE = 448
+_STILL = (
+    ("from the front", "azimuth=0,elevation=15"),
+    ("from the front right", "azimuth=40,elevation=25"),
+    ("from behind on the left", "azimuth=220,elevation=25"),
+    ("from above", "top"),
+)
+_FILM_VIEW = "azimuth=30,elevation=20"
+_MOMENTS = (0.0, 0.13, 0.41, 0.77)  # of a film; no fractions at which things that go round look as they began
+_MARGIN = 8
+
+
+def views(scene: Scene) -> list[tuple[str, Encoded]]:
+    """Several pictures with their captions: of a still scene from around, of a film at several times. Empty for a
+    scene that cannot be drawn."""
+    shown: list[tuple[str, str, int | None]] = [(caption, view, None) for caption, view in _STILL]
+    if scene.animated:
+        count = len(scene.frames)
+        chosen = sorted({int(moment * count) for moment in _MOMENTS})
+        shown = [(f"frame {frame} of {count}", _FILM_VIEW, frame) for frame in chosen]
+    try:
+        return [(f"The scene, {caption}:", encoded(picture(scene, view, frame))) for caption, view, frame in shown]
+    except SceneError:
+        return []
+
+
+def picture(scene: Scene, view: str, frame: int | None = None, size: int = _SIZE) -> Picture:
+    """A draft of a scene, (size, size, 3). Raises SceneError for a scene that cannot be drawn."""
+    from scenelang.backends.pictures.camera import parse_viewpoint
+    from scenelang.backends.pictures.film import PictureOptions, render
+
+    options = PictureOptions(width=size, height=size, camera=parse_viewpoint(view), frame=frame)
+    return render(scene, options)
+
+
+def best_view(scene: Scene) -> Picture:
+    """One picture that shows most: of a film its middle."""
+    return picture(scene, _STILL[1][1], len(scene.frames) // 2 if scene.animated else None)
+
+
+def contact_sheet(scenes: Sequence[Scene]) -> Encoded:
+    """One view of each scene in a grid, with its number from 1."""
+    from PIL import Image as Pillow
+    from PIL import ImageDraw, ImageFont
+
+    columns = math.ceil(math.sqrt(len(scenes)))
+    rows = math.ceil(len(scenes) / columns)
+    step = _SIZE + _MARGIN
+    sheet = Pillow.new("RGB", (columns * step + _MARGIN, rows * step + _MARGIN), "white")
+    font = ImageFont.load_default(40)
+    for number, scene in enumerate(scenes):
+        corner = (_MARGIN + number % columns * step, _MARGIN + number // columns * step)
+        sheet.paste(Pillow.fromarray(best_view(scene)), corner)
+        draw = ImageDraw.Draw(sheet)
+        place = (corner[0] + 10, corner[1] + 6)
+        draw.text(place, str(number + 1), fill="black", font=font, stroke_width=4, stroke_fill="white")
+    return encoded(np.asarray(sheet))
+
+
+def encoded(picture: Picture) -> Encoded:
+    """A picture as models take it."""
+    from scenelang.backends.pictures.film import png_of
+
+    return Encoded("image/png", png_of(picture))

@@ -3,23 +3,149 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from enum import Enum
 from functools import cached_property
+from importlib.resources import files
+from pathlib import Path
 
-from scenelang.backends.language_models.conversation import Picture, Text, Turn, said
-from scenelang.grammar.diagnostics import SceneError
-from scenelang.grammar.source import Source
-from scenelang.inference.listing import MOST_ITEMS, listing
-from scenelang.inference.prompts import Prompts
-from scenelang.inference.renaming import Renamed, rename_language, rename_python
-from scenelang.inference.task import Ablation, Kind, Notation, Task
-from scenelang.interpreter.shapes import ATTRIBUTES, BLOCK_WORDS, GEOMETRY, PRIMITIVES, READ
+from scenelang.backends.files import read_regular
+from scenelang.backends.language_models.catalogue import ImageContent, TextContent, Turn, said
+from scenelang.grammar.datum import Source
+from scenelang.grammar.diagnostics import SceneError, suggest
+from scenelang.inference.listing import MOST_ITEMS, Renamed, listing, rename_language, rename_python
+from scenelang.interpreter.scene.shapes import ATTRIBUTES, BLOCK_WORDS, GEOMETRY, PRIMITIVES, READ
 from scenelang.interpreter.transpile.helper_api import HELPERS
-from scenelang.interpreter.transpile.response import code_of
+from scenelang.interpreter.transpile.python_text import code_of
 from scenelang.primer import primer
 from scenelang.session import Session
-from scenelang.stdlib.helper_stubs import helper_header, in_json
+from scenelang.stdlib.reference import helper_header, in_json
+
+# The texts of prompts: files with places to fill, ``{{name}}``, each of which a file of the user's may replace.
+
+
+_PLACE = re.compile(r"\{\{(\w+)\}\}")
+_NEEDED = frozenset(("task", "program", "instruction", "diagnostics", "questions"))
+_LARGEST = 1_000_000  # bytes
+
+
+class Prompts:
+    """Prompts from ``folder`` where it has a file of the name, else the package's own. Raises SceneError for files that
+    nothing reads, and for places that nothing fills or that must be there: before anything is paid for."""
+
+    def __init__(self, folder: Path | None = None) -> None:
+        self._texts = {name: _own(name) for name in prompt_names()}
+        self._replaced = _replaced(folder, self._texts) if folder is not None else {}
+
+    def text(self, name: str, **values: str) -> str:
+        """The text of the file ``name`` with its places filled."""
+        template = self._replaced.get(name, self._texts[name])
+        return _PLACE.sub(lambda match: values[match[1]], template.strip("\n"))
+
+    def is_replaced(self, name: str) -> bool:
+        """Whether a prompt is the user's."""
+        return name in self._replaced
+
+
+def prompt_names() -> tuple[str, ...]:
+    """The files that there are."""
+    folder = files("scenelang.inference") / "prompts"
+    return tuple(sorted(entry.name for entry in folder.iterdir() if entry.name.endswith(".md")))
+
+
+def _own(name: str) -> str:
+    return (files("scenelang.inference") / "prompts" / name).read_text("utf-8")
+
+
+def _replaced(folder: Path, own: Mapping[str, str]) -> dict[str, str]:
+    """The prompts that a folder has, checked."""
+    if not folder.is_dir():
+        raise SceneError("prompt", f"--prompt-dir: there is no folder {folder}")
+    found: dict[str, str] = {}
+    for path in sorted(folder.glob("*.md")):
+        if path.name not in own:
+            hint = suggest(path.name, own) or f"there are {' '.join(own)}"
+            raise SceneError("prompt", f"{path} is no prompt that is read", hint)
+        found[path.name] = _file_text(path)
+        _check_places(path, found[path.name], own[path.name])
+    return found
+
+
+def _check_places(path: Path, text: str, own: str) -> None:
+    places, known = set(_PLACE.findall(text)), set(_PLACE.findall(own))
+    for place in sorted(places - known):
+        message = f"the prompt {path} has the place {{{{{place}}}}}, for which there is no text"
+        listed = ", ".join(sorted(known)) or "none"
+        raise SceneError("prompt", message, suggest(place, known) or f"it may have: {listed}")
+    for place in sorted((known & _NEEDED) - places):
+        raise SceneError("prompt", f"the prompt {path} lacks the place {{{{{place}}}}}: the model would not see it")
+
+
+def _file_text(path: Path) -> str:
+    try:
+        if path.stat().st_size > _LARGEST:
+            raise SceneError("prompt", f"{path} is too large for a prompt")
+        return read_regular(path).decode("utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "it is no UTF-8 text"
+        raise SceneError("prompt", f"cannot read the prompt {path}: {reason}") from None
+
+
+# What is asked for: a scene of some kind, in some notation, anew or as an edit.
+
+
+class TaskKind(Enum):
+    """What a scene is: still, a film, or made of Minecraft's blocks."""
+
+    STILL = "3d"
+    FILM = "4d"
+    BLOCKS = "minecraft"
+
+
+class Notation(Enum):
+    """What the model writes: Python against the helper API, the language, or a list of primitives (the paper's
+    ablation "No-P")."""
+
+    PYTHON = "python"
+    LANGUAGE = "language"
+    LIST = "list"
+
+
+class Ablation(Enum):
+    """What is taken from the model (the paper, appendix "Ablations"): the program, words, or both."""
+
+    NONE = ""
+    P = "P"
+    W = "W"
+    PW = "PW"
+
+    @property
+    def takes_program(self) -> bool:
+        return self in (Ablation.P, Ablation.PW)
+
+    @property
+    def takes_words(self) -> bool:
+        return self in (Ablation.W, Ablation.PW)
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """``text`` describes the scene, or says how ``program`` is to be changed. ``seed`` makes the random names that
+    stand for words."""
+
+    text: str
+    kind: TaskKind = TaskKind.STILL
+    notation: Notation = Notation.PYTHON
+    ablation: Ablation = Ablation.NONE
+    pictures: tuple[ImageContent, ...] = ()
+    program: str | None = None
+    seed: int = 0
+
+    @property
+    def is_edit(self) -> bool:
+        return self.program is not None
+
 
 NO_CHANGES = "NO CHANGES"
 _GAP = re.compile(r"\n{3,}")  # what an empty place leaves
@@ -46,25 +172,25 @@ _FIELDS = {
 }  # fmt: skip
 
 
-def helpers_of(kind: Kind) -> tuple[str, ...]:
+def helpers_of(kind: TaskKind) -> tuple[str, ...]:
     """The helpers that programs of a kind are told of."""
     left_out = {"identity_matrix"}
-    if kind is not Kind.FILM:
+    if kind is not TaskKind.FILM:
         left_out.add("register_animation")
-    if kind is Kind.BLOCKS:
+    if kind is TaskKind.BLOCKS:
         left_out |= {*_TURNED}
     return tuple(name for name in HELPERS if name not in left_out)
 
 
-def words_of(kind: Kind) -> tuple[str, ...]:
+def words_of(kind: TaskKind) -> tuple[str, ...]:
     """The primitives that programs of a kind are told of."""
-    return BLOCK_WORDS if kind is Kind.BLOCKS else tuple(GEOMETRY)
+    return BLOCK_WORDS if kind is TaskKind.BLOCKS else tuple(GEOMETRY)
 
 
-def untold(kind: Kind) -> tuple[str, ...]:
+def untold(kind: TaskKind) -> tuple[str, ...]:
     """The names of the language that programs of a kind are not told of."""
-    turned = _TURNED_HERE if kind is Kind.BLOCKS else ()
-    return (*_UNTOLD, *turned) if kind is Kind.FILM else (*_UNTOLD, *turned, "frames")
+    turned = _TURNED_HERE if kind is TaskKind.BLOCKS else ()
+    return (*_UNTOLD, *turned) if kind is TaskKind.FILM else (*_UNTOLD, *turned, "frames")
 
 
 def fenced(text: str, notation: Notation) -> str:
@@ -99,7 +225,7 @@ class Brief:
         return self.prompts.text("system.list.md", fields=fields, primitives=primitives, rules=rules, most=most)
 
     def _of_frames(self) -> dict[str, str]:
-        if self.task.kind is not Kind.FILM:
+        if self.task.kind is not TaskKind.FILM:
             return {}
         return {"frames": self.prompts.text(f"frames.{self.task.notation.value}.md")}
 
@@ -123,7 +249,7 @@ class Brief:
         else:
             name = "user.image.md" if pictures else "user.text.md"
             text = self.prompts.text(name, example=self.example, task=task.text)
-        return Turn("user", (*pictures, Text(text.strip(), is_fixed=True)))
+        return Turn("user", (*pictures, TextContent(text.strip(), is_fixed=True)))
 
     @cached_property
     def example(self) -> str:
@@ -162,13 +288,13 @@ class Brief:
     def cut(self, tokens: int) -> Turn:
         return said("user", self.prompts.text("cut.md", tokens=f"{tokens:,}"))
 
-    def critique(self, views: Sequence[tuple[str, Picture]], findings: str) -> Turn:
+    def critique(self, views: Sequence[tuple[str, ImageContent]], findings: str) -> Turn:
         """Pictures with a caption each, then what to do with them."""
-        parts = [part for caption, picture in views for part in (Text(caption), picture)]
-        notes = [self.prompts.text("blocks.md")] if self.task.kind is Kind.BLOCKS else []
+        parts = [part for caption, picture in views for part in (TextContent(caption), picture)]
+        notes = [self.prompts.text("blocks.md")] if self.task.kind is TaskKind.BLOCKS else []
         notes += [f"The checker noticed:\n\n{findings}"] if findings else []
         text = _GAP.sub("\n\n", self.prompts.text("critique.md", notes="\n\n".join(notes)))
-        return Turn("user", (*parts, Text(text)))
+        return Turn("user", (*parts, TextContent(text)))
 
 
 def _read(word: str) -> list[str]:

@@ -2,21 +2,253 @@
 
 from __future__ import annotations
 
+import difflib
+import json
+import re
 import time
-from collections.abc import Callable, Mapping, Sequence
-from threading import Event, Thread
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from threading import Event, Lock, Thread
+from typing import TYPE_CHECKING, Any, TextIO
 
+from scenelang.backends.language_models.catalogue import ImageContent, Reply, Usage, said
 from scenelang.backends.language_models.client import Answer, Client
-from scenelang.backends.language_models.conversation import Reply
+from scenelang.backends.neural.describing import AppearanceQuestion
+from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.inference.live_count import LiveCount
-from scenelang.inference.records import Run
-from scenelang.inference.steps import Ask, Outcome, Steps, Told
+from scenelang.inference.answers import ENDINGS, AnswerReader, Verdict, geometry_findings, has_blocks
+from scenelang.inference.brief import Ablation, Brief, Notation, Prompts, Task, TaskKind
+from scenelang.inference.listing import listing, program_of
+from scenelang.inference.records import InferenceSettings, Run, settings_of, typed
+from scenelang.inference.steps import (
+    Ask,
+    SampleOutcome,
+    SampleProgress,
+    Speaker,
+    Steps,
+    candidates,
+    judge_steps,
+    sample_steps,
+)
+from scenelang.interpreter.program.program import Program
+from scenelang.interpreter.runtime.limits import Limits
+from scenelang.interpreter.runtime.types import STD
+from scenelang.interpreter.scene.entity import Scene
+from scenelang.interpreter.transpile.python_text import code_of, find_code
+from scenelang.scene_changes import Changes, changes_between, paired_by_path, sheets_of
+from scenelang.session import Options, Session, is_python, is_scene_file
+
+if TYPE_CHECKING:
+    from scenelang.backends.pictures.film import Picture
+
+
+# What would be sent, for people to read.
+
+
+def payload_text(payload: Mapping[str, Any]) -> str:
+    """What would be sent, for people: texts as they are, pictures by their size."""
+    lines = [f"{name}: {json.dumps(value)}" for name, value in payload.items() if name not in ("system", "messages")]
+    system = payload.get("system")
+    if system is not None:
+        lines += ["", "--- system ---", *(_part_text(part) for part in _parts(system))]
+    for message in payload.get("messages", ()):
+        lines += ["", f"--- {message['role']} ---", *(_part_text(part) for part in _parts(message["content"]))]
+    return "\n".join(lines)
+
+
+def _parts(content: Any) -> list[Any]:
+    return [{"type": "text", "text": content}] if isinstance(content, str) else list(content)
+
+
+def _part_text(part: Mapping[str, Any]) -> str:
+    if part.get("type") == "text":
+        return str(part["text"])
+    return f"[a picture, {len(json.dumps(part)) * 3 // 4:,} bytes]"
+
+
+# Editing a scene by an instruction: the program goes to the model and comes back changed (the paper, appendix
+# "Scene Editing"); what the edit did is told as differences of text, of things, and in pictures.
+
+
+_SIZE = 512
+
+
+@dataclass(frozen=True, slots=True)
+class SceneEdit:
+    """``text`` is the unified difference of the programs, as the model was sent and as it wrote them."""
+
+    text: str
+    changes: Changes
+
+
+def edit_task(source: Source, scene: Scene, instruction: str, ablation: Ablation, seed: int) -> Task:
+    """The task of changing the program ``source``, which makes ``scene``. Raises SceneError for a scene that is no
+    program, or too large for a list."""
+    if is_scene_file(source):
+        hint = "edit the program that made it, or try --ablate P on that"
+        raise SceneError("unsupported", f"{source.name} is a finished scene, which has no program to edit", hint)
+    if ablation.takes_program:
+        program, notation = listing(scene, not ablation.takes_words), Notation.LIST
+    elif is_python(source):
+        program, notation = code_of(source.text), Notation.PYTHON
+    else:
+        program, notation = source.text, Notation.LANGUAGE
+    return Task(instruction, kind_of(scene), notation, ablation, (), program, seed)
+
+
+def imported_files(program: Program | None) -> frozenset[Path]:
+    """The files that a program imports: an edit of it may import these and no others."""
+    sources = program.sources if program is not None else ()
+    return frozenset(Path(source.name).resolve() for source in sources if not source.name.startswith((STD, "<")))
+
+
+def kind_of(scene: Scene) -> TaskKind:
+    """What a scene is."""
+    if scene.animated:
+        return TaskKind.FILM
+    return TaskKind.BLOCKS if has_blocks(scene) else TaskKind.STILL
+
+
+def scene_before(path: Path, task: Task, options: Options) -> Scene:
+    """The scene of the program that is edited, as it was sent. Raises SceneError where that makes none any more."""
+    assert task.program is not None
+    if task.notation is Notation.LIST:
+        source = Source(str(path), program_of(task.program, task.text))
+    else:
+        source = Source(str(path.with_suffix(".py") if task.notation is Notation.PYTHON else path), task.program)
+    scene = Session(options).evaluate(source).scene
+    if scene is None:
+        raise SceneError("run", f"the program of {path} makes no scene any more, so there is nothing to compare with")
+    return scene
+
+
+def edit_of(name: str, task: Task, before: Scene, after: Verdict, limit: int) -> SceneEdit:
+    """What an edit did. Raises SceneError for scenes of more than ``limit`` primitives."""
+    assert after.scene is not None
+    assert task.program is not None
+    written = listing(after.scene, task.ablation is Ablation.P) if task.notation is Notation.LIST else after.code
+    lines = difflib.unified_diff(
+        task.program.splitlines(), written.splitlines(), f"{name} before", f"{name} after", lineterm=""
+    )
+    changes = changes_between(sheets_of(before, limit), sheets_of(after.scene, limit))
+    return SceneEdit("\n".join(lines), paired_by_path(changes))
+
+
+def without_known(result: Result, before: Scene) -> Result:
+    """A result without what was odd about the scene's geometry before the edit already."""
+    known = {finding.message for finding in geometry_findings(before)}
+    findings = tuple(finding for finding in result.best.findings if finding.message not in known)
+    return replace(result, best=replace(result.best, findings=findings))
+
+
+def written_as(path: Path, task: Task, after: Verdict) -> str:
+    """The edited program as the file ``path`` holds it: in the notation of the edit where its ending says so."""
+    if task.notation is Notation.LANGUAGE:
+        return after.code
+    if task.notation is Notation.PYTHON and path.suffix == ".py":
+        return after.code
+    if task.notation is Notation.PYTHON and path.suffix == ".txt":
+        return _in_response(path, after.code)
+    return after.program
+
+
+def _in_response(path: Path, code: str) -> str:
+    """The response that a file holds with other code in it; a new file has the code alone."""
+    text = path.read_text("utf-8") if path.exists() else ""
+    found = find_code(text)
+    if not text[: found.start].strip():
+        return f"```python\n{code}```\n"
+    return text[: found.start] + code + text[found.end :]
+
+
+def before_and_after(before: Scene, after: Scene) -> Picture:
+    """Both scenes from one camera, side by side, (H, 2 W, 3): from where the larger one is seen whole. Raises
+    SceneError for a scene that cannot be drawn."""
+    from scenelang.backends.pictures.camera import Viewpoint
+    from scenelang.backends.pictures.film import PictureOptions, render, side_by_side
+    from scenelang.backends.pictures.stage import box_of, still
+
+    scenes = (before, after)
+    larger = max(scenes, key=lambda scene: float((box_of(scene)[1] - box_of(scene)[0]).max()))
+    camera = still(larger, Viewpoint(), None, _SIZE, _SIZE).camera
+    frame = min(len(scene.frames) for scene in scenes) // 2
+    pictures = []
+    for scene in scenes:
+        options = PictureOptions(width=_SIZE, height=_SIZE, camera=camera, frame=frame if scene.animated else None)
+        pictures.append(render(scene, options))
+    return side_by_side(pictures)
+
+
+# A line that tells, while answers arrive, how much there is of them; on a terminal only.
+
+
+_BETWEEN = 0.1  # seconds between changes of the line
+_LETTERS_PER_TOKEN = 3.5
+
+
+class LiveCount:
+    """Counts the tokens, estimated, and the lines of the answers that arrive side by side. Without ``stream`` it
+    writes nothing."""
+
+    def __init__(self, stream: TextIO | None) -> None:
+        self._stream = stream
+        self._lock = Lock()
+        self._counts: dict[int, tuple[str, int, int]] = {}
+        self._shown = 0.0
+        self._width = 0
+
+    def counting(self, sample: int, number: int, purpose: str) -> Callable[[str], None]:
+        """Begin an answer; what it gives is told of every piece that arrives."""
+        label = f"sample {sample} {purpose}" if sample else purpose
+        letters, lines = 0, 0
+
+        def count(text: str) -> None:
+            nonlocal letters, lines
+            letters, lines = letters + len(text), lines + text.count("\n")
+            with self._lock:
+                self._counts[sample] = (label, round(letters / _LETTERS_PER_TOKEN), lines)
+                if time.monotonic() - self._shown >= _BETWEEN:
+                    self._show(self._line())
+
+        with self._lock:
+            self._counts[sample] = (label, 0, 0)
+            self._show(self._line())
+        return count
+
+    def waiting(self, count: int) -> None:
+        """Say that a batch is under way."""
+        with self._lock:
+            self._show(f"waiting for a batch: {count} not done yet")
+
+    def end(self) -> None:
+        """Take the line away."""
+        with self._lock:
+            self._counts.clear()
+            if self._width:
+                self._show("")
+                self._width = 0
+
+    def _line(self) -> str:
+        told = [
+            f"{label}: ~{tokens:,} tokens, {lines:,} lines" if tokens else f"{label}: waiting for the service"
+            for label, tokens, lines in self._counts.values()
+        ]
+        return "; ".join(told)
+
+    def _show(self, line: str) -> None:
+        if self._stream is None:
+            return
+        self._shown = time.monotonic()
+        self._stream.write(f"\r{line.ljust(self._width)}" + ("\r" if not line else ""))
+        self._stream.flush()
+        self._width = len(line)
+
 
 _GLANCE = 0.1  # seconds between looks at Ctrl-C
 _FIRST_WAIT, _LONGEST_WAIT, _LONGER = 0.5, 30.0, 1.5  # seconds between looks at a batch
 _LONGEST_BATCH = 25 * 3600.0  # a day, after which batches expire, and an hour
-Ended = Outcome | SceneError
+Ended = SampleOutcome | SceneError
 
 
 class Cancelled(BaseException):
@@ -42,11 +274,11 @@ class _Progress:
     def fail(self, run: Run, error: SceneError) -> None:
         self._go(run, lambda: self._steps.throw(error))
 
-    def _go(self, run: Run, first: Callable[[], Ask | Told]) -> None:
+    def _go(self, run: Run, first: Callable[[], Ask | SampleProgress]) -> None:
         """Go on to the next question, or to the end."""
         try:
             step = first()
-            while isinstance(step, Told):
+            while isinstance(step, SampleProgress):
                 assert self.ask is not None
                 run.judged(self.sample, self.number, self.ask.purpose.value, step.verdict)
                 step = self._steps.send(None)
@@ -225,3 +457,213 @@ class Conductor:
         """Record an answer that came otherwise than by a single request, and go on with it."""
         self._run.answered(progress.sample, progress.number, ask.purpose.value, key, answer)
         progress.answer(self._run, answer.reply)
+
+
+# How things look, in a language model's words (the paper, section 5: a colour's value described as a word).
+
+
+_IN_ONE_REQUEST = 60
+_LINE = re.compile(r"^\s*(\d{1,4})\s*[.:)]\s*(.+?)\s*$", re.M)
+_DIGITS = 3
+
+
+class Describer:
+    """Asks a model for words, some things at a time. What it does not answer comes back empty."""
+
+    def __init__(self, client: Client, prompts: Prompts, speaker: Speaker, live: LiveCount) -> None:
+        self._client = client
+        self._prompts = prompts
+        self._speaker = speaker
+        self._live = live
+
+    @property
+    def spent(self) -> float:
+        """US dollars."""
+        return self._client.spending.spent
+
+    def __call__(self, questions: Sequence[AppearanceQuestion]) -> list[str]:
+        """A text for each question. Raises SceneError where the model cannot be asked."""
+        try:
+            pieces = range(0, len(questions), _IN_ONE_REQUEST)
+            return [text for at in pieces for text in self._asked(questions[at : at + _IN_ONE_REQUEST], at)]
+        finally:
+            self._live.end()
+
+    def _asked(self, questions: Sequence[AppearanceQuestion], at: int) -> Iterator[str]:
+        lines = "\n".join(f"{number}. {_told(question)}" for number, question in enumerate(questions, 1))
+        turn = said("user", self._prompts.text("words.md", questions=lines))
+        request = self._speaker.request(self._prompts.text("words.system.md"), (turn,))
+        answer = self._client.ask(request, at, 1, self._live.counting(0, at, "words"))
+        found = {int(number): text.strip("\"'") for number, text in _LINE.findall(answer.reply.text)}
+        return (found.get(number, "") for number in range(1, len(questions) + 1))
+
+
+def _told(question: AppearanceQuestion) -> str:
+    """A question in a line: the thing, its numbers, what the table of colours calls it."""
+    attributes = {name: _short(value) for name, value in question.attributes.items()}
+    color = f", about {question.color}" if question.color else ""
+    return f"{json.dumps(question.word, ensure_ascii=False)}{color}: {json.dumps(attributes, ensure_ascii=False)[:300]}"
+
+
+def _short(value: object) -> object:
+    if isinstance(value, float):
+        return round(value, _DIGITS)
+    return [_short(item) for item in value] if isinstance(value, list) else value
+
+
+# One run: a task goes to the model, samples are mended and improved, the best is chosen (the paper, section 5).
+
+
+_JUDGE = 0  # the sample under which the judge's question is recorded
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """What a run came to. ``best`` is the verdict of ``sample``; ``stopped`` are the errors of samples that ended
+    early."""
+
+    best: Verdict
+    sample: int
+    spent: float
+    usage: Usage
+    stopped: tuple[SceneError, ...] = ()
+
+
+@dataclass(frozen=True)
+class Inference:
+    """A task and how it is to be asked. ``options`` bound the evaluation of answers; ``name`` is what diagnostics
+    call a program."""
+
+    task: Task
+    settings: InferenceSettings
+    options: Options
+    name: str = "answer.scene"
+    brief: Brief = field(init=False)
+
+    def __post_init__(self) -> None:
+        is_bare = self.settings.sends_grammar(self.task.notation)
+        object.__setattr__(self, "brief", Brief(self.task, Prompts(self.settings.prompts_folder), is_bare))
+
+    def reader(self, run: Run) -> AnswerReader:
+        """Reads answers. Their programs import only what ``options`` names, and find assets in its folder, else in the
+        run's."""
+        project, imports = self.options.project or run.path, self.options.imports or frozenset()
+        return AnswerReader(self.brief, replace(self.options, project=project, imports=imports), self.name)
+
+    def first_request(self, speaker: Speaker) -> Any:
+        """The request that every sample begins with."""
+        return speaker.request(self.brief.system, (self.brief.first,))
+
+    def begin(self, run: Run, command: str, **facts: Any) -> None:
+        """Write down what is asked for, so that the run can go on after a kill."""
+        endings = [ENDINGS[picture.media_type] for picture in self.task.pictures]
+        for number, (picture, ending) in enumerate(zip(self.task.pictures, endings), 1):
+            run.keep(f"input-{number}.{ending}", picture.data)
+        run.keep_text("system.md", self.brief.system)
+        evaluation = {"seed": self.options.seed, "limits": asdict(self.options.limits), "name": self.name}
+        evaluation["project"] = str(self.options.project) if self.options.project is not None else None
+        evaluation["imports"] = sorted(map(str, self.options.imports or ()))
+        settings, task = self.settings.data(), task_data(self.task)
+        run.note(command=command, state="running", settings=settings, task=task, evaluation=evaluation, **facts)
+
+    def run(self, run: Run, client: Client, live: TextIO | None) -> Result:
+        """Ask, mend, improve and choose. Raises SceneError where no sample came to a program, or to one that works;
+        the run folder then holds all that there is."""
+        speaker = self.settings.speaker(client.model, self.task.notation)
+        conductor = Conductor(client, run, LiveCount(live), self.settings.side_by_side)
+        play = conductor.in_batches if self.settings.is_batch else conductor.singly
+        plan, reader = self.settings.plan, self.reader(run)
+        numbers = range(1, self.settings.samples + 1)
+        ended = play({n: sample_steps(self.brief, reader, speaker, plan) for n in numbers})
+        outcomes = {sample: outcome for sample, outcome in ended.items() if isinstance(outcome, SampleOutcome)}
+        sample = self._best(outcomes, conductor, speaker)
+        stopped = tuple(_errors(ended))
+        if sample is None:
+            raise _nothing(outcomes, stopped)
+        usage = sum((_usage(attempt.facts) for attempt in run.attempts()), Usage())
+        return Result(outcomes[sample].verdict, sample, client.spending.spent, usage, stopped)
+
+    def _best(self, outcomes: Mapping[int, SampleOutcome], conductor: Conductor, speaker: Speaker) -> int | None:
+        """The best sample, chosen by the model's eye where nothing else tells them apart."""
+        found = candidates(outcomes)
+        if len(found) < 2:
+            return found[0] if found else None
+        verdicts = [outcomes[sample].verdict for sample in found]
+        if len({verdict.program for verdict in verdicts}) == 1:
+            return found[0]
+        steps = judge_steps(self.brief.prompts, speaker, self.task, verdicts)
+        chosen = conductor.singly({_JUDGE: steps})[_JUDGE]
+        if isinstance(chosen, SceneError):
+            return found[0]  # no judge, no choice: the first is as good as any
+        return next(sample for sample, verdict in zip(found, verdicts) if verdict is chosen.verdict)
+
+
+class NoProgram(SceneError):
+    """No sample came to a program that works; ``verdict`` is on the last try of the first."""
+
+    def __init__(self, verdict: Verdict) -> None:
+        super().__init__("model-answer", "no answer came to a program that works", "allow more tries with --repair")
+        self.verdict = verdict
+
+
+def _errors(ended: Mapping[int, Ended]) -> list[SceneError]:
+    errors = [o if isinstance(o, SceneError) else o.stopped for o in ended.values()]
+    return [error for error in errors if error is not None]
+
+
+def _nothing(outcomes: Mapping[int, SampleOutcome], stopped: tuple[SceneError, ...]) -> SceneError:
+    """Why there is no program: what stopped the first sample, else what is wrong with the last try."""
+    if not outcomes and stopped:
+        return stopped[0]
+    return NoProgram(next(iter(outcomes.values())).verdict)
+
+
+def _usage(facts: Mapping[str, Any]) -> Usage:
+    return Usage(**facts["usage"]) if not facts.get("was_kept") else Usage()
+
+
+def inference_of(run: Run) -> Inference:
+    """What a run asks for, to go on with it. Raises SceneError for a run folder that is damaged."""
+    facts = run.facts
+    try:
+        evaluation = facts["evaluation"]
+        project = Path(evaluation["project"]) if evaluation["project"] is not None else None
+        imports = frozenset(Path(str(path)) for path in evaluation["imports"])
+        limits = typed(Limits, evaluation["limits"])
+        options = Options(seed=int(evaluation["seed"]), limits=limits, project=project, imports=imports)
+        return Inference(task_of(run), settings_of(facts["settings"]), options, str(evaluation["name"]))
+    except (KeyError, TypeError, ValueError) as error:
+        raise SceneError("run", f"the run {run.name} is damaged: {type(error).__name__} {error}") from None
+
+
+# --- a task as data ------------------------------------------------------------------------------------------------
+
+
+def task_data(task: Task) -> dict[str, Any]:
+    """A task as JSON data; its pictures are files of the run."""
+    return {
+        "text": task.text,
+        "kind": task.kind.value,
+        "notation": task.notation.value,
+        "ablation": task.ablation.value,
+        "pictures": [picture.media_type for picture in task.pictures],
+        "program": task.program,
+        "seed": task.seed,
+    }
+
+
+def task_of(run: Run) -> Task:
+    """The task of a run. Raises SceneError for a run folder that is damaged."""
+    data = run.facts.get("task", {})
+    try:
+        pictures = tuple(
+            ImageContent(kind, (run.path / f"input-{number}.{ENDINGS[kind]}").read_bytes())
+            for number, kind in enumerate(data["pictures"], 1)
+        )
+        kind, notation, ablation = TaskKind(data["kind"]), Notation(data["notation"]), Ablation(data["ablation"])
+        text, program = data["text"], data["program"]
+        if not isinstance(text, str) or not isinstance(program, str | None):
+            raise TypeError("no text")
+        return Task(text, kind, notation, ablation, pictures, program, int(data["seed"]))
+    except (KeyError, ValueError, TypeError, OSError) as error:
+        raise SceneError("run", f"the run {run.name} is damaged: {type(error).__name__} {error}") from None

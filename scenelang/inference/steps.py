@@ -5,15 +5,15 @@ Written as generators, so that the same loop runs with single requests, with bat
 
 from __future__ import annotations
 
-from collections.abc import Generator
+import re
+from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 
-from scenelang.backends.language_models.conversation import Reply, Request, Stop, Text, Turn, said
+from scenelang.backends.language_models.catalogue import Reply, Request, Stop, TextContent, Turn, said
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, render_text
-from scenelang.inference.answers import Reader, Verdict
-from scenelang.inference.brief import NO_CHANGES, Brief
-from scenelang.inference.views import views
+from scenelang.inference.answers import AnswerReader, Verdict, contact_sheet, views
+from scenelang.inference.brief import NO_CHANGES, Brief, Prompts, Task
 
 _MOST_BROKEN = 2  # answers in a row that may break off before a sample is given up
 _MOST_FINDINGS = 6
@@ -37,22 +37,22 @@ class Ask:
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
+class SampleProgress:
     """What became of the last answer, for the records."""
 
     verdict: Verdict
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class SampleOutcome:
     """The best that a sample came to, usable or not. ``stopped`` says what kept it from being improved further."""
 
     verdict: Verdict
     stopped: SceneError | None = None
 
 
-Step = Ask | Told
-Steps = Generator[Step, Reply | None, Outcome]
+Step = Ask | SampleProgress
+Steps = Generator[Step, Reply | None, SampleOutcome]
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,19 +67,19 @@ class Speaker:
     grammar: str | None = None
 
     def request(self, system: str, turns: tuple[Turn, ...]) -> Request:
-        fixed = Text(system, is_fixed=True)
+        fixed = TextContent(system, is_fixed=True)
         return Request(self.model, fixed, turns, self.max_tokens, self.thinking, self.effort, self.grammar)
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
+class SamplePlan:
     """How often a sample is mended and improved."""
 
     repairs: int = 3
     critiques: int = 0
 
 
-def sample_steps(brief: Brief, reader: Reader, speaker: Speaker, plan: Plan) -> Steps:
+def sample_steps(brief: Brief, reader: AnswerReader, speaker: Speaker, plan: SamplePlan) -> Steps:
     """One sample. Raises SceneError, such as ``model-refusal`` and what is thrown in for a request that cannot be
     answered, where that leaves it without a program that works."""
     best, answer = yield from _mended(brief, reader, speaker, plan, Purpose.DRAFT, (brief.first,))
@@ -91,11 +91,11 @@ def sample_steps(brief: Brief, reader: Reader, speaker: Speaker, plan: Plan) -> 
         try:
             better, improved = yield from _mended(brief, reader, speaker, plan, Purpose.CRITIQUE, turns, best)
         except SceneError as error:
-            return Outcome(best, error)
+            return SampleOutcome(best, error)
         if better is best or not better.is_usable or len(better.findings) > len(best.findings):
             break
         best, answer = better, improved
-    return Outcome(best)
+    return SampleOutcome(best)
 
 
 def _noticed(verdict: Verdict) -> str:
@@ -104,9 +104,9 @@ def _noticed(verdict: Verdict) -> str:
 
 def _mended(
     brief: Brief,
-    reader: Reader,
+    reader: AnswerReader,
     speaker: Speaker,
-    plan: Plan,
+    plan: SamplePlan,
     purpose: Purpose,
     turns: tuple[Turn, ...],
     kept: Verdict | None = None,
@@ -118,14 +118,14 @@ def _mended(
         reply, speaker = yield from _complete(speaker, brief.system, purpose if repair == 0 else Purpose.REPAIR, asked)
         if reply.stop is Stop.CUT:
             verdict = Verdict("", None, (_cut(speaker),))
-            yield Told(verdict)
+            yield SampleProgress(verdict)
             asked = (*turns, *_shown(reply.text), brief.cut(speaker.max_tokens))
             continue
         if kept is not None and repair == 0 and _wants_nothing(reply.text):
-            yield Told(kept)
+            yield SampleProgress(kept)
             return kept, reply.text
         verdict = reader.read(reply.text)
-        yield Told(verdict)
+        yield SampleProgress(verdict)
         if verdict.is_usable:
             return verdict, reply.text
         asked = (*turns, *_shown(reply.text), brief.repair(verdict.told()))
@@ -169,3 +169,38 @@ def _complete(
 
 def _cut(speaker: Speaker) -> Diagnostic:
     return Diagnostic("model-answer", f"the answer was cut off after {speaker.max_tokens:,} tokens", None)
+
+
+# The best of several samples: no errors, then the fewest findings in its geometry, then the model's eye.
+
+
+_MOST_JUDGED = 9
+_ANSWER = re.compile(r"BEST:\s*#?(\d+)", re.I)
+
+
+def candidates(outcomes: Mapping[int, SampleOutcome]) -> list[int]:
+    """The samples that are equally good by what can be counted."""
+    usable = {sample: outcome.verdict for sample, outcome in outcomes.items() if outcome.verdict.is_usable}
+    if not usable:
+        return []
+    fewest = min(len(verdict.findings) for verdict in usable.values())
+    return [sample for sample, verdict in usable.items() if len(verdict.findings) == fewest]
+
+
+def judge_steps(prompts: Prompts, speaker: Speaker, task: Task, verdicts: Sequence[Verdict]) -> Steps:
+    """Asks the model which scene fulfils a task best, as a sample of its own, with the task's pictures; the outcome has
+    the verdict that it chose, the first where it names none."""
+    judged = verdicts[:_MOST_JUDGED]
+    scenes = [verdict.scene for verdict in judged if verdict.scene is not None]
+    try:
+        sheet = contact_sheet(scenes)
+    except SceneError:
+        return SampleOutcome(judged[0])  # what cannot be drawn cannot be judged
+    wanted = f"Reconstruct the scene of the pictures before. {task.text}".strip() if task.pictures else task.text
+    text = prompts.text("judge.md", count=str(len(scenes)), task=wanted)
+    turn = Turn("user", (*task.pictures, sheet, TextContent(text)))
+    request = replace(speaker, grammar=None).request(prompts.text("judge.system.md"), (turn,))
+    reply = yield Ask(Purpose.JUDGE, request)
+    match = _ANSWER.search(reply.text) if reply is not None else None
+    number = int(match[1]) if match is not None and len(match[1]) < 4 else 1
+    return SampleOutcome(judged[number - 1 if 1 <= number <= len(judged) else 0])

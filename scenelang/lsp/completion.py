@@ -2,35 +2,165 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
 from lsprotocol import types as lsp
 
-from scenelang.attributes import attribute_doc, attributes_of
 from scenelang.grammar import ast
-from scenelang.grammar.source import Span
-from scenelang.interpreter.forms import FORMS
-from scenelang.interpreter.library import STD
-from scenelang.interpreter.scope import Macro, Variable
-from scenelang.interpreter.shapes import GEOMETRY, WORDS
-from scenelang.interpreter.snippets import snippet
-from scenelang.interpreter.types import BASE_TYPES
-from scenelang.lsp.context import Around, Context, context
-from scenelang.lsp.describe import call_shape, of_record, of_word, quoted, signature
-from scenelang.lsp.documents import Document
-from scenelang.lsp.locals import local_bindings
-from scenelang.lsp.texts import range_of
-from scenelang.stdlib.reference import Kind, lookup, records
+from scenelang.grammar.datum import Span, comment_above
+from scenelang.interpreter.expand.forms import FORMS, snippet
+from scenelang.interpreter.expand.scope import ConstantBinding, Macro, PaperForm, Special, Variable
+from scenelang.interpreter.program.program import Param
+from scenelang.interpreter.runtime.types import BASE_TYPES, STD, Builtin
+from scenelang.interpreter.scene.shapes import GEOMETRY, PRIMITIVES, WORDS
+from scenelang.lsp.names import Around, CursorContext, Names, context, local_bindings, range_of
+from scenelang.lsp.references import Document
+from scenelang.primer import attribute_doc, attributes_of
+from scenelang.stdlib.reference import RecordKind, ReferenceRecord, lookup, records
+
+# What is to be said of a name, a word, an attribute: signatures and documentation as Markdown.
+
+
+def code(text: str) -> str:
+    return f"```scene\n{text}\n```"
+
+
+def of_record(record: ReferenceRecord) -> str:
+    """The documentation of a name of the library."""
+    parts = [code(record.signature), record.doc]
+    parts += [f"`{example.expression}` gives `{example.value}`" for example in record.examples[:2]]
+    if record.module is not None:
+        parts.append(f'comes with `(import "{record.module}")`')
+    return "\n\n".join(parts)
+
+
+def of_library(binding: Any, name: str) -> ReferenceRecord | None:
+    """What the library says of a binding that comes from it."""
+    if isinstance(binding, Builtin):
+        return lookup(binding.name)
+    if isinstance(binding, Special):
+        return lookup(binding.name)
+    if isinstance(binding, (PaperForm, ConstantBinding)):
+        return lookup(name.removeprefix(STD))
+    if isinstance(binding, Variable) and binding.span is not None and binding.span.source.name.startswith(STD):
+        return lookup(binding.name)
+    return None
+
+
+def of_binding(names: Names, binding: Any, name: str) -> str:
+    """The Markdown of a name where it stands."""
+    record = of_library(binding, name)
+    if record is not None:
+        return of_record(record)
+    if isinstance(binding, Macro):
+        return "\n\n".join([code(f"({binding.name} ...)"), "a macro of this program", *_comment(names, binding.span)])
+    if not isinstance(binding, Variable):
+        return code(name)
+    param = _param(names, binding)
+    if param is not None:
+        return "\n\n".join(part for part in (code(_param_text(param)), param.doc, "a param") if part)
+    form = names.definitions.get(binding)
+    if form is None:
+        return f"{code(binding.name)}\n\na local name" if not binding.is_global else code(binding.name)
+    return "\n\n".join([code(signature(binding.name, form.value)), *_comment(names, form.span)])
+
+
+def of_word(names: Names, word: str) -> str:
+    """The Markdown of a word: how it is called, what the program says above its function, where it is used."""
+    form = names.definitions.get(word)
+    if form is None:
+        if word in PRIMITIVES:
+            shape = f"(call {quoted(word)} {' '.join(f':{name}' for name in attributes_of(word))})"
+            rows = [f"- `:{name}`: {attribute_doc(word, name)}" for name in attributes_of(word)]
+            return "\n\n".join([code(shape), PRIMITIVES[word], "\n".join(rows)])
+        return f"{code(f'(call {quoted(word)} ...)')}\n\na word that nothing binds: a primitive of its own"
+    uses = sum(1 for use in names.uses_of_word(word) if not use.defines)
+    times = "once" if uses == 1 else f"{uses} times"
+    return "\n\n".join([code(call_shape(word, form.function)), *_comment(names, form.span), f"used {times} here"])
+
+
+def of_attribute(names: Names, word: str, name: str) -> str | None:
+    """The Markdown of an attribute in a call of a word."""
+    form = names.definitions.get(word)
+    if form is None:
+        doc = attribute_doc(word, name)
+        return f"{code(f':{name}')}\n\n{doc}" if doc is not None else None
+    function = form.function
+    for parameter in function.parameters if type(function) is ast.Lambda else ():
+        if parameter.kind == "keyword" and parameter.name == name:
+            return f"{code(_parameter_text(parameter))}\n\na parameter of {quoted(word)}"
+    return None
+
+
+def quoted(word: str) -> str:
+    return '"' + word.replace("\\", "\\\\").replace('"', '\\"') + '"'
+
+
+def call_shape(word: str, function: Any) -> str:
+    """How a word is called: ``(call "chair" :seat :color ...)``."""
+    parameters = function.parameters if type(function) is ast.Lambda else ()
+    keywords = [_parameter_text(p) for p in parameters if p.kind == "keyword"]
+    return f"(call {' '.join([quoted(word), *keywords])})"
+
+
+def signature(name: str, value: Any) -> str:
+    """How a definition is used."""
+    if type(value) is not ast.Lambda:
+        text = " ".join(value.span.text.split()) if value.span.expansion is None else "..."
+        return f"(define {name} {text if len(text) <= 60 else text[:57] + '...'})"
+    return f"({' '.join([name, *(_parameter_text(p) for p in value.parameters)])})"
+
+
+def _parameter_text(parameter: ast.Parameter) -> str:
+    typed = f"{parameter.name}::{parameter.type.name}" if parameter.type is not None else parameter.name
+    name = f":{typed}" if parameter.kind == "keyword" else typed
+    if parameter.kind in ("rest", "keys"):
+        return f". {name}" if parameter.kind == "rest" else f"&keys {name}"
+    if parameter.default is None:
+        return name
+    text = parameter.default.span.text
+    return f"[{name} {text}]" if len(text) <= 24 and "\n" not in text else f"[{name}]"
+
+
+def _param(names: Names, variable: Variable) -> Param | None:
+    params = names.version.program.params
+    return next((param for param in params if param.name == variable.name), None) if variable.is_global else None
+
+
+def _param_text(param: Param) -> str:
+    ends = "".join(
+        f" :{name} {value:g}" for name, value in (("min", param.minimum), ("max", param.maximum)) if value is not None
+    )
+    return f"(param {param.name} {param.default}{ends})"
+
+
+def _comment(names: Names, span: Span | None) -> list[str]:
+    """The comment directly above a definition."""
+    if span is None:
+        return []
+    place = names.version.place(span)
+    comment = _comment_text(comment_above(place.source, place.start))
+    return [comment] if comment else []
+
+
+def _comment_text(lines: Iterable[str]) -> str:
+    """The text of comment lines below the last rule that divides the file."""
+    found: list[str] = []
+    for line in lines:
+        found = [] if set(line) <= {";", "-", " ", "="} else [*found, line.lstrip("; ")]
+    return "\n".join(found)
+
 
 _MOST = 80
 _WORDS = ("call", "bind", "retrieve", "bound?", "scene", "primitive")
 _KINDS = {
-    Kind.FORM: lsp.CompletionItemKind.Keyword,
-    Kind.FUNCTION: lsp.CompletionItemKind.Function,
-    Kind.CONSTANT: lsp.CompletionItemKind.Constant,
-    Kind.TYPE: lsp.CompletionItemKind.TypeParameter,
+    RecordKind.FORM: lsp.CompletionItemKind.Keyword,
+    RecordKind.FUNCTION: lsp.CompletionItemKind.Function,
+    RecordKind.CONSTANT: lsp.CompletionItemKind.Constant,
+    RecordKind.TYPE: lsp.CompletionItemKind.TypeParameter,
 }
 _CLAUSES = ("when", "unless", "break")
 
@@ -78,7 +208,9 @@ def resolve(document: Document | None, item: lsp.CompletionItem) -> lsp.Completi
 # --- names ---------------------------------------------------------------------------------------------------------
 
 
-def _names(document: Document, around: Context, start: int, end: int, cursor: int) -> Iterator[lsp.CompletionItem]:
+def _names(
+    document: Document, around: CursorContext, start: int, end: int, cursor: int
+) -> Iterator[lsp.CompletionItem]:
     seen: set[str] = set()
     version = document.last_version()
     if version is not None:
@@ -96,11 +228,11 @@ def _names(document: Document, around: Context, start: int, end: int, cursor: in
     if not around.token and not at_head:
         return  # the whole library would be too much
     for record in records():
-        if record.module is not None or record.kind is Kind.TYPE or record.name in seen:
+        if record.module is not None or record.kind is RecordKind.TYPE or record.name in seen:
             continue
         if not _fits(record.name, around.token):
             continue
-        if record.kind is Kind.FORM and not at_head:
+        if record.kind is RecordKind.FORM and not at_head:
             continue
         yield _library_item(record.name, record.signature, _KINDS[record.kind], at_head)
 
@@ -125,7 +257,7 @@ def _kind(binding: Any) -> lsp.CompletionItemKind:
 # --- in strings ------------------------------------------------------------------------------------------------------
 
 
-def _in_string(document: Document, around: Context) -> Iterator[lsp.CompletionItem]:
+def _in_string(document: Document, around: CursorContext) -> Iterator[lsp.CompletionItem]:
     head = around.inner.head if around.inner is not None else ""
     if head == "import" and around.position == 1:
         yield from _files(document)
@@ -163,7 +295,7 @@ def _scene_files(folder: Path) -> list[Path]:
 # --- attributes and types --------------------------------------------------------------------------------------------
 
 
-def _keywords(document: Document, around: Context) -> Iterator[lsp.CompletionItem]:
+def _keywords(document: Document, around: CursorContext) -> Iterator[lsp.CompletionItem]:
     given = set(around.inner.items) if around.inner is not None else set()
     for name, detail in _keyword_names(document, around):
         if f":{name}" not in given:
@@ -171,7 +303,7 @@ def _keywords(document: Document, around: Context) -> Iterator[lsp.CompletionIte
             yield lsp.CompletionItem(f":{name}", kind=lsp.CompletionItemKind.Property, detail=detail)
 
 
-def _keyword_names(document: Document, around: Context) -> Iterator[tuple[str, str]]:
+def _keyword_names(document: Document, around: CursorContext) -> Iterator[tuple[str, str]]:
     inner = around.inner
     word = around.word(inner)
     if word is not None:
@@ -207,3 +339,68 @@ def _types(document: Document) -> Iterator[lsp.CompletionItem]:
     own = sorted(version.file.expander.record_names) if version is not None else []
     for name in [*own, *BASE_TYPES]:
         yield lsp.CompletionItem(name, kind=lsp.CompletionItemKind.TypeParameter)
+
+
+# Signature help: how the form around the cursor is written, and which part of it the cursor is at.
+
+
+_PART = re.compile(r'"[^"]*"|\((?:[^()]|\([^()]*\))*\)|\[[^\]]*\]|\.\.\.|[^\s()]+')
+
+
+def signature_help(document: Document, cursor: int) -> lsp.SignatureHelp | None:
+    """The signature of the innermost form around a cursor that has one."""
+    start, _ = document.form_around(cursor)
+    around = context(document.source.text, cursor, start)
+    for depth in range(len(around.lists) - 1, -1, -1):
+        shown = _signature(document, around, around.lists[depth])
+        if shown is not None:
+            label, doc = shown
+            parts = _parts(label)
+            active = _active(label, parts, around.lists[depth], around if depth == len(around.lists) - 1 else None)
+            parameters = [lsp.ParameterInformation(part) for part in parts]
+            information = lsp.SignatureInformation(label, doc, parameters, active)
+            return lsp.SignatureHelp([information], 0, active)
+    return None
+
+
+def _signature(document: Document, around: CursorContext, list_: Around) -> tuple[str, str | None] | None:
+    head = list_.head
+    if not head or head == "(" or list_.square:
+        return None
+    word = around.word(list_)
+    if word is not None:
+        form = document.definitions().get(word)
+        if form is not None:
+            return call_shape(word, form.function), None
+        if word in GEOMETRY:
+            return f"(call {quoted(word)} {' '.join(f':{name}' for name in GEOMETRY[word])})", None
+    for binding, form in document.definitions().items():
+        if isinstance(binding, Variable) and binding.name == head and type(form.value) is ast.Lambda:
+            return signature(head, form.value), None
+    record = lookup(head.removeprefix(STD))
+    return (record.signature.split(" or (")[0], record.doc) if record is not None and "(" in record.signature else None
+
+
+def _parts(label: str) -> list[tuple[int, int]]:
+    """Where the parts of a signature after the head stand in it."""
+    body = label.split(") -> ")[0]
+    first = body.find(" ")
+    if first < 0:
+        return []
+    end = len(body) if ") -> " in label else len(body) - 1
+    return [match.span() for match in _PART.finditer(body, first, end) if match[0] != "..."]
+
+
+def _active(label: str, parts: list[tuple[int, int]], list_: Around, here: CursorContext | None) -> int | None:
+    """Which part the cursor is at: that of the keyword just written, else by counting."""
+    if not parts:
+        return None
+    items = list_.items
+    keyword = here.token if here is not None and here.token.startswith(":") else ""
+    if not keyword and len(items) > 1 and items[-1].startswith(":"):
+        keyword = items[-1]
+    if keyword:
+        for index, (start, end) in enumerate(parts):
+            if label[start:end].lstrip("[").partition("::")[0].partition(" ")[0].rstrip("]") == keyword:
+                return index
+    return max(0, min(len(items) - 1, len(parts) - 1))

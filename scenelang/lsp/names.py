@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import json
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote, urlsplit
+
+from lsprotocol import types as lsp
 
 from scenelang.grammar import ast
-from scenelang.grammar.datum import Atom, Datum, Keyword, ListDatum, Symbol, walk
-from scenelang.grammar.source import Span
-from scenelang.interpreter.analyse import pattern_variables
-from scenelang.interpreter.expand import Use
-from scenelang.interpreter.incremental import Piece, Version
-from scenelang.interpreter.library import STD
-from scenelang.interpreter.scope import Macro, PaperForm, Variable
-from scenelang.interpreter.top_forms import TopForm
+from scenelang.grammar.datum import Atom, Datum, Keyword, ListDatum, Source, Span, Symbol, walk
+from scenelang.grammar.diagnostics import Diagnostic, SceneError
+from scenelang.grammar.reader import lexemes, read
+from scenelang.interpreter.compile.analyse import pattern_variables
+from scenelang.interpreter.expand.expand import Expander, Use
+from scenelang.interpreter.expand.scope import Macro, PaperForm, Scope, Variable, base_name
+from scenelang.interpreter.program.interactive import Piece, Version
+from scenelang.interpreter.program.program import FileExpander, SourceFile, TopForm
+from scenelang.interpreter.runtime.types import STD
+from scenelang.session import run_with_room
 
 _TAKES_WORD = frozenset(("call", "bind", "retrieve", "bound?", "scene", "primitive"))
 _LIBRARY = Path(__file__).parents[2]
@@ -189,3 +195,219 @@ def file_of(span: Span) -> Path:
     """The file that a span lies in; the library's own files too."""
     name = span.source.name
     return _LIBRARY / "stdlib" / name[len(STD) :] if name.startswith(STD) else Path(name).absolute()
+
+
+# What stands around a cursor, by the text alone, so that broken text does no harm.
+
+
+@dataclass(frozen=True, slots=True)
+class Around:
+    """A list that is open at the cursor: its items before the cursor as texts, nested ones as ``(``."""
+
+    start: int
+    items: tuple[str, ...]
+    square: bool = False
+
+    @property
+    def head(self) -> str:
+        return self.items[0] if self.items else ""
+
+
+@dataclass(frozen=True, slots=True)
+class CursorContext:
+    """``lists``: the open lists, innermost last. ``token``: the atom or string being written, up to the cursor, which
+    begins at ``start``; it is in none of the lists. ``kind``: atom, string, comment or gap."""
+
+    lists: tuple[Around, ...]
+    token: str
+    start: int
+    kind: str
+
+    @property
+    def inner(self) -> Around | None:
+        return self.lists[-1] if self.lists else None
+
+    @property
+    def position(self) -> int:
+        """Which item of the innermost list the cursor is at; 0 is the head."""
+        return len(self.lists[-1].items) if self.lists else 0
+
+    def word(self, list_: Around | None) -> str | None:
+        """The word of a ``(call "word" ...)``."""
+        if list_ is None or len(list_.items) < 2 or list_.head not in ("call", "primitive"):
+            return None
+        return unquoted(list_.items[1])
+
+
+def context(text: str, cursor: int, start: int = 0) -> CursorContext:
+    """The context of a cursor; ``start`` is a place at top level before it."""
+    open_lists: list[tuple[int, list[str], bool]] = []
+    for kind, begin, end in lexemes(text, start, cursor):
+        if end >= cursor and kind in ("atom", "string", "other", "comment", "block"):
+            closed = kind in ("string", "block") and end == cursor
+            if not closed:
+                token = "comment" if kind in ("comment", "block") else "atom" if kind == "atom" else "string"
+                return CursorContext(_frozen(open_lists), text[begin:cursor], begin, token)
+        if kind == "open":
+            if open_lists:
+                open_lists[-1][1].append("(")
+            open_lists.append((begin, [], text[begin] == "["))
+        elif kind == "close":
+            if open_lists:
+                open_lists.pop()
+        elif kind in ("atom", "string") and open_lists:
+            open_lists[-1][1].append(text[begin:end])
+    return CursorContext(_frozen(open_lists), "", cursor, "gap")
+
+
+def _frozen(lists: Sequence[tuple[int, list[str], bool]]) -> tuple[Around, ...]:
+    return tuple(Around(start, tuple(items), square) for start, items, square in lists)
+
+
+def unquoted(text: str) -> str | None:
+    """The value of a string's text; None for anything else."""
+    if len(text) < 2 or not text.startswith('"') or not text.endswith('"'):
+        return None
+    try:
+        value = json.loads(text)
+    except ValueError:
+        return text[1:-1]
+    return value if isinstance(value, str) else None
+
+
+def closed(text: str, start: int, cursor: int, token: str, name: str) -> str:
+    """The text from ``start`` with ``name`` in place of the token before the cursor, and all that is open closed."""
+    lists = context(text, cursor, start).lists
+    closers = "".join("]" if each.square else ")" for each in reversed(lists))
+    return f"{text[start : cursor - len(token)]}{name}{closers}"
+
+
+# The names that are visible at a cursor inside a form, found by expanding the form with a marker there.
+
+
+_MARKER = "cursor-stands-here"
+_DEPTH = 20_000
+
+
+class _FoundError(Exception):
+    """The expansion has come to the marker."""
+
+    def __init__(self, scope: Scope) -> None:
+        super().__init__()
+        self.scope = scope
+
+
+class _ProbeExpander(FileExpander):
+    def unbound(self, atom: Atom, scope: Scope) -> SceneError:
+        if base_name(atom.value) == _MARKER:
+            raise _FoundError(scope)
+        return Expander.unbound(self, atom, scope)
+
+
+def local_bindings(version: Version, text: str, start: int, end: int, cursor: int, token: str) -> dict[str, Any]:
+    """The local names at a cursor in the top-level form at ``start`` to ``end``, inner ones first."""
+    whole = f"{text[start : cursor - len(token)]} {_MARKER} {text[cursor:end]}"
+    for probe in (whole, closed(text, start, cursor, token, f" {_MARKER} ")):
+        scope = run_with_room(lambda probe=probe: _scope_at_marker(version, probe), _DEPTH)  # type: ignore[misc]
+        if scope is not None:
+            return dict(_locals(scope, version))
+    return {}
+
+
+def _scope_at_marker(version: Version, text: str) -> Scope | None:
+    source = Source("<probe>", text)
+    file = SourceFile(source, version.file.scope)
+    file.expander = _ProbeExpander(file, version.file.expander.run_macro)
+    file.expander.record_names = set(version.file.expander.record_names)
+    file.forms = [TopForm(read(source).forms)]
+    try:
+        file.scan()
+        file.finish()
+    except _FoundError as found:
+        return found.scope
+    except (SceneError, RecursionError):
+        pass
+    return None
+
+
+def _locals(scope: Scope | None, version: Version) -> Iterator[tuple[str, Any]]:
+    seen = set()
+    while scope is not None and scope is not version.file.scope:
+        for symbol, binding in scope.bindings.items():
+            name = base_name(symbol)
+            if name not in seen and name != _MARKER:
+                seen.add(name)
+                yield name, binding
+        scope = scope.parent
+
+
+# Offsets of a source and positions of the protocol: lines from 0, columns in UTF-16 code units.
+
+
+def position(source: Source, offset: int) -> lsp.Position:
+    line, column = source.position(min(offset, len(source.text)))
+    before = source.line(line)[: column - 1]
+    return lsp.Position(line - 1, column - 1 if before.isascii() else len(before.encode("utf-16-le")) // 2)
+
+
+def offset(source: Source, at: lsp.Position) -> int:
+    """The offset of a position; the end of the line, or of the text, for one beyond it."""
+    lines = source.text.count("\n") + 1
+    if at.line >= lines:
+        return len(source.text)
+    start, text = source.line_start(at.line + 1), source.line(at.line + 1)
+    if text.isascii():
+        return start + min(at.character, len(text))
+    units = 0
+    for index, character in enumerate(text):
+        if units >= at.character:
+            return start + index
+        units += 2 if ord(character) > 0xFFFF else 1
+    return start + len(text)
+
+
+def range_of(span: Span) -> lsp.Range:
+    return lsp.Range(position(span.source, span.start), position(span.source, span.end))
+
+
+def path_of(uri: str) -> Path:
+    """The file of a URI; for text that is in no file, a path that no file has."""
+    parts = urlsplit(uri)
+    if parts.scheme != "file":
+        return Path("/", "untitled", unquote(parts.path).strip("/") or "scene")
+    path = unquote(parts.path)
+    return Path(path[1:] if path[2:3] == ":" else path)  # file:///C:/scene
+
+
+def uri_of(path: Path) -> str:
+    return path.as_uri()
+
+
+# Diagnostics as the protocol has them.
+
+
+_START = lsp.Range(lsp.Position(0, 0), lsp.Position(0, 1))
+
+
+def shown(diagnostic: Diagnostic, source: Source) -> lsp.Diagnostic:
+    """A diagnostic in the text of ``source``; one about an imported file stands at the top and leads there."""
+    message = diagnostic.message if diagnostic.hint is None else f"{diagnostic.message}\nhint: {diagnostic.hint}"
+    span = diagnostic.span
+    here = span is not None and span.source is source
+    related = [
+        lsp.DiagnosticRelatedInformation(lsp.Location(uri_of(file_of(note.span)), range_of(note.span)), note.message)
+        for note in diagnostic.notes
+        if note.span is not None
+    ]
+    if span is not None and not here:
+        place = lsp.Location(uri_of(file_of(span)), range_of(span))
+        related.insert(0, lsp.DiagnosticRelatedInformation(place, diagnostic.message))
+    return lsp.Diagnostic(
+        range_of(span) if here and span is not None else _START,
+        message,
+        lsp.DiagnosticSeverity.Error if diagnostic.is_error else lsp.DiagnosticSeverity.Warning,
+        diagnostic.code,
+        source="scenelang",
+        tags=[lsp.DiagnosticTag.Unnecessary] if diagnostic.name == "unused" else None,
+        related_information=related or None,
+    )

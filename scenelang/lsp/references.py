@@ -2,18 +2,124 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 from scenelang.backends.files import read_regular
-from scenelang.editing import Editing
-from scenelang.grammar.source import Source, Span
-from scenelang.interpreter.library import STD
-from scenelang.interpreter.scope import PaperForm, Variable
-from scenelang.lsp.documents import Document, Documents
+from scenelang.grammar.datum import Source, Span
+from scenelang.interpreter.expand.scope import PaperForm, Variable, base_name
+from scenelang.interpreter.program.interactive import Version
+from scenelang.interpreter.runtime.types import STD
+from scenelang.interpreter.scene.shapes import WORDS
 from scenelang.lsp.names import Names, file_of
-from scenelang.session import IMPORT_FORM, Options, Session
+from scenelang.session import IMPORT_FORM, Editing, Options, Session, VersionAnalysis
+
+# The texts that are open in the editor, each with its analysis.
+
+
+class Document:
+    """One open text, and what the last analysis found that read it whole."""
+
+    def __init__(self, path: Path, editing: Editing, text: str) -> None:
+        self.path = path
+        self.editing = editing
+        self.source = Source(str(path), text)
+        self.analysis: VersionAnalysis | None = None
+        self._last: Version | None = None
+        self._globals: dict[str, Any] = {}
+        self._definitions: dict[Any, Any] = {}
+
+    def change(self, text: str) -> None:
+        """A new version of the text, which ``analyse`` has not seen yet."""
+        if text != self.source.text:
+            self.source = Source(str(self.path), text)
+            self.forget()
+
+    def forget(self) -> None:
+        """The text, or a file that it imports, has changed."""
+        self.analysis = None
+        self.__dict__.pop("names", None)
+
+    def analyse(self) -> VersionAnalysis:
+        """The analysis of the text as it is."""
+        if self.analysis is None:
+            self.analysis = self.editing.check(self.source)
+            if self.analysis.version is not None:
+                self._keep(self.analysis.version, any(d.code < "E2" for d in self.analysis.diagnostics))
+        return self.analysis
+
+    def _keep(self, version: Version, unreadable: bool) -> None:
+        """Keep what completion needs; of text that does not read, what the last good version had besides."""
+        self._last = version
+        names = {base_name(symbol): binding for symbol, binding in dict.items(version.file.names)}
+        self._globals = {**self._globals, **names} if unreadable else names
+        self._definitions = Names(version, self._definitions if unreadable else {}).definitions
+
+    @cached_property
+    def names(self) -> Names | None:
+        """What the names of the text mean."""
+        version = self.analyse().version
+        return Names(version, self._definitions) if version is not None else None
+
+    def last_version(self) -> Version | None:
+        """The version that was analysed last, perhaps before the last change: completion cannot wait."""
+        if self._last is None:
+            self.analyse()
+        return self._last
+
+    def definitions(self) -> dict[Any, Any]:
+        """Definitions of the last version by variable or word; of broken text those of the last good one too."""
+        self.last_version()
+        return self._definitions
+
+    def globals(self) -> dict[str, Any]:
+        """The names of the top level, like ``definitions``."""
+        self.last_version()
+        return self._globals
+
+    def form_around(self, cursor: int) -> tuple[int, int]:
+        """Where the top-level form at a cursor begins and ends, going by the first column: the text may be broken."""
+        text = self.source.text
+        start = text.rfind("\n(", 0, cursor) + 1
+        end = text.find("\n(", cursor)
+        return start, len(text) if end < 0 else end
+
+
+class Documents:
+    """All open texts."""
+
+    def __init__(self) -> None:
+        self._open: dict[Path, Document] = {}
+        self.texts: dict[Path, str] = {}  # by resolved path
+        self.root: Path | None = None
+
+    def open(self, path: Path, text: str) -> Document:
+        project = self.root if self.root is not None and path.is_relative_to(self.root) else None
+        editing = Editing(Session(Options(project=project)), self.texts)
+        document = self._open[path] = Document(path, editing, text)
+        self.texts[path.resolve()] = text
+        return document
+
+    def change(self, path: Path, text: str) -> Document:
+        document = self._open.get(path) or self.open(path, text)
+        document.change(text)
+        self.texts[path.resolve()] = text
+        return document
+
+    def close(self, path: Path) -> None:
+        self._open.pop(path, None)
+        self.texts.pop(path.resolve(), None)
+
+    def get(self, path: Path) -> Document | None:
+        return self._open.get(path)
+
+    def all(self) -> list[Document]:
+        return list(self._open.values())
+
 
 _MOST_FILES = 300
 _LARGEST = 2_000_000
@@ -35,7 +141,7 @@ class Target:
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class Location:
     """Where a target stands; of a word what is between the quotes."""
 
     span: Span
@@ -94,28 +200,28 @@ def _import_at(document: Document, names: Names, cursor: int) -> Span | None:
     return None
 
 
-def references(documents: Documents, document: Document, target: Target) -> list[Place]:
+def references(documents: Documents, document: Document, target: Target) -> list[Location]:
     """Every place of a name or word in the files of the workspace that belong to the same programs."""
     assert document.names is not None
     if target.is_local:
         return list(places(document.names, target))
-    found: dict[tuple[Path, int], Place] = {}
+    found: dict[tuple[Path, int], Location] = {}
     for names in connected(documents, document):
         for place in places(names, target):
             found.setdefault((file_of(place.span).resolve(), place.span.start), place)
     return list(found.values())
 
 
-def places(names: Names, target: Target) -> Iterator[Place]:
+def places(names: Names, target: Target) -> Iterator[Location]:
     """Where a target stands in one text."""
     if target.word:
         for word in names.uses_of_word(target.name):
-            yield Place(Span(word.span.source, word.span.start + 1, word.span.end - 1), word.defines)
+            yield Location(Span(word.span.source, word.span.start + 1, word.span.end - 1), word.defines)
         return
     for binding in names.bindings_named(target.name):
         place = names.definition_of(binding)
         if place is not None and key_of(place) == target.definition:
-            yield from (Place(use.span, use.defines) for use in names.uses_of_binding(binding))
+            yield from (Location(use.span, use.defines) for use in names.uses_of_binding(binding))
 
 
 # --- the files of a workspace ----------------------------------------------------------------------------------------
@@ -171,3 +277,124 @@ def session_for(path: Path, documents: Documents) -> Session:
     """A session whose programs may import from the workspace."""
     inside = documents.root is not None and path.is_relative_to(documents.root)
     return Session(Options(project=documents.root if inside else None))
+
+
+# Renaming of names and words in all files of a workspace, or the reason why not.
+
+
+_NAME = re.compile(r"[^\s()\[\]\";'`,:<#0-9][^\s()\[\]\";'`,:]*\Z")
+
+Edits = dict[Path, list[tuple[Span, str]]]
+
+
+class RefusedError(Exception):
+    """Why something cannot be renamed, in one line."""
+
+
+def refusal(target: Target) -> str | None:
+    """Why a target has a name that cannot be changed; None when it can."""
+    if target.word:
+        return None
+    assert target.definition is not None
+    if target.definition[0].parent.name == "stdlib":
+        return f"`{target.name}` belongs to the standard library"
+    if target.made:
+        return f"`{target.name}` is named after its record; change `define-record` and its uses by hand"
+    return None
+
+
+def renamed_part(target: Target) -> Span:
+    """What a person edits to rename the target: no quotes, colon, prefix or annotation."""
+    span, text = target.span, target.span.text
+    if target.word:
+        return Span(span.source, span.start + 1, span.end - 1)
+    start = text.partition("::")[0].rfind(target.name)
+    return span if start < 0 else Span(span.source, span.start + start, span.start + start + len(target.name))
+
+
+def renamed(documents: Documents, document: Document, cursor: int, new: str) -> Edits:
+    """The edits that rename what stands at a cursor, by file. Raises RefusedError where a program would mean something
+    else, or nothing, afterwards."""
+    target = target_at(document, cursor)
+    if target is None:
+        raise RefusedError("nothing here has a name that could be changed")
+    reason = refusal(target) or _unfit(target, new)
+    if reason is not None:
+        raise RefusedError(reason)
+    if target.word:
+        _check_word(documents, document, new)
+    found = references(documents, document, target)
+    edits: Edits = {}
+    for place in found:
+        replaced = _respelled(place.span.text, target, new)
+        if replaced is not None:
+            edits.setdefault(file_of(place.span), []).append((place.span, replaced))
+    for path in edits:
+        _check_file(documents, path, edits, target, found, new)
+    return edits
+
+
+def _unfit(target: Target, new: str) -> str | None:
+    if target.word:
+        bad = not new or any(c in new for c in '"\\\n\r')
+        return "a word may not hold quotes, backslashes or line ends" if bad else None
+    return None if _NAME.match(new) else f"`{new}` is no name"
+
+
+def _check_word(documents: Documents, document: Document, new: str) -> None:
+    """Refuse a word that something else has already."""
+    if new in WORDS:
+        raise RefusedError(f'"{new}" is the word of a primitive')
+    for names in connected(documents, document):
+        if new in names.version.program.all_words or any(names.uses_of_word(new)):
+            raise RefusedError(f'there is a word "{new}" already')
+
+
+def _respelled(old: str, target: Target, new: str) -> str | None:
+    """The new spelling: prefixes of imports, colons of keyword parameters and annotations stay."""
+    if target.word:
+        return new
+    body, sign, annotation = old.partition("::")
+    if body.startswith(":"):
+        return f":{new}{sign}{annotation}" if body[1:] == target.name else None
+    if body.endswith(target.name):
+        return f"{body[: len(body) - len(target.name)]}{new}{sign}{annotation}"
+    return None
+
+
+def _check_file(
+    documents: Documents, path: Path, edits: Edits, target: Target, found: Sequence[Location], new: str
+) -> None:
+    """Refuse a renaming after which a file has more errors, or its names mean something else."""
+    texts = {other.resolve(): _edited(changes)[0] for other, changes in edits.items()}
+    text, moved = _edited(edits[path])
+    session = session_for(path, documents)
+    before = Editing(session, dict(documents.texts)).check(Source(str(path), edits[path][0][0].source.text))
+    after = Editing(session, {**documents.texts, **texts}).check(Source(str(path), text))
+    if _errors(after) > _errors(before):
+        problem = next(d for d in after.diagnostics if d.is_error)
+        raise RefusedError(f"`{new}` cannot stand in {path.name}: {problem.message}")
+    if target.word or after.version is None:
+        return
+    names = Names(after.version)
+    place = next((names.definition_of(use.binding) for start in moved if (use := names.use_at(start + 1))), None)
+    bindings = [use.binding for start in moved if (use := names.use_at(start + 1)) is not None]
+    same = [b for b in bindings if place is not None and (d := names.definition_of(b)) and key_of(d) == key_of(place)]
+    stands = {use.span.start for binding in set(map(id, same)) for b in same if id(b) == binding
+              for use in names.uses_of_binding(b)}  # fmt: skip
+    if len(same) < len(moved) or stands != set(moved):
+        raise RefusedError(f"`{new}` has a meaning in {path.name} already")
+
+
+def _errors(analysis: VersionAnalysis) -> int:
+    return sum(d.is_error for d in analysis.diagnostics)
+
+
+def _edited(changes: Sequence[tuple[Span, str]]) -> tuple[str, list[int]]:
+    """A file's text after edits, and where the new pieces begin in it."""
+    text, starts, shift = changes[0][0].source.text, [], 0
+    for span, replaced in sorted(changes, key=lambda change: change[0].start):
+        text = text[: span.start + shift] + replaced + text[span.end + shift :]
+        starts.append(span.start + shift)
+        shift += len(replaced) - (span.end - span.start)
+    return text, starts

@@ -13,14 +13,12 @@ from pygls.exceptions import JsonRpcInvalidParams
 from pygls.lsp.server import LanguageServer
 
 from scenelang.formatting import indents_of
+from scenelang.grammar.datum import Span
 from scenelang.grammar.formatter import UnreadableError, edit_between, format_range, format_text
-from scenelang.grammar.source import Span
-from scenelang.lsp import actions, completion, references, renaming, signatures, symbols
-from scenelang.lsp.describe import of_attribute, of_binding, of_word
-from scenelang.lsp.diagnostics import shown
-from scenelang.lsp.documents import Document, Documents
-from scenelang.lsp.names import file_of
-from scenelang.lsp.texts import offset, path_of, range_of, uri_of
+from scenelang.lsp import completion, references, symbols
+from scenelang.lsp.completion import of_attribute, of_binding, of_word
+from scenelang.lsp.names import file_of, offset, path_of, range_of, shown, uri_of
+from scenelang.lsp.references import Document, Documents
 
 PAUSE = 0.03  # seconds without a change before the text is analysed
 
@@ -168,7 +166,7 @@ def _reading(server: Server) -> None:
         lsp.SignatureHelpOptions(trigger_characters=["(", " "], retrigger_characters=[":", " "]),
     )
     def signature_help(document: Document, params: lsp.SignatureHelpParams) -> lsp.SignatureHelp | None:
-        return signatures.signature_help(document, _cursor(document, params.position))
+        return completion.signature_help(document, _cursor(document, params.position))
 
     @server.answers(lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL)
     def document_symbol(document: Document, params: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
@@ -215,15 +213,15 @@ def _navigation(server: Server) -> None:
     @server.answers(lsp.TEXT_DOCUMENT_PREPARE_RENAME)
     def prepare_rename(document: Document, params: lsp.PrepareRenameParams) -> lsp.Range | None:
         target = target_at(document, params)
-        if target is None or renaming.refusal(target) is not None:
+        if target is None or references.refusal(target) is not None:
             return None
-        return range_of(renaming.renamed_part(target))
+        return range_of(references.renamed_part(target))
 
     @server.answers(lsp.TEXT_DOCUMENT_RENAME, lsp.RenameOptions(prepare_provider=True))
     def rename(document: Document, params: lsp.RenameParams) -> lsp.WorkspaceEdit:
         try:
-            edits = renaming.renamed(server.documents, document, _cursor(document, params.position), params.new_name)
-        except renaming.RefusedError as refused:
+            edits = references.renamed(server.documents, document, _cursor(document, params.position), params.new_name)
+        except references.RefusedError as refused:
             raise JsonRpcInvalidParams(str(refused)) from None
         return lsp.WorkspaceEdit(
             {server.uri(path): [lsp.TextEdit(range_of(span), text) for span, text in changes]
@@ -250,7 +248,7 @@ def _changing(server: Server) -> None:
         lsp.CodeActionOptions([lsp.CodeActionKind.QuickFix, lsp.CodeActionKind.SourceFixAll]),
     )
     def code_action(document: Document, params: lsp.CodeActionParams) -> list[lsp.CodeAction]:
-        return actions.code_actions(document, params.text_document.uri, params)
+        return symbols.code_actions(document, params.text_document.uri, params)
 
 
 def _formatted(document: Document, format_: Callable[[str, Any], str]) -> list[lsp.TextEdit] | None:

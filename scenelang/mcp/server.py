@@ -18,9 +18,7 @@ from mcp.types import CallToolResult, ContentBlock, ImageContent, InputRequiredR
 from pydantic import Field, ValidationError
 
 from scenelang.mcp import tools
-from scenelang.mcp.answers import Answer, clipped, refused
-from scenelang.mcp.primer import primer_text
-from scenelang.mcp.project import Program, Project, WrongArguments
+from scenelang.mcp.tools import Project, ProjectProgram, ToolAnswer, WrongArguments, clipped, primer_text, refused
 from scenelang.sandbox.supervision import Ended
 from scenelang.sandbox.worker import Worker
 from scenelang.scene_changes import TOLERANCE
@@ -77,7 +75,7 @@ def _line(error: ToolError) -> str:
     return clipped(str(cause or error)).replace("\n", " ")
 
 
-def work(tool: Callable[..., Answer], *arguments: Any) -> Answer:
+def work(tool: Callable[..., ToolAnswer], *arguments: Any) -> ToolAnswer:
     """What a worker's process does."""
     try:
         return tool(*arguments)
@@ -97,7 +95,7 @@ def build_server(project: Project, version: str, worker: Worker) -> SceneServer:
     )
     turns = anyio.Lock()
 
-    async def result(tool: Callable[..., Answer], *arguments: Any) -> CallToolResult:
+    async def result(tool: Callable[..., ToolAnswer], *arguments: Any) -> CallToolResult:
         async with turns:
             return await _asked(worker, tool, project, *arguments)
 
@@ -115,17 +113,17 @@ def _add_facts(server: SceneServer, result: Result) -> None:
         geometry: Annotated[bool, Field(description="also evaluate, and look for odd overlaps and gaps")] = False,
     ) -> CallToolResult:
         """Find the mistakes of a program, with their places and how to mend them, without running it."""
-        return await result(tools.check, Program(program, path), geometry)
+        return await result(tools.check, ProjectProgram(program, path), geometry)
 
     @server.tool(annotations=_READS)
     async def run(program: Text = "", path: File = "", root: Root = "") -> CallToolResult:
         """Evaluate a program: root, entities, instances, primitives, bounding box, frames, what it printed."""
-        return await result(tools.run, Program(program, path, root))
+        return await result(tools.run, ProjectProgram(program, path, root))
 
     @server.tool(annotations=_READS)
     async def count(program: Text = "", path: File = "", root: Root = "", frame: Number = 0) -> CallToolResult:
         """Evaluate a program and count the instances of every word."""
-        return await result(tools.count, Program(program, path, root), frame)
+        return await result(tools.count, ProjectProgram(program, path, root), frame)
 
     @server.tool(annotations=_READS)
     async def diff(
@@ -136,7 +134,7 @@ def _add_facts(server: SceneServer, result: Result) -> None:
         tolerance: Part = TOLERANCE,
     ) -> CallToolResult:
         """Evaluate two programs, A and B: what moved, was recoloured, is missing or new in B."""
-        a, b = Program(program_a, path_a), Program(program_b, path_b)
+        a, b = ProjectProgram(program_a, path_a), ProjectProgram(program_b, path_b)
         return await result(tools.diff, a, b, tolerance)
 
 
@@ -152,8 +150,8 @@ def _add_pictures(server: SceneServer, result: Result) -> None:
         height: Side = tools.SIZE,
     ) -> CallToolResult:
         """Evaluate a program and draw it: a draft picture (PNG)."""
-        view = tools.View(camera, frame, width, height)
-        return await result(tools.render, Program(program, path, root), view)
+        view = tools.ToolView(camera, frame, width, height)
+        return await result(tools.render, ProjectProgram(program, path, root), view)
 
 
 def _add_help(server: SceneServer) -> None:
@@ -175,7 +173,7 @@ def _add_help(server: SceneServer) -> None:
         return primer_text()
 
 
-async def _asked(worker: Worker, tool: Callable[..., Answer], *arguments: Any) -> CallToolResult:
+async def _asked(worker: Worker, tool: Callable[..., ToolAnswer], *arguments: Any) -> CallToolResult:
     """The result of a tool that runs in a worker's process; a client that cancels the call ends it."""
     try:
         return _result(await _in_thread(worker, tool, *arguments))
@@ -185,17 +183,17 @@ async def _asked(worker: Worker, tool: Callable[..., Answer], *arguments: Any) -
         raise ToolError(str(error)) from None
 
 
-async def _in_thread(worker: Worker, *arguments: Any) -> Answer:
+async def _in_thread(worker: Worker, *arguments: Any) -> ToolAnswer:
     ask = lambda: worker.ask(*arguments)
     try:
-        answer: Answer = await anyio.to_thread.run_sync(ask, abandon_on_cancel=True)
+        answer: ToolAnswer = await anyio.to_thread.run_sync(ask, abandon_on_cancel=True)
         return answer
     except anyio.get_cancelled_exc_class():
         worker.interrupt()
         raise
 
 
-def _result(answer: Answer) -> CallToolResult:
+def _result(answer: ToolAnswer) -> CallToolResult:
     content: list[ContentBlock] = [TextContent(text=answer.text)]
     if answer.png is not None:
         content.insert(0, ImageContent(data=base64.b64encode(answer.png).decode("ascii"), mime_type="image/png"))

@@ -3,25 +3,228 @@ WrongArguments."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import islice
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scenelang.backends.base import frame_of
-from scenelang.grammar.diagnostics import SceneError, suggest
-from scenelang.interpreter.entity import Scene, count_words
-from scenelang.mcp.answers import MOST_ITEMS, Answer, answer, bounded_text, diagnosed, printed, refused
-from scenelang.mcp.project import Program, Project, WrongArguments, wrong_arguments
+from scenelang.grammar.datum import Source
+from scenelang.grammar.diagnostics import Diagnostic, SceneError, printable, render_text, suggest, to_json
+from scenelang.interpreter.runtime.limits import Limits
+from scenelang.interpreter.scene.entity import Scene, count_words
+from scenelang.primer import primer, summary, summary_rows
 from scenelang.sandbox.supervision import limited
 from scenelang.scene_changes import TOLERANCE, change_lines, changes_between, sheets_in, sheets_of
-from scenelang.summary import summary, summary_rows
+from scenelang.session import Options, Session
+from scenelang.zfile import beside, read_entries
 
 if TYPE_CHECKING:
-    from scenelang.backends.camera import Camera
-    from scenelang.backends.viewpoint import Viewpoint
-    from scenelang.interpreter.difference import Sheet
+    from scenelang.backends.pictures.camera import Camera, Viewpoint
+    from scenelang.interpreter.runtime.runtime import ZEntry
+    from scenelang.interpreter.scene.difference import Sheet
     from scenelang.session import Evaluated
+
+
+# What a tool answers: text for people and models, data for programs, a picture. All of it is bounded in size, and
+# holds no character that a terminal would act on.
+
+
+MOST_ITEMS = 100  # of a list of changes, of lines that a program printed
+_MOST_DIAGNOSTICS = 20
+_MOST_INSIDE = 10  # items of a list inside an item
+_LONGEST_TEXT = 20_000  # characters
+_LONGEST_STRING = 500
+
+
+@dataclass(frozen=True, slots=True)
+class ToolAnswer:
+    """``data`` is None where a picture says everything; ``png`` is that picture."""
+
+    text: str
+    data: dict[str, Any] | None = None
+    png: bytes | None = None
+
+
+def answer(lines: Iterable[str], data: dict[str, Any]) -> ToolAnswer:
+    """Text and data, cut to a size that a model can take."""
+    return ToolAnswer(bounded_text(lines), bounded(data))
+
+
+def bounded_text(lines: Iterable[str]) -> str:
+    """The lines as one text; what is left out of it is counted."""
+    text = printable("\n".join(lines))
+    if len(text) <= _LONGEST_TEXT:
+        return text
+    return f"{text[:_LONGEST_TEXT]}\n... and {len(text) - _LONGEST_TEXT:,} characters more"
+
+
+def bounded(data: dict[str, Any], most: int = MOST_ITEMS) -> dict[str, Any]:
+    """Plain data with short lists and strings. Beside a list that was cut, ``NAME_left_out`` counts what is missing."""
+    found: dict[str, Any] = {}
+    for name, value in data.items():
+        found[printable(name)] = _bounded(value, most)
+        if isinstance(value, list) and len(value) > most:
+            found[f"{name}_left_out"] = len(value) - most
+    return found
+
+
+def _bounded(value: Any, most: int) -> Any:
+    if isinstance(value, str):
+        return clipped(value)
+    if isinstance(value, dict):
+        return bounded(value, min(most, _MOST_INSIDE))
+    if isinstance(value, list):
+        return [_bounded(item, min(most, _MOST_INSIDE)) for item in value[:most]]
+    return value
+
+
+def clipped(text: str) -> str:
+    """A string that is not too long, without control characters."""
+    shown = printable(text[:_LONGEST_STRING])
+    left = len(text) - _LONGEST_STRING
+    return shown if left <= 0 else f"{shown}... and {left:,} characters more"
+
+
+# --- diagnostics and logs ------------------------------------------------------------------------------------------
+
+
+def diagnosed(diagnostics: Sequence[Diagnostic]) -> tuple[list[str], dict[str, Any]]:
+    """Diagnostics as lines and as data, errors first; the first few of them, and how many more there are."""
+    ordered = sorted(diagnostics, key=lambda diagnostic: not diagnostic.is_error)
+    shown = ordered[:_MOST_DIAGNOSTICS]
+    left = len(ordered) - len(shown)
+    lines = [render_text(diagnostic) for diagnostic in shown] + ([f"... and {left:,} more"] if left else [])
+    data: dict[str, Any] = {"diagnostics": [to_json(diagnostic) for diagnostic in shown]}
+    return lines, data | ({"diagnostics_left_out": left} if left else {})
+
+
+def printed(log: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
+    """What a program printed, as lines and as data."""
+    left = len(log) - MOST_ITEMS
+    lines = [clipped(line) for line in log[:MOST_ITEMS]] + ([f"... and {left:,} lines more"] if left > 0 else [])
+    return ["printed:", *lines] if log else [], {"log": list(log)}
+
+
+def refused(diagnostics: Sequence[Diagnostic], log: Sequence[str] = ()) -> ToolAnswer:
+    """The answer about a program that is wrong."""
+    lines, data = diagnosed(diagnostics)
+    said, more = printed(log)
+    return answer([*lines, *said], {"ok": False, **data, **(more if log else {})})
+
+
+# The language on a few pages, for an agent that is to write it.
+
+
+_START = """# The Scene Language
+
+A scene is a program of words and functions. `bind` binds a function to a word, `call` makes an entity of a word,
+`transform` puts it under a pose (a 4x4 matrix), `union` brings several together. A word that nothing binds is a
+primitive: one of those below, or a box with its word on it. The scene is the word that no other function calls.
+
+y is up, lengths are the scene's units, angles radians. Colours are linear, `[red green blue]` from 0 to 1, or
+`(color "ivory")`. `[1 2 3]` is an array, `:name` a keyword argument, `;` begins a comment.
+
+```scene
+(bind "step"
+  (lambda (:width)
+    (call "cube" :scale [width .2 .6] :color [.6 .4 .3])))
+
+(bind "stairs"
+  (lambda ()
+    (union-loop 8
+      (lambda (i)
+        (transform (call "step" :width 2) (translate [0 (* i .2) (* i -.6)]))))))
+```
+
+A 4D scene is a root whose value is `(frames list)`, one entity for every moment.
+"""
+_END = "\nThe tool `help` tells what each name does."
+
+
+def primer_text() -> str:
+    """The primer as Markdown, with an example."""
+    return "\n".join([_START, primer(), _END])
+
+
+# The one folder that an agent may read from, and programs in it.
+
+
+_NAME = "<program>"
+_LONGEST_PROGRAM = 1_000_000  # characters; no model writes more, and what is larger can lie in a file
+_SHOWN = 120
+
+
+class WrongArguments(Exception):
+    """A call that makes no sense, whatever the program. Its text is one line for the agent."""
+
+
+def wrong_arguments(error: SceneError) -> WrongArguments:
+    """A SceneError about the arguments of a call, as one line."""
+    return WrongArguments("; ".join(part for part in (error.message, error.hint) if part))
+
+
+@dataclass(frozen=True, slots=True)
+class ProjectProgram:
+    """What a call is about: the text of a program, or a file. Exactly one is given, the other is empty. ``root`` is the
+    word to evaluate (empty: the program's own)."""
+
+    text: str = ""
+    path: str = ""
+    root: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Project:
+    """The folder ``root``, resolved, and what evaluations in it may use. It is the working folder of the process too,
+    so that what a program imports is looked for in it."""
+
+    root: Path
+    limits: Limits
+
+    def file(self, path: str) -> Path:
+        """The regular file of that path, links followed; raises WrongArguments for what is none, or lies outside."""
+        shown = printable(path[:_SHOWN]).replace("\n", " ")
+        try:
+            target = (self.root / path).resolve()
+            is_inside, is_file = target.is_relative_to(self.root), target.is_file()
+        except (OSError, ValueError, RuntimeError):
+            raise WrongArguments(f"`{shown}` is no path") from None
+        if not is_inside:
+            raise WrongArguments(f"`{shown}` leads out of the project folder")
+        if not is_file:
+            raise WrongArguments(f"there is no file `{shown}` in the project folder")
+        return target
+
+    def opened(self, program: ProjectProgram) -> tuple[Session, Source]:
+        """The session and the source to check or evaluate. Raises WrongArguments for a call that names no program,
+        SceneError for a file that holds none."""
+        if bool(program.text) == bool(program.path):
+            raise WrongArguments("give either `program`, the text, or `path`, a file of the project folder")
+        if program.text:
+            return self._session(program, {}), Source(_NAME, _checked(program.text))
+        file = self.file(program.path)
+        session = self._session(program, self._embeddings(file))
+        return session, Source(str(file.relative_to(self.root)), session.source(str(file)).text)
+
+    def _session(self, program: ProjectProgram, entries: dict[str, ZEntry]) -> Session:
+        return Session(Options(root=program.root or None, limits=self.limits, project=self.root, z_entries=entries))
+
+    def _embeddings(self, file: Path) -> dict[str, ZEntry]:
+        """Z of a program, as on the command line: what lies beside it."""
+        z = beside(str(file))
+        return read_entries(self.file(str(z))) if os.path.exists(z) else {}
+
+
+def _checked(text: str) -> str:
+    if len(text) > _LONGEST_PROGRAM:
+        raise WrongArguments(
+            f"`program` is longer than {_LONGEST_PROGRAM:,} characters; save it as a file, give `path`"
+        )
+    return text
+
 
 LARGEST = 1024  # pixels of a picture's side
 SIZE = 512
@@ -31,7 +234,7 @@ _CHANGES_TOLD = 20
 
 
 @dataclass(frozen=True, slots=True)
-class View:
+class ToolView:
     """What a picture shows: a frame of a 4D scene (None: the first), from where, in how many pixels."""
 
     camera: str = ""
@@ -40,7 +243,7 @@ class View:
     height: int = SIZE
 
 
-def check(project: Project, program: Program, geometry: bool) -> Answer:
+def check(project: Project, program: ProjectProgram, geometry: bool) -> ToolAnswer:
     """Every error and warning; ``geometry`` evaluates the program and looks for odd overlaps and gaps too."""
     try:
         with limited(project.limits):
@@ -53,10 +256,10 @@ def check(project: Project, program: Program, geometry: bool) -> Answer:
     return answer(lines or ["no errors and no warnings"], {"ok": ok, **data})
 
 
-def run(project: Project, program: Program) -> Answer:
+def run(project: Project, program: ProjectProgram) -> ToolAnswer:
     """What the scene is: root, entities, instances, primitives, bounding box, frames, what the program printed."""
 
-    def told(scene: Scene, result: Evaluated) -> Answer:
+    def told(scene: Scene, result: Evaluated) -> ToolAnswer:
         facts = summary(scene)
         lines, data = diagnosed(result.diagnostics)
         said, log = printed(result.log)
@@ -66,10 +269,10 @@ def run(project: Project, program: Program) -> Answer:
     return _of_scene(project, program, told)
 
 
-def count(project: Project, program: Program, frame: int) -> Answer:
+def count(project: Project, program: ProjectProgram, frame: int) -> ToolAnswer:
     """The instances of every word in a frame, in the order of first appearance."""
 
-    def told(scene: Scene, _: Evaluated) -> Answer:
+    def told(scene: Scene, _: Evaluated) -> ToolAnswer:
         counts = count_words(scene.frames[_frame(scene, frame)])
         shown = dict(islice(((word, n) for word, n in counts.items() if len(word) <= _LONGEST_WORD), _MOST_WORDS))
         left = len(counts) - len(shown)
@@ -80,16 +283,16 @@ def count(project: Project, program: Program, frame: int) -> Answer:
     return _of_scene(project, program, told)
 
 
-def render(project: Project, program: Program, view: View) -> Answer:
+def render(project: Project, program: ProjectProgram, view: ToolView) -> ToolAnswer:
     """A draft picture of a frame."""
     camera = _camera(project, view.camera)
 
-    def told(scene: Scene, result: Evaluated) -> Answer:
-        from scenelang.backends import picture
+    def told(scene: Scene, result: Evaluated) -> ToolAnswer:
+        from scenelang.backends.pictures import film
 
         frame = _frame(scene, view.frame)
         warned = list(result.diagnostics)
-        options = picture.PictureOptions(
+        options = film.PictureOptions(
             frame=frame,
             limit=project.limits.primitives,
             warn=warned.append,
@@ -97,15 +300,15 @@ def render(project: Project, program: Program, view: View) -> Answer:
             height=view.height,
             camera=camera,
         )
-        png = picture.png_of(picture.render(scene, options))
+        png = film.png_of(film.render(scene, options))
         of = f", frame {frame} of {len(scene.frames)} (0 to {len(scene.frames) - 1})" if scene.animated else ""
         lines, _ = diagnosed(warned)
-        return Answer(bounded_text([f"{scene.word}{of}, {view.width} x {view.height} pixels", *lines]), None, png)
+        return ToolAnswer(bounded_text([f"{scene.word}{of}, {view.width} x {view.height} pixels", *lines]), None, png)
 
     return _of_scene(project, program, told)
 
 
-def diff(project: Project, a: Program, b: Program, tolerance: float = TOLERANCE) -> Answer:
+def diff(project: Project, a: ProjectProgram, b: ProjectProgram, tolerance: float = TOLERANCE) -> ToolAnswer:
     """What moved, was recoloured, is missing or new in B."""
     sides: list[list[Sheet]] = []
     for name, program in (("a", a), ("b", b)):
@@ -113,8 +316,8 @@ def diff(project: Project, a: Program, b: Program, tolerance: float = TOLERANCE)
             side = _sheets(project, program)
         except WrongArguments as error:
             raise WrongArguments(f"scene {name.upper()}: {error}") from None
-        if isinstance(side, Answer):
-            return Answer(f"scene {name.upper()} is wrong:\n{side.text}", {"side": name, **(side.data or {})})
+        if isinstance(side, ToolAnswer):
+            return ToolAnswer(f"scene {name.upper()} is wrong:\n{side.text}", {"side": name, **(side.data or {})})
         sides.append(side)
     try:
         with limited(project.limits):
@@ -127,25 +330,24 @@ def diff(project: Project, a: Program, b: Program, tolerance: float = TOLERANCE)
     return answer(change_lines(found, _CHANGES_TOLD), {"ok": True, **data, **more})
 
 
-def explain(name: str) -> Answer:
+def explain(name: str) -> ToolAnswer:
     """What a name of the language, a primitive, an attribute or a diagnostic is; without a name, the primer."""
-    from scenelang.descriptions import description, known_names
-    from scenelang.mcp.primer import primer_text
+    from scenelang.primer import description, known_names
 
     asked = name.strip()
     if not asked:
-        return Answer(primer_text())
+        return ToolAnswer(primer_text())
     lines = description(asked)
     if not lines:
         hint = suggest(asked, known_names()) or "help without a name gives an overview"
         raise WrongArguments(f"there is nothing known of `{asked[:80]}`; {hint}")
-    return Answer(bounded_text(lines))
+    return ToolAnswer(bounded_text(lines))
 
 
 # --- what they share -----------------------------------------------------------------------------------------------
 
 
-def _of_scene(project: Project, program: Program, told: Callable[[Scene, Evaluated], Answer]) -> Answer:
+def _of_scene(project: Project, program: ProjectProgram, told: Callable[[Scene, Evaluated], ToolAnswer]) -> ToolAnswer:
     """What ``told`` says of the program's scene; its diagnostics where it has none, or where nothing can be said."""
     try:
         with limited(project.limits):
@@ -158,7 +360,7 @@ def _of_scene(project: Project, program: Program, told: Callable[[Scene, Evaluat
         return refused([error.diagnostic])
 
 
-def _sheets(project: Project, program: Program) -> list[Sheet] | Answer:
+def _sheets(project: Project, program: ProjectProgram) -> list[Sheet] | ToolAnswer:
     """The frames of a program or of a flattened scene (.json), or the answer that says why there are none."""
     limit = project.limits.primitives
     try:
@@ -182,7 +384,7 @@ def _frame(scene: Scene, frame: int | None) -> int:
 
 def _camera(project: Project, text: str) -> Viewpoint | Camera:
     """What `--camera` understands; the file of a camera must lie in the project folder."""
-    from scenelang.backends.viewpoint import parse_viewpoint
+    from scenelang.backends.pictures.camera import parse_viewpoint
 
     asked = text.strip()
     try:

@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
+import argparse
+import re
+import shlex
+import tempfile
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, NoReturn
 
+from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError, suggest
+from scenelang.interpreter.runtime.types import Builtin
+from scenelang.interpreter.scene.entity import Scene, count_words
+from scenelang.repl.display import clean, signature_of
+from scenelang.repl.evaluation import checked_program, comment_of, description, function_of, known_names
+from scenelang.repl.loop import Quit, Repl
 
 if TYPE_CHECKING:
+    from scenelang.inference.conductor import Inference, Result
     from scenelang.repl.loop import Repl
 
 
@@ -27,10 +39,8 @@ class Command:
 @cache
 def commands() -> tuple[Command, ...]:
     """Every command, in the order of the help."""
-    from scenelang.repl import about_commands, file_commands, model_commands, scene_commands
 
-    tables = (about_commands, scene_commands, file_commands, model_commands)
-    found = [command for table in tables for command in table.COMMANDS]
+    found = (*ABOUT_COMMANDS, *SCENE_COMMANDS, *FILE_COMMANDS, *MODEL_COMMANDS)
     order = _ORDER.split()
     return tuple(sorted(found, key=lambda command: order.index(command.name)))
 
@@ -84,3 +94,502 @@ def table(rows: Sequence[tuple[str, str]]) -> list[str]:
     """Two columns."""
     across = max((len(left) for left, _ in rows), default=0)
     return [f"{left.ljust(across)}  {right}".rstrip() for left, right in rows]
+
+
+# Commands about names and forms: help, doc, apropos, source, expand, time, trace, seed, reset, quit.
+
+
+_MOST_FOUND = 40
+
+
+def _help(repl: Repl, rest: str) -> None:
+    chosen = (find(rest.lstrip(",")),) if rest else commands()
+    repl.screen.rows(table([(command.usage, command.doc) for command in chosen]))
+    if not rest:
+        repl.screen.rows(["*1 *2 *3 are the last values, *e is the last error. Ctrl-C stops, Ctrl-D leaves."])
+
+
+# --- what names are ------------------------------------------------------------------------------------------------
+
+
+def _doc(repl: Repl, rest: str) -> None:
+    name = wanted(rest, "doc", "a name")
+    lines = description(repl.evaluation.top, name)
+    if not lines:
+        known = known_names(repl.evaluation.top)
+        raise SceneError("unbound", f"there is nothing known of `{name[:40]}`", suggest(name, known))
+    repl.screen.prose(lines)
+
+
+def _apropos(repl: Repl, rest: str) -> None:
+    from scenelang.stdlib.reference import records
+
+    text = wanted(rest, "apropos", "a text to look for").lower()
+    own = [(name, "") for name, binding in repl.evaluation.top.names() if not isinstance(binding, Builtin)]
+    found = [(name, _kind(repl, name)) for name, _ in own if text in name.lower() and not name.startswith("*")]
+    found += [(f'"{w}"', "a word of this session") for w in repl.evaluation.top.file.words if text in w.lower()]
+    near = [record for record in records() if text in record.name.lower()]
+    far = [record for record in records() if record not in near and text in record.doc.lower()]
+    rows = [*found, *((record.name, record.doc) for record in [*near, *far])]
+    if not rows:
+        repl.screen.rows([f"nothing holds `{rest[:40]}`"])
+        return
+    repl.screen.rows(table(rows[:_MOST_FOUND]))
+    if len(rows) > _MOST_FOUND:
+        repl.screen.rows([f"... {len(rows) - _MOST_FOUND} more"])
+
+
+def _kind(repl: Repl, name: str) -> str:
+    function = function_of(repl.evaluation.top, name)
+    return signature_of(function) if function is not None else "of this session"
+
+
+def _source(repl: Repl, rest: str) -> None:
+    name = wanted(rest, "source", "a name or a word")
+    top = repl.evaluation.top
+    form = top.definition_of(name) or top.definition_of(f'"{name.strip(chr(34))}"')
+    if form is not None:
+        repl.screen.rows([*comment_of(form), *(line for d in form.datums for line in d.span.text.split("\n"))])
+        return
+    text = _library_source(repl, name)
+    if text is None:
+        raise SceneError(
+            "unbound", f"there is no definition of `{name[:40]}`", suggest(name, [n for n, _ in top.names()])
+        )
+    repl.screen.rows(text.split("\n"))
+
+
+def _library_source(repl: Repl, name: str) -> str | None:
+    """A definition of the library that is written in the language."""
+    from scenelang.grammar.datum import Source
+    from scenelang.grammar.reader import read
+
+    library = repl.evaluation.session.library
+    start = re.compile(rf"^\(define \(?{re.escape(name)}[\s)]", re.M)
+    for module, text in library.modules.items():
+        if start.search(text):
+            for datum in read(Source(module, text)).forms:
+                if start.match(datum.span.text):
+                    return datum.span.text
+    if name in library.builtins:
+        raise SceneError("value", f"`{name}` is built in; `,doc {name}` tells what it does")
+    return None
+
+
+# --- forms ---------------------------------------------------------------------------------------------------------
+
+
+def _expand(repl: Repl, rest: str) -> None:
+    from scenelang.grammar.layout import layout
+    from scenelang.interpreter.compile.unparse import unparse
+    from scenelang.interpreter.expand.forms import INDENTS
+
+    evaluation = repl.evaluation
+    source = evaluation.source(wanted(rest, "expand", "a form"))
+    trees = evaluation.run(lambda: evaluation.top.expansion(source))
+    text = layout(unparse(trees), indents=INDENTS)
+    repl.screen.rows(text.rstrip("\n").split("\n"))
+
+
+def _time(repl: Repl, rest: str) -> None:
+    evaluation = repl.evaluation
+    outcome = evaluation.evaluate(evaluation.source(wanted(rest, "time", "a form")))
+    repl.show(outcome)
+    if outcome.ok:
+        repl.screen.write(f"{outcome.seconds:.3f} s, {outcome.steps:,} steps, {outcome.entities:,} entities made")
+    repl.changed()
+
+
+def _trace(repl: Repl, rest: str) -> None:
+    evaluation = repl.evaluation
+    if not rest:
+        repl.screen.rows([f"traced: {name}" for name in sorted(evaluation.tracer.names)] or ["nothing is traced"])
+        return
+    top, name = evaluation.top, rest
+    if function_of(top, name) is None:
+        name = f'"{rest.strip(chr(34))}"'
+        if function_of(top, name) is None and name not in evaluation.tracer.names:
+            known = [*(n for n, _ in top.names()), *top.file.words]
+            raise SceneError("unbound", f"`{rest[:40]}` is no function or word of this session", suggest(rest, known))
+    traced = evaluation.tracer.toggle(top, name)
+    repl.screen.write(f"{name} is {'traced' if traced else 'no longer traced'}")
+
+
+# --- the session ---------------------------------------------------------------------------------------------------
+
+
+def _seed(repl: Repl, rest: str) -> None:
+    try:
+        seed = int(wanted(rest, "seed", "a whole number"))
+    except ValueError:
+        raise SceneError("value", f"`{rest[:40]}` is no whole number") from None
+    repl.evaluation.set_seed(seed)
+
+
+def _reset(repl: Repl, rest: str) -> None:
+    repl.evaluation.reset()
+    repl.screen.write("nothing is defined now")
+
+
+def _quit(repl: Repl, rest: str) -> None:
+    raise Quit
+
+
+ABOUT_COMMANDS = (
+    Command("help", ",help [COMMAND]", "the commands", _help, "COMMAND"),
+    Command("doc", ",doc NAME", "what a name, word, primitive, `:attribute` or code such as E401 is", _doc, "NAME"),
+    Command("apropos", ",apropos TEXT", "names whose name or description holds a text", _apropos, "TEXT"),
+    Command("source", ",source NAME", "the text of a definition, of a name or a word", _source, "NAME"),
+    Command("expand", ",expand FORM", "a form after macro expansion", _expand, "FORM"),
+    Command("time", ",time FORM", "evaluate a form; seconds, steps, entities", _time, "FORM"),
+    Command("trace", ",trace [NAME]", "show the calls of a function or word, or no more; alone: what is traced", _trace,
+            "NAME"),
+    Command("seed", ",seed N", "start the random streams anew", _seed, "N"),
+    Command("reset", ",reset", "forget all definitions", _reset),
+    Command("quit", ",quit", "leave", _quit),
+)  # fmt: skip
+
+
+# Commands about files: load, reload, watch, transpile, save.
+
+
+def _load(repl: Repl, rest: str) -> None:
+    path = unquoted(wanted(rest, "load", "a file"))
+    outcome = repl.evaluation.load(path)
+    repl.show(outcome)
+    if outcome.ok:
+        repl.evaluation.loaded = path
+        repl.screen.write(f"loaded {path}")
+    repl.changed()
+
+
+def _reload(repl: Repl, rest: str) -> None:
+    path = _file_of(repl, "reload")
+    outcome = repl.evaluation.reload(path)
+    repl.show(outcome)
+    if outcome.ok:
+        repl.screen.write(f"loaded {path}")
+    repl.changed()
+
+
+def _file_of(repl: Repl, command: str) -> str:
+    path = repl.evaluation.loaded or repl.evaluation.file
+    if path is None:
+        raise SceneError("value", f"`,{command}` wants a file that was loaded before", "`,load FILE` loads one")
+    return path
+
+
+def _watch(repl: Repl, rest: str) -> None:
+    from scenelang.repl.watching import Watch
+
+    if repl.watch is not None:
+        repl.watch.stop()
+        repl.screen.write(f"{repl.watch.path} is no longer watched")
+        repl.watch = None
+        if not rest:
+            return
+    path = unquoted(rest) if rest else _file_of(repl, "watch")
+    if path != (repl.evaluation.loaded or repl.evaluation.file):
+        _load(repl, path)
+        if repl.evaluation.loaded != path:
+            return
+    repl.watch = Watch(repl, path)
+    repl.screen.write(f"{path} is watched; `,watch` ends it")
+
+
+def _transpile(repl: Repl, rest: str) -> None:
+    path = unquoted(wanted(rest, "transpile", "a file with a language model's Python"))
+    evaluation = repl.evaluation
+    translation = evaluation.session.transpile(evaluation.session.source(path))
+    repl.screen.report(translation.diagnostics)
+    if not translation.ok:
+        repl.errors += 1
+        return
+    before = len(evaluation.top.forms)
+    outcome = evaluation.evaluate(Source(f"<{Path(path).name}>", translation.text), whole=True)
+    repl.show(outcome)
+    if outcome.ok:
+        forms = [form for form in evaluation.top.forms if form.datums[0].span.source.name == f"<{Path(path).name}>"]
+        words = sum(len(form.words) for form in forms)
+        repl.screen.write(f"{len(forms) or len(evaluation.top.forms) - before} definitions, {words} of them words")
+    repl.changed()
+
+
+def _save(repl: Repl, rest: str) -> None:
+    from scenelang.backends.files import written_whole
+
+    is_forced = rest.startswith("!") or rest.endswith(" !")
+    name = unquoted(wanted(rest.strip("! "), "save", "a file; `,save! FILE` overwrites"))
+    if name == "-":
+        raise SceneError("value", "`,save` writes to a file, and `-` names none", "a file of that name is `./-`")
+    path = Path(name)
+    text = checked_program(repl.evaluation.session, repl.evaluation.top, str(path))
+    if path.is_dir() or not path.parent.is_dir():
+        why = "it is a folder" if path.is_dir() else f"there is no folder {path.parent}"
+        raise SceneError("file", f"cannot write {path}: {why}")
+    if path.exists() and not is_forced and not _may_replace(repl, path):
+        raise SceneError("file", f"{path} is there already", f"`,save! {path}` overwrites it")
+    with written_whole(path) as temporary:
+        temporary.write_text(text, "utf-8", newline="\n")
+    repl.screen.write(f"wrote {path}")
+
+
+def _may_replace(repl: Repl, path: Path) -> bool:
+    return repl.screen.ask is not None and repl.screen.ask(f"overwrite {path}?")
+
+
+FILE_COMMANDS = (
+    Command("load", ",load FILE", "evaluate a file", _load, "FILE"),
+    Command("reload", ",reload", "evaluate the file again", _reload),
+    Command("watch", ",watch [FILE]", "evaluate a file when it changes, say what changed; again: end", _watch, "FILE"),
+    Command("transpile", ",transpile FILE", "take over what a language model's Python defines", _transpile, "FILE"),
+    Command("save", ",save FILE", "write the definitions as a program; `,save! FILE` overwrites", _save, "FILE"),
+)
+
+
+# Commands that ask a language model: generate, edit. Before their text they take the options of the command line.
+
+
+_MOST_CHANGES = 12
+
+
+class _Parser(argparse.ArgumentParser):
+    """Says what is wrong with options as every other mistake is said."""
+
+    def error(self, message: str) -> NoReturn:
+        raise SceneError("value", message, f"`,help {self.prog}` says how it is used")
+
+
+def _arguments(command: str, rest: str, what: str) -> argparse.Namespace:
+    """The options of a command and the text behind them. Raises SceneError."""
+    from scenelang.cli.generate import add_kind
+    from scenelang.cli.model_options import add_model_options
+
+    parser = _Parser(prog=command, add_help=False, allow_abbrev=False)
+    if command == "generate":
+        add_kind(parser)
+    add_model_options(parser)
+    parser.add_argument("text", nargs="*")
+    arguments = parser.parse_args(_words(wanted(rest, command, what)))
+    arguments.command, arguments.task = "repl", " ".join(arguments.text)
+    for name in ("resume", "dry_run", "json"):
+        if getattr(arguments, name):
+            raise SceneError("value", f"`--{name.replace('_', '-')}` is for the command line")
+    if not arguments.task:
+        raise SceneError("value", f"`,{command}` wants {what}")
+    return arguments
+
+
+def _words(text: str) -> list[str]:
+    try:
+        return shlex.split(text)
+    except ValueError:  # an apostrophe
+        return text.split()
+
+
+def _generate(repl: Repl, rest: str) -> None:
+    from scenelang.cli.generate import task_of
+    from scenelang.cli.model_options import settings_from
+    from scenelang.inference.conductor import Inference
+
+    arguments = _arguments("generate", rest, "what the scene shows, such as ,generate a lighthouse")
+    task = task_of(arguments)
+    inference = Inference(task, settings_from(arguments), repl.evaluation.session.options)
+    result = _asked(arguments, inference)
+    repl.screen.report(result.best.diagnostics)
+    _take_over(repl, arguments.task, result.best.program)
+
+
+def _edit(repl: Repl, rest: str) -> None:
+    from scenelang.cli.model_options import ablation_of, settings_from
+    from scenelang.inference.conductor import Inference, edit_of, edit_task, imported_files
+    from scenelang.scene_changes import OF_AN_EDIT, change_lines
+
+    arguments = _arguments("edit", rest, "an instruction, such as ,edit make the tower higher")
+    evaluation = repl.evaluation
+    name = evaluation.file or "<repl>"
+    program = checked_program(evaluation.session, evaluation.top, name)
+    before = evaluation.root()
+    task = edit_task(Source(name, program), before, arguments.task, ablation_of(arguments), arguments.seed)
+    imports = imported_files(evaluation.session.check(Source(name, program)).program)
+    options = replace(evaluation.session.options, imports=imports)
+    inference = Inference(task, settings_from(arguments), options, name)
+    result = _asked(arguments, inference)
+    done = edit_of("the session", task, before, result.best, evaluation.limits.primitives)
+    repl.screen.rows(done.text.splitlines())
+    repl.screen.rows(change_lines(done.changes, _MOST_CHANGES, OF_AN_EDIT))
+    if repl.screen.ask is not None and not repl.screen.ask("take it over?"):
+        return
+    evaluation.reset()
+    _take_over(repl, arguments.task, result.best.code)
+
+
+def _asked(arguments: argparse.Namespace, inference: Inference) -> Result:
+    """Run to the end, in a run folder as on the command line. Raises SceneError."""
+    from scenelang.cli.model_runs import begun, played, recorded
+
+    run = begun(arguments, inference, arguments.task)
+    with recorded(arguments, run):
+        return played(arguments, inference, run)[1]
+
+
+def _take_over(repl: Repl, name: str, program: str) -> None:
+    """Evaluate what the model wrote as one input."""
+    outcome = repl.evaluation.evaluate(Source(f"<{name[:40]}>", program), whole=True)
+    repl.show(outcome)
+    repl.changed()
+
+
+MODEL_COMMANDS = (
+    Command(
+        "generate", ",generate [OPTIONS] TEXT", "take over a scene that a language model makes; options as of "
+        "`scenelang generate`", _generate, "TEXT",
+    ),
+    Command(
+        "edit", ",edit [OPTIONS] INSTRUCTION", "let a language model change what is defined", _edit, "TEXT",
+    ),
+)  # fmt: skip
+
+
+# Commands about scenes: tree, count, bounds, render, view, export. Without a form they take the value of the
+# last input if that is a scene, else the root, and say which.
+
+
+_WIDTH, _HEIGHT = 640, 480
+_ROWS_OF_IMAGE = 20
+_OUTPUT = re.compile(r"""(?:^|\s)-o\s+("[^"]*"|\S+)\s*$""")
+
+
+def _scene(repl: Repl, form: str) -> Scene:
+    """The scene that a command is about; which one is said where the command does not."""
+    subject = repl.evaluation.subject_of(form)
+    if subject.what is not None:
+        repl.screen.write(clean(f"of {subject.what}:"))
+    return subject.scene
+
+
+def _tree(repl: Repl, rest: str) -> None:
+    from scenelang.interpreter.scene.outline import outline
+
+    scene = _scene(repl, rest)
+    repl.screen.rows(outline(scene))
+
+
+def _count(repl: Repl, rest: str) -> None:
+    scene = _scene(repl, rest)
+    counts = count_words(scene.root)
+    across = max((len(f"{n:,}") for n in counts.values()), default=0)
+    if scene.animated:
+        repl.screen.write(f"frame 0 of {len(scene.frames):,}:")
+    repl.screen.rows([f"{n:{across},}  {word}" for word, n in counts.items()])
+
+
+def _bounds(repl: Repl, rest: str) -> None:
+    from scenelang.interpreter.scene.bounds import word_box
+
+    box = word_box(_scene(repl, rest), None)
+    if box is None:
+        raise SceneError("empty-scene", "the scene has no geometry, so it has no bounding box")
+    low, high = box[:3], box[3:]
+    facts = {
+        "min": low,
+        "max": high,
+        "center": [(a + b) / 2 for a, b in zip(low, high)],
+        "sizes": [b - a for a, b in zip(low, high)],
+    }
+    rows = [(name, "[" + " ".join(map(_number, values)) + "]") for name, values in facts.items()]
+    repl.screen.rows(table(rows))
+
+
+def _number(x: float) -> str:
+    return f"{round(x, 12) + 0.0:.6g}"  # no rounding errors, no negative zero
+
+
+# --- pictures and files --------------------------------------------------------------------------------------------
+
+
+def _render(repl: Repl, rest: str) -> None:
+    form, output = _output_of(rest)
+    path = Path(output) if output else _next_picture(repl)
+    _check_picture(path)
+    scene = _scene(repl, form)
+    _draw(repl, scene, path)
+    if repl.screen.images is not None and path.suffix.lower() in (".png", ".jpg", ".jpeg", ".webp"):
+        from scenelang.repl.display import inline
+
+        rows = max(4, min(_ROWS_OF_IMAGE, repl.screen.height - 6))
+        repl.screen.write(inline(path, repl.screen.images, rows))
+    repl.screen.write(f"wrote {path}")
+
+
+def _output_of(rest: str) -> tuple[str, str]:
+    """The form and the file of ``FORM -o FILE``."""
+    match = _OUTPUT.search(rest)
+    return (rest[: match.start()].strip(), unquoted(match[1])) if match else (rest, "")
+
+
+def _next_picture(repl: Repl) -> Path:
+    if repl.pictures is None:
+        repl.pictures = Path(tempfile.mkdtemp(prefix="scenelang-"))
+    return repl.pictures / f"render-{len(list(repl.pictures.iterdir())) + 1}.png"
+
+
+def _check_picture(path: Path) -> None:
+    from scenelang.backends.pictures.film import STILL_ENDINGS
+
+    if path.suffix.lower() not in STILL_ENDINGS:
+        hint = f"it can be one of {' '.join(sorted(STILL_ENDINGS))}; films are made with `scenelang render`"
+        raise SceneError("backend", f"no picture can be written to `{path.name}`", hint)
+    _check_folder(path)
+
+
+def _check_folder(path: Path) -> None:
+    if not path.parent.is_dir():
+        raise SceneError("file", f"cannot write {path}: there is no folder {path.parent}")
+    if path.is_dir():
+        raise SceneError("file", f"cannot write {path}: it is a folder")
+
+
+def _draw(repl: Repl, scene: Scene, path: Path) -> None:
+    from scenelang.backends.pictures.film import PictureOptions, draw, picture_backend, save_image
+
+    options = PictureOptions(
+        limit=repl.evaluation.limits.primitives,
+        warn=lambda diagnostic: repl.screen.report([diagnostic]),
+        width=_WIDTH,
+        height=_HEIGHT,
+        seed=repl.evaluation.seed,
+    )
+    save_image(draw(scene, options, picture_backend("draft")), path)
+
+
+def _export(repl: Repl, rest: str) -> None:
+    from scenelang.backends import base
+
+    path = Path(unquoted(wanted(rest, "export", "a file, such as scene.glb")))
+    backend = base.for_file(path, base.Work.EXPORT)
+    _check_folder(path)
+    scene = _scene(repl, "")
+    limit = repl.evaluation.limits.primitives
+    options = base.BackendOptions(limit=limit, warn=lambda diagnostic: repl.screen.report([diagnostic]))
+    for written in backend.run(scene, path, options) or [path]:
+        repl.screen.write(f"wrote {written}")
+
+
+def _view(repl: Repl, rest: str) -> None:
+    from scenelang.repl.evaluation import LiveView
+
+    if repl.live_view is None:
+        repl.live_view = LiveView(repl.evaluation)
+    repl.screen.write(f"{repl.live_view.address} shows the root and follows the session")
+    repl.live_view.open_browser()
+
+
+SCENE_COMMANDS = (
+    Command("tree", ",tree [FORM]", "the hierarchy of entities", _tree, "FORM"),
+    Command("count", ",count [FORM]", "how many of each word there are", _count, "FORM"),
+    Command("bounds", ",bounds [FORM]", "the exact bounding box", _bounds, "FORM"),
+    Command("render", ",render [FORM] [-o FILE]", "a draft picture, shown in terminals that can", _render, "FORM"),
+    Command("view", ",view", "the live viewer in a browser", _view),
+    Command("export", ",export FILE", "write the scene for other programs, by the file's ending", _export, "FILE"),
+)

@@ -4,25 +4,110 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from prompt_toolkit.completion import CompleteEvent, Completer, Completion, PathCompleter
 from prompt_toolkit.document import Document
 
-from scenelang.attributes import attribute_doc, attribute_names, attributes_of
-from scenelang.interpreter.library import Builtin
-from scenelang.interpreter.procedures import Closure
-from scenelang.interpreter.scope import Macro
-from scenelang.interpreter.shapes import PRIMITIVES
-from scenelang.repl.brackets import scan
+from scenelang.interpreter.expand.scope import Macro
+from scenelang.interpreter.runtime.procedures import Closure
+from scenelang.interpreter.runtime.types import Builtin
+from scenelang.interpreter.scene.shapes import PRIMITIVES
+from scenelang.primer import attribute_doc, attribute_names, attributes_of
 from scenelang.repl.commands import commands, is_command
 from scenelang.repl.display import signature_of
-from scenelang.repl.tracing import function_of
+from scenelang.repl.evaluation import function_of
 
 if TYPE_CHECKING:
-    from scenelang.repl.evaluation import Evaluation
-    from scenelang.stdlib.reference import Record
+    from scenelang.repl.evaluation import ReplEvaluation
+    from scenelang.stdlib.reference import ReferenceRecord
+
+
+# The brackets of a text that is being typed: which are open at its end, which closing ones are wrong.
+
+
+_CLOSERS = {")": "(", "]": "["}
+
+
+@dataclass(frozen=True, slots=True)
+class Scan:
+    """``openers`` are the offsets of the brackets that are open at the end, ``wrong`` those of closing brackets that
+    close nothing or the wrong kind. ``string`` is where a string begins that is still open, ``is_comment`` whether the
+    text ends inside a comment."""
+
+    openers: tuple[int, ...]
+    wrong: tuple[int, ...]
+    string: int | None
+    is_comment: bool
+
+
+def scan(text: str) -> Scan:
+    """Look through a text once."""
+    openers: list[int] = []
+    wrong: list[int] = []
+    position, end = 0, len(text)
+    string: int | None = None
+    is_comment = False
+    while position < end:
+        c = text[position]
+        if c == '"':
+            after = _string_end(text, position)
+            if after is None:
+                string = position
+                break
+            position = after
+            continue
+        if c == ";":
+            newline = text.find("\n", position)
+            if newline < 0:
+                is_comment = True
+                break
+            position = newline
+        elif c == "#" and text[position : position + 2] == "#|":
+            block = _block_end(text, position)
+            if block is None:
+                is_comment = True
+                break
+            position = block
+            continue
+        elif c in "([":
+            openers.append(position)
+        elif c in ")]":
+            if openers and text[openers[-1]] == _CLOSERS[c]:
+                openers.pop()
+            else:
+                wrong.append(position)
+        position += 1
+    return Scan(tuple(openers), tuple(wrong), string, is_comment)
+
+
+def _string_end(text: str, start: int) -> int | None:
+    position = start + 1
+    while position < len(text):
+        if text[position] == "\\":
+            position += 1
+        elif text[position] == '"':
+            return position + 1
+        position += 1
+    return None
+
+
+def _block_end(text: str, start: int) -> int | None:
+    depth, position = 0, start
+    while position < len(text):
+        pair = text[position : position + 2]
+        if pair == "#|":
+            depth, position = depth + 1, position + 2
+        elif pair == "|#":
+            depth, position = depth - 1, position + 2
+            if depth == 0:
+                return position
+        else:
+            position += 1
+    return None
+
 
 _SYMBOL = re.compile(r"[^\s()\[\]\"';`,]*\Z")
 _WORD_PLACE = re.compile(r"\(\s*(?:call|bind|retrieve|scene|primitive|bound\?)\s+\Z")
@@ -34,7 +119,7 @@ _LONGEST_META = 80
 class SceneCompleter(Completer):
     """Completions for prompt_toolkit, from what the session knows at the moment."""
 
-    def __init__(self, evaluation: Evaluation) -> None:
+    def __init__(self, evaluation: ReplEvaluation) -> None:
         self._evaluation = evaluation
         self._paths = PathCompleter(expanduser=True)
 
@@ -126,11 +211,11 @@ class SceneCompleter(Completer):
 
 
 @cache
-def _library() -> tuple[Record, ...]:
+def _library() -> tuple[ReferenceRecord, ...]:
     """All that programs see without importing it."""
-    from scenelang.stdlib.reference import Kind, records
+    from scenelang.stdlib.reference import RecordKind, records
 
-    return tuple(record for record in records() if record.module is None and record.kind is not Kind.TYPE)
+    return tuple(record for record in records() if record.module is None and record.kind is not RecordKind.TYPE)
 
 
 def _type(parameter: Any) -> str:

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import base64
+import io
+import shutil
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from itertools import islice
+from pathlib import Path
 from typing import Any
 
-from scenelang.grammar.codes import CODES
-from scenelang.grammar.diagnostics import SceneError, printable
-from scenelang.interpreter.entity import Entity, Frames, Scene
-from scenelang.interpreter.library import Builtin
-from scenelang.interpreter.procedures import Closure, Condition
-from scenelang.interpreter.show import show
-from scenelang.interpreter.values import (
+from scenelang.backends.base import need
+from scenelang.grammar.diagnostics import CODES, Diagnostic, SceneError, capped, printable, render_text
+from scenelang.interpreter.runtime.procedures import Closure, Condition
+from scenelang.interpreter.runtime.show import show
+from scenelang.interpreter.runtime.types import Builtin
+from scenelang.interpreter.runtime.values import (
     Array,
     Matrix,
     MutableArray,
@@ -23,7 +30,218 @@ from scenelang.interpreter.values import (
     Table,
     Vector,
 )
-from scenelang.repl.short_tree import parts_tree, tree_lines
+from scenelang.interpreter.scene.entity import Entity, Frames, Scene
+
+# Pictures in the terminal: iTerm2's protocol, kitty's, sixel; each an escape sequence that a terminal may know.
+
+
+_CHUNK = 4096
+_SIXEL_COLORS = 128
+
+
+class Protocol(Enum):
+    ITERM = "iterm2"
+    KITTY = "kitty"
+    SIXEL = "sixel"
+
+
+def protocol_of(environment: Mapping[str, str]) -> Protocol | None:
+    """What the terminal of an environment can show; ``SCENELANG_IMAGES`` says it (a name, or ``none``)."""
+    said = environment.get("SCENELANG_IMAGES")
+    if said is not None:
+        return next((p for p in Protocol if p.value == said), None)
+    if "TMUX" in environment or environment.get("TERM", "").startswith("screen"):
+        return None  # they swallow the sequences
+    program, term = environment.get("TERM_PROGRAM", ""), environment.get("TERM", "")
+    if program in ("iTerm.app", "WezTerm", "vscode") or environment.get("LC_TERMINAL") == "iTerm2":
+        return Protocol.ITERM
+    if "KITTY_WINDOW_ID" in environment or term in ("xterm-kitty", "xterm-ghostty") or program == "ghostty":
+        return Protocol.KITTY
+    if term.startswith(("foot", "mlterm", "yaft")) or "sixel" in term:
+        return Protocol.SIXEL
+    return None
+
+
+def inline(path: Path, protocol: Protocol, rows: int) -> str:
+    """The sequence that shows a picture file, ``rows`` lines of text high. Raises SceneError without pillow."""
+    image = need("PIL.Image", "pillow").open(path).convert("RGB")
+    if protocol is Protocol.SIXEL:
+        return _sixel(image, rows * 18)
+    data = io.BytesIO()
+    image.save(data, "PNG")
+    encoded = base64.b64encode(data.getvalue()).decode("ascii")
+    if protocol is Protocol.ITERM:
+        size = f"size={len(data.getvalue())};height={rows};preserveAspectRatio=1"
+        return f"\x1b]1337;File=inline=1;{size}:{encoded}\a"
+    return _kitty(encoded, rows)
+
+
+def _kitty(encoded: str, rows: int) -> str:
+    pieces = [encoded[i : i + _CHUNK] for i in range(0, len(encoded), _CHUNK)]
+    sequence = []
+    for number, piece in enumerate(pieces):
+        head = f"a=T,f=100,r={rows}," if number == 0 else ""
+        sequence.append(f"\x1b_G{head}m={int(number < len(pieces) - 1)};{piece}\x1b\\")
+    return "".join(sequence)
+
+
+def _sixel(image: Any, height: int) -> str:
+    """The picture with a palette, in bands of six rows, each colour's row run-length encoded."""
+    width = max(1, round(image.width * height / image.height))
+    small = image.resize((width, height)).quantize(_SIXEL_COLORS)
+    palette = small.getpalette()
+    pixels = small.load()
+    out = [f'\x1bPq"1;1;{width};{height}']
+    for number in sorted({index for _, index in small.getcolors(_SIXEL_COLORS)}):
+        red, green, blue = (round(100 * c / 255) for c in palette[3 * number : 3 * number + 3])
+        out.append(f"#{number};2;{red};{green};{blue}")
+    for top in range(0, height, 6):
+        rows = range(top, min(top + 6, height))
+        used = sorted({pixels[x, y] for y in rows for x in range(width)})
+        for color in used:
+            bits = [sum(1 << (y - top) for y in rows if pixels[x, y] == color) for x in range(width)]
+            out.append(f"#{color}{_runs(bits)}$")
+        out.append("-")
+    return "".join(out) + "\x1b\\"
+
+
+def _runs(bits: list[int]) -> str:
+    out: list[str] = []
+    start = 0
+    for x in range(1, len(bits) + 1):
+        if x == len(bits) or bits[x] != bits[start]:
+            out.append(f"!{x - start}{chr(63 + bits[start])}")
+            start = x
+    return "".join(out)
+
+
+# Entities as a short tree: a few lines, level by level, neighbours that look alike counted together.
+
+
+_LOOKED_AT = 20_000  # parts of one entity that are looked at
+_MOST_FACTS = 60
+
+
+@dataclass(slots=True)
+class _Node:
+    label: str
+    parts: Sequence[Any]
+    children: list[_Node] = field(default_factory=list)
+    hidden: str = ""
+
+
+def tree_lines(value: Entity | Scene | Frames, most: int) -> list[str]:
+    """The tree of an entity, or of the first frame of a scene; at most ``most`` lines."""
+    if isinstance(value, Frames):
+        return [f"{len(value.frames):,} frames; the first:", *_drawn(_Node("parts", value.frames[0]), most - 1)]
+    if isinstance(value, Scene):
+        root = value.root
+        if value.animated:
+            return [f"{len(value.frames):,} frames; the first:", *_drawn(_node(root, 1), most - 1)]
+        return _drawn(_node(root, 1), most)
+    return _drawn(_node(value, 1), most)
+
+
+def parts_tree(value: Pair | MutableList, most: int) -> list[str]:
+    """The tree of parts, a list of entities and pairs ``(Entity . Matrix)``; empty when the value is none."""
+    items = list(islice(_items(value), _LOOKED_AT + 1))
+    if type(value) is Pair and type(value.car) is Entity and type(value.cdr) is Matrix:
+        items = [value]
+    if not items or not all(_is_part(item) for item in items):
+        return []
+    count = f"{len(items):,}" if len(items) <= _LOOKED_AT else f"more than {_LOOKED_AT:,}"
+    return _drawn(_Node(f"{count} part{'' if len(items) == 1 else 's'}", [_as_part(item) for item in items]), most)
+
+
+def _items(value: Any) -> Iterator[Any]:
+    if type(value) is MutableList:
+        yield from value.items
+        return
+    while type(value) is Pair:
+        yield value.car
+        value = value.cdr
+
+
+def _is_part(item: Any) -> bool:
+    return type(item) is Entity or (type(item) is Pair and type(item.car) is Entity and type(item.cdr) is Matrix)
+
+
+def _as_part(item: Any) -> Any:
+    return item if type(item) is Pair else Pair(item, None)
+
+
+def _node(entity: Entity, count: int) -> _Node:
+    times = f"{count:,} x " if count > 1 else ""
+    return _Node(f"{times}{entity.word}{_facts(entity) if count == 1 else ''}", entity.children)
+
+
+def _facts(entity: Entity) -> str:
+    """Handle, text and attributes, in brief."""
+    z = entity.embedding
+    facts = [f"<{z.handle}>"] if z.handle else []
+    facts += [f'"{z.text[:40]}"'] if z.text else []
+    facts += [f":{name} {_brief(value)}" for name, value in islice(z.attributes.items(), 6)]
+    text = " ".join(facts)
+    return f"  {text[:_MOST_FACTS]}{'...' if len(text) > _MOST_FACTS else ''}" if text else ""
+
+
+def _brief(value: Any) -> str:
+    if type(value) is float:
+        return f"{value:.4g}"
+    if type(value) is Vector:
+        return "[" + " ".join(f"{x:.4g}" for x in value[:4]) + ("..." if len(value) > 4 else "") + "]"
+    return show(value, 40)
+
+
+def _drawn(root: _Node, most: int) -> list[str]:
+    """Level by level as far as the lines go, then drawn from the top."""
+    left = most - 1
+    waiting = deque([root])
+    while waiting:
+        node = waiting.popleft()
+        groups = _groups(node.parts)
+        if not groups:
+            continue
+        rest = len(node.parts) - min(len(node.parts), _LOOKED_AT)
+        if left <= 0:
+            node.label += f"  ... {_parts(len(node.parts))}"
+            continue
+        fits = len(groups) if len(groups) <= left and not rest else max(0, left - 1)
+        node.children = [_node(entity, count) for entity, count in groups[:fits]]
+        hidden = sum(count for _, count in groups[fits:]) + rest
+        if hidden:
+            node.hidden = f"... {hidden:,} more" if fits else f"... {_parts(hidden)}"
+        left -= fits + (1 if hidden else 0)
+        waiting.extend(node.children)
+    return list(_rows(root, "", ""))
+
+
+def _parts(count: int) -> str:
+    return f"{count:,} part{'' if count == 1 else 's'}"
+
+
+def _rows(root: _Node, prefix: str, inner: str) -> Iterator[str]:
+    stack = [(root, prefix, inner)]
+    while stack:
+        node, prefix, inner = stack.pop()
+        yield prefix + node.label
+        below: list[_Node] = [*node.children, *([_Node(node.hidden, ())] if node.hidden else [])]
+        for number, child in reversed(list(enumerate(below))):
+            last = number == len(below) - 1
+            stack.append((child, inner + ("└─ " if last else "├─ "), inner + ("   " if last else "│  ")))
+
+
+def _groups(parts: Iterable[Any]) -> list[tuple[Entity, int]]:
+    """Neighbours with one word and the same number of parts, counted."""
+    found: list[tuple[Entity, int]] = []
+    for part in islice(parts, _LOOKED_AT):
+        entity = part.car
+        if found and found[-1][0].word == entity.word and len(found[-1][0].children) == len(entity.children):
+            found[-1] = (found[-1][0], found[-1][1] + 1)
+        else:
+            found.append((entity, 1))
+    return found
+
 
 MOST_LINES = 12
 _MOST_ROWS, _MOST_COLUMNS = 10, 10
@@ -173,3 +391,63 @@ def error_lines(error: SceneError) -> list[str]:
         line, column = error.span.source.position(error.span.start)
         lines.append(f"  at {error.span.source.name}:{line}:{column}")
     return lines
+
+
+# Where a REPL writes: a terminal, or two plain streams.
+
+
+_MOST_LOG_LINES = 200
+_MOST_SCREEN_ROWS = 60
+
+
+@dataclass(frozen=True, slots=True)
+class Screen:
+    """``write`` gets text without a newline at its end, ``complain`` what is wrong. ``images``: how pictures can be
+    shown. ``ask`` puts a question that is answered with yes or no; None where nobody can be asked."""
+
+    write: Callable[[str], None]
+    complain: Callable[[str], None]
+    color: bool = False
+    images: Protocol | None = None
+    ask: Callable[[str], bool] | None = None
+    quiet: bool = False
+
+    @property
+    def width(self) -> int:
+        return shutil.get_terminal_size((100, 24)).columns
+
+    @property
+    def height(self) -> int:
+        return shutil.get_terminal_size((100, 24)).lines
+
+    def report(self, diagnostics: Iterable[Diagnostic]) -> None:
+        """Show diagnostics; warnings unless quiet."""
+        for diagnostic in capped([d for d in diagnostics if d.is_error or not self.quiet]):
+            self.complain(render_text(diagnostic, self.color))
+
+    def log(self, lines: Sequence[str]) -> None:
+        """Show what a program printed, within bounds."""
+        shown = [part for line in lines[:_MOST_LOG_LINES] for part in line.split("\n")][:_MOST_LOG_LINES]
+        for line in shown:
+            self.write(clean(line))
+        left = sum(line.count("\n") + 1 for line in lines) - len(shown)
+        if left:
+            self.write(f"... {left:,} more lines")
+
+    def prose(self, lines: Iterable[str], most: int = _MOST_SCREEN_ROWS) -> None:
+        """Show lines of text, long ones wrapped; what continues a line stands under its beginning."""
+        wrapped: list[str] = []
+        for line in lines:
+            indent = " " * (len(line) - len(line.lstrip()) + (0 if line.startswith(" ") else 2))
+            wrapped += textwrap.wrap(clean(line), self.width, subsequent_indent=indent, break_on_hyphens=False) or [""]
+        self.rows(wrapped, most)
+
+    def rows(self, lines: Iterable[str], most: int = _MOST_SCREEN_ROWS) -> None:
+        """Show the lines that a command gives, cut to the width, at most so many."""
+        width = self.width
+        for number, line in enumerate(lines):
+            if number == most:
+                self.write("...")
+                return
+            text = clean(line)
+            self.write(text if len(text) <= width else text[: width - 3] + "...")

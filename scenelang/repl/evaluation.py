@@ -2,32 +2,164 @@
 
 from __future__ import annotations
 
+import re
+import shutil
+import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 from typing import Any, TypeVar
 
+from scenelang import primer
+from scenelang.formatting import formatted
+from scenelang.grammar.datum import Source, Span, comment_above
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
-from scenelang.grammar.source import Source, Span
-from scenelang.interpreter.entity import Entity, Frames, Scene
-from scenelang.interpreter.interactive import Given
-from scenelang.interpreter.limits import Limits
-from scenelang.interpreter.lint.words import find_root
-from scenelang.interpreter.parts import parts_of
-from scenelang.interpreter.runtime import Runtime
-from scenelang.repl.tracing import Tracer
+from scenelang.interpreter.expand.scope import Macro
+from scenelang.interpreter.lint.lint import find_root
+from scenelang.interpreter.program.interactive import Given, TopLevel, is_assignment, names_of
+from scenelang.interpreter.program.program import TopForm
+from scenelang.interpreter.runtime.limits import Limits
+from scenelang.interpreter.runtime.procedures import TAIL, Closure, Frame
+from scenelang.interpreter.runtime.runtime import Runtime
+from scenelang.interpreter.runtime.show import show
+from scenelang.interpreter.scene.entity import Entity, Frames, Scene
+from scenelang.interpreter.scene.parts import parts_of
+from scenelang.repl.display import displayed, signature_of
 from scenelang.sandbox.supervision import Ended, limited, link
-from scenelang.session import EXPANSION_DEPTH, Session, run_with_room, settled
+from scenelang.sandbox.worker import Worker
+from scenelang.session import EXPANSION_DEPTH, Options, Session, run_with_room, settled
+from scenelang.viewer import workspace
+from scenelang.viewer.server import ViewServer
+
+# The definitions of a session as a program that loads again.
+
+
+def program_text(top: TopLevel) -> str:
+    """The forms that made what there is now, with the comments above them, formatted; empty when there are none."""
+    seen: set[str] = set()
+    texts = []
+    for form in top.lasting_forms():
+        texts.append(_with_comment(form, seen))
+        seen |= names_of(form)
+    text = "\n\n".join(texts)
+    return formatted(text + "\n") if text else ""
+
+
+def checked_program(session: Session, top: TopLevel, name: str) -> str:
+    """``program_text``, proven to load again. Raises SceneError when there is nothing to save, or when it would not:
+    a definition needs an older version of another."""
+    text = program_text(top)
+    if not text:
+        raise SceneError("value", "nothing has been defined, so there is nothing to save")
+    errors = [d for d in session.check(Source(name, text)).diagnostics if d.is_error]
+    if errors:
+        hint = "give again, in order, the definitions that depend on one another"
+        raise SceneError(errors[0].name, f"the definitions do not load in this order: {errors[0].message}", hint)
+    return text
+
+
+def comment_of(form: TopForm) -> list[str]:
+    """The lines of comment directly above a form, as they are written."""
+    span = form.datums[0].span
+    return comment_above(span.source, span.start)
+
+
+def _with_comment(form: TopForm, seen: set[str]) -> str:
+    """A form with its comment; a value that is defined again becomes an assignment."""
+    texts: Sequence[str] = [datum.span.text for datum in form.datums]
+    if is_assignment(form) and names_of(form) <= seen:
+        texts = [re.sub(r"define", "set!", texts[0], count=1)]
+    return "\n".join([*comment_of(form), *texts])
+
+
+# Calls of chosen words and functions, written into the log as they happen.
+
+
+MOST_LINES = 200
+_WIDEST = 60
+_DEEPEST = 20
+
+
+class Tracer:
+    """``names``: functions by name, words in quotes. A traced function runs through a body that tells of it."""
+
+    def __init__(self) -> None:
+        self.names: set[str] = set()
+        self._depth = 0
+        self._lines = 0
+
+    def attach(self, top: TopLevel) -> None:
+        """Have every traced name's present function tell of its calls, in the evaluation that begins."""
+        self._depth = self._lines = 0
+        for name in self.names:
+            function = function_of(top, name)
+            if function is not None and function.body is function.code.body:
+                function.body = self._telling(top, name, function)
+                top.rt.forget_calls()
+
+    def toggle(self, top: TopLevel, name: str) -> bool:
+        """Trace a name, or trace it no more; whether it is traced now."""
+        if name not in self.names:
+            self.names.add(name)
+            return True
+        self.names.discard(name)
+        function = function_of(top, name)
+        if function is not None:
+            function.body = function.code.body
+        return False
+
+    def _telling(self, top: TopLevel, name: str, function: Closure) -> Any:
+        rt, code = top.rt, function.code
+        body = code.body
+
+        def run(frame: Frame) -> Any:
+            arguments = " ".join(show(frame[p.slot], _WIDEST) for p in code.parameters)
+            indent = "  " * min(self._depth, _DEEPEST)
+            self._tell(top, f"{indent}({name}{' ' if arguments else ''}{arguments})")
+            self._depth += 1
+            try:
+                value = body(frame)
+                while value is TAIL:
+                    rt.tick()
+                    value = rt.next_body(rt.next_frame)
+            finally:
+                self._depth -= 1
+            self._tell(top, f"{indent}=> {show(value, _WIDEST)}")
+            return value
+
+        return run
+
+    def _tell(self, top: TopLevel, line: str) -> None:
+        self._lines += 1
+        if self._lines <= MOST_LINES:
+            top.rt.print(line)
+        elif self._lines == MOST_LINES + 1:
+            top.rt.print(f"... more than {MOST_LINES} lines of trace")
+
+
+def function_of(top: TopLevel, name: str) -> Closure | None:
+    """The function that a name is bound to now; a word is a name in quotes."""
+    if name.startswith('"'):
+        cell = top.rt.words.get(name[1:-1])
+        value = cell.function if cell is not None else None
+    else:
+        try:
+            value = top.value_of(name)
+        except KeyError:
+            return None
+    return value if type(value) is Closure else None
+
 
 T = TypeVar("T")
 _LONGEST_INPUT = 60
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Outcome:
+class EvaluationOutcome:
     """What an input came to. ``values`` are those of its expressions, in order; ``diagnostics`` end with the error
     that stopped it, if any. ``seconds``, ``steps`` and ``entities`` are what it took."""
 
@@ -44,7 +176,7 @@ class Outcome:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Subject:
+class ReplSubject:
     """A scene that a command is about. ``what`` it is, in words; None where the command named it."""
 
     scene: Scene
@@ -57,7 +189,7 @@ def _brief(text: str) -> str:
     return line if len(line) <= _LONGEST_INPUT else line[: _LONGEST_INPUT - 3] + "..."
 
 
-class Evaluation:
+class ReplEvaluation:
     """The state of one REPL: session, top level, the file it was opened with, the number of inputs so far."""
 
     def __init__(self, session: Session, file: str | None = None) -> None:
@@ -94,7 +226,7 @@ class Evaluation:
         self.inputs += 1
         return Source(f"<repl {self.inputs}>", text)
 
-    def evaluate(self, source: Source, whole: bool = False) -> Outcome:
+    def evaluate(self, source: Source, whole: bool = False) -> EvaluationOutcome:
         """Evaluate the forms of an input; never raises for a mistake in them."""
 
         def work(give: Callable[[Given], None], warn: Callable[[Diagnostic], None]) -> None:
@@ -105,20 +237,20 @@ class Evaluation:
 
         return self._account(work, source, whole)
 
-    def load(self, path: str) -> Outcome:
+    def load(self, path: str) -> EvaluationOutcome:
         """Evaluate a file as one input."""
         try:
             source = self.session.source(path)
         except SceneError as error:
-            return Outcome(diagnostics=(error.diagnostic,))
+            return EvaluationOutcome(diagnostics=(error.diagnostic,))
         return self.evaluate(source, whole=True)
 
-    def reload(self, path: str) -> Outcome:
+    def reload(self, path: str) -> EvaluationOutcome:
         """Evaluate a file again; what its last version defined and this one does not is forgotten."""
         try:
             source = self.session.source(path)
         except SceneError as error:
-            return Outcome(diagnostics=(error.diagnostic,))
+            return EvaluationOutcome(diagnostics=(error.diagnostic,))
         outcome = self.evaluate(source, whole=True)
         if outcome.ok:
             self.top.forget_versions(source)
@@ -129,7 +261,7 @@ class Evaluation:
         work: Callable[[Callable[[Given], None], Callable[[Diagnostic], None]], None],
         source: Source,
         whole: bool,
-    ) -> Outcome:
+    ) -> EvaluationOutcome:
         values: list[Any] = []
         found: list[Diagnostic] = []
         rt = self.top.rt
@@ -148,7 +280,7 @@ class Evaluation:
         shown = list(settled(found, {d.span.source.name: d.span.source for d in found if d.span}.values()))
         if problem is not None:
             shown.append(problem)
-        return Outcome(tuple(values), tuple(shown), tuple(rt.log), seconds, rt.meter.total, rt.entities)
+        return EvaluationOutcome(tuple(values), tuple(shown), tuple(rt.log), seconds, rt.meter.total, rt.entities)
 
     def attempt(self, action: Callable[[], Any]) -> Diagnostic | None:
         """Run an action as an evaluation of its own; what went wrong, if anything, becomes ``*e``."""
@@ -197,16 +329,16 @@ class Evaluation:
 
     # --- scenes ------------------------------------------------------------------------------------------------
 
-    def subject_of(self, text: str) -> Subject:
+    def subject_of(self, text: str) -> ReplSubject:
         """The scene of a form; without one that of the value which the last input gave, or else of the root, as it is
         defined now. Raises SceneError."""
         if text.strip():
-            return Subject(self._scene_of_form(text), None)
+            return ReplSubject(self._scene_of_form(text), None)
         if self._recent is not None:
             form, value = self._recent
             scene = self.as_scene(value)
             if scene is not None:
-                return Subject(scene, f"`{form}`, the last value")
+                return ReplSubject(scene, f"`{form}`, the last value")
         try:
             scene = self.root()
         except SceneError as error:
@@ -214,8 +346,8 @@ class Evaluation:
             older = self.as_scene(last) if last is not None else None
             if error.name != "no-root" or older is None:
                 raise
-            return Subject(older, "`*1`, an earlier value")
-        return Subject(scene, f'the root "{scene.word}"')
+            return ReplSubject(older, "`*1`, an earlier value")
+        return ReplSubject(scene, f'the root "{scene.word}"')
 
     def _scene_of_form(self, text: str) -> Scene:
         values: list[Any] = []
@@ -258,7 +390,6 @@ class Evaluation:
 
     def _root_with_entries(self) -> Scene:
         """Entries for automatic numbers need a second run, so the definitions run as a program of their own."""
-        from scenelang.repl.saving import program_text
 
         result = self.session.evaluate(Source(self.top.main.name, program_text(self.top)))
         if result.scene is None:
@@ -274,3 +405,120 @@ class Evaluation:
     def folder(self) -> Path:
         """The folder of the file that the REPL was opened with, else the working one."""
         return Path(self.file).parent if self.file else Path.cwd()
+
+
+# What is to be said of a name in a session: of its own definitions, and of what every program knows.
+
+
+def description(top: TopLevel, name: str) -> list[str]:
+    """The lines that describe ``name``, which may be a name or a word (in quotes or not) of the session, or whatever
+    ``scenelang.primer`` knows; empty where nothing is known of it."""
+    return list(_own(top, name)) or primer.description(name)
+
+
+def known_names(top: TopLevel) -> Iterator[str]:
+    """Everything that has a description."""
+    return chain((name for name, _ in top.names()), primer.known_names())
+
+
+def _own(top: TopLevel, name: str) -> Iterator[str]:
+    """Signature and comment of a definition of the session."""
+    for key in (name, f'"{name.strip(chr(34))}"'):
+        form = top.definition_of(key)
+        if form is None:
+            continue
+        function = function_of(top, key)
+        yield _signature(top, key) if function is None else signature_of(function)
+        for line in comment_of(form):
+            yield f"  {line.lstrip('; ').rstrip()}"
+        yield f"  defined in {form.datums[0].span.source.name}"
+        return
+
+
+def _signature(top: TopLevel, key: str) -> str:
+    binding = dict(top.names()).get(key)
+    if isinstance(binding, Macro):
+        return f"macro {binding.usage or key}"
+    try:
+        value = top.value_of(key)
+    except KeyError:
+        return key
+    return f"{key} = {displayed(value, 60).splitlines()[0] if value is not None else 'none'}"
+
+
+# The live viewer beside a REPL: it shows what the session has defined, and follows it.
+
+
+_NAME = "session.scene"
+
+
+class _TextSession(Session):
+    """Reads the session's text, and finds imports beside the file that the REPL was opened with."""
+
+    def __init__(self, options: Options, folder: Path) -> None:
+        super().__init__(options)
+        self._beside = folder
+
+    def source(self, path: str) -> Source:
+        return Source(str(self._beside / _NAME), super().source(path).text)
+
+
+class LiveView:
+    """A server in the background. Raises SceneError when nothing is defined yet."""
+
+    def __init__(self, evaluation: ReplEvaluation) -> None:
+        self._evaluation = evaluation
+        if not program_text(evaluation.top):
+            raise SceneError("no-root", "nothing has been defined, so there is nothing to view")
+        self._folder = Path(tempfile.mkdtemp(prefix="scenelang-"))
+        self._text = ""
+        self.update()
+        self._worker = Worker(self._evaluate)
+        ask = lambda file, values: self._worker.ask(file, values, self._options())
+        self._server = ViewServer(workspace.Workspace([str(self._folder / _NAME)], ask))
+        threading.Thread(target=self._server.serve_forever, args=(0.2,), daemon=True).start()
+
+    @property
+    def address(self) -> str:
+        return self._server.address
+
+    def _options(self) -> Options:
+        return replace(self._evaluation.session.options, seed=self._evaluation.seed)
+
+    def _evaluate(self, file: str, values: Mapping[str, str], options: Options) -> workspace.WorkspaceEvaluation:
+        """Runs in a process of the worker, which has the session as it was when the viewer was opened."""
+
+        def open_session(_: str, values: Mapping[str, str]) -> Session:
+            chosen = replace(options, defines={**options.defines, **values})
+            return _TextSession(chosen, self._evaluation.folder)
+
+        return workspace.evaluator(open_session, options.limits.primitives)(file, values)
+
+    def update(self) -> None:
+        """Show what is defined now."""
+        text = program_text(self._evaluation.top)
+        if text != self._text:
+            self._text = text
+            (self._folder / _NAME).write_text(text, "utf-8")
+
+    def open_browser(self) -> None:
+        """Open the page where there is a screen for it."""
+        from scenelang.cli.view import has_screen
+
+        if has_screen():
+            import webbrowser
+
+            webbrowser.open(self.address)
+
+    def again(self) -> LiveView:
+        """Another viewer in the place of one whose threads are gone."""
+        self._server.socket.close()
+        shutil.rmtree(self._folder, ignore_errors=True)
+        return LiveView(self._evaluation)
+
+    def close(self) -> None:
+        """End the server and remove its file."""
+        self._server.shutdown()
+        self._server.server_close()
+        self._worker.close()
+        shutil.rmtree(self._folder, ignore_errors=True)

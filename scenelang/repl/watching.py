@@ -7,11 +7,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.entity import Scene, primitive_count
-from scenelang.interpreter.library import STD
+from scenelang.interpreter.runtime.types import STD
+from scenelang.interpreter.scene.entity import Scene, primitive_count
 from scenelang.repl.display import clean
 from scenelang.repl.loop import Repl
-from scenelang.viewer.stamps import stamps_of
+from scenelang.viewer.workspace import stamps_of
 
 _POLL = 0.2  # seconds
 _COMPARED = 50_000  # primitives; larger scenes are only counted
@@ -83,7 +83,7 @@ def what_changed(old: Scene | None, new: Scene | None) -> Iterator[str]:
 
 
 def _bounds(old: Scene, new: Scene) -> Iterator[str]:
-    from scenelang.interpreter.selection import word_box
+    from scenelang.interpreter.scene.bounds import word_box
 
     a, b = word_box(old, None), word_box(new, None)
     if b is not None and (a is None or any(abs(x - y) > 1e-9 for x, y in zip(a, b))):
@@ -91,8 +91,8 @@ def _bounds(old: Scene, new: Scene) -> Iterator[str]:
 
 
 def _differences(old: Scene, new: Scene) -> Iterator[str]:
-    from scenelang.interpreter.difference import compare_frames, sheet_of
-    from scenelang.interpreter.flatten import flatten
+    from scenelang.interpreter.scene.difference import compare_frames, sheet_of
+    from scenelang.interpreter.scene.flatten import flatten
 
     before, after = (sheet_of(flatten(scene, 2 * _COMPARED).frames[0]) for scene in (old, new))
     found = compare_frames(before, after)

@@ -21,9 +21,9 @@ from dataclasses import dataclass
 from types import FrameType
 from typing import Any, NoReturn
 
+from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
-from scenelang.grammar.source import Span
-from scenelang.interpreter.limits import Limits, memory_error, resident_bytes, time_error
+from scenelang.interpreter.runtime.limits import Limits, memory_error, resident_bytes, time_error
 from scenelang.sandbox.confinement import confine
 from scenelang.sandbox.status import Chain, Phase, Status, resident_bytes_of
 
@@ -111,7 +111,7 @@ class Link:
     @contextmanager
     def evaluating(self, folders: tuple[str, ...]) -> Iterator[None]:
         """In the thread that evaluates: only reading is allowed from here on, and its place is noted."""
-        from scenelang.sandbox.places import Sampler
+        from scenelang.sandbox.status import Sampler
 
         if self._confined:
             confine(folders)
@@ -128,9 +128,9 @@ class Link:
             self._noted = now
             self._status.put_place((("", span), *(((name, None),) if name is not None else ())))
 
-    def checkpoint(self) -> Checkpoint:
+    def checkpoint(self) -> WorkCheckpoint:
         """A copy of this process that goes on from here should what follows have to be ended."""
-        return Checkpoint(self._status)
+        return WorkCheckpoint(self._status)
 
 
 _LINK: list[Link] = []  # of this process: whether it is watched is a fact about it, as its id is
@@ -162,7 +162,7 @@ def _die_with_parent(number: int) -> None:
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, int(number), 0, 0, 0)
 
 
-class Checkpoint:
+class WorkCheckpoint:
     """A forked copy that waits. ``drop`` when the work went well; when the monitor ended the process, the copy goes on
     in its place, with ``problem`` set."""
 

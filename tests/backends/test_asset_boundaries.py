@@ -17,12 +17,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scenelang.backends import asset_gltf, asset_references
-from scenelang.backends.asset_files import AssetFiles
-from scenelang.backends.assets import load_asset
+from scenelang.backends.geometry import assets
+from scenelang.backends.geometry.assets import AssetFiles, load_asset
 from scenelang.cli.main import main
 from scenelang.grammar.diagnostics import LimitError, SceneError
-from scenelang.interpreter.limits import Limits, Meter
+from scenelang.interpreter.runtime.limits import Limits, Meter
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.float32).tobytes()
 DATA = CORNERS + np.array([0, 1, 2], np.uint16).tobytes()
@@ -304,7 +303,7 @@ def test_meshes_that_stand_in_too_many_places(tmp_path: Path) -> None:
 
 
 def test_triangles_are_counted_before_they_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(asset_gltf, "MOST_TRIANGLES", 9)
+    monkeypatch.setattr(assets, "MOST_TRIANGLES", 9)
     content = document()
     content["nodes"] = [{"mesh": 0} for _ in range(10)]
     assert "10 triangles" in told(written(tmp_path / "a.gltf", content)).message
@@ -317,7 +316,7 @@ def test_accessors_without_a_buffer_are_not_made(tmp_path: Path) -> None:
 
 
 def test_views_that_overlap_are_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(asset_gltf, "LARGEST_FILE", 1000)
+    monkeypatch.setattr(assets, "LARGEST_FILE", 1000)
     content = document()
     content["bufferViews"] += [copy.copy(content["bufferViews"][0]) for _ in range(60)]
     assert "overlap" in told(written(tmp_path / "a.gltf", content)).message
@@ -351,7 +350,7 @@ def test_pictures_are_measured_before_they_are_decoded(size: tuple[int, int], wh
 
 
 def test_pictures_are_counted_together(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(asset_references, "MOST_PIXELS", 100)
+    monkeypatch.setattr(assets, "MOST_PIXELS", 100)
     (tmp_path / "a.png").write_bytes(png(6, 6))
     content = document()
     content["images"] = [{"uri": "a.png"}, {"uri": "./a.png"}]

@@ -9,12 +9,12 @@ import pytest
 import trimesh
 
 import scenelang
-from scenelang.backends.asset_files import AssetFiles
+from scenelang.backends.geometry.assets import AssetFiles
 from scenelang.backends.support import PointSupport
-from scenelang.interpreter.bounds import entity_box, parts_box
-from scenelang.interpreter.entity import Entity
-from scenelang.interpreter.shapes import Shape, box_under, shape_of
-from scenelang.interpreter.values import ANONYMOUS, Matrix, Pair
+from scenelang.interpreter.runtime.values import ANONYMOUS, Matrix, Pair
+from scenelang.interpreter.scene.bounds import entity_box, parts_box
+from scenelang.interpreter.scene.entity import Entity
+from scenelang.interpreter.scene.shapes import PrimitiveShape, box_under, shape_of
 
 
 def points_of(kind: str, count: int, rng: np.random.Generator) -> np.ndarray:
@@ -59,7 +59,7 @@ def test_boxes_of_posed_meshes_are_those_of_their_vertices(star: tuple[Path, np.
     """Under any affine map, directly and through entities that are turned again."""
     path, vertices = star
     asset = AssetFiles(path.parent, path.parent, False).measure(path.name)
-    shape: Shape = shape_of("asset", {"file": asset.path}, asset)
+    shape: PrimitiveShape = shape_of("asset", {"file": asset.path}, asset)
     leaf = Entity("asset", ANONYMOUS, (), shape, False, ())
     rng = np.random.default_rng(3)
     for _ in range(50):

@@ -10,11 +10,11 @@ import trimesh
 from PIL import Image
 
 import scenelang
-from scenelang.backends import assets
-from scenelang.backends.assets import load_asset
-from scenelang.backends.picture import PictureOptions, render
-from scenelang.backends.studio import from_srgb
-from scenelang.backends.viewpoint import PRESETS
+from scenelang.backends.geometry import assets
+from scenelang.backends.geometry.assets import load_asset
+from scenelang.backends.pictures.camera import PRESETS
+from scenelang.backends.pictures.film import PictureOptions, render
+from scenelang.backends.pictures.studio import from_srgb
 from scenelang.grammar.diagnostics import SceneError
 
 RED = np.array([200, 40, 20, 255], np.uint8)

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 from scenelang.backends import base
-from scenelang.backends.draft.backend import DRAFT
 from scenelang.backends.exports.gltf import GLTF
 from scenelang.backends.files import written_whole
-from scenelang.backends.mitsuba.backend import MITSUBA
-from scenelang.backends.picture import save_picture
+from scenelang.backends.pictures.draft import DRAFT
+from scenelang.backends.pictures.film import save_picture
+from scenelang.backends.pictures.mitsuba import MITSUBA
 from scenelang.grammar.diagnostics import SceneError
 
 

@@ -9,8 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scenelang.backends.camera import Camera, camera_from_json, camera_to_json
-from scenelang.backends.viewpoint import PRESETS, Viewpoint, axes_of, parse_viewpoint, place
+from scenelang.backends.pictures.camera import (
+    PRESETS,
+    Camera,
+    Viewpoint,
+    axes_of,
+    camera_from_json,
+    camera_to_json,
+    parse_viewpoint,
+    place,
+)
 from scenelang.grammar.diagnostics import SceneError
 
 BOXES = [

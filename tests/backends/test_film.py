@@ -12,16 +12,14 @@ import pytest
 from PIL import Image
 from support import evaluate
 
-from scenelang.backends.camera import Camera
-from scenelang.backends.draft.backend import DRAFT
-from scenelang.backends.mitsuba.backend import MITSUBA
-from scenelang.backends.picture import PictureOptions, painters
-from scenelang.backends.shots import film, still
-from scenelang.backends.stage import staging_of
-from scenelang.backends.viewpoint import PRESETS, Viewpoint
+from scenelang.backends.pictures.camera import PRESETS, Camera, Viewpoint
+from scenelang.backends.pictures.draft import DRAFT
+from scenelang.backends.pictures.film import PictureOptions, painters
+from scenelang.backends.pictures.mitsuba import MITSUBA
+from scenelang.backends.pictures.stage import film, staging_of, still
 from scenelang.cli.main import main
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.entity import Scene
+from scenelang.interpreter.scene.entity import Scene
 
 SWING = """
 (bind "film" (lambda () (frames (for/list ((i (iota 5)))
@@ -207,7 +205,7 @@ def test_wrong_uses_are_told_and_leave_nothing(
 
 
 def test_an_interrupted_film_leaves_nothing(tmp_path: Path, swing: Scene) -> None:
-    from scenelang.backends.film import save_film
+    from scenelang.backends.pictures.film import save_film
 
     class Interrupted:
         def __init__(self) -> None:

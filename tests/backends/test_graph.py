@@ -10,8 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support import evaluate
 
-from scenelang.backends.graph.layout import laid_out
-from scenelang.backends.graph.model import call_graph
+from scenelang.backends.pictures.call_graph import call_graph, laid_out
 from scenelang.cli.main import main
 
 FIGURE = Path(__file__).parent.parent.parent / "examples" / "paper" / "chessboard.scene"

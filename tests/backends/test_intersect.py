@@ -7,31 +7,37 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scenelang.backends.meshes import posed, unit_mesh
-from scenelang.backends.rays.cast import NOTHING, camera_rays, caster_for, depths_of, ids_of
-from scenelang.backends.rays.intersect import first_hit, interval, normals
-from scenelang.backends.shots import still
-from scenelang.backends.solids import Form, inverses_of, triangle_poses
-from scenelang.backends.stage import Stage, staging_of
-from scenelang.backends.viewpoint import Viewpoint
+from scenelang.backends.geometry.solids import SolidForm, inverses_of, posed, triangle_poses, unit_mesh
+from scenelang.backends.pictures.camera import Viewpoint
+from scenelang.backends.pictures.rays import (
+    NOTHING,
+    camera_rays,
+    caster_for,
+    depths_of,
+    first_hit,
+    ids_of,
+    interval,
+    normals,
+)
+from scenelang.backends.pictures.stage import Stage, staging_of, still
 
 
 def staged(scene: Any, view: Viewpoint, width: int, height: int) -> Stage:
     return staging_of(scene, [0], 1000).stage(still(scene, view, 0, width, height))
 
 
-def inside(form: Form, p: np.ndarray) -> np.ndarray:
+def inside(form: SolidForm, p: np.ndarray) -> np.ndarray:
     x, y, z = p[..., 0], p[..., 1], p[..., 2]
-    if form == Form.BALL:
+    if form == SolidForm.BALL:
         return x * x + y * y + z * z <= 1
-    if form == Form.BLOCK:
+    if form == SolidForm.BLOCK:
         return np.abs(p).max(axis=-1) <= 1
-    radius = 1.0 if form == Form.CYLINDER else (1 - y) / 2
+    radius = 1.0 if form == SolidForm.CYLINDER else (1 - y) / 2
     return (np.abs(y) <= 1) & (x * x + z * z <= radius * radius)
 
 
-@pytest.mark.parametrize("form", [Form.BALL, Form.BLOCK, Form.CYLINDER, Form.CONE])
-def test_intervals_agree_with_marching(form: Form) -> None:
+@pytest.mark.parametrize("form", [SolidForm.BALL, SolidForm.BLOCK, SolidForm.CYLINDER, SolidForm.CONE])
+def test_intervals_agree_with_marching(form: SolidForm) -> None:
     rng = np.random.default_rng(int(form))
     o = rng.normal(size=(400, 3)) * 2
     d = rng.normal(size=(400, 3))
@@ -52,8 +58,8 @@ def test_intervals_agree_with_marching(form: Form) -> None:
             assert not enter[k] < leave[k] - 3 * step or leave[k] < -8 or enter[k] > 8
 
 
-@pytest.mark.parametrize("form", list(Form))
-def test_normals_stand_on_the_surface_and_point_out(form: Form) -> None:
+@pytest.mark.parametrize("form", list(SolidForm))
+def test_normals_stand_on_the_surface_and_point_out(form: SolidForm) -> None:
     rng = np.random.default_rng(3)
     mesh = unit_mesh(form, 512)
     chosen = mesh.faces[rng.integers(len(mesh.faces), size=300)]
@@ -93,7 +99,7 @@ def test_batches_agree_with_single_solids(make: Any, monkeypatch: pytest.MonkeyP
     stage = staged(make.random(300), Viewpoint(), 160, 160)
     caster = caster_for(stage.solids, camera_rays(stage.camera))
     together = caster.cast()
-    monkeypatch.setattr("scenelang.backends.rays.cast._SMALL", 0)
+    monkeypatch.setattr("scenelang.backends.pictures.rays._SMALL", 0)
     assert (caster.cast() == together).all()
 
 
@@ -106,11 +112,11 @@ def test_a_camera_inside_sees_all_around(make: Any) -> None:
 
 def test_triangles_cast_like_their_mesh(make: Any) -> None:
     stage = staged(make.scene(make.primitive("cone")), Viewpoint(), 100, 100)
-    vertices, _, faces = posed(unit_mesh(Form.CONE, 200), stage.solids.matrices)
+    vertices, _, faces = posed(unit_mesh(SolidForm.CONE, 200), stage.solids.matrices)
     poses, _ = triangle_poses(vertices[faces])
     rows = np.zeros(len(poses), int)
     mesh = stage.solids.take(rows)
-    mesh.forms[:] = Form.TRIANGLE
+    mesh.forms[:] = SolidForm.TRIANGLE
     mesh.matrices[:] = poses
     rays = camera_rays(stage.camera)
     solid, triangles = caster_for(stage.solids, rays).cast(), caster_for(mesh, rays).cast()
@@ -119,15 +125,20 @@ def test_triangles_cast_like_their_mesh(make: Any) -> None:
     assert depths_of(solid)[both] == pytest.approx(depths_of(triangles)[both], abs=2e-3)
 
 
-@pytest.mark.parametrize("form", list(Form))
-def test_meshes_are_closed_and_turned_outwards(form: Form) -> None:
+@pytest.mark.parametrize("form", list(SolidForm))
+def test_meshes_are_closed_and_turned_outwards(form: SolidForm) -> None:
     for flip in (1.0, -1.0):
         matrix = np.array([[[2.0 * flip, 0.5, 0, 1], [0, 1, 0.3, 2], [0, 0, 1, 3]]])
         vertices, normal, faces = posed(unit_mesh(form, 24), matrix)
         a, b, c = (vertices[faces[:, k]] for k in range(3))
         across = np.cross(b - a, c - a)
         assert (np.einsum("ni,ni->n", across, normal[faces].mean(axis=1)) > 0).all()
-        if form != Form.TRIANGLE:
+        if form != SolidForm.TRIANGLE:
             volume = np.einsum("ni,ni->n", a - [1, 2, 3], across).sum() / 6
-            true = {Form.BALL: 4 / 3 * np.pi, Form.BLOCK: 8, Form.CYLINDER: 2 * np.pi, Form.CONE: 2 / 3 * np.pi}[form]
+            true = {
+                SolidForm.BALL: 4 / 3 * np.pi,
+                SolidForm.BLOCK: 8,
+                SolidForm.CYLINDER: 2 * np.pi,
+                SolidForm.CONE: 2 / 3 * np.pi,
+            }[form]
             assert volume == pytest.approx(2 * true, rel=0.03)

@@ -10,20 +10,19 @@ import pytest
 from support import evaluate
 
 import scenelang
-from scenelang.backends.appearance import look_of
-from scenelang.backends.draft.draw import draw as draw_draft
-from scenelang.backends.mitsuba import variants
-from scenelang.backends.mitsuba.backend import MITSUBA
-from scenelang.backends.mitsuba.instancing import parts_of
-from scenelang.backends.picture import Image, PictureOptions, draw, picture_backend
-from scenelang.backends.shots import still
-from scenelang.backends.stage import staging_of
-from scenelang.backends.studio import ENVIRONMENTS, GROUNDS, encode
-from scenelang.backends.viewpoint import PRESETS, Viewpoint
+from scenelang.backends.pictures import mitsuba
+from scenelang.backends.pictures.appearance import look_of
+from scenelang.backends.pictures.camera import PRESETS, Viewpoint
+from scenelang.backends.pictures.draft import draw as draw_draft
+from scenelang.backends.pictures.film import Image, PictureOptions, draw, picture_backend
+from scenelang.backends.pictures.mitsuba import MITSUBA
+from scenelang.backends.pictures.mitsuba_scene import parts_of
+from scenelang.backends.pictures.stage import staging_of, still
+from scenelang.backends.pictures.studio import ENVIRONMENTS, GROUNDS, encode
 from scenelang.cli.main import main
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.entity import Scene
-from scenelang.interpreter.flatten import flatten_entity
+from scenelang.interpreter.scene.entity import Scene
+from scenelang.interpreter.scene.flatten import flatten_entity
 
 EXAMPLES = Path(__file__).parent.parent.parent / "examples"
 
@@ -264,7 +263,7 @@ def test_nothing_shared_is_no_prototype(make: Any) -> None:
 def test_instances_look_like_what_they_are_instances_of(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = sponge(2)
     plain = image(scene, settings={"denoise": "off"})
-    monkeypatch.setattr("scenelang.backends.mitsuba.backend.FEW", 10)
+    monkeypatch.setattr("scenelang.backends.pictures.mitsuba.FEW", 10)
     placed = image(scene, settings={"denoise": "off"})
     assert np.abs(plain.picture.astype(int) - placed.picture).mean() < 4
     assert np.abs(plain.radiance.mean(axis=(0, 1)) - placed.radiance.mean(axis=(0, 1))).max() < 0.005
@@ -278,7 +277,7 @@ def test_lamps_in_shared_parts_light_the_scene(monkeypatch: pytest.MonkeyPatch) 
         '(bind "street" (lambda () (union-loop 12 (lambda (i) (transform (call "lamp") (translate [i 0 0]))))))'
     )
     scene = evaluate(text)
-    monkeypatch.setattr("scenelang.backends.mitsuba.backend.FEW", 4)
+    monkeypatch.setattr("scenelang.backends.pictures.mitsuba.FEW", 4)
     parts = parts_of(staging_of(scene, [0], 1000), 0)
     assert parts is not None
     assert {one.entity.word for one in parts.prototypes} == {"post"}
@@ -310,7 +309,7 @@ def test_a_hundred_thousand_solids_in_twenty_materials_are_loaded_soon() -> None
     assert MITSUBA.painter is not None
     painter: Any = MITSUBA.painter(staging, options, 1)
     stage = staging.stage(shot)
-    from scenelang.backends.mitsuba.scene import surroundings
+    from scenelang.backends.pictures.mitsuba_scene import surroundings
 
     painter.mitsuba.load_dict(surroundings(painter.mitsuba, stage, 8) | painter.shapes_of(0, stage))
     assert time.process_time() - started < 20  # under 10 s on a machine that does nothing else
@@ -320,14 +319,14 @@ def test_a_hundred_thousand_solids_in_twenty_materials_are_loaded_soon() -> None
 
 
 def test_variants_are_tried_before_they_are_used(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert variants.works("scalar")
-    monkeypatch.setattr(variants, "works", lambda name: False)
+    assert mitsuba.works("scalar")
+    monkeypatch.setattr(mitsuba, "works", lambda name: False)
     with pytest.raises(SceneError, match="no NVIDIA GPU") as caught:
-        variants.use("cuda", 1, False)
+        mitsuba.use("cuda", 1, False)
     assert caught.value.hint == "`--variant scalar` works everywhere"
     with pytest.raises(SceneError, match="no LLVM"):
-        variants.use("llvm", 1, False)
-    assert variants.use("auto", 10**9, False).variant() == "scalar_rgb"
+        mitsuba.use("llvm", 1, False)
+    assert mitsuba.use("auto", 10**9, False).variant() == "scalar_rgb"
 
 
 def test_many_samples_take_llvm_where_it_works(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -344,19 +343,19 @@ def test_many_samples_take_llvm_where_it_works(monkeypatch: pytest.MonkeyPatch) 
 
         def set_log_level(self, level: int) -> None: ...
 
-    monkeypatch.setattr(variants, "need", lambda *_: Fake())
-    monkeypatch.setattr(variants, "works", lambda name: True)
+    monkeypatch.setattr(mitsuba, "need", lambda *_: Fake())
+    monkeypatch.setattr(mitsuba, "works", lambda name: True)
     for choice, samples, crowded in (
         ("auto", 10**9, False),
         ("auto", 10**9, True),
         ("auto", 10, False),
         ("cuda", 1, True),
     ):
-        variants.use(choice, samples, crowded)
+        mitsuba.use(choice, samples, crowded)
     assert asked == ["llvm_ad_rgb", "scalar_rgb", "scalar_rgb", "cuda_ad_rgb"]
 
 
-@pytest.mark.skipif(not variants.works("llvm"), reason="no LLVM that Mitsuba can use is installed (Debian: libllvm19)")
+@pytest.mark.skipif(not mitsuba.works("llvm"), reason="no LLVM that Mitsuba can use is installed (Debian: libllvm19)")
 def test_llvm_draws_the_same_picture(make: Any) -> None:
     a, b = (image(make.odd(), settings={"variant": name}).picture.astype(float) for name in ("scalar", "llvm"))
     assert np.abs(a - b).mean() < 4

@@ -9,20 +9,25 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scenelang.backends.base import Options
-from scenelang.backends.draft.backend import DRAFT
-from scenelang.backends.draft.draw import draw
-from scenelang.backends.labels import labels_of, write_labels
-from scenelang.backends.picture import Image, PictureOptions, picture_backend, render, save_picture
-from scenelang.backends.picture import draw as picture_draw
-from scenelang.backends.shots import still
-from scenelang.backends.stage import Stage, staging_of
-from scenelang.backends.studio import ENVIRONMENTS, encode, from_srgb, to_srgb, tone
-from scenelang.backends.viewpoint import Viewpoint
+from scenelang.backends.base import BackendOptions
+from scenelang.backends.pictures.camera import Viewpoint
+from scenelang.backends.pictures.draft import DRAFT, draw
+from scenelang.backends.pictures.film import (
+    Image,
+    PictureOptions,
+    labels_of,
+    picture_backend,
+    render,
+    save_picture,
+    write_labels,
+)
+from scenelang.backends.pictures.film import draw as picture_draw
+from scenelang.backends.pictures.stage import Stage, staging_of, still
+from scenelang.backends.pictures.studio import ENVIRONMENTS, encode, from_srgb, to_srgb, tone
 from scenelang.grammar.diagnostics import LimitError, SceneError
-from scenelang.interpreter import pose
-from scenelang.interpreter.entity import Scene
-from scenelang.interpreter.values import Matrix
+from scenelang.interpreter.runtime.values import Matrix
+from scenelang.interpreter.scene import pose
+from scenelang.interpreter.scene.entity import Scene
 
 BACKGROUND = encode(np.array(ENVIRONMENTS["studio"].backdrop))
 
@@ -217,7 +222,7 @@ def test_labels_stand_on_what_is_seen_of_their_boxes(make: Any) -> None:
 
 
 def test_words_have_stable_tints_unless_they_have_a_colour(make: Any) -> None:
-    from scenelang.backends.appearance import look_of
+    from scenelang.backends.pictures.appearance import look_of
 
     assert look_of(make.primitive("house")) == look_of(make.primitive("house"))
     assert look_of(make.primitive("house")).color != look_of(make.primitive("tree")).color
@@ -230,10 +235,10 @@ def test_words_have_stable_tints_unless_they_have_a_colour(make: Any) -> None:
 def test_an_asset_is_drawn_as_its_mesh(make: Any, tmp_path: Path) -> None:
     import trimesh
 
-    from scenelang.backends.asset_files import AssetFiles
-    from scenelang.interpreter.entity import Entity
-    from scenelang.interpreter.shapes import shape_of
-    from scenelang.interpreter.values import Embedding
+    from scenelang.backends.geometry.assets import AssetFiles
+    from scenelang.interpreter.runtime.values import Embedding
+    from scenelang.interpreter.scene.entity import Entity
+    from scenelang.interpreter.scene.shapes import shape_of
 
     path = tmp_path / "ball.glb"
     trimesh.creation.icosphere(subdivisions=4).export(path)
@@ -276,7 +281,7 @@ def test_film_curves() -> None:
 def test_the_backend_object_writes_a_file(make: Any, tmp_path: Path) -> None:
     from PIL import Image
 
-    DRAFT.run(make.odd(), tmp_path / "a.webp", Options())
+    DRAFT.run(make.odd(), tmp_path / "a.webp", BackendOptions())
     assert Image.open(tmp_path / "a.webp").size == (512, 512)
     save_picture(drafted(make.odd()), tmp_path / "b.jpg")
     assert Image.open(tmp_path / "b.jpg").size == (64, 64)

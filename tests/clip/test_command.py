@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from small_models import seeded, small_clip
 
-from scenelang.backends.clip.models import ClipName, load_clip
+from scenelang.backends.neural.clip import ClipName, load_clip
 from scenelang.cli.main import main
 from scenelang.zfile import Made, read_encodings, read_made, read_wording, read_z, write_vectors
 

@@ -10,9 +10,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from small_models import seeded, small_clip
 
-from scenelang.backends.clip.models import ClipModel, ClipName, load_clip
-from scenelang.backends.clip.prompts import Slot, parse_prompt, slots, with_texts
-from scenelang.backends.clip.text import TextEncoder
+from scenelang.backends.neural.clip import (
+    ClipModel,
+    ClipName,
+    Slot,
+    TextEncoder,
+    load_clip,
+    parse_prompt,
+    slots,
+    with_texts,
+)
 from scenelang.grammar.diagnostics import SceneError
 
 TEXTS = ["a moai", "a weathered stone moai, in the style of a watercolour, 3D model", "", "Größe! 7 <b>"]
@@ -120,7 +127,7 @@ def test_texts_are_written_out() -> None:
 
 
 def test_a_shelf_finds_models_by_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from scenelang.backends.weights import shelf
+    from scenelang.backends.neural.weights import shelf
 
     torch = seeded()
     small_clip(tmp_path / "ViT-H-14")
@@ -131,7 +138,7 @@ def test_a_shelf_finds_models_by_name(tmp_path: Path, monkeypatch: pytest.Monkey
 
 
 def test_what_is_not_there_is_one_clear_line(tmp_path: Path) -> None:
-    from scenelang.backends.weights import Shelf, shelf
+    from scenelang.backends.neural.weights import Shelf, shelf
 
     with pytest.raises(SceneError) as caught:
         load_clip(shelf=Shelf(None, fetch=False))

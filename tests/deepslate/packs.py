@@ -9,8 +9,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from scenelang.grammar.source import Source
-from scenelang.interpreter.entity import Scene
+from scenelang.grammar.datum import Source
+from scenelang.interpreter.scene.entity import Scene
 from scenelang.session import Options, Session
 
 FACES = ("down", "up", "north", "south", "west", "east")

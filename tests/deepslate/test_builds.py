@@ -10,11 +10,10 @@ from deepslate.packs import scene_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scenelang.backends.deepslate import visible
-from scenelang.backends.deepslate.builds import Builds, builds_of
-from scenelang.backends.deepslate.visible import AROUND, SIDES, seen
+from scenelang.backends.deepslate import builds as deepslate_builds
+from scenelang.backends.deepslate.builds import AROUND, SIDES, Builds, builds_of, seen
 from scenelang.backends.minecraft.blocks import AIR_STATE, BlockState, Build
-from scenelang.backends.minecraft.settle import settled
+from scenelang.backends.minecraft.connections import settled
 from scenelang.backends.minecraft.voxels import voxelised
 from scenelang.grammar.diagnostics import LimitError, SceneError
 
@@ -69,7 +68,7 @@ def test_what_is_seen_is_what_a_plain_loop_finds(seed: int, size: tuple[int, int
 def test_slabs_of_cells_make_no_difference(monkeypatch: pytest.MonkeyPatch) -> None:
     cells = np.random.default_rng(1).integers(0, len(STATES), (9, 4, 4)).astype(np.uint32)
     whole = seen(Build((0, 0, 0), cells, STATES), (0, 0, 0))
-    monkeypatch.setattr(visible, "_SLAB", 40)
+    monkeypatch.setattr(deepslate_builds, "_SLAB", 40)
     parts = seen(Build((0, 0, 0), cells, STATES), (0, 0, 0))
     assert (whole.cells == parts.cells).all()
     assert (whole.around == parts.around).all()
@@ -78,7 +77,7 @@ def test_slabs_of_cells_make_no_difference(monkeypatch: pytest.MonkeyPatch) -> N
 def test_blocks_come_in_the_order_of_chunks() -> None:
     cells = np.ones((70, 1, 70), np.uint32)
     found = seen(Build((0, 0, 0), cells, STATES), (-40, 0, 5))
-    chunks = [tuple(chunk) for chunk in (found.cells // visible.CHUNK).T.tolist()]
+    chunks = [tuple(chunk) for chunk in (found.cells // deepslate_builds.CHUNK).T.tolist()]
     starts = [chunk for chunk, before in zip(chunks, [None, *chunks]) if chunk != before]
     assert len(starts) == len(set(chunks)), "every chunk in one piece"
 
@@ -89,7 +88,7 @@ def test_a_filled_cube_shows_its_shell_only() -> None:
 
 
 def test_too_many_blocks_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(visible, "MOST_SEEN", 100)
+    monkeypatch.setattr(deepslate_builds, "MOST_SEEN", 100)
     with pytest.raises(LimitError, match="more than 100 blocks of the build can be seen"):
         builds('(block "stone" 0 0 0 20 1 20)')
 

@@ -10,8 +10,7 @@ import pytest
 from deepslate.packs import COLORS, DEFINITIONS, as_json, pack_files, png, write_files, write_npm, write_zip
 
 from scenelang.backends.deepslate import layers as module
-from scenelang.backends.deepslate.layers import full_name, layer_at, number_of
-from scenelang.backends.deepslate.places import layers_for
+from scenelang.backends.deepslate.layers import full_name, layer_at, layers_for, number_of
 from scenelang.grammar.diagnostics import SceneError
 
 

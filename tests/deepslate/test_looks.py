@@ -10,10 +10,17 @@ import numpy as np
 import pytest
 from deepslate.packs import COLORS, as_json, pack_files, png, write_zip
 
-from scenelang.backends.deepslate.atlas import atlas_of, texture_from
 from scenelang.backends.deepslate.layers import layer_at
-from scenelang.backends.deepslate.looks import Look, Looks, looks_of
-from scenelang.backends.deepslate.models import MISSING, flat_model, textures_of
+from scenelang.backends.deepslate.looks import (
+    MISSING,
+    BlockLook,
+    BlockLooks,
+    atlas_of,
+    flat_model,
+    looks_of,
+    texture_from,
+    textures_of,
+)
 from scenelang.backends.minecraft.blocks import AIR_STATE, BlockState
 from scenelang.backends.minecraft.table import load_table
 from scenelang.grammar.diagnostics import SceneError
@@ -23,7 +30,7 @@ def state(name: str, **properties: str) -> BlockState:
     return BlockState(f"minecraft:{name}", tuple(sorted(properties.items())))
 
 
-def looks(path: Path, *states: BlockState) -> Looks:
+def looks(path: Path, *states: BlockState) -> BlockLooks:
     return looks_of((AIR_STATE, *states), [layer_at(path)])
 
 
@@ -35,7 +42,7 @@ def changed(tmp_path: Path, **files: Any) -> Path:
 
 def test_only_what_the_build_needs_is_taken(pack: Path) -> None:
     found = looks(pack, state("stone"))
-    assert found.states == (Look(()), Look(({"model": "minecraft:block/stone", "x": 0, "y": 0},)))
+    assert found.states == (BlockLook(()), BlockLook(({"model": "minecraft:block/stone", "x": 0, "y": 0},)))
     assert set(found.models) == {"minecraft:block/stone"}
     assert set(found.atlas.places) == {"minecraft:block/stone", MISSING}
     assert found.plain == ()
@@ -143,7 +150,7 @@ def test_water_and_chests_bring_their_textures(pack: Path, tmp_path: Path) -> No
     assert sizes["minecraft:block/water_still"] == (16, 16), "the first frame of an animation"
     assert sizes["minecraft:block/water_flow"] == (32, 32)
     assert sizes["minecraft:entity/chest/normal"] == (64, 64)
-    assert found.states[1] == Look((), is_special=True, is_wet=True)
+    assert found.states[1] == BlockLook((), is_special=True, is_wet=True)
     assert found.plain == ()
 
 
@@ -171,7 +178,7 @@ def test_boxes_without_a_dye_and_heads_at_walls_are_drawn(block: BlockState, tex
         ),
     }
     found = looks(write_zip(tmp_path / "more.zip", pack_files() | more), block)
-    assert found.states[1] == Look((), is_special=True)
+    assert found.states[1] == BlockLook((), is_special=True)
     assert f"minecraft:entity/{texture}" in found.atlas.places
 
 
@@ -259,7 +266,7 @@ def image(data: bytes) -> Any:
     return Image.open(io.BytesIO(data))
 
 
-def pixels(found: Looks) -> Any:
+def pixels(found: BlockLooks) -> Any:
     return np.asarray(image(found.atlas.png))
 
 

@@ -14,9 +14,8 @@ import pytest
 from deepslate.packs import scene_of
 
 from scenelang.backends.base import find
-from scenelang.backends.deepslate.browser import find_browser
-from scenelang.backends.deepslate.page import page_of_scene
-from scenelang.backends.picture import PictureOptions, render
+from scenelang.backends.deepslate.backend import find_browser, page_of_scene
+from scenelang.backends.pictures.film import PictureOptions, render
 from scenelang.cli.main import main
 from scenelang.grammar.diagnostics import SceneError
 
@@ -56,7 +55,7 @@ def test_the_page_asks_for_nothing(pack: Path) -> None:
 
 def test_markup_in_names_stays_text(pack: Path) -> None:
     text = """(bind "</script><script>x" (lambda () (call "set-cuboid" :block-type "stone" :scale '(1 1 1))))"""
-    from scenelang.grammar.source import Source
+    from scenelang.grammar.datum import Source
     from scenelang.session import Options, Session
 
     scene = Session(Options()).evaluate(Source("<test>", text)).scene

@@ -21,17 +21,14 @@ from deepslate.packs import pack_files, scene_of, wet_files, write_zip
 from PIL import Image
 from support import interruptible
 
-from scenelang.backends.camera import camera_to_json
-from scenelang.backends.deepslate.browser import Browser, find_browser
-from scenelang.backends.deepslate.builds import Builds
+from scenelang.backends.deepslate.backend import Browser, PageSurroundings, find_browser, page_of
+from scenelang.backends.deepslate.builds import Builds, seen
+from scenelang.backends.deepslate.layers import layers_for
 from scenelang.backends.deepslate.looks import looks_of
-from scenelang.backends.deepslate.page import Surroundings, page_of
-from scenelang.backends.deepslate.places import layers_for
-from scenelang.backends.deepslate.visible import seen
 from scenelang.backends.minecraft.blocks import AIR_STATE, BlockState, Build
 from scenelang.backends.minecraft.table import load_table
-from scenelang.backends.picture import Picture, PictureOptions, render
-from scenelang.backends.viewpoint import parse_viewpoint, place
+from scenelang.backends.pictures.camera import camera_to_json, parse_viewpoint, place
+from scenelang.backends.pictures.film import Picture, PictureOptions, render
 from scenelang.grammar.diagnostics import SceneError
 
 pytestmark = pytest.mark.browser
@@ -122,7 +119,7 @@ def test_no_block_of_the_game_vanishes(pack: Path) -> None:
         if n > 0
     }
     camera = place(parse_viewpoint("azimuth=30,elevation=25"), np.zeros(3), np.ones(3), 48, 48)
-    around = Surroundings(np.full(3, 0.5), 1.0, 0.0, "flat", None)
+    around = PageSurroundings(np.full(3, 0.5), 1.0, 0.0, "flat", None)
     page = page_of("blocks", Builds(frames, (0, 0, 0), palette, ()), looks_of(palette, layers), around, camera)
     browser = Browser(page)
     for n, state in enumerate(palette):

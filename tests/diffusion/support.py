@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from small_models import seeded
 
-from scenelang.backends.diffusion.loading import load_diffusion
-from scenelang.backends.diffusion.mvdream import ORIGINAL, Architecture
+from scenelang.backends.neural.diffusion_loading import load_diffusion
+from scenelang.backends.neural.mvdream import ORIGINAL, Architecture
 from scenelang.grammar.diagnostics import SceneError
 
 

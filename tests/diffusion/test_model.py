@@ -8,10 +8,7 @@ from typing import Any
 import pytest
 from small_models import seeded, small_control, small_unet, small_vae
 
-from scenelang.backends.diffusion.memory import memory_told
-from scenelang.backends.diffusion.model import Diffusion
-from scenelang.backends.diffusion.pixels import Autoencoder, Unshuffled
-from scenelang.backends.diffusion.schedule import schedule_of
+from scenelang.backends.neural.diffusion import Autoencoder, Diffusion, Unshuffled, memory_told, schedule_of
 from scenelang.grammar.diagnostics import SceneError
 
 

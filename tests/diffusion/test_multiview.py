@@ -7,19 +7,21 @@ from typing import Any
 
 import numpy as np
 import pytest
+from original import OriginalUNet
 from small_models import seeded, small_unet
 
-from scenelang.backends.camera import camera_at
-from scenelang.backends.diffusion.model import Diffusion
-from scenelang.backends.diffusion.multiview import FoldedAttention, camera_row, camera_rows, fold_views
-from scenelang.backends.diffusion.mvdream import ORIGINAL, empty_networks
-from scenelang.backends.diffusion.mvdream_keys import UNET, to_checkpoint, unet_names
-from scenelang.backends.diffusion.pixels import Unshuffled
-from scenelang.backends.diffusion.schedule import schedule_of
-from scenelang.backends.viewpoint import Viewpoint, place
+from scenelang.backends.neural.diffusion import (
+    Diffusion,
+    FoldedAttention,
+    Unshuffled,
+    camera_row,
+    camera_rows,
+    fold_views,
+    schedule_of,
+)
+from scenelang.backends.neural.mvdream import ORIGINAL, UNET, empty_networks, to_checkpoint, unet_names
+from scenelang.backends.pictures.camera import Viewpoint, camera_at, place
 from scenelang.grammar.diagnostics import SceneError
-
-from .original import OriginalUNet
 
 
 def model(network: Any, views: int = 4, control: Any = None) -> Diffusion:

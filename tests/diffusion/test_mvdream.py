@@ -8,27 +8,27 @@ from typing import Any
 
 import pytest
 from small_models import CAMERAS, SMALL_SCHEDULER, SMALL_UNET, SMALL_VAE, seeded, small_clip, small_unet, small_vae
+from support import Evil, predicted, wrong
 
-from scenelang.backends.clip.models import ClipName, load_clip
-from scenelang.backends.clip.text import TextEncoder
-from scenelang.backends.clip.towers import empty_tower, text_weights
-from scenelang.backends.diffusion.fitting import fitted
-from scenelang.backends.diffusion.loading import load_multiview
-from scenelang.backends.diffusion.multiview import fold_views
-from scenelang.backends.diffusion.mvdream import (
+from scenelang.backends.neural.clip import ClipName, TextEncoder, empty_tower, load_clip, text_weights
+from scenelang.backends.neural.diffusion import Autoencoder, fold_views
+from scenelang.backends.neural.diffusion_loading import load_multiview
+from scenelang.backends.neural.mvdream import (
     ORIGINAL,
+    TEXT,
+    UNET,
+    VAE,
     Architecture,
     Networks,
     convert_mvdream,
     empty_networks,
+    fitted,
     mvdream_tensors,
     read_mvdream,
+    text_names,
+    vae_names,
 )
-from scenelang.backends.diffusion.mvdream_keys import TEXT, UNET, VAE, text_names, vae_names
-from scenelang.backends.diffusion.pixels import Autoencoder
 from scenelang.grammar.diagnostics import SceneError
-
-from .support import Evil, predicted, wrong
 
 TEXT_CONFIG = {
     "embed_dim": 16,

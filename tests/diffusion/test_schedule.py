@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from small_models import seeded
 
-from scenelang.backends.diffusion.schedule import PREDICTIONS, schedule_of
+from scenelang.backends.neural.diffusion import PREDICTIONS, schedule_of
 from scenelang.grammar.diagnostics import SceneError
 
 CONFIGS: list[dict[str, Any]] = [

@@ -7,10 +7,8 @@ from typing import Any
 import pytest
 from small_models import clip_tokenizer, seeded, small_clip, small_text
 
-from scenelang.backends.clip.models import ClipName, load_clip
-from scenelang.backends.clip.prompts import Prompt, Slot
-from scenelang.backends.clip.text import TextEncoder
-from scenelang.backends.diffusion.words import ClipWords, TransformerWords
+from scenelang.backends.neural.clip import ClipName, Prompt, Slot, TextEncoder, load_clip
+from scenelang.backends.neural.diffusion import ClipWords, TransformerWords
 from scenelang.grammar.diagnostics import SceneError
 
 PROMPTS: list[Prompt] = [("a moai, in the style of a watercolour",), (), ("castle " * 100,), ("Red <b>blue</b>; 7",)]

@@ -8,13 +8,15 @@ from support import evaluate
 
 torch = pytest.importorskip("torch")
 
-from scenelang.backends.clip.granularity import Granularity  # noqa: E402
-from scenelang.backends.clip.leaves import leaves_of  # noqa: E402
-from scenelang.backends.clip.sentences import Sayings  # noqa: E402
-from scenelang.backends.distillation.cast import Cast, cast_of  # noqa: E402
-from scenelang.backends.distillation.theta import beginning, on_stage, resting  # noqa: E402
-from scenelang.backends.splats.initial import gaussians_of  # noqa: E402
-from scenelang.grammar.diagnostics import SceneError  # noqa: E402
+from scenelang.backends.neural.distillation.learning import Cast, cast_of
+from scenelang.backends.neural.distillation.theta import beginning, on_stage, resting
+from scenelang.backends.neural.sentences import (
+    Granularity,
+    Sayings,
+    leaves_of,
+)
+from scenelang.backends.neural.splats.initial import gaussians_of
+from scenelang.grammar.diagnostics import SceneError
 
 
 def cast(text: str, *entities: str, depth: int | None = None, learned: frozenset[str] = frozenset()) -> Cast:
@@ -127,7 +129,7 @@ BEACH = """
 
 
 def sentences(text: str, *entities: str, learned: frozenset[str] = frozenset()) -> list[str]:
-    from scenelang.backends.clip.encodings import written
+    from scenelang.backends.neural.sentences import written
 
     (leaves,) = leaves_of(evaluate(text), Granularity(None, entities), Sayings(learned))
     return [written(leaf.condition.prompt) for leaf in leaves]

@@ -15,9 +15,9 @@ from support import interruptible
 
 torch = pytest.importorskip("torch")
 
-from scenelang.backends.distillation import run as runs  # noqa: E402
-from scenelang.backends.distillation.keeping import kept_in  # noqa: E402
-from scenelang.cli.main import main  # noqa: E402
+from scenelang.backends.neural.distillation import run as runs
+from scenelang.backends.neural.distillation.checkpoint import kept_in
+from scenelang.cli.main import main
 
 TWO = '(bind "toys" (lambda () (union (call "sphere") (transform (call "cube") (translate [3 0 0])))))'
 MOVING = """
@@ -200,7 +200,7 @@ def test_frames_without_anything_are_left_out(words: list[str]) -> None:
 
 
 def test_models_that_give_no_numbers_are_told(words: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    from scenelang.backends.diffusion.model import Diffusion
+    from scenelang.backends.neural.diffusion import Diffusion
 
     monkeypatch.setattr(Diffusion, "predict", lambda self, latents, *_: latents * float("nan"))
     assert main(words) == 1

@@ -9,11 +9,11 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
-from toy.model import unpack  # noqa: E402
+from toy.model import unpack
 
-from distillation.test_toy import TOYS, likeness, views  # noqa: E402
-from scenelang.backends.distillation.keeping import kept_in  # noqa: E402
-from scenelang.cli.main import main  # noqa: E402
+from distillation.test_toy import TOYS, likeness, views
+from scenelang.backends.neural.distillation.checkpoint import kept_in
+from scenelang.cli.main import main
 
 
 @pytest.mark.gpu

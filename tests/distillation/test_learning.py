@@ -13,22 +13,31 @@ from support import evaluate
 
 torch = pytest.importorskip("torch")
 
-from scenelang.backends.clip.granularity import Granularity  # noqa: E402
-from scenelang.backends.clip.leaves import leaves_of  # noqa: E402
-from scenelang.backends.clip.sentences import Sayings  # noqa: E402
-from scenelang.backends.diffusion.loading import load_diffusion  # noqa: E402
-from scenelang.backends.distillation.cast import Cast, cast_of  # noqa: E402
-from scenelang.backends.distillation.density import changed  # noqa: E402
-from scenelang.backends.distillation.keeping import asked_of, check_same, keep, kept_in, same_figures  # noqa: E402
-from scenelang.backends.distillation.learning import Learning, Teachers  # noqa: E402
-from scenelang.backends.distillation.settings import Settings  # noqa: E402
-from scenelang.backends.distillation.theta import Theta, beginning  # noqa: E402
-from scenelang.grammar.diagnostics import SceneError  # noqa: E402
+from scenelang.backends.neural.diffusion_loading import load_diffusion
+from scenelang.backends.neural.distillation.checkpoint import asked_of, check_same, keep, kept_in, same_figures
+from scenelang.backends.neural.distillation.learning import (
+    Cast,
+    DistillationSettings,
+    Learning,
+    Teachers,
+    cast_of,
+)
+from scenelang.backends.neural.distillation.theta import (
+    Theta,
+    beginning,
+    changed,
+)
+from scenelang.backends.neural.sentences import (
+    Granularity,
+    Sayings,
+    leaves_of,
+)
+from scenelang.grammar.diagnostics import SceneError
 
 TWO = """
 (bind "toys" (lambda () (union (call "sphere" :text "red") (transform (call "cube" :color [0 0 1]) (translate [3 0 0])))))
 """
-SETTINGS = Settings(steps=12, first=60, most=90, every=4, hull=100)
+SETTINGS = DistillationSettings(steps=12, first=60, most=90, every=4, hull=100)
 
 
 @pytest.fixture(scope="module")
@@ -145,7 +154,7 @@ def test_a_thing_grows_to_as_many_gaussians_as_are_asked_for(models: Any, most: 
 def test_the_growth_reaches_any_number_in_any_number_of_steps() -> None:
     for count in (1, 60, 2000, 5000):
         for most in (16, 1000, 20_000, 300_000):
-            plan = Settings(steps=count, most=most)
+            plan = DistillationSettings(steps=count, most=most)
             assert plan.start <= most <= plan.start * 2**plan.growths
             assert plan.start >= min(plan.first, most)
 

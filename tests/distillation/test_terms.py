@@ -10,12 +10,13 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
-from scenelang.backends.diffusion.pixels import Unshuffled  # noqa: E402
-from scenelang.backends.diffusion.schedule import Schedule  # noqa: E402
-from scenelang.backends.distillation.regularisers import LONGEST, outside, too_long  # noqa: E402
-from scenelang.backends.distillation.sds import Guiding, Heard, distance, sds_loss, window_at  # noqa: E402
-from scenelang.backends.distillation.theta import Theta, beginning  # noqa: E402
-from scenelang.backends.splats.gaussians import rotations  # noqa: E402
+from scenelang.backends.neural.diffusion import (
+    Schedule,
+    Unshuffled,
+)
+from scenelang.backends.neural.distillation.sds import Guiding, Heard, distance, sds_loss, window_at
+from scenelang.backends.neural.distillation.theta import LONGEST, Theta, beginning, outside, too_long
+from scenelang.backends.neural.splats.gaussians import rotations
 
 
 def model(predict: Any = None, views: int = 1) -> Any:

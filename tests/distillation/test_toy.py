@@ -11,21 +11,26 @@ from small_models import seeded
 
 torch = pytest.importorskip("torch")
 
-from toy.model import build, unpack  # noqa: E402
-from toy.pictures import Orbit, picture  # noqa: E402
-from toy.train import loss_of, train  # noqa: E402
+from toy.model import build, unpack
+from toy.pictures import Orbit, picture
+from toy.train import loss_of, train
 
-from scenelang.backends.clip.models import ClipName, load_clip  # noqa: E402
-from scenelang.backends.clip.text import TextEncoder  # noqa: E402
-from scenelang.backends.diffusion.loading import load_diffusion  # noqa: E402
-from scenelang.backends.distillation.keeping import Kept, kept_in  # noqa: E402
-from scenelang.backends.distillation.views import ring  # noqa: E402
-from scenelang.backends.splats.files import read_gaussians  # noqa: E402
-from scenelang.backends.splats.gaussians import posed  # noqa: E402
-from scenelang.backends.splats.rasterise import rasterise  # noqa: E402
-from scenelang.backends.splats.view import view_of  # noqa: E402
-from scenelang.cli.main import main  # noqa: E402
-from scenelang.zfile import beside  # noqa: E402
+from scenelang.backends.neural.clip import (
+    ClipName,
+    TextEncoder,
+    load_clip,
+)
+from scenelang.backends.neural.diffusion_loading import load_diffusion
+from scenelang.backends.neural.distillation.checkpoint import SavedDistillation, kept_in
+from scenelang.backends.neural.distillation.learning import ring
+from scenelang.backends.neural.splats.files import read_gaussians
+from scenelang.backends.neural.splats.gaussians import (
+    posed,
+    view_of,
+)
+from scenelang.backends.neural.splats.rasterise import rasterise
+from scenelang.cli.main import main
+from scenelang.zfile import beside
 
 TOYS = """
 (bind "toys" (lambda () (union
@@ -51,7 +56,7 @@ def place(toy: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def views(kept: Kept, figure: int) -> tuple[np.ndarray, np.ndarray]:
+def views(kept: SavedDistillation, figure: int) -> tuple[np.ndarray, np.ndarray]:
     """Mean colour (3,) where a figure hides anything, and how much it hides (4, 64, 64), from four sides."""
     gaussians = kept.thetas()[figure]
     splats = posed(gaussians, torch.eye(3), torch.zeros(3))

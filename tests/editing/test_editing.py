@@ -10,11 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scenelang.editing import Editing
-from scenelang.grammar.chunks import split, split_again
+from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import to_json
-from scenelang.grammar.source import Source
-from scenelang.session import Session
+from scenelang.grammar.reader import split, split_again
+from scenelang.session import Editing, Session
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PROGRAM = """\

@@ -12,15 +12,15 @@ import pytest
 from hypothesis import assume
 from hypothesis import strategies as st
 
-from scenelang.backends.appearance import look_of
 from scenelang.backends.exports.surfaces import SEGMENTS, surface_of
-from scenelang.backends.minecraft.cubes import as_cubes
-from scenelang.grammar.source import Source
-from scenelang.interpreter import pose
-from scenelang.interpreter.entity import Entity, Scene, descendants
-from scenelang.interpreter.flatten import flatten
-from scenelang.interpreter.shapes import shape_of
-from scenelang.interpreter.values import ANONYMOUS, Embedding, Matrix, Pair, Vector
+from scenelang.backends.minecraft.models import as_cubes
+from scenelang.backends.pictures.appearance import look_of
+from scenelang.grammar.datum import Source
+from scenelang.interpreter.runtime.values import ANONYMOUS, Embedding, Matrix, Pair, Vector
+from scenelang.interpreter.scene import pose
+from scenelang.interpreter.scene.entity import Entity, Scene, descendants
+from scenelang.interpreter.scene.flatten import flatten
+from scenelang.interpreter.scene.shapes import shape_of
 from scenelang.session import Options, Session
 
 EXAMPLES = Path(__file__).parent.parent.parent / "examples"

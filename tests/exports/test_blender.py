@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from exports.oracle import example, expected
-from scenelang.backends.base import Options
+from scenelang.backends.base import BackendOptions
 from scenelang.backends.exports.gltf import GLTF
 from scenelang.backends.exports.usd import USD
-from scenelang.interpreter.bounds import entity_box
+from scenelang.interpreter.scene.bounds import entity_box
 
 HERE = Path(__file__).parent
 PYTHON = Path(os.environ.get("SCENELANG_BLENDER", HERE.parent.parent / ".venv" / "blender" / "bin" / "python"))
@@ -45,8 +45,8 @@ def imported(frame: int, *files: Path) -> list[dict[str, Any]]:
 )
 def test_bounds_in_blender(name: str, frame: int, defines: dict[str, Any], tmp_path: Path) -> None:
     scene = example(name, **defines)
-    GLTF.run(scene, tmp_path / "a.glb", Options())
-    USD.run(scene, tmp_path / "a.usdc", Options())
+    GLTF.run(scene, tmp_path / "a.glb", BackendOptions())
+    USD.run(scene, tmp_path / "a.usdc", BackendOptions())
     wanted = entity_box(scene.frames[frame])
     assert wanted is not None
     size = max(high - low for low, high in zip(wanted[:3], wanted[3:], strict=True))
@@ -61,7 +61,7 @@ def test_bounds_in_blender(name: str, frame: int, defines: dict[str, Any], tmp_p
 def test_colours_in_blender(name: str, tmp_path: Path) -> None:
     """Every mesh of a USD file has a material, in the colour that the scene says."""
     scene = example(name)
-    USD.run(scene, tmp_path / "a.usdc", Options())
+    USD.run(scene, tmp_path / "a.usdc", BackendOptions())
     (found,) = imported(0, tmp_path / "a.usdc")
     wanted = list(expected(scene, 0))
     assert found["meshes"] == len(wanted)

@@ -19,8 +19,7 @@ from exports.test_meshes import ply_rows
 from exports.test_usd import complaints
 from exports.test_usd import seen as usd_seen
 from scenelang.backends import files
-from scenelang.backends.asset_files import AssetFiles
-from scenelang.backends.base import Backend, Options
+from scenelang.backends.base import Backend, BackendOptions
 from scenelang.backends.exports import export
 from scenelang.backends.exports.gltf import GLTF
 from scenelang.backends.exports.mitsuba_xml import MITSUBA_XML
@@ -29,18 +28,19 @@ from scenelang.backends.exports.ply import PLY
 from scenelang.backends.exports.scene_json import JSON
 from scenelang.backends.exports.stl import STL
 from scenelang.backends.exports.usd import USD
+from scenelang.backends.geometry.assets import AssetFiles
 from scenelang.grammar.diagnostics import LimitError, SceneError
-from scenelang.interpreter import pose
-from scenelang.interpreter.entity import Entity, Scene
-from scenelang.interpreter.shapes import shape_of
-from scenelang.interpreter.values import Embedding, Matrix
+from scenelang.interpreter.runtime.values import Embedding, Matrix
+from scenelang.interpreter.scene import pose
+from scenelang.interpreter.scene.entity import Entity, Scene
+from scenelang.interpreter.scene.shapes import shape_of
 
 MESHES = [GLTF, USD, OBJ, PLY, STL, MITSUBA_XML]
 
 
 def run(backend: Backend, scene: Scene, path: Path, **given: Any) -> None:
     named = {name.replace("_", "-"): value for name, value in given.items()}
-    backend.run(scene, path, Options(settings=named))
+    backend.run(scene, path, BackendOptions(settings=named))
 
 
 def vertices_of(path: Path) -> np.ndarray:
@@ -195,16 +195,16 @@ def test_errors_are_one_line_and_leave_nothing(backend: Backend, make: Any, tmp_
     cube = make.primitive("cube")
     huge = pose.scaling(1e200, 1e200, 1e200, (0, 0, 0))
     odd = [
-        ("value", make.scene(cube), Options(frame=3)),
-        ("value", make.scene(cube), Options(settings={"colour": 3})),
+        ("value", make.scene(cube), BackendOptions(frame=3)),
+        ("value", make.scene(cube), BackendOptions(settings={"colour": 3})),
     ]
     if backend is not JSON:
         odd += [
-            ("empty-scene", make.scene(), Options()),
-            ("empty-scene", make.scene(make.primitive("delete-blocks")), Options()),
-            ("pose", make.scene((make.group("a", (cube, huge)), huge)), Options()),
-            ("attribute", make.scene(make.primitive("cube", opacity="much")), Options()),
-            ("value", make.scene(cube), Options(settings={"depth": -1})),
+            ("empty-scene", make.scene(), BackendOptions()),
+            ("empty-scene", make.scene(make.primitive("delete-blocks")), BackendOptions()),
+            ("pose", make.scene((make.group("a", (cube, huge)), huge)), BackendOptions()),
+            ("attribute", make.scene(make.primitive("cube", opacity="much")), BackendOptions()),
+            ("value", make.scene(cube), BackendOptions(settings={"depth": -1})),
         ]
     for name, scene, options in odd:
         with pytest.raises(SceneError) as caught:
@@ -213,11 +213,11 @@ def test_errors_are_one_line_and_leave_nothing(backend: Backend, make: Any, tmp_
         assert "\n" not in caught.value.message
         assert not list(tmp_path.iterdir())
     with pytest.raises(SceneError) as caught:
-        backend.run(make.scene(cube), tmp_path / "none" / path.name, Options())
+        backend.run(make.scene(cube), tmp_path / "none" / path.name, BackendOptions())
     assert caught.value.name == "file"
     path.mkdir()
     with pytest.raises(SceneError) as caught:
-        backend.run(make.scene(cube), path, Options())
+        backend.run(make.scene(cube), path, BackendOptions())
     assert caught.value.name == "file"
     assert os.listdir(tmp_path) == [path.name]
 
@@ -263,7 +263,7 @@ def test_an_interrupt_leaves_nothing(make: Any, tmp_path: Path) -> None:
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        GLTF.run(make.scene(make.primitive("cube")), tmp_path / "a.glb", Options(progress=stop))
+        GLTF.run(make.scene(make.primitive("cube")), tmp_path / "a.glb", BackendOptions(progress=stop))
     assert not list(tmp_path.iterdir())
 
 

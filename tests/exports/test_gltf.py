@@ -13,16 +13,16 @@ from hypothesis import given, settings
 
 from exports.gltf_reader import Gltf
 from exports.oracle import Expected, example, expected, on_examples, same_points, scenes
-from scenelang.backends.base import Options
+from scenelang.backends.base import BackendOptions
 from scenelang.backends.exports.gltf import GLTF
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.bounds import entity_box
-from scenelang.interpreter.entity import Scene, count_words
+from scenelang.interpreter.scene.bounds import entity_box
+from scenelang.interpreter.scene.entity import Scene, count_words
 
 
 def written(scene: Scene, path: Path, frame: int | None = None, **settings_: Any) -> Gltf:
     named = {name.replace("_", "-"): value for name, value in settings_.items()}
-    GLTF.run(scene, path, Options(frame=frame, settings=named))
+    GLTF.run(scene, path, BackendOptions(frame=frame, settings=named))
     return Gltf(path)
 
 

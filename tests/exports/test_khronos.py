@@ -12,9 +12,9 @@ from typing import Any
 import pytest
 
 from exports.oracle import EXAMPLES, example
-from scenelang.backends.base import Options
+from scenelang.backends.base import BackendOptions
 from scenelang.backends.exports.gltf import GLTF
-from scenelang.interpreter.values import Matrix
+from scenelang.interpreter.runtime.values import Matrix
 
 HERE = Path(__file__).parent
 FOLDER = Path(os.environ.get("SCENELANG_GLTF_VALIDATOR", HERE.parent.parent / ".venv" / "gltf-validator"))
@@ -42,7 +42,7 @@ def test_examples_have_no_errors(tmp_path: Path) -> None:
     files = []
     for name, ending, settings in jobs:
         files.append(tmp_path / f"{Path(name).stem} é{ending}")
-        GLTF.run(example(name), files[-1], Options(settings=settings))
+        GLTF.run(example(name), files[-1], BackendOptions(settings=settings))
     assert [one for one in validated(*files) if one["errors"] or one["warnings"]] == []
 
 
@@ -64,12 +64,12 @@ def test_odd_scenes_have_no_errors(make: Any, tmp_path: Path) -> None:
     for number, scene in enumerate(scenes):
         for depth in (None, 0):
             files.append(tmp_path / f"{number}-{depth}.glb")
-            GLTF.run(scene, files[-1], Options(settings={"depth": depth}))
+            GLTF.run(scene, files[-1], BackendOptions(settings={"depth": depth}))
     assert [one for one in validated(*files) if one["errors"]] == []
 
 
 def test_the_validator_finds_errors(make: Any, tmp_path: Path) -> None:
     path = tmp_path / "a.gltf"
-    GLTF.run(make.scene(make.primitive("cube")), path, Options())
+    GLTF.run(make.scene(make.primitive("cube")), path, BackendOptions())
     path.write_text(path.read_text().replace('"VEC3"', '"VEC4"', 1))
     assert validated(path)[0]["errors"] > 0

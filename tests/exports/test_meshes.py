@@ -11,14 +11,14 @@ import pytest
 from hypothesis import given, settings
 
 from exports.oracle import example, expected, on_examples, same_points, scenes
-from scenelang.backends.base import Options
+from scenelang.backends.base import BackendOptions
 from scenelang.backends.exports.obj import OBJ
 from scenelang.backends.exports.ply import PLY
 from scenelang.backends.exports.stl import STL
-from scenelang.backends.studio import from_srgb, to_srgb
+from scenelang.backends.pictures.studio import from_srgb, to_srgb
 from scenelang.grammar.diagnostics import LimitError, SceneError
-from scenelang.interpreter import pose
-from scenelang.interpreter.entity import Scene
+from scenelang.interpreter.scene import pose
+from scenelang.interpreter.scene.entity import Scene
 
 # of the tree, whose meshes have ten million triangles, other tests are enough
 
@@ -45,7 +45,7 @@ def ply_rows(path: Path) -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize("name", on_examples())
 def test_ply_keeps_positions_and_colours(name: str, tmp_path: Path) -> None:
     scene = example(name)
-    PLY.run(scene, tmp_path / "a.ply", Options())
+    PLY.run(scene, tmp_path / "a.ply", BackendOptions())
     got, wanted = ply_rows(tmp_path / "a.ply")[0], points_and_colors(scene)
     assert np.allclose(got[:, :3], wanted[:, :3], atol=1e-5 * max(1.0, np.abs(wanted).max()))
     assert np.abs(got[:, 3:] - wanted[:, 3:]).max() <= 0.51 / 255
@@ -56,9 +56,9 @@ def test_ply_keeps_positions_and_colours(name: str, tmp_path: Path) -> None:
 def test_ply_of_any_pose(scene: Scene) -> None:
     wanted = points_and_colors(scene)
     with tempfile.TemporaryDirectory() as folder:
-        PLY.run(scene, Path(folder) / "a.ply", Options())
+        PLY.run(scene, Path(folder) / "a.ply", BackendOptions())
         got = ply_rows(Path(folder) / "a.ply")[0]
-        PLY.run(scene, Path(folder) / "b.ply", Options(settings={"depth": 1}))
+        PLY.run(scene, Path(folder) / "b.ply", BackendOptions(settings={"depth": 1}))
         parts = ply_rows(Path(folder) / "b.ply")[0]
     assert np.allclose(got[:, :3], wanted[:, :3], atol=2e-5)
     assert same_points(parts[:, :3], wanted[:, :3], 2e-5)
@@ -71,7 +71,7 @@ def test_trimesh_reads_ply_and_stl_as_closed_solids(word: str, make: Any, tmp_pa
 
     scene = make.scene((make.primitive(word), pose.reflection((0, 0, 0), (1, 2, 3))))
     for backend, ending in ((PLY, "ply"), (STL, "stl")):
-        backend.run(scene, tmp_path / f"a.{ending}", Options())
+        backend.run(scene, tmp_path / f"a.{ending}", BackendOptions())
         mesh = trimesh.load(tmp_path / f"a.{ending}", process=False)
         mesh.merge_vertices(merge_norm=True, merge_tex=True)
         assert mesh.is_watertight
@@ -88,7 +88,7 @@ def _surfaces(scene: Scene) -> list[Any]:
 @pytest.mark.parametrize("name", on_examples())
 def test_stl_has_every_triangle(name: str, tmp_path: Path) -> None:
     scene = example(name)
-    STL.run(scene, tmp_path / "a.stl", Options())
+    STL.run(scene, tmp_path / "a.stl", BackendOptions())
     data = (tmp_path / "a.stl").read_bytes()
     dtype = np.dtype([("n", "<f4", 3), ("v", "<f4", (3, 3)), ("a", "<u2")])
     rows = np.frombuffer(data[84:], dtype)
@@ -102,7 +102,7 @@ def test_stl_has_every_triangle(name: str, tmp_path: Path) -> None:
 def test_obj_names_objects_by_path_and_paints_them(make: Any, tmp_path: Path) -> None:
     leg = make.group("a leg", make.primitive("cube", color=(0.2, 0.5, 0.8), roughness=0.5))
     scene = make.scene(leg, (leg, make.chain()), make.primitive("sphere", opacity=0.5))
-    OBJ.run(scene, tmp_path / "my table.obj", Options())
+    OBJ.run(scene, tmp_path / "my table.obj", BackendOptions())
     lines = (tmp_path / "my table.obj").read_text().splitlines()
     assert "mtllib my table.mtl" in lines
     assert [line for line in lines if line.startswith("o ")] == [
@@ -120,7 +120,7 @@ def test_obj_keeps_positions_and_colours(name: str, tmp_path: Path) -> None:
     import trimesh
 
     scene = example(name)
-    OBJ.run(scene, tmp_path / "a.obj", Options())
+    OBJ.run(scene, tmp_path / "a.obj", BackendOptions())
     vertices = np.array(
         [line.split()[1:] for line in (tmp_path / "a.obj").read_text().splitlines() if line[:2] == "v "]
     )
@@ -132,7 +132,7 @@ def test_obj_keeps_positions_and_colours(name: str, tmp_path: Path) -> None:
 
 def test_obj_of_parts_has_coloured_vertices(tmp_path: Path) -> None:
     scene = example("jenga.scene")
-    OBJ.run(scene, tmp_path / "a.obj", Options(settings={"depth": 0}))
+    OBJ.run(scene, tmp_path / "a.obj", BackendOptions(settings={"depth": 0}))
     lines = (tmp_path / "a.obj").read_text().splitlines()
     rows = np.array([line.split()[1:] for line in lines if line[:2] == "v "], float)
     assert same_points(rows, points_and_colors(scene), 1e-6)
@@ -143,7 +143,7 @@ def test_too_much_is_refused_before_the_memory_is_gone(tmp_path: Path) -> None:
     scene = example("menger-sponge.scene", level=8)
     for backend in (OBJ, PLY, STL):
         with pytest.raises(LimitError, match="primitives"):
-            backend.run(scene, tmp_path / f"a{backend.endings[0]}", Options())
+            backend.run(scene, tmp_path / f"a{backend.endings[0]}", BackendOptions())
     with pytest.raises(SceneError, match="depth"):
-        PLY.run(scene, tmp_path / "a.ply", Options(settings={"depth": -1}))
+        PLY.run(scene, tmp_path / "a.ply", BackendOptions(settings={"depth": -1}))
     assert not list(tmp_path.iterdir())

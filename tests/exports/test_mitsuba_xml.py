@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 
 from exports.oracle import example
-from scenelang.backends.base import Options
+from scenelang.backends.base import BackendOptions
 from scenelang.backends.exports.mitsuba_xml import MITSUBA_XML
-from scenelang.interpreter.bounds import entity_box
-from scenelang.interpreter.entity import Scene
-from scenelang.interpreter.flatten import flatten
+from scenelang.interpreter.scene.bounds import entity_box
+from scenelang.interpreter.scene.entity import Scene
+from scenelang.interpreter.scene.flatten import flatten
 
 
 def loaded(scene: Scene, path: Path, **settings: Any) -> Any:
     import mitsuba as mi
 
-    MITSUBA_XML.run(scene, path, Options(settings={k.replace("_", "-"): v for k, v in settings.items()}))
+    MITSUBA_XML.run(scene, path, BackendOptions(settings={k.replace("_", "-"): v for k, v in settings.items()}))
     mi.set_variant("scalar_rgb")
     return mi.load_file(str(path))
 
@@ -98,6 +98,6 @@ def test_it_draws_what_final_pictures_show(tmp_path: Path) -> None:
 
 
 def _picture_options() -> Any:
-    from scenelang.backends.picture import PictureOptions
+    from scenelang.backends.pictures.film import PictureOptions
 
     return PictureOptions(width=80, height=60, settings={"samples": 32, "denoise": "off"})

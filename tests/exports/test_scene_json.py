@@ -13,20 +13,19 @@ from hypothesis import strategies as st
 from support import evaluate, geometry
 
 from exports.oracle import EXAMPLES, example, scenes
-from scenelang.backends.base import Options
-from scenelang.backends.exports import scene_file
-from scenelang.backends.exports.scene_file import read_scene
-from scenelang.backends.exports.scene_json import JSON, write_scene
+from scenelang.backends.base import BackendOptions
+from scenelang.backends.exports import scene_json
+from scenelang.backends.exports.scene_json import JSON, read_scene, write_scene
 from scenelang.grammar.diagnostics import LimitError, SceneError
-from scenelang.interpreter.entity import Entity, Scene, count_words, descendants
-from scenelang.interpreter.outline import outline
-from scenelang.interpreter.values import IDENTITY, Embedding, Pair
+from scenelang.interpreter.runtime.values import IDENTITY, Embedding, Pair
+from scenelang.interpreter.scene.entity import Entity, Scene, count_words, descendants
+from scenelang.interpreter.scene.outline import outline
 
 ALL = sorted(path.name for path in EXAMPLES.glob("*.scene"))
 
 
 def again(scene: Scene, path: Path) -> Scene:
-    JSON.run(scene, path, Options())
+    JSON.run(scene, path, BackendOptions())
     return read_scene(path)
 
 
@@ -76,7 +75,7 @@ def test_a_deep_scene_needs_no_recursion(make: Any, tmp_path: Path) -> None:
 
 def test_one_frame_can_be_chosen(tmp_path: Path) -> None:
     scene = example("orrery.scene")
-    JSON.run(scene, tmp_path / "a.json", Options(frame=5))
+    JSON.run(scene, tmp_path / "a.json", BackendOptions(frame=5))
     back = read_scene(tmp_path / "a.json")
     assert (back.animated, len(back.frames)) == (False, 1)
     assert geometry(back)[0] == geometry(scene)[5]
@@ -198,7 +197,7 @@ def test_too_many_entities_are_refused(tmp_path: Path, monkeypatch: pytest.Monke
     write_scene(Scene("a", [root], False), tmp_path / "a.json")
     for name in ("MOST_ENTITIES", "MOST_PARTS", "LARGEST_FILE"):
         with monkeypatch.context() as patch:
-            patch.setattr(scene_file, name, 10)
+            patch.setattr(scene_json, name, 10)
             with pytest.raises(LimitError):
                 read_scene(tmp_path / "a.json")
     with pytest.raises(SceneError, match="cannot be read"):

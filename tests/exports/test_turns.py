@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from exports.gltf_reader import _matrix
-from scenelang.backends.exports.turns import Turns, node_fields, track_of, turns_of
+from scenelang.backends.exports.gltf import Turns, node_fields, track_of, turns_of
 
 
 def product(turns: Turns, index: int) -> np.ndarray:

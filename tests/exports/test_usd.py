@@ -13,13 +13,12 @@ import pytest
 from hypothesis import given, settings
 
 from exports.oracle import example, expected, on_examples, same_points, scenes
-from scenelang.backends.base import Options
+from scenelang.backends.base import BackendOptions
 from scenelang.backends.exports.surfaces import surface_of
-from scenelang.backends.exports.usd import USD
-from scenelang.backends.exports.usd_prims import Names
-from scenelang.interpreter.bounds import entity_box
-from scenelang.interpreter.entity import Entity, Scene
-from scenelang.interpreter.values import IDENTITY, Embedding, Pair
+from scenelang.backends.exports.usd import USD, PrimNames
+from scenelang.interpreter.runtime.values import IDENTITY, Embedding, Pair
+from scenelang.interpreter.scene.bounds import entity_box
+from scenelang.interpreter.scene.entity import Entity, Scene
 
 pytest.importorskip("pxr", reason="usd-core is not installed")
 
@@ -27,7 +26,7 @@ pytest.importorskip("pxr", reason="usd-core is not installed")
 def written(scene: Scene, path: Path, **settings_: Any) -> Any:
     from pxr import Usd
 
-    USD.run(scene, path, Options(settings=settings_))
+    USD.run(scene, path, BackendOptions(settings=settings_))
     return Usd.Stage.Open(str(path))
 
 
@@ -207,7 +206,7 @@ def test_flat_things_are_meshes(make: Any, tmp_path: Path) -> None:
 
 
 def test_names_are_valid_and_unique() -> None:
-    names = Names()
+    names = PrimNames()
     assert [names.fresh(word) for word in ("a", "a", "a_2", "a", "3 cubes", "été", "", "a_2", "日本")] == [
         "a", "a_2", "a_2_2", "a_3", "_3_cubes", "t", "entity", "a_2_3", "entity_2",
     ]  # fmt: skip

@@ -9,7 +9,7 @@ import pytest
 from formatter.texts import INDENTS
 from scenelang.grammar import formatter
 from scenelang.grammar.formatter import (
-    Edit,
+    FormatEdit,
     FormatFault,
     UnreadableError,
     edit_between,
@@ -166,10 +166,10 @@ def test_range_knows_macros_of_the_whole_text() -> None:
 
 def test_edit_between() -> None:
     assert edit_between("a\nb\n", "a\nb\n") is None
-    assert edit_between("a\nb\nc\n", "a\nB\nC\nc\n") == Edit(2, 2, "B\nC\n")
-    assert edit_between("a\nc\n", "a\nb\nc\n") == Edit(2, 1, "b\n")
-    assert edit_between("a\n\n\nc\n", "a\n\nc\n") == Edit(3, 3, "")
-    assert edit_between("", "a\n") == Edit(1, 0, "a\n")
+    assert edit_between("a\nb\nc\n", "a\nB\nC\nc\n") == FormatEdit(2, 2, "B\nC\n")
+    assert edit_between("a\nc\n", "a\nb\nc\n") == FormatEdit(2, 1, "b\n")
+    assert edit_between("a\n\n\nc\n", "a\n\nc\n") == FormatEdit(3, 3, "")
+    assert edit_between("", "a\n") == FormatEdit(1, 0, "a\n")
 
 
 # --- hostile texts -------------------------------------------------------------------------------------------------

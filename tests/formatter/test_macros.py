@@ -8,10 +8,9 @@ import pytest
 
 from formatter.texts import INDENTS
 from scenelang.formatting import indents_of
-from scenelang.grammar.formatter import format_text
-from scenelang.grammar.macro_indents import learnt_indents
+from scenelang.grammar.datum import Source
+from scenelang.grammar.formatter import format_text, learnt_indents
 from scenelang.grammar.reader import read
-from scenelang.grammar.source import Source
 
 RULES = [
     ("(define-syntax m (syntax-rules () ((_ body ...) (begin body ...))))", 0),

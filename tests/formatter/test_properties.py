@@ -6,11 +6,10 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from formatter.texts import INDENTS, text_of
+from scenelang.grammar.concrete import essence
+from scenelang.grammar.datum import Source, print_datum
 from scenelang.grammar.formatter import UnreadableError, format_range, format_text
-from scenelang.grammar.printer import print_datum
 from scenelang.grammar.reader import read
-from scenelang.grammar.source import Source
-from scenelang.grammar.tokens import essence
 
 SEEDS = st.integers(0, 2**40)
 

@@ -8,8 +8,8 @@ import pytest
 
 from formatter.texts import INDENTS
 from scenelang import Session
+from scenelang.grammar.concrete import LINE_COMMENT, tokens
 from scenelang.grammar.formatter import WIDTH, format_text
-from scenelang.grammar.tokens import LINE_COMMENT, tokens
 
 FOLDER = Path(__file__).parents[1] / "transpile"
 RESPONSES = sorted(path for name in ("responses", "programs", "programs2") for path in (FOLDER / name).glob("*.txt"))

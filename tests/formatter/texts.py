@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from random import Random
 
-from scenelang.interpreter.forms import FORMS
+from scenelang.interpreter.expand.forms import FORMS
 
 INDENTS = {name: form.indent for name, form in FORMS.items()}
 

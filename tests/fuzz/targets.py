@@ -17,9 +17,9 @@ from pathlib import Path
 from typing import Any
 
 from fuzz import making
+from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError, render_text
-from scenelang.grammar.source import Source
-from scenelang.interpreter.limits import Limits
+from scenelang.interpreter.runtime.limits import Limits
 from scenelang.session import Options, Session
 
 LIMITS = Limits(
@@ -81,10 +81,10 @@ def refusing() -> Any:
 
 
 def reader(data: bytes) -> None:
-    from scenelang.grammar import core
+    from scenelang.grammar import ast
     from scenelang.grammar.formatter import format_text
     from scenelang.grammar.reader import read
-    from scenelang.repl.brackets import scan
+    from scenelang.repl.completion import scan
 
     source = Source("a.scene", text(data))
     scan(source.text)
@@ -94,7 +94,7 @@ def reader(data: bytes) -> None:
     if found.diagnostics:
         return
     with refusing():
-        core.check_strict(found.forms)
+        ast.check_strict(found.forms)
     with refusing():
         once = format_text(source.text, {})
         assert format_text(once, {}) == once, "formatting twice differs"
@@ -121,12 +121,14 @@ def python(data: bytes) -> None:
 
 
 def repl(data: bytes) -> None:
-    from scenelang.repl.evaluation import Evaluation
-    from scenelang.repl.plain import Plain
+    from scenelang.repl.evaluation import ReplEvaluation
+    from scenelang.repl.loop import Plain
 
     for as_json in (False, True):
         out, errors = io.StringIO(), io.StringIO()
-        Plain(io.StringIO(text(data)), out, errors, as_json=as_json).run(Evaluation(Session(Options(limits=LIMITS))))
+        Plain(io.StringIO(text(data)), out, errors, as_json=as_json).run(
+            ReplEvaluation(Session(Options(limits=LIMITS)))
+        )
         said = out.getvalue() + errors.getvalue()
         assert "internal error" not in said, said[-300:]
         assert " at 0x" not in said, said[-300:]
@@ -321,8 +323,7 @@ class _Stream(io.StringIO):
 
 def asset(ending: str) -> Callable[[bytes], None]:
     def check(data: bytes) -> None:
-        from scenelang.backends.asset_files import AssetFiles
-        from scenelang.backends.assets import load_asset
+        from scenelang.backends.geometry.assets import AssetFiles, load_asset
 
         path = written(f"a{ending}", data)
         with refusing():
@@ -396,7 +397,7 @@ def scene_seeds() -> Sequence[Any]:
 
 
 def scene_json(data: bytes) -> None:
-    from scenelang.backends.exports.scene_file import read_scene
+    from scenelang.backends.exports.scene_json import read_scene
 
     path = written("a.json", data)
     with refusing():
@@ -414,8 +415,8 @@ def flattened_seeds() -> Sequence[Any]:
 
 
 def flattened(data: bytes) -> None:
-    from scenelang.goldens import read_sheets
-    from scenelang.interpreter.difference import compare_frames
+    from scenelang.interpreter.scene.difference import compare_frames
+    from scenelang.scene_changes import read_sheets
 
     path = written("a.json", data)
     with refusing():
@@ -471,13 +472,13 @@ CAMERA = {"format": "scenelang-camera/1", "projection": "perspective", "width": 
 
 
 def camera_seeds() -> Sequence[Any]:
-    from scenelang.backends.camera import FORMAT
+    from scenelang.backends.pictures.camera import FORMAT
 
     return ({**CAMERA, "format": FORMAT}, {**CAMERA, "format": FORMAT, "projection": "orthographic"})
 
 
 def camera(data: bytes) -> None:
-    from scenelang.backends.camera import read_camera
+    from scenelang.backends.pictures.camera import read_camera
 
     path = written("camera.json", data)
     with refusing():
@@ -492,8 +493,8 @@ def build_seeds() -> dict[str, Sequence[bytes]]:
     import numpy as np
     from minecraft.builds import STATES, made
 
-    from scenelang.backends.minecraft.files import litematic, sponge, structure
-    from scenelang.backends.minecraft.files.versions import game_version
+    from scenelang.backends.minecraft import litematic, sponge, structure
+    from scenelang.backends.minecraft.build_files import game_version
 
     build = made((1, 2, 3), np.arange(24).reshape(2, 3, 4), STATES)
     found = {}
@@ -506,7 +507,7 @@ def build_seeds() -> dict[str, Sequence[bytes]]:
 
 def build(ending: str) -> Callable[[bytes], None]:
     def check(data: bytes) -> None:
-        from scenelang.backends.minecraft.files.reading import read
+        from scenelang.backends.minecraft.export import read
 
         path = written(f"a{ending}", data)
         with refusing():
@@ -519,7 +520,7 @@ def build(ending: str) -> Callable[[bytes], None]:
 def splat_seeds(ending: str) -> Sequence[bytes]:
     import torch
 
-    from scenelang.backends.splats import files
+    from scenelang.backends.neural.splats import files
 
     if ending == ".splat":
         return (struct.pack("<6f8B", *range(1, 7), *range(8)) * 3,)
@@ -552,7 +553,7 @@ def splat_seeds(ending: str) -> Sequence[bytes]:
 
 def splats(ending: str) -> Callable[[bytes], None]:
     def check(data: bytes) -> None:
-        from scenelang.backends.splats.files import read_gaussians
+        from scenelang.backends.neural.splats.files import read_gaussians
 
         path = written(f"a{ending}", data)
         with refusing():
@@ -565,22 +566,22 @@ CONFIG = b'[anthropic]\nbase_url = "https://models.invalid:8080/v1"\nmodel = "m"
 
 
 def config(data: bytes) -> None:
-    from scenelang.backends.language_models import credentials
+    from scenelang.backends.language_models import catalogue
 
     place = folder() / "config"
     (place / "scenelang").mkdir(parents=True, exist_ok=True)
     before = os.environ.get("XDG_CONFIG_HOME")
     os.environ["XDG_CONFIG_HOME"] = str(place)
     try:
-        path = credentials.config_file()
+        path = catalogue.config_file()
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(data)
         path.chmod(0o600)
         with refusing():
-            credentials.configuration()
+            catalogue.configuration()
         for family in ("anthropic", "openai"):
             with refusing():
-                credentials.account(family, ["NO_SUCH_KEY"], "NO_SUCH_ADDRESS", "http://localhost:1", False)
+                catalogue.account(family, ["NO_SUCH_KEY"], "NO_SUCH_ADDRESS", "http://localhost:1", False)
     finally:
         if before is None:
             del os.environ["XDG_CONFIG_HOME"]
@@ -597,8 +598,7 @@ def run_seeds() -> Sequence[Any]:
 
 def runs(data: bytes) -> None:
     """run.json of a run, and the same data as the files of its attempts."""
-    from scenelang.inference.records import all_runs
-    from scenelang.inference.settings import settings_of
+    from scenelang.inference.records import all_runs, settings_of
 
     place = folder() / "runs"
     run = place / "2026-01-01-a"

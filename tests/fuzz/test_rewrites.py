@@ -17,11 +17,11 @@ from fuzz.python_programs import PythonPrograms
 from fuzz.scene_programs import Programs
 from scenelang import session
 from scenelang.cli.programs import expansion
+from scenelang.grammar.datum import Source
 from scenelang.grammar.formatter import format_text
-from scenelang.grammar.source import Source
-from scenelang.interpreter.flatten import flatten
-from scenelang.interpreter.forms import INDENTS
-from scenelang.interpreter.plain import primitive_attributes
+from scenelang.interpreter.expand.forms import INDENTS
+from scenelang.interpreter.runtime.show import primitive_attributes
+from scenelang.interpreter.scene.flatten import flatten
 from scenelang.session import Session
 
 SESSION = Session()

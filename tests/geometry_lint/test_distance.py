@@ -6,10 +6,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from scenelang.backends.solidity.distance import Pairs, depths, distances
-from scenelang.backends.solidity.neighbours import neighbours
-from scenelang.backends.solidity.support import boxes, support
-from scenelang.backends.solids import Form
+from scenelang.backends.geometry.distance import Pairs, boxes, depths, distances, neighbours, support
+from scenelang.backends.geometry.solids import SolidForm
 
 Array = npt.NDArray[np.float64]
 COUNT = 400
@@ -43,7 +41,7 @@ def test_balls() -> None:
     radii = chance.uniform(0.2, 1.0, (2, COUNT))
     centers = chance.normal(size=(2, COUNT, 3))
     matrices = [np.concatenate([np.eye(3) * r[:, None, None], c[:, :, None]], axis=2) for r, c in zip(radii, centers)]
-    forms = np.full(COUNT, Form.BALL, np.int8)
+    forms = np.full(COUNT, SolidForm.BALL, np.int8)
     pairs = Pairs(forms, matrices[0], forms, matrices[1])
     gap = np.linalg.norm(centers[0] - centers[1], axis=1) - radii.sum(axis=0)
     assert distances(pairs) == pytest.approx(np.maximum(gap, 0.0), abs=1e-6)
@@ -57,7 +55,7 @@ def test_boxes_along_the_axes() -> None:
     half = chance.uniform(0.1, 1.0, (2, COUNT, 3))
     centers = chance.normal(size=(2, COUNT, 3)) * 1.5
     matrices = [np.concatenate([np.eye(3) * h[:, None, :], c[:, :, None]], axis=2) for h, c in zip(half, centers)]
-    forms = np.full(COUNT, Form.BLOCK, np.int8)
+    forms = np.full(COUNT, SolidForm.BLOCK, np.int8)
     pairs = Pairs(forms, matrices[0], forms, matrices[1])
     apart = np.abs(centers[0] - centers[1]) - half.sum(axis=0)
     assert distances(pairs) == pytest.approx(np.linalg.norm(np.maximum(apart, 0.0), axis=1), abs=1e-6)
@@ -96,10 +94,10 @@ def test_support_points_are_on_the_solids() -> None:
     local = np.einsum("nij,nj->ni", np.linalg.inv(pairs.a[:, :, :3]), points - pairs.a[:, :, 3])
     across = np.hypot(local[:, 0], local[:, 2])
     for form, inside in {
-        Form.BLOCK: np.abs(local).max(axis=1),
-        Form.BALL: np.linalg.norm(local, axis=1),
-        Form.CYLINDER: np.maximum(across, np.abs(local[:, 1])),
-        Form.CONE: across + (1 + local[:, 1]) / 2,
+        SolidForm.BLOCK: np.abs(local).max(axis=1),
+        SolidForm.BALL: np.linalg.norm(local, axis=1),
+        SolidForm.CYLINDER: np.maximum(across, np.abs(local[:, 1])),
+        SolidForm.CONE: across + (1 + local[:, 1]) / 2,
     }.items():
         assert (inside[pairs.forms_a == form] <= 1 + 1e-9).all()
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from scenelang.grammar.source import Source
+from scenelang.grammar.datum import Source
 from scenelang.session import Session
 
 CORPUS = Path(__file__).parents[1] / "corpus"
@@ -101,7 +101,7 @@ def test_good_scenes_have_at_most_one_finding(path: Path) -> None:
     """Of the pictures of all of these each finding was looked at."""
     result = session.evaluate(session.source(str(path)))
     assert result.scene is not None
-    from scenelang.backends.solidity.check import check_geometry
+    from scenelang.backends.geometry.lint import check_geometry
 
     names = [d.name for d in check_geometry(result.scene)]
     assert len(names) <= 1, names

@@ -7,17 +7,15 @@ import re
 from pathlib import Path
 
 import pytest
+from cases import BAD, ROOT
+from decoders import acceptor, byte_tokenizer, matcher
 from lark import Lark
 
 from scenelang.cli.grammar import PARSED, TEXTMATE, grammar_text
 from scenelang.cli.main import main
-from scenelang.editors import files
-from scenelang.interpreter.forms import FORMS
-from scenelang.interpreter.surface import full_grammar
+from scenelang.highlight import files
+from scenelang.interpreter.expand.forms import FORMS, full_grammar
 from scenelang.stdlib.library import build_library
-
-from .cases import BAD, ROOT
-from .decoders import acceptor, byte_tokenizer, matcher
 
 
 @pytest.mark.parametrize("form", [*PARSED, TEXTMATE])

@@ -5,12 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from cases import BAD, GOOD, NOT_STRICT, OTHERS, ROOT, STRICT, UNSEEN, WRONG
+from decoders import FORMATS, acceptor
 
-from scenelang.interpreter.forms import FORMS
-from scenelang.interpreter.surface import full_grammar, strict_grammar
-
-from .cases import BAD, GOOD, NOT_STRICT, OTHERS, ROOT, STRICT, UNSEEN, WRONG
-from .decoders import FORMATS, acceptor
+from scenelang.interpreter.expand.forms import FORMS, full_grammar, strict_grammar
 
 NAME = lambda path: str(path.relative_to(ROOT))
 
@@ -62,7 +60,7 @@ def test_the_strict_grammar_is_the_papers(form: str) -> None:
 
 
 def test_every_form_has_a_rule_and_every_rule_a_form() -> None:
-    from scenelang.interpreter import form_shapes as shapes
+    from scenelang.interpreter.expand import forms as shapes
 
     tables = (shapes.EXPRESSIONS, shapes.DEFINITIONS, shapes.MACROS, shapes.TOP_LEVEL)
     heads = [head for table in tables for head in table]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from scenelang.backends.grounding.cutting import cut_out, mask_box, random_grey, read_mask, resized
+from scenelang.backends.neural.grounding import cut_out, mask_box, random_grey, read_mask, resized
 from scenelang.grammar.diagnostics import SceneError
 
 

@@ -9,11 +9,17 @@ import numpy as np
 import pytest
 from small_grounding import noise_picture, small_detector, small_segmenter
 
-from scenelang.backends.grounding.cutting import cut_out
-from scenelang.backends.grounding.detector import detect, load_detector, phrase
-from scenelang.backends.grounding.masks import load_segmenter, mask_in
-from scenelang.backends.grounding.segmenting import Grounding, found_in
-from scenelang.backends.weights import Shelf
+from scenelang.backends.neural.grounding import (
+    Grounding,
+    cut_out,
+    detect,
+    found_in,
+    load_detector,
+    load_segmenter,
+    mask_in,
+    phrase,
+)
+from scenelang.backends.neural.weights import Shelf
 from scenelang.grammar.diagnostics import SceneError
 
 BOX = (10.0, 8.0, 60.0, 50.0)

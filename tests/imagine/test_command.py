@@ -110,7 +110,7 @@ def test_migc(place: Path, models: Path, capsys: pytest.CaptureFixture[str]) -> 
     from safetensors.torch import save_file
 
     from imagine.test_migc import MIDDLE, weights
-    from scenelang.backends.imagine.migc_files import Migc, to_checkpoint
+    from scenelang.backends.neural.imagine.migc import Migc, to_checkpoint
 
     save_file(to_checkpoint(Migc({MIDDLE: weights()})), place / "migc.safetensors")
     sd = str(models / "stable-diffusion-2-1")
@@ -126,7 +126,7 @@ def test_migc(place: Path, models: Path, capsys: pytest.CaptureFixture[str]) -> 
 
 def test_learned_vectors_stand_in_the_sentence(place: Path, models: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Those of a word's own tokens give the picture that the word gives."""
-    from scenelang.backends.imagine.models import load_checkpoint
+    from scenelang.backends.neural.imagine.sampling import load_checkpoint
 
     words = load_checkpoint(str(models / "stable-diffusion-2-1")).words
     main(["embeddings", "beach.scene", "set", "<z3>", "--text", "golden", "-q"])

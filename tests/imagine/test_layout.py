@@ -6,18 +6,15 @@ import numpy as np
 import pytest
 from support import evaluate
 
-from scenelang.backends.clip.encodings import written
-from scenelang.backends.clip.granularity import Granularity, units_of
-from scenelang.backends.clip.sentences import Sayings
-from scenelang.backends.imagine.layout import Layout, layout_of
-from scenelang.backends.imagine.layout_picture import layout_json, layout_picture
-from scenelang.backends.imagine.pipeline import Sketch, sketch_of
-from scenelang.backends.maps.boxes import boxes_in
-from scenelang.backends.maps.coco import annotations_of
-from scenelang.backends.shots import still
-from scenelang.backends.viewpoint import Viewpoint, parse_viewpoint
+from scenelang.backends.labels.dataset import annotations_of
+from scenelang.backends.labels.ground_truth import boxes_in
+from scenelang.backends.neural.imagine.layout import PictureLayout, layout_json, layout_of, layout_picture
+from scenelang.backends.neural.imagine.sampling import Sketch, sketch_of
+from scenelang.backends.neural.sentences import Granularity, Sayings, units_of, written
+from scenelang.backends.pictures.camera import Viewpoint, parse_viewpoint
+from scenelang.backends.pictures.stage import still
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
-from scenelang.header import stated_task
+from scenelang.primer import stated_task
 
 PROGRAM = """
 (bind "moai" (lambda ()
@@ -109,7 +106,7 @@ def test_only_the_largest_are_kept() -> None:
     assert "3 instances are left out" in told[0].message
 
 
-def size(layout: Layout, number: int) -> float:
+def size(layout: PictureLayout, number: int) -> float:
     x0, y0, x1, y1 = layout.places[number].box
     return (x1 - x0) * (y1 - y0)
 

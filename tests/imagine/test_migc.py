@@ -12,20 +12,22 @@ import pytest
 from small_diffusion import WIDTH, small_diffusion
 from small_models import seeded
 
-from scenelang.backends.imagine.migc import MigcAttention, MigcSteering, guides_of, visible
-from scenelang.backends.imagine.migc_files import (
+from scenelang.backends.neural.imagine.migc import (
     FILE,
     Migc,
+    MigcAttention,
+    MigcSteering,
     from_checkpoint,
+    guides_of,
     layer_of,
     load_migc,
     shapes,
     to_checkpoint,
+    visible,
 )
-from scenelang.backends.imagine.models import Checkpoint, load_checkpoint
-from scenelang.backends.imagine.sampling import Sampling, draw
-from scenelang.backends.imagine.steering import Region
-from scenelang.backends.weights import Shelf
+from scenelang.backends.neural.imagine.regional import AttentionRegion
+from scenelang.backends.neural.imagine.sampling import Checkpoint, Sampling, draw, load_checkpoint
+from scenelang.backends.neural.weights import Shelf
 from scenelang.grammar.diagnostics import SceneError
 
 BOXES = [(0.0, 0.0, 0.5, 0.75), (0.25, 0.25, 1.0, 1.0), (0.625, 0.0, 0.875, 0.25)]  # of whole cells
@@ -43,17 +45,19 @@ def checkpoint(tmp_path_factory: pytest.TempPathFactory) -> Checkpoint:
     return load_checkpoint(str(small_diffusion(tmp_path_factory.mktemp("models") / "sd")))
 
 
-def regions(checkpoint: Checkpoint, texts: list[str]) -> list[Region]:
+def regions(checkpoint: Checkpoint, texts: list[str]) -> list[AttentionRegion]:
     if not texts:
         return []
     encoded = checkpoint.words.encoded([(text,) for text in texts])
-    return [Region(BOXES[i], encoded.words[[i]], encoded.pooled[[i]]) for i in range(len(texts))]
+    return [AttentionRegion(BOXES[i], encoded.words[[i]], encoded.pooled[[i]]) for i in range(len(texts))]
 
 
 # --- the layer -------------------------------------------------------------------------------------------------------
 
 
-def reference(state: dict[str, Any], attn: Any, own: Any, everywhere: Any, given: list[Region], shape: Any) -> Any:
+def reference(
+    state: dict[str, Any], attn: Any, own: Any, everywhere: Any, given: list[AttentionRegion], shape: Any
+) -> Any:
     """The layer by torch's own modules, for one picture whose places are as many as the masks' cells: (HW, C)."""
     torch = seeded()
     nn, width = torch.nn, own.shape[-1]
@@ -134,7 +138,7 @@ def test_a_layer_is_the_papers(count: int, checkpoint: Checkpoint) -> None:
     torch = seeded(2)
     attn = deepcopy(dict(checkpoint.unet.named_modules())[MIDDLE.removesuffix(".processor")]).double()
     told = regions(checkpoint, ["a moai", "a tall palm", "a red cube"][:count])
-    given = [Region(each.box, each.words.double(), each.pooled.double()) for each in told]
+    given = [AttentionRegion(each.box, each.words.double(), each.pooled.double()) for each in told]
     own, words = torch.randn(2, 64, WIDTH).double(), torch.randn(2, 77, WIDTH).double()
     state = {name: tensor.double() for name, tensor in weights().items()}
     with torch.no_grad():

@@ -10,10 +10,8 @@ import pytest
 from small_diffusion import WIDTH, small_diffusion
 from small_models import seeded
 
-from scenelang.backends.imagine.models import Checkpoint, load_checkpoint
-from scenelang.backends.imagine.regional import Regional, RegionalAttention
-from scenelang.backends.imagine.sampling import Sampling, draw
-from scenelang.backends.imagine.steering import Region, inside, shape_of
+from scenelang.backends.neural.imagine.regional import AttentionRegion, Regional, RegionalAttention, inside, shape_of
+from scenelang.backends.neural.imagine.sampling import Checkpoint, Sampling, draw, load_checkpoint
 
 TEXTS = ("a red cube", "mossy stone")
 LEFT, RIGHT = (0.0, 0.0, 0.5, 1.0), (0.5, 0.25, 1.0, 0.75)
@@ -25,9 +23,9 @@ def checkpoint(tmp_path_factory: pytest.TempPathFactory) -> Checkpoint:
     return load_checkpoint(str(folder))
 
 
-def region(checkpoint: Checkpoint, text: str, box: tuple[float, float, float, float]) -> Region:
+def region(checkpoint: Checkpoint, text: str, box: tuple[float, float, float, float]) -> AttentionRegion:
     encoded = checkpoint.words.encoded([(text,)])
-    return Region(box, encoded.words, encoded.pooled)
+    return AttentionRegion(box, encoded.words, encoded.pooled)
 
 
 def layer(torch: Any) -> Any:
@@ -92,7 +90,7 @@ def test_no_regions_change_nothing(checkpoint: Checkpoint) -> None:
     sampling = Sampling(64, 64, 2, 5.0, 1)
     plain = draw(checkpoint, words, sampling)
     assert np.array_equal(draw(checkpoint, words, sampling, Regional(checkpoint.unet, [], (8, 8), True)), plain)
-    same = [Region(LEFT, words[1:], None)]  # told in its box what it is told everywhere
+    same = [AttentionRegion(LEFT, words[1:], None)]  # told in its box what it is told everywhere
     blended = draw(checkpoint, words, sampling, Regional(checkpoint.unet, same, (8, 8), True))
     assert np.abs(blended.astype(int) - plain).max() <= 1
 
@@ -118,7 +116,7 @@ def inner_share(difference: Any, box: tuple[float, float, float, float]) -> floa
     return float(flat[mine].mean() / flat[~mine].mean())
 
 
-def final(checkpoint: Checkpoint, words: Any, steered: Region | None = None) -> Any:
+def final(checkpoint: Checkpoint, words: Any, steered: AttentionRegion | None = None) -> Any:
     """The latent after a run, taken where the picture is decoded."""
     kept: list[Any] = []
     steering = Regional(checkpoint.unet, [steered] if steered else [], (16, 16), True)

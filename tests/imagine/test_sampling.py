@@ -10,13 +10,18 @@ import pytest
 from small_diffusion import WIDTH, small_control, small_diffusion
 from small_models import seeded
 
-from scenelang.backends.clip.prompts import parse_prompt
-from scenelang.backends.imagine.gligen import Gligen, grounding_of
-from scenelang.backends.imagine.models import Checkpoint, check_control, load_checkpoint, load_control
-from scenelang.backends.imagine.regional import Regional
-from scenelang.backends.imagine.sampling import Control, Sampling, draw
-from scenelang.backends.imagine.steering import Region
-from scenelang.backends.weights import Shelf
+from scenelang.backends.neural.clip import parse_prompt
+from scenelang.backends.neural.imagine.regional import AttentionRegion, Gligen, Regional, grounding_of
+from scenelang.backends.neural.imagine.sampling import (
+    Checkpoint,
+    Control,
+    Sampling,
+    check_control,
+    draw,
+    load_checkpoint,
+    load_control,
+)
+from scenelang.backends.neural.weights import Shelf
 from scenelang.grammar.diagnostics import SceneError
 
 SAMPLING = Sampling(64, 64, 4, 5.0, 3)
@@ -134,9 +139,9 @@ def test_a_controlnet_for_another_model_is_told(checkpoint: Checkpoint) -> None:
 # --- GLIGEN ----------------------------------------------------------------------------------------------------------
 
 
-def regions(checkpoint: Checkpoint, count: int = 2) -> list[Region]:
+def regions(checkpoint: Checkpoint, count: int = 2) -> list[AttentionRegion]:
     encoded = checkpoint.words.encoded([("a moai",), ("a tall palm",)])
-    return [Region(BOXES[i % 2], encoded.words[[i % 2]], encoded.pooled[[i % 2]]) for i in range(count)]
+    return [AttentionRegion(BOXES[i % 2], encoded.words[[i % 2]], encoded.pooled[[i % 2]]) for i in range(count)]
 
 
 def test_closed_gates_change_nothing(gated: Checkpoint) -> None:
@@ -210,7 +215,7 @@ def test_a_vector_equal_to_a_words_own_gives_the_same_picture(checkpoint: Checkp
             checkpoint,
             whole,
             SAMPLING,
-            Regional(checkpoint.unet, [Region(box, each.words[1:], each.pooled[1:])], (8, 8), True),
+            Regional(checkpoint.unet, [AttentionRegion(box, each.words[1:], each.pooled[1:])], (8, 8), True),
         )
         for each in (spliced, written, checkpoint.words.encoded([(), ("a golden moai",)]))
     ]

@@ -9,9 +9,9 @@ import torch
 from toy.model import ONE_GREY, unpack
 from toy.pictures import COLORS, Orbit, picture
 
-from scenelang.backends.diffusion.loading import load_diffusion
-from scenelang.backends.diffusion.model import Diffusion
-from scenelang.backends.inversion.subjects import STYLE, Subject, sentence_of, start_of
+from scenelang.backends.neural.diffusion import Diffusion
+from scenelang.backends.neural.diffusion_loading import load_diffusion
+from scenelang.backends.neural.inversion import STYLE, LearnedSubject, sentence_of, start_of
 
 VIEW = Orbit(0.6, 0.3, 3.2, math.radians(20.0))
 
@@ -26,8 +26,8 @@ def shown(color: str, shape: str) -> torch.Tensor:
     return picture(shape, COLORS[color], VIEW)
 
 
-def subject(name: str, color: str, shape: str) -> Subject:
-    return Subject(shown(color, shape), sentence_of(name))
+def subject(name: str, color: str, shape: str) -> LearnedSubject:
+    return LearnedSubject(shown(color, shape), sentence_of(name))
 
 
 def starts(model: Diffusion, *names: str) -> dict[str, torch.Tensor]:

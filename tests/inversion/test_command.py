@@ -15,11 +15,10 @@ from support import evaluate
 from toy.model import ONE_GREY, unpack
 
 from inversion.support import shown
-from scenelang.backends.clip.leaves import Granularity, Sayings, leaves_of
-from scenelang.backends.clip.prompts import slots
-from scenelang.backends.grounding.cutting import cut_out, random_grey
-from scenelang.backends.inversion.keeping import kept_in
-from scenelang.backends.inversion.settings import Settings
+from scenelang.backends.neural.clip import slots
+from scenelang.backends.neural.grounding import cut_out, random_grey
+from scenelang.backends.neural.inversion import InversionSettings, kept_in
+from scenelang.backends.neural.sentences import Granularity, Sayings, leaves_of
 from scenelang.cli.main import main
 from scenelang.zfile import Made, read_made, read_z, write_vectors
 
@@ -113,11 +112,11 @@ def test_things_are_found_by_words(yard: Path, capsys: pytest.CaptureFixture[str
 def test_what_is_not_to_be_found(
     yard: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from scenelang.backends.grounding import segmenting
+    from scenelang.backends.neural import grounding
 
-    detect = segmenting.detect
+    detect = grounding.detect
     blind = lambda detector, picture, text, least: [] if "tower" in text else detect(detector, picture, text, least)
-    monkeypatch.setattr(segmenting, "detect", blind)
+    monkeypatch.setattr(grounding, "detect", blind)
     assert invert(entity="tower") == 1
     assert 'looks like "tower"' in capsys.readouterr().err
     assert not Z.exists()
@@ -128,7 +127,7 @@ def test_what_is_not_to_be_found(
 
 def test_a_broken_run_goes_on(yard: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """Ctrl-C after two steps of three; the rest gives what a whole run gives, from the pictures that were kept."""
-    from scenelang.backends.inversion.learning import Inverting
+    from scenelang.backends.neural.inversion import Inverting
 
     assert invert("--no-segment", "-q", "-o", "whole", "--z", "whole.z.safetensors") == 0
     step = Inverting.step
@@ -236,10 +235,10 @@ def test_parts_of_generated_scenes(
     from argparse import Namespace
 
     from scenelang.cli.invert import invert_parts
-    from scenelang.inference.input_pictures import read_picture
+    from scenelang.inference.answers import read_picture
 
     asked = Namespace(models_dir=None, offline=True, device="cpu", seed=0, quiet=False, json=False)
-    monkeypatch.setattr(Settings.__init__, "__defaults__", (2, 1e-2, 1, 0, 2))
+    monkeypatch.setattr(InversionSettings.__init__, "__defaults__", (2, 1e-2, 1, 0, 2))
     invert_parts(asked, evaluate(PROGRAM), [read_picture("photo.png")], Path("out.scene"))
     assert "wrote out.z.safetensors" in capsys.readouterr().out
     assert sorted(read_z(Path("out.z.safetensors"))[1]) == ["z1", "z2", "z3", "z4"]

@@ -12,16 +12,23 @@ import torch
 from small_models import seeded, small_diffusion
 
 from inversion.support import shown, starts, subject, toy
-from scenelang.backends.clip.prompts import Slot
-from scenelang.backends.diffusion.loading import load_any
-from scenelang.backends.diffusion.model import Diffusion
-from scenelang.backends.diffusion.words import ClipWords
-from scenelang.backends.inversion.keeping import STATE, asked_of, kept_in
-from scenelang.backends.inversion.learning import Inverting
-from scenelang.backends.inversion.objective import denoising_loss
-from scenelang.backends.inversion.run import run
-from scenelang.backends.inversion.settings import Settings
-from scenelang.backends.inversion.subjects import STYLE, Subject, sentence_about, sentence_of, start_of
+from scenelang.backends.neural.clip import Slot
+from scenelang.backends.neural.diffusion import ClipWords, Diffusion
+from scenelang.backends.neural.diffusion_loading import load_any
+from scenelang.backends.neural.inversion import (
+    STATE,
+    STYLE,
+    InversionSettings,
+    Inverting,
+    LearnedSubject,
+    asked_of,
+    denoising_loss,
+    kept_in,
+    run,
+    sentence_about,
+    sentence_of,
+    start_of,
+)
 from scenelang.grammar.diagnostics import SceneError
 
 
@@ -31,7 +38,9 @@ def model(tmp_path_factory: pytest.TempPathFactory) -> Diffusion:
 
 
 def learning(model: Diffusion, **settings: Any) -> Inverting:
-    return Inverting(model, [subject("z2", "red", "cube")], starts(model, "z2"), Settings(**{"batch": 1, **settings}))
+    return Inverting(
+        model, [subject("z2", "red", "cube")], starts(model, "z2"), InversionSettings(**{"batch": 1, **settings})
+    )
 
 
 def weights(model: Diffusion) -> str:
@@ -73,12 +82,12 @@ def test_the_model_knows_the_thing_again(model: Diffusion) -> None:
     found = {}
     pictures = {"z2": ("red", "cube"), "z3": ("blue", "sphere")}
     for name, (color, shape) in pictures.items():
-        work = Inverting(model, [subject(name, color, shape)], starts(model, name), Settings(batch=1))
+        work = Inverting(model, [subject(name, color, shape)], starts(model, name), InversionSettings(batch=1))
         for _ in range(40):
             work.step()
         found[name] = {key: torch.from_numpy(vector) for key, vector in work.vectors().items()}
     loss = lambda name, shown_as: Inverting(
-        model, [Subject(shown(*pictures[shown_as]), sentence_of(name))], found[name], Settings()
+        model, [LearnedSubject(shown(*pictures[shown_as]), sentence_of(name))], found[name], InversionSettings()
     ).measured()
     assert loss("z2", "z2") < 0.85 * loss("z3", "z2")
     assert loss("z3", "z3") < 0.85 * loss("z2", "z3")
@@ -86,9 +95,11 @@ def test_the_model_knows_the_thing_again(model: Diffusion) -> None:
 
 def test_several_things_share_a_style(model: Diffusion) -> None:
     subjects = [subject("z2", "red", "cube"), subject("z3", "blue", "sphere")]
-    work = Inverting(model, subjects, starts(model, "z2", "z3"), Settings(batch=1))
+    work = Inverting(model, subjects, starts(model, "z2", "z3"), InversionSettings(batch=1))
     first = work.measured()
-    alone = [Inverting(model, [each], starts(model, "z2", "z3"), Settings(draws=32)).measured() for each in subjects]
+    alone = [
+        Inverting(model, [each], starts(model, "z2", "z3"), InversionSettings(draws=32)).measured() for each in subjects
+    ]
     assert first == pytest.approx(float(np.mean(alone)), rel=0.2), "the mean of both"
     for _ in range(25):
         work.step()
@@ -97,8 +108,8 @@ def test_several_things_share_a_style(model: Diffusion) -> None:
 
 
 def test_the_style_alone(model: Diffusion) -> None:
-    about = Subject(shown("green", "cube"), sentence_about("cube"))
-    work = Inverting(model, [about], {STYLE: start_of(model.words, "toy")}, Settings(batch=1))
+    about = LearnedSubject(shown("green", "cube"), sentence_about("cube"))
+    work = Inverting(model, [about], {STYLE: start_of(model.words, "toy")}, InversionSettings(batch=1))
     first = work.measured()
     for _ in range(40):
         work.step()
@@ -181,7 +192,7 @@ def test_models_of_single_pictures(tmp_path: Path) -> None:
     picture = torch.rand(3, model.size, model.size)
     begun = {"z2": start_of(model.words, "stone statue"), STYLE: start_of(model.words, "photo")}
     assert torch.allclose(begun["z2"], model.words.vectors_of("stone statue").mean(0, keepdim=True))
-    work = Inverting(model, [Subject(picture, sentence_of("z2"))], begun, Settings(batch=2))
+    work = Inverting(model, [LearnedSubject(picture, sentence_of("z2"))], begun, InversionSettings(batch=2))
     with torch.no_grad():
         latents, states = model.pixels.encode(picture[None]), model.words.encode([sentence_of("z2")], begun)
         noise, steps = torch.randn(latents.shape), torch.tensor([300])
@@ -202,7 +213,7 @@ def test_a_start_without_tokens(model: Diffusion) -> None:
 @pytest.mark.parametrize("wrong", [{"steps": 0}, {"rate": 0.0}, {"rate": float("nan")}, {"batch": 0}, {"batch": 1000}])
 def test_settings_that_make_no_sense(wrong: dict[str, Any]) -> None:
     with pytest.raises(SceneError) as caught:
-        Settings(**wrong)
+        InversionSettings(**wrong)
     assert caught.value.name == "value"
 
 
@@ -211,7 +222,7 @@ def test_settings_that_make_no_sense(wrong: dict[str, Any]) -> None:
 
 def asked(model: Diffusion, steps: int = 12, **settings: Any) -> dict[str, Any]:
     shown_things = [subject("z2", "red", "cube")]
-    return asked_of(Settings(steps=steps, batch=1, **settings), model.name, shown_things, {"z2": "sphere"})
+    return asked_of(InversionSettings(steps=steps, batch=1, **settings), model.name, shown_things, {"z2": "sphere"})
 
 
 def test_a_run_that_was_broken_off_ends_as_if_it_had_not(model: Diffusion, tmp_path: Path) -> None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 from support import evaluate
 
-from scenelang.backends.inversion.targets import named_parts, targets_named
+from scenelang.backends.neural.inversion import named_parts, targets_named
 from scenelang.grammar.diagnostics import LimitError, SceneError
-from scenelang.interpreter.entity import Scene
+from scenelang.interpreter.scene.entity import Scene
 
 TOWN = """
 (bind "pillar" (lambda () (call "cube" :scale [1 3 1])))

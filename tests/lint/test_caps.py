@@ -6,8 +6,8 @@ import json
 from typing import Any
 
 from scenelang.cli.main import main
+from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import Diagnostic, capped, render_text
-from scenelang.grammar.source import Source
 from scenelang.session import Session
 
 

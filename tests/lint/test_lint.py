@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from scenelang.cli.main import main
-from scenelang.grammar.source import Source
+from scenelang.grammar.datum import Source
 from scenelang.session import Session
 
 session = Session()

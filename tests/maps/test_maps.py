@@ -11,20 +11,24 @@ import numpy as np
 import pytest
 from support import evaluate
 
-from scenelang.backends.camera import Camera
-from scenelang.backends.maps import motion
-from scenelang.backends.maps.boxes import boxes_in, rectangles_of
-from scenelang.backends.maps.coco import annotations_of, dataset
-from scenelang.backends.maps.truth import Truth, boxes_of, correspondence_of, into_local, truth_of
-from scenelang.backends.shots import film, still
-from scenelang.backends.solids import Form
-from scenelang.backends.stage import unit_size
-from scenelang.backends.viewpoint import PRESETS, Viewpoint
+from scenelang.backends.geometry.solids import SolidForm
+from scenelang.backends.labels import ground_truth
+from scenelang.backends.labels.dataset import annotations_of, dataset
+from scenelang.backends.labels.ground_truth import (
+    Truth,
+    boxes_in,
+    boxes_of,
+    correspondence_of,
+    into_local,
+    rectangles_of,
+    truth_of,
+)
+from scenelang.backends.pictures.camera import PRESETS, Camera, Viewpoint
+from scenelang.backends.pictures.stage import film, still, unit_size
 from scenelang.cli.main import main
-from scenelang.interpreter.ancestry import ancestry_of
-from scenelang.interpreter.entity import Scene, count_words
-from scenelang.interpreter.flatten import flatten
-from scenelang.interpreter.numbering import frame_numbers, instance_handles, primitive_handles
+from scenelang.interpreter.scene.entity import Scene, count_words
+from scenelang.interpreter.scene.flatten import flatten
+from scenelang.interpreter.scene.numbering import ancestry_of, frame_numbers, instance_handles, primitive_handles
 
 TABLE = """
 (bind "leg" (lambda () (call "cylinder" :radius .08 :p1 [0 .7 0] :color [.4 .2 .1])))
@@ -65,13 +69,13 @@ def mitsuba_hits(found: Truth) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     disk["bottom"] = {"type": "disk", "to_world": transform().translate([0, -1, 0]).rotate([1, 0, 0], 90)}
     side = {"type": "cylinder", "p0": [0, -1, 0], "p1": [0, 1, 0], "radius": 1.0}
     groups = {
-        Form.BALL: {"a": {"type": "sphere"}},
-        Form.BLOCK: {"a": {"type": "cube"}},
-        Form.CYLINDER: {"a": side, **disk},
+        SolidForm.BALL: {"a": {"type": "sphere"}},
+        SolidForm.BLOCK: {"a": {"type": "cube"}},
+        SolidForm.CYLINDER: {"a": side, **disk},
     }
     for i in range(len(found.solids)):
-        form = Form(int(found.solids.forms[i]))
-        if form == Form.CONE:
+        form = SolidForm(int(found.solids.forms[i]))
+        if form == SolidForm.CONE:
             continue
         scene[f"g{i}"] = {"type": "shapegroup", **groups[form]}
         pose = transform(np.concatenate([found.solids.matrices[i], [[0, 0, 0, 1]]]))
@@ -132,11 +136,11 @@ def test_full_boxes_are_tight(table: Scene, view: Viewpoint) -> None:
     rim = np.stack([np.cos(angle), np.where(np.arange(20_000) % 2, 1.0, -1.0), np.sin(angle)], axis=1)
     cone = np.where(rim[:, 1:2] > 0, [0.0, 1.0, 0.0], rim)
     corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
-    points = {Form.BALL: ball, Form.BLOCK: corners, Form.CYLINDER: rim, Form.CONE: cone}
+    points = {SolidForm.BALL: ball, SolidForm.BLOCK: corners, SolidForm.CYLINDER: rim, SolidForm.CONE: cone}
     exact = rectangles_of(found.solids, found.camera)
     for i in range(len(found.solids)):
         matrix = found.solids.matrices[i]
-        world = points[Form(int(found.solids.forms[i]))] @ matrix[:, :3].T + matrix[:, 3]
+        world = points[SolidForm(int(found.solids.forms[i]))] @ matrix[:, :3].T + matrix[:, 3]
         pixels, _ = found.camera.project(world)
         dense = [*pixels.min(axis=0), *pixels.max(axis=0)]
         assert exact[i] == pytest.approx(dense, abs=0.35)
@@ -207,29 +211,29 @@ def test_flow_is_where_the_same_place_is_in_the_next_frame() -> None:
     scene = evaluate(SWING)
     shots = film(scene, Viewpoint(20, 20), 120, 90, None, None)
     truths = [truth_of(scene, shot, 1000, *unit_size(scene)) for shot in shots]
-    numbers = motion.PathNumbers()
+    numbers = ground_truth.PathNumbers()
     paths = [numbers.of(one.ancestry) for one in truths]
-    flow = motion.flow_between(truths[0], truths[1], paths[0], paths[1])
+    flow = ground_truth.flow_between(truths[0], truths[1], paths[0], paths[1])
     words = np.array([entity.word for entity in truths[0].ancestry.nodes])
     seen = np.where(truths[0].seen, words[truths[0].ancestry.node[np.maximum(truths[0].instance, 0)]], "")
     assert np.abs(flow.motion[seen == "cube"]).max() < 1e-4
     assert np.nanmean(flow.motion[seen == "sphere"][:, 0]) > 5
     # what is visible shows the same place there: the same path, and the same local coordinates
-    visible = np.flatnonzero((flow.state == motion.VISIBLE).reshape(-1) & (seen == "sphere").reshape(-1))
-    places = motion.places_of(truths[0], paths[0], visible)
+    visible = np.flatnonzero((flow.state == ground_truth.VISIBLE).reshape(-1) & (seen == "sphere").reshape(-1))
+    places = ground_truth.places_of(truths[0], paths[0], visible)
     row, column = np.divmod(visible, 120)
     there = flow.motion.reshape(-1, 2)[visible] + np.stack([column, row], axis=1) + 0.5
     target = np.floor(there).astype(int)
     landed = target[:, 1] * 120 + target[:, 0]
     hit = truths[1].instance.reshape(-1)[landed] >= 0
-    again = motion.places_of(truths[1], paths[1], landed[hit])
+    again = ground_truth.places_of(truths[1], paths[1], landed[hit])
     same = again.path == places.path[hit]
     assert same.mean() > 0.95
     assert np.linalg.norm(again.local - places.local[hit], axis=1)[same].mean() < 0.05
-    gone = motion.flow_between(truths[1], truths[2], paths[1], paths[2])
+    gone = ground_truth.flow_between(truths[1], truths[2], paths[1], paths[2])
     cone = np.where(truths[1].seen, words[truths[1].ancestry.node[np.maximum(truths[1].instance, 0)]], "") == "cone"
     assert cone.any()
-    assert (gone.state[cone] == motion.GONE).all()
+    assert (gone.state[cone] == ground_truth.GONE).all()
     assert np.isnan(gone.motion[cone]).all()
 
 
@@ -240,18 +244,18 @@ def test_tracks_follow_points_and_know_when_they_are_hidden() -> None:
     )
     shots = film(scene, Viewpoint(0, 0), 100, 100, None, None)
     truths = [truth_of(scene, shot, 1000, *unit_size(scene)) for shot in shots]
-    numbers = motion.PathNumbers()
+    numbers = ground_truth.PathNumbers()
     paths = [numbers.of(one.ancestry) for one in truths]
     words = np.array([entity.word for entity in truths[0].ancestry.nodes])
     ball = np.flatnonzero(
         (truths[0].seen & (words[truths[0].ancestry.node[np.maximum(truths[0].instance, 0)]] == "sphere")).reshape(-1)
     )
-    places = motion.places_of(truths[0], paths[0], ball)
-    tracks = motion.tracks_of([motion.found_in(places, one, path) for one, path in zip(truths, paths)])
+    places = ground_truth.places_of(truths[0], paths[0], ball)
+    tracks = ground_truth.tracks_of([ground_truth.found_in(places, one, path) for one, path in zip(truths, paths)])
     assert tracks.pixels[0] == pytest.approx(tracks.pixels[2])
-    assert (tracks.state[0] == motion.VISIBLE).all()
-    assert (tracks.state[1] == motion.HIDDEN).all()
-    assert (tracks.state[2] == motion.VISIBLE).all()
+    assert (tracks.state[0] == ground_truth.VISIBLE).all()
+    assert (tracks.state[1] == ground_truth.HIDDEN).all()
+    assert (tracks.state[2] == ground_truth.VISIBLE).all()
 
 
 # --- the command -----------------------------------------------------------------------------------------------

@@ -12,7 +12,7 @@ from mcp.types import CallToolResult
 from PIL import Image
 
 from scenelang.api import check
-from scenelang.mcp.primer import primer_text
+from scenelang.mcp.tools import primer_text
 
 CUBE = '(bind "a" (lambda () (call "cube")))'
 MOVED = '(bind "a" (lambda () (transform (call "cube") (translate [1 0 0]))))'

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from scenelang.grammar.diagnostics import LimitError, SceneError
-from scenelang.interpreter.limits import _CHUNK, STEPS_OF_ERROR, Limits
-from scenelang.interpreter.runtime import Runtime
-from scenelang.interpreter.values import Keyword, Procedure
+from scenelang.interpreter.runtime.limits import _CHUNK, STEPS_OF_ERROR, Limits
+from scenelang.interpreter.runtime.runtime import Runtime
+from scenelang.interpreter.runtime.values import Keyword, Procedure
 from scenelang.stdlib.library import build_library
 
 

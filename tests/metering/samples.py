@@ -15,11 +15,9 @@ import numpy as np
 
 from scenelang.grammar.datum import Keyword, Symbol
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.entity import Entity
-from scenelang.interpreter.equality import table_key
-from scenelang.interpreter.library import Builtin, Parameter, Signature
-from scenelang.interpreter.procedures import Condition
-from scenelang.interpreter.values import (
+from scenelang.interpreter.runtime.procedures import Condition
+from scenelang.interpreter.runtime.types import Builtin, BuiltinParameter, Signature
+from scenelang.interpreter.runtime.values import (
     IDENTITY,
     NIL,
     Array,
@@ -36,7 +34,9 @@ from scenelang.interpreter.values import (
     Table,
     Vector,
     make_list,
+    table_key,
 )
+from scenelang.interpreter.scene.entity import Entity
 
 COLLIDING = (1 << 61) - 1  # CPython gives all its multiples one hash
 _FEW = 200  # items of what is quadratic to make
@@ -263,7 +263,7 @@ def samples(n: int) -> dict[str, list[Sample]]:
 Call = tuple[tuple[Sample, ...], dict[str, Sample]]
 
 
-def _positionals(signature: Signature) -> Iterator[tuple[Parameter, ...]]:
+def _positionals(signature: Signature) -> Iterator[tuple[BuiltinParameter, ...]]:
     """The parameters of the calls to try: the required ones, and as many optional ones as there are."""
     yield signature.required
     for count in range(1, len(signature.optional) + 1):

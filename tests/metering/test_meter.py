@@ -12,19 +12,10 @@ from support import session, value
 
 from scenelang.grammar.datum import Symbol
 from scenelang.grammar.diagnostics import LimitError, SceneError
-from scenelang.interpreter.entity import Entity
-from scenelang.interpreter.limits import Limits, Meter, resident_bytes
-from scenelang.interpreter.show import show
-from scenelang.interpreter.values import (
-    Array,
-    Embedding,
-    MutableList,
-    Pair,
-    Set,
-    Table,
-    Vector,
-    make_list,
-)
+from scenelang.interpreter.runtime.limits import Limits, Meter, resident_bytes
+from scenelang.interpreter.runtime.show import show
+from scenelang.interpreter.runtime.values import Array, Embedding, MutableList, Pair, Set, Table, Vector, make_list
+from scenelang.interpreter.scene.entity import Entity
 from scenelang.stdlib.library import build_library
 
 LONG = 300_000
@@ -44,14 +35,14 @@ def ended(expression: str, definitions: str = "", seconds: float = 0.5) -> float
 
 
 def _run(text: str, limits: Limits) -> Any:
-    from scenelang.grammar.source import Source
-    from scenelang.interpreter.evaluate import Run
-    from scenelang.interpreter.runtime import Runtime
+    from scenelang.grammar.datum import Source
+    from scenelang.interpreter.runtime.evaluate import ProgramRun
+    from scenelang.interpreter.runtime.runtime import Runtime
 
     checked = session().check(Source("<test>", text))
     program = checked.program
     assert checked.ok and program is not None, checked.diagnostics  # noqa: PT018
-    run = Run(build_library(), Runtime(build_library(), limits))
+    run = ProgramRun(build_library(), Runtime(build_library(), limits))
     result = None
     for form in program.forms:
         result = run.run_form(form)

@@ -11,12 +11,11 @@ from metering.measure import Measured, WatchedRuntime, measure
 from metering.samples import Call, Sample, arguments, calls, described, samples
 from support import session
 
-from scenelang.interpreter.evaluate import Run
-from scenelang.interpreter.library import Parameter, Signature
-from scenelang.interpreter.limits import Limits
-from scenelang.interpreter.procedures import Closure
-from scenelang.interpreter.types import BASE_TYPES
-from scenelang.interpreter.values import Procedure
+from scenelang.interpreter.runtime.evaluate import ProgramRun
+from scenelang.interpreter.runtime.limits import Limits
+from scenelang.interpreter.runtime.procedures import Closure
+from scenelang.interpreter.runtime.types import BASE_TYPES, BuiltinParameter, Signature
+from scenelang.interpreter.runtime.values import Procedure
 from scenelang.stdlib.library import IMPORTED, TOPICS, build_library
 from scenelang.stdlib.reference import records
 
@@ -38,11 +37,11 @@ def sized(n: int) -> Samples:
 
 def combinators(rt: WatchedRuntime) -> dict[str, Procedure]:
     """The library's functions that are written in the language."""
-    from scenelang.grammar.source import Source
+    from scenelang.grammar.datum import Source
 
     program = session().check(Source("<test>", f"(list {' '.join(COMBINATORS)})")).program
     assert program is not None
-    values = Run(build_library(), rt).run_form(program.forms[0])
+    values = ProgramRun(build_library(), rt).run_form(program.forms[0])
     found = {}
     for name in COMBINATORS:
         found[name], values = values.car, values.cdr
@@ -53,7 +52,9 @@ def signature_of(function: Procedure) -> Signature:
     """The parameters of a closure as a builtin has them."""
     assert isinstance(function, Closure)
     made = [
-        Parameter(p.name, p.type or BASE_TYPES["Any"], p.kind != "required", p.kind == "keyword", p.kind == "rest")
+        BuiltinParameter(
+            p.name, p.type or BASE_TYPES["Any"], p.kind != "required", p.kind == "keyword", p.kind == "rest"
+        )
         for p in function.code.parameters
     ]
     return Signature(
@@ -119,8 +120,8 @@ def test_combinators_are_charged_for_large_arguments() -> None:
 def test_a_builtin_that_does_not_charge_is_found() -> None:
     @cache
     def quadratic() -> Procedure:
-        from scenelang.interpreter.library import Builtin
-        from scenelang.interpreter.values import list_items
+        from scenelang.interpreter.runtime.types import Builtin
+        from scenelang.interpreter.runtime.values import list_items
 
         def body(rt: object, xs: object) -> int:
             members = list_items(xs)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from small_models import seeded
 
-from scenelang.backends.metrics.clip_score import ClipScore
-from scenelang.backends.weights import Shelf
+from scenelang.backends.neural.metrics import ClipScore
+from scenelang.backends.neural.weights import Shelf
 from scenelang.grammar.diagnostics import SceneError
 
 
@@ -65,7 +65,7 @@ def test_a_full_gpu_is_told(models: Path, monkeypatch: pytest.MonkeyPatch) -> No
     def full(*_: object) -> None:
         raise torch.OutOfMemoryError("CUDA out of memory")
 
-    monkeypatch.setattr("scenelang.backends.metrics.clip_score.encode_images", full)
+    monkeypatch.setattr("scenelang.backends.neural.metrics.encode_images", full)
     with pytest.raises(SceneError, match="memory of the GPU is full") as caught:
         judge.cosines("a cube", pictures(1))
     assert caught.value.name == "unsupported"

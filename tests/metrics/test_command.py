@@ -16,7 +16,7 @@ from PIL import Image
 from small_models import seeded
 from support import interruptible
 
-from scenelang.backends.metrics.films import read_film
+from scenelang.backends.neural.metrics import read_film
 from scenelang.cli.main import main
 from scenelang.grammar.diagnostics import SceneError
 
@@ -69,10 +69,9 @@ def listed(place: Path, *entries: dict[str, Any]) -> str:
 def test_every_metric_of_what_it_is_for(said: Callable[..., Any], place: Path, models: Path) -> None:
     from support import evaluate
 
-    from scenelang.backends.metrics.clip_score import ClipScore
-    from scenelang.backends.metrics.views import around, drawn
-    from scenelang.backends.picture import PictureOptions
-    from scenelang.backends.weights import Shelf
+    from scenelang.backends.neural.metrics import ClipScore, around, drawn
+    from scenelang.backends.neural.weights import Shelf
+    from scenelang.backends.pictures.film import PictureOptions
 
     entries = [{"scene": "cans.scene"}, {"scene": "moai.scene", "image": "wanted.png"}, {"scene": "ball.scene"}]
     found = said(listed(place, *entries))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from support import evaluate
 
-from scenelang.backends.metrics.counting import Asked, asked_in, asked_of, counted, is_accurate, singular
+from scenelang.backends.neural.metrics import Asked, asked_in, asked_of, counted, is_accurate, singular
 
 CANS = """
 (bind "coke-can" (lambda () (call "cylinder" :color [.8 .1 .1])))

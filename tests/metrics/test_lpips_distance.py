@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from small_models import seeded
 
-from scenelang.backends.metrics.lpips_distance import Lpips, fitted
-from scenelang.backends.weights import Shelf
+from scenelang.backends.neural.metrics import Lpips, fitted
+from scenelang.backends.neural.weights import Shelf
 from scenelang.grammar.diagnostics import SceneError
 
 

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 from small_models import seeded
 
-from scenelang.backends.metrics.dynamic_degree import degree, degree_of_film, motion, sampled
-from scenelang.backends.metrics.optical_flow import Raft
-from scenelang.backends.weights import Shelf
+from scenelang.backends.neural.metrics import Raft, degree, degree_of_film, motion, sampled
+from scenelang.backends.neural.weights import Shelf
 from scenelang.grammar.diagnostics import SceneError
 
 
@@ -181,7 +180,7 @@ def test_about_eight_pictures_per_second_are_looked_at() -> None:
 def test_a_4d_scene_is_seen_frame_by_frame_from_one_place() -> None:
     from support import evaluate
 
-    from scenelang.backends.metrics.views import around, steady
+    from scenelang.backends.neural.metrics import around, steady
 
     moving = """(bind "ball" (lambda (:x) (transform (call "sphere" :radius .3) (translate (list x 0 0)))))
     (bind "way" (lambda () (frames (for/list ((i (iota 6))) (call "ball" :x (* i .2))))))"""

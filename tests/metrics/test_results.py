@@ -10,11 +10,19 @@ import pytest
 from support import evaluate
 
 from scenelang.backends.base import Progress
-from scenelang.backends.picture import PictureOptions
-from scenelang.evaluation.entries import Entry, entries_of
-from scenelang.evaluation.results import Record, Results, read_results, write_results
-from scenelang.evaluation.running import Evaluation, Tellers
-from scenelang.evaluation.subject import Drawing, Subject
+from scenelang.backends.pictures.film import PictureOptions
+from scenelang.evaluation.running import (
+    Drawing,
+    Evaluation,
+    EvaluationEntry,
+    MetricRecord,
+    Results,
+    Subject,
+    Tellers,
+    entries_of,
+    read_results,
+    write_results,
+)
 from scenelang.grammar.diagnostics import SceneError
 
 CUBE = '(bind "a" (lambda () (call "cube" :color [1 0 0])))'
@@ -22,7 +30,9 @@ CUBE = '(bind "a" (lambda () (call "cube" :color [1 0 0])))'
 
 def subject(name: str, program: str = CUBE, prompt: str = "a cube", **more: Any) -> Subject:
     options = PictureOptions(**more)
-    return Subject(Entry(scene=Path(name)), "draft", prompt, evaluate(program), Drawing("draft", options, 24.0))
+    return Subject(
+        EvaluationEntry(scene=Path(name)), "draft", prompt, evaluate(program), Drawing("draft", options, 24.0)
+    )
 
 
 class Measuring:
@@ -134,7 +144,7 @@ WHOLE = {"format": "scenelang-evaluation", "version": 1, "records": [RECORD]}
 
 def test_files_of_results_read_back(tmp_path: Path) -> None:
     assert read_results(tmp_path) == Results()
-    record = Record("a", "m", "clip", "f", "numeric", "ä", {"value": 0.5, "views": [0.4, 0.6]})
+    record = MetricRecord("a", "m", "clip", "f", "numeric", "ä", {"value": 0.5, "views": [0.4, 0.6]})
     write_results(tmp_path, Results().and_also(record))
     assert read_results(tmp_path).records == {("a", "m", "clip"): record}
 
@@ -160,7 +170,7 @@ def test_damaged_and_foreign_files_are_told(tmp_path: Path, text: str) -> None:
 
 @pytest.fixture
 def listed(tmp_path: Path) -> Any:
-    def read(data: Any) -> list[Entry]:
+    def read(data: Any) -> list[EvaluationEntry]:
         (tmp_path / "list.json").write_text(data if isinstance(data, str) else json.dumps(data))
         return entries_of([str(tmp_path / "list.json")])
 
@@ -171,11 +181,11 @@ def test_lists(tmp_path: Path, listed: Any) -> None:
     one = {"scene": "a.scene", "prompt": " a  cube ", "count": {"can": 3}, "image": "i.png", "method": "m"}
     two = {"film": "f.mp4", "prompt": "p", "dynamic": True}
     assert listed([one, two, one]) == [
-        Entry(tmp_path / "a.scene", None, "a cube", "m", tmp_path / "i.png", (("can", 3),)),
-        Entry(None, tmp_path / "f.mp4", "p", is_dynamic=True),
+        EvaluationEntry(tmp_path / "a.scene", None, "a cube", "m", tmp_path / "i.png", (("can", 3),)),
+        EvaluationEntry(None, tmp_path / "f.mp4", "p", is_dynamic=True),
     ]
-    assert listed({"format": "scene"}) == [Entry(tmp_path / "list.json")], "a scene may be JSON too"
-    assert entries_of(["a.scene", "a.scene"]) == [Entry(Path("a.scene"))]
+    assert listed({"format": "scene"}) == [EvaluationEntry(tmp_path / "list.json")], "a scene may be JSON too"
+    assert entries_of(["a.scene", "a.scene"]) == [EvaluationEntry(Path("a.scene"))]
 
 
 @pytest.mark.parametrize(

@@ -10,13 +10,20 @@ from typing import Any
 
 import pytest
 
-from scenelang.evaluation.answers import preferences
-from scenelang.evaluation.study import Question, Result, instruction, questions_of, study_id, study_page
+from scenelang.evaluation.study import (
+    StudyQuestion,
+    StudyResult,
+    instruction,
+    preferences,
+    questions_of,
+    study_id,
+    study_page,
+)
 from scenelang.grammar.diagnostics import SceneError
 
 METHODS = ("Ours", "MVDream", "GraphDreamer")
 TASKS = [
-    Question(prompt, tuple(Result(method, f"{prompt} {method}".encode(), ".webp") for method in METHODS))
+    StudyQuestion(prompt, tuple(StudyResult(method, f"{prompt} {method}".encode(), ".webp") for method in METHODS))
     for prompt in ("a cube", "a sphere", "two cones", "three trees")
 ]
 
@@ -58,7 +65,7 @@ class Page(HTMLParser):
             self.scripts[-1] += data
 
 
-def page(seed: int = 0, tasks: list[Question] = TASKS) -> Page:
+def page(seed: int = 0, tasks: list[StudyQuestion] = TASKS) -> Page:
     return Page(study_page(questions_of(tasks, seed)))
 
 
@@ -81,7 +88,7 @@ def test_the_question_is_the_papers() -> None:
         "results. Please choose the one that has best text-alignment, taking into account both the visual quality and the "
         "adherence to the layout structure outlined in the text prompt."
     )
-    two = Question("p", TASKS[0].results[:2])
+    two = StudyQuestion("p", TASKS[0].results[:2])
     assert "corresponding two generation" in instruction([two])
     assert "corresponding several generation" in instruction([two, *TASKS])
 
@@ -114,7 +121,7 @@ def test_it_loads_nothing() -> None:
 
 def test_hostile_texts_stay_texts() -> None:
     evil = '</legend><script>alert(1)</script><img src="x" onerror=alert(1)> & </script><!--'
-    tasks = [Question(evil, (Result(evil, b"1", ".png"), Result("'\"><b>", b"2", ".mp4")))]
+    tasks = [StudyQuestion(evil, (StudyResult(evil, b"1", ".png"), StudyResult("'\"><b>", b"2", ".mp4")))]
     found = page(0, tasks)
     assert found.legends == [f"1. {evil}"]
     assert len(found.scripts) == 2
@@ -128,12 +135,15 @@ def test_hostile_texts_stay_texts() -> None:
     ("tasks", "text"),
     [
         ([], "nothing to choose from"),
-        ([Question("a cube", TASKS[0].results[:1])], "has 1 to choose from"),
-        ([Question("a cube", TASKS[0].results[:1] * 2)], "two results of one method"),
-        ([Question("a cube", tuple(Result(str(n), b"", ".png") for n in range(27)))], "has 27 to choose from"),
+        ([StudyQuestion("a cube", TASKS[0].results[:1])], "has 1 to choose from"),
+        ([StudyQuestion("a cube", TASKS[0].results[:1] * 2)], "two results of one method"),
+        (
+            [StudyQuestion("a cube", tuple(StudyResult(str(n), b"", ".png") for n in range(27)))],
+            "has 27 to choose from",
+        ),
     ],
 )
-def test_studies_that_make_no_sense(tasks: list[Question], text: str) -> None:
+def test_studies_that_make_no_sense(tasks: list[StudyQuestion], text: str) -> None:
     with pytest.raises(SceneError, match=text) as caught:
         questions_of(tasks, 0)
     assert caught.value.name == "value"

@@ -10,18 +10,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scenelang.backends.deepslate.browser import find_browser
-from scenelang.backends.picture import png_of
-from scenelang.evaluation.answers import preferences
-from scenelang.evaluation.study import Question, Result, questions_of, study_page
+from scenelang.backends.deepslate.backend import find_browser
+from scenelang.backends.pictures.film import png_of
+from scenelang.evaluation.study import StudyQuestion, StudyResult, preferences, questions_of, study_page
 from scenelang.grammar.diagnostics import SceneError
 
 pytestmark = pytest.mark.browser
 
 
-def result(method: str, seed: int) -> Result:
+def result(method: str, seed: int) -> StudyResult:
     picture = np.random.default_rng(seed).integers(0, 256, (16, 16, 3), np.uint8)
-    return Result(method, png_of(picture), ".png")
+    return StudyResult(method, png_of(picture), ".png")
 
 
 def test_choosing(tmp_path: Path) -> None:
@@ -30,7 +29,7 @@ def test_choosing(tmp_path: Path) -> None:
     except SceneError as error:
         pytest.skip(error.message)
     playwright = pytest.importorskip("playwright.sync_api")
-    tasks = [Question(f"<b>{n}</b> & so", (result("Ours", n), result("Theirs", 9 + n))) for n in range(3)]
+    tasks = [StudyQuestion(f"<b>{n}</b> & so", (result("Ours", n), result("Theirs", 9 + n))) for n in range(3)]
     questions = questions_of(tasks, 1)
     page_file = tmp_path / "study.html"
     page_file.write_text(study_page(questions), "utf-8")

@@ -6,12 +6,12 @@ from typing import Any
 
 import pytest
 
-from scenelang.evaluation.results import Record
+from scenelang.evaluation.running import MetricRecord
 from scenelang.evaluation.tables import as_data, as_latex, as_markdown, as_text, tables_of
 
 
-def record(method: str, metric: str, group: str, value: float, place: str = "a", **more: Any) -> Record:
-    return Record(place, method, metric, "", group, "p", {"value": value, **more})
+def record(method: str, metric: str, group: str, value: float, place: str = "a", **more: Any) -> MetricRecord:
+    return MetricRecord(place, method, metric, "", group, "p", {"value": value, **more})
 
 
 RECORDS = [

@@ -8,8 +8,7 @@ import numpy as np
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from scenelang.backends.minecraft.blocks import AIR_STATE, BlockState, Build
-from scenelang.backends.minecraft.palettes import trimmed, unified
+from scenelang.backends.minecraft.blocks import AIR_STATE, BlockState, Build, trimmed, unified
 from scenelang.backends.minecraft.table import load_table
 
 NAMES = [

@@ -16,13 +16,11 @@ from nbtlib import Byte, ByteArray, Compound, Int, IntArray, List, LongArray, Sh
 
 from minecraft.builds import BUILDS, STATES, assert_same, made, noise
 from minecraft.oracle import of_build
+from scenelang.backends.minecraft import datapack, litematic, reference_json, sponge, structure
 from scenelang.backends.minecraft.blocks import BlockState, Build
-from scenelang.backends.minecraft.files import datapack, litematic, reference_json, sponge, structure
-from scenelang.backends.minecraft.files.history import fitted
-from scenelang.backends.minecraft.files.loaded import Lost
-from scenelang.backends.minecraft.files.packing import packed_longs
-from scenelang.backends.minecraft.files.reading import read
-from scenelang.backends.minecraft.files.versions import game_version
+from scenelang.backends.minecraft.build_files import Lost, fitted, game_version
+from scenelang.backends.minecraft.export import read
+from scenelang.backends.minecraft.nbt_writer import packed_longs
 from scenelang.backends.minecraft.table import load_table
 from scenelang.grammar.diagnostics import SceneError
 

@@ -11,17 +11,16 @@ from hypothesis import strategies as st
 from transpile.cases import CORPUS, IMITATIONS, Case, scene_of, translated
 
 from minecraft.builds import BUILDS, STATES, assert_same, made, noise
+from scenelang.backends.minecraft import litematic, sponge
 from scenelang.backends.minecraft.blocks import NOTHING, BlockState, Build
-from scenelang.backends.minecraft.files import litematic, sponge
-from scenelang.backends.minecraft.files.reading import read
-from scenelang.backends.minecraft.files.versions import game_version
-from scenelang.backends.minecraft.program import program_text
-from scenelang.backends.minecraft.settle import Settled, settled
+from scenelang.backends.minecraft.build_files import game_version
+from scenelang.backends.minecraft.connections import Settled, settled
+from scenelang.backends.minecraft.export import program_text, read
 from scenelang.backends.minecraft.table import load_table
 from scenelang.backends.minecraft.voxels import voxelised
 from scenelang.formatting import formatted
+from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.grammar.source import Source
 from scenelang.session import Session
 
 IMPOSSIBLE = {"minecraft-city-houses-loop-kwargs"}  # asks for beetroots of the age 6

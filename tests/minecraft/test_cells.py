@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from transpile.cases import scene_of
 
-from scenelang.backends.minecraft.settle import settled
+from scenelang.backends.minecraft.connections import settled
 from scenelang.backends.minecraft.voxels import voxelised
 
 STONE = '(call "set-cuboid" :block-type "stone")'

@@ -8,7 +8,7 @@ from transpile.cases import CORPUS, IMITATIONS, Case, scene_of, translated
 
 from minecraft.oracle import of_build
 from scenelang.backends.minecraft.blocks import AIR_STATE, BlockState, Build
-from scenelang.backends.minecraft.settle import Settled, settled
+from scenelang.backends.minecraft.connections import Settled, settled
 from scenelang.backends.minecraft.table import load_table
 from scenelang.backends.minecraft.voxels import Voxels, voxelised
 

@@ -13,18 +13,18 @@ from transpile.cases import scene_of
 
 from minecraft.oracle import Cuboid, of_build
 from minecraft.scenes import CUBOIDS, STEPS, group, placed
-from scenelang.backends.appearance import look_of
-from scenelang.backends.minecraft import cube_tree
-from scenelang.backends.minecraft.cubes import as_cubes
+from scenelang.backends.minecraft import models
+from scenelang.backends.minecraft.models import as_cubes
 from scenelang.backends.minecraft.table import load_table
 from scenelang.backends.minecraft.voxels import voxelised
-from scenelang.backends.studio import from_srgb
+from scenelang.backends.pictures.appearance import look_of
+from scenelang.backends.pictures.studio import from_srgb
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
-from scenelang.interpreter.bounds import entity_box
-from scenelang.interpreter.entity import Entity, Scene, count_words, descendants, primitive_count
-from scenelang.interpreter.flatten import flatten_entity
-from scenelang.interpreter.pose import translation
-from scenelang.interpreter.values import IDENTITY
+from scenelang.interpreter.runtime.values import IDENTITY
+from scenelang.interpreter.scene.bounds import entity_box
+from scenelang.interpreter.scene.entity import Entity, Scene, count_words, descendants, primitive_count
+from scenelang.interpreter.scene.flatten import flatten_entity
+from scenelang.interpreter.scene.pose import translation
 
 Cell = tuple[int, int, int]
 
@@ -64,7 +64,7 @@ def test_the_cells_are_those_of_the_build(cuboids: list[Cuboid], steps: list[Cel
     inner = placed(cuboids)
     root = group(*((inner, translation(*step)) for step in steps), (placed(cuboids[:3]), IDENTITY))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(cube_tree, "MOST_PARTS", parts)
+        patch.setattr(models, "MOST_PARTS", parts)
         made = as_cubes(Scene("group", [root], False)).root
     assert filled(made) == short(of_build(voxelised(root).build))
 
@@ -94,9 +94,9 @@ def test_too_many_parts_are_drawn_as_those_above() -> None:
       (bind "wall" (lambda () (for/union ((i (range 10))) (transform (call "row") (translate [0 (* 2 i) 0])))))"""
     assert count_words(drawn(text)) == {"wall": 1, "row": 10, "brick": 100, "bricks": 100}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(cube_tree, "MOST_PARTS", 50)
+        patch.setattr(models, "MOST_PARTS", 50)
         assert count_words(drawn(text)) == {"wall": 1, "row": 10, "bricks": 10}
-        patch.setattr(cube_tree, "MOST_PARTS", 5)
+        patch.setattr(models, "MOST_PARTS", 5)
         assert count_words(drawn(text)) == {"wall": 1, "bricks": 10}
 
 

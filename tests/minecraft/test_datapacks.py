@@ -14,9 +14,9 @@ from hypothesis import HealthCheck, given, settings
 
 from minecraft.builds import BUILDS, STATES, made, noise
 from minecraft.oracle import Cell, of_build
+from scenelang.backends.minecraft import datapack
 from scenelang.backends.minecraft.blocks import Build
-from scenelang.backends.minecraft.files import datapack
-from scenelang.backends.minecraft.files.versions import game_version
+from scenelang.backends.minecraft.build_files import game_version
 from scenelang.grammar.diagnostics import SceneError
 
 MOST_FILLED, MOST_COMMANDS = 32_768, 65_536

@@ -14,14 +14,13 @@ from transpile.cases import CORPUS, Case, scene_of, translated
 from minecraft.oracle import Cuboid, of_build
 from minecraft.scenes import CUBOIDS, placed
 from scenelang.backends import base
-from scenelang.backends.base import Options
-from scenelang.backends.minecraft.export import BLOCKS, LITEMATIC, SCHEM, STRUCTURE
-from scenelang.backends.minecraft.files.reading import read
-from scenelang.backends.minecraft.settle import settled
+from scenelang.backends.base import BackendOptions
+from scenelang.backends.minecraft.connections import settled
+from scenelang.backends.minecraft.export import BLOCKS, LITEMATIC, SCHEM, STRUCTURE, read
 from scenelang.backends.minecraft.voxels import voxelised
 from scenelang.cli.main import main
 from scenelang.grammar.diagnostics import Diagnostic
-from scenelang.interpreter.entity import Scene
+from scenelang.interpreter.scene.entity import Scene
 
 HOUSE = """
 (bind "house" (lambda ()
@@ -59,12 +58,12 @@ def test_voxelise_write_read_evaluate(
     if not wanted:
         return
     folder = tmp_path_factory.mktemp("build")
-    (file,) = backend.run(Scene("build", [root], False), folder / f"a{ending}", Options()) or []
+    (file,) = backend.run(Scene("build", [root], False), folder / f"a{ending}", BackendOptions()) or []
     assert of_build(read(file).build) == wanted
     assert main(["import", str(file), "-o", str(folder / "b.scene"), "--quiet"]) == 0
     again = scene_of("b.scene", (folder / "b.scene").read_text("utf-8"))
     assert of_build(settled(voxelised(again.root)).build) == wanted
-    backend.run(again, folder / f"c{ending}", Options())
+    backend.run(again, folder / f"c{ending}", BackendOptions())
     assert of_build(read(folder / f"c{ending}").build) == wanted
 
 
@@ -72,7 +71,7 @@ def test_voxelise_write_read_evaluate(
 def test_responses_of_the_corpus(case: Case, tmp_path: Path) -> None:
     scene = scene_of(case.name, translated(case).text)
     for backend, ending in READABLE:
-        written = backend.run(scene, tmp_path / f"a{ending}", Options(frame=0)) or []
+        written = backend.run(scene, tmp_path / f"a{ending}", BackendOptions(frame=0)) or []
         if len(written) == 1:
             assert of_build(read(written[0]).build) == of_build(settled(voxelised(scene.root)).build)
 
@@ -160,7 +159,7 @@ def test_every_backend_of_blocks_can_be_chosen() -> None:
     told: list[Diagnostic] = []
     names = [b.name for b in base.every(base.Work.EXPORT) if any(o.name == "voxelize" for o in b.options)]
     assert names == ["blocks", "datapack", "litematic", "mcfunction", "minecraft-json", "schem", "structure"]
-    assert BLOCKS.setting(Options(warn=told.append), "voxelize") is None
+    assert BLOCKS.setting(BackendOptions(warn=told.append), "voxelize") is None
 
 
 # --- import ----------------------------------------------------------------------------------------------------------

@@ -14,10 +14,9 @@ from hypothesis import strategies as st
 from transpile.cases import scene_of
 
 from scenelang.backends.minecraft import filling
-from scenelang.backends.minecraft.color_matching import FAMILIES, USUAL, in_blocks, palette_of
-from scenelang.backends.minecraft.filling import Filled, filled
+from scenelang.backends.minecraft.filling import FAMILIES, USUAL, Filled, filled, in_blocks, palette_of
 from scenelang.backends.minecraft.table import load_table
-from scenelang.backends.studio import from_srgb
+from scenelang.backends.pictures.studio import from_srgb
 from scenelang.grammar.diagnostics import LimitError, SceneError
 
 
@@ -49,7 +48,7 @@ def test_cells_are_filled_where_their_centres_are_inside(
     scene = scene_of("a.scene", f'(bind "thing" (lambda () (transform (call "{word}") {turned})))')
     matrix = np.array([*scene.root.children[0].cdr, 0, 0, 0, 1]).reshape(4, 4)
     inverse = np.linalg.inv(matrix)
-    from scenelang.interpreter.bounds import entity_box
+    from scenelang.interpreter.scene.bounds import entity_box
 
     box = entity_box(scene.root)
     assert box is not None
@@ -122,7 +121,7 @@ def ball(tmp_path: Path) -> Path:
 
 
 def mesh_scene(folder: Path, expression: str) -> Any:
-    from scenelang.grammar.source import Source
+    from scenelang.grammar.datum import Source
     from scenelang.session import Options, Session
 
     text = f'(bind "thing" (lambda () {expression}))'

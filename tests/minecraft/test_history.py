@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from scenelang.backends.minecraft.blocks import AIR_STATE, BlockState, Build
-from scenelang.backends.minecraft.files.history import fitted, too_new
-from scenelang.backends.minecraft.files.versions import game_version
-from scenelang.backends.minecraft.knowledge import resolve
+from scenelang.backends.minecraft.build_files import fitted, game_version, too_new
+from scenelang.backends.minecraft.connections import resolve
 from scenelang.backends.minecraft.table import load_table
 from scenelang.cli.main import main
 

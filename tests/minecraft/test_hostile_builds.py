@@ -17,9 +17,9 @@ from hypothesis import strategies as st
 from nbtlib import ByteArray, Compound, Int, IntArray, List, LongArray, Short, String
 
 from minecraft.builds import STATES, made
-from scenelang.backends.minecraft.files import litematic, nbt_reader, sponge, structure
-from scenelang.backends.minecraft.files.reading import read
-from scenelang.backends.minecraft.files.versions import game_version
+from scenelang.backends.minecraft import litematic, nbt, sponge, structure
+from scenelang.backends.minecraft.build_files import game_version
+from scenelang.backends.minecraft.export import read
 from scenelang.grammar.diagnostics import SceneError
 
 BUILD = made((1, 2, 3), np.arange(24).reshape(2, 3, 4), STATES)
@@ -130,7 +130,7 @@ LIES = {
 
 @pytest.mark.parametrize("name", LIES)
 def test_lies_of_the_binary_format(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(nbt_reader, "MOST_TAGS", 200_000)
+    monkeypatch.setattr(nbt, "MOST_TAGS", 200_000)
     payload, words = LIES[name]
     (tmp_path / "a.nbt").write_bytes(root(payload))
     refused(tmp_path / "a.nbt", words)

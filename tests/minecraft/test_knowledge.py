@@ -12,10 +12,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenelang.backends.minecraft.block_names import ALIASES, RENAMES, jaro_winkler
 from scenelang.backends.minecraft.blocks import BlockState
-from scenelang.backends.minecraft.knowledge import resolve
-from scenelang.backends.minecraft.table import load_table
+from scenelang.backends.minecraft.connections import resolve
+from scenelang.backends.minecraft.table import ALIASES, RENAMES, jaro_winkler, load_table
 
 TABLE = load_table()
 ROWS: list[Any] = json.loads(Path(__file__).with_name("blocks-26.1.json").read_text("utf-8"))  # of minecraft-data

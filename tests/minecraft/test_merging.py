@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from scenelang.backends.minecraft.blocks import Cells
-from scenelang.backends.minecraft.merging import Cuboids, merged
+from scenelang.backends.minecraft.blocks import Cells, Cuboids, merged
 
 GRIDS = arrays.arrays(np.uint32, arrays.array_shapes(min_dims=3, max_dims=3, max_side=5), elements=st.integers(0, 3))
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 from transpile.cases import scene_of
 
-from scenelang.backends.base import Options
+from scenelang.backends.base import BackendOptions
+from scenelang.backends.minecraft.connections import resolve
 from scenelang.backends.minecraft.export import SCHEM
-from scenelang.backends.minecraft.knowledge import resolve
 from scenelang.backends.minecraft.table import load_table
 from scenelang.grammar.diagnostics import Diagnostic
 
@@ -70,7 +70,7 @@ def test_no_property_loses_a_build(old: str, tmp_path: Path) -> None:
     told: list[Diagnostic] = []
     moved = f'(transform (call "set-cuboid" :block-type "{old}") (translate [3 0 0]))'
     text = f'(bind "build" (lambda () (union {moved} (call "set-cuboid" :block-type "stone"))))'
-    SCHEM.run(scene_of("a.scene", text), tmp_path / "a.schem", Options(warn=told.append))
+    SCHEM.run(scene_of("a.scene", text), tmp_path / "a.schem", BackendOptions(warn=told.append))
     assert (tmp_path / "a.schem").stat().st_size > 0
     left_out = [each for each in told if each.name == "block-property"]
     assert bool(left_out) == (old not in OLD)

@@ -12,11 +12,10 @@ from mcschematic import MCSchematic
 
 from minecraft.builds import BUILDS, STATES, assert_same, made, noise
 from minecraft.oracle import Cell, of_build
+from scenelang.backends.minecraft import litematic, sponge, structure
 from scenelang.backends.minecraft.blocks import Build
-from scenelang.backends.minecraft.files import litematic, sponge, structure
-from scenelang.backends.minecraft.files.history import fitted
-from scenelang.backends.minecraft.files.reading import read
-from scenelang.backends.minecraft.files.versions import game_version
+from scenelang.backends.minecraft.build_files import fitted, game_version
+from scenelang.backends.minecraft.export import read
 
 IN_A_FOLDER = settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 SEVERAL = [

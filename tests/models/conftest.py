@@ -12,7 +12,7 @@ import pytest
 
 from models.server import ModelServer, Said, Script, serving
 from scenelang.cli.main import main
-from scenelang.inference import views
+from scenelang.inference import answers as answer_pictures
 
 KEY = "sk-ant-planted-0123456789-KEY"
 RESPONSES = Path(__file__).parents[1] / "transpile" / "responses"
@@ -108,9 +108,9 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Captur
 @pytest.fixture
 def small_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pictures for the model that are quickly drawn."""
-    draw = views.picture
-    monkeypatch.setattr(views, "picture", lambda scene, view, frame=None: draw(scene, view, frame, 48))
-    monkeypatch.setattr(views, "_SIZE", 48)
+    draw = answer_pictures.picture
+    monkeypatch.setattr(answer_pictures, "picture", lambda scene, view, frame=None: draw(scene, view, frame, 48))
+    monkeypatch.setattr(answer_pictures, "_SIZE", 48)
 
 
 # --- what was sent -------------------------------------------------------------------------------------------------

@@ -9,14 +9,11 @@ from pathlib import Path
 import pytest
 
 from models.conftest import RESPONSES, Place, answers, python, recorded, system, texts
-from scenelang.grammar.source import Source
-from scenelang.inference.answers import Reader, Verdict
-from scenelang.inference.brief import Brief
-from scenelang.inference.listing import MOST_ITEMS, listing, program_of
-from scenelang.inference.prompts import Prompts
-from scenelang.inference.renaming import rename_language, rename_python
-from scenelang.inference.task import Ablation, Kind, Notation, Task
-from scenelang.interpreter.entity import Scene, primitive_count
+from scenelang.grammar.datum import Source
+from scenelang.inference.answers import AnswerReader, Verdict
+from scenelang.inference.brief import Ablation, Brief, Notation, Prompts, Task, TaskKind
+from scenelang.inference.listing import MOST_ITEMS, listing, program_of, rename_language, rename_python
+from scenelang.interpreter.scene.entity import Scene, primitive_count
 from scenelang.scene_changes import Changes, changes_between, sheets_of
 from scenelang.session import Options, Session
 
@@ -40,11 +37,11 @@ def changes(a: Scene, b: Scene, tolerance: float = 1e-4) -> Changes:
 
 
 def brief(ablation: Ablation, notation: Notation, program: str | None, seed: int = 0) -> Brief:
-    return Brief(Task(INSTRUCTION, Kind.STILL, notation, ablation, (), program, seed), Prompts())
+    return Brief(Task(INSTRUCTION, TaskKind.STILL, notation, ablation, (), program, seed), Prompts())
 
 
 def read(chosen: Brief, answer: str) -> Verdict:
-    verdict = Reader(chosen, Options()).read(answer)
+    verdict = AnswerReader(chosen, Options()).read(answer)
     assert verdict.is_usable, verdict.told()
     return verdict
 

@@ -12,12 +12,20 @@ import pytest
 
 from models.server import RESPONSES_PER_PIECE, ModelServer, Said, serving
 from models.services import KEY, anthropic_at, hurry, one_line, request, set_apart
-from scenelang.backends.language_models.catalogue import model
-from scenelang.backends.language_models.client import Client
-from scenelang.backends.language_models.conversation import Picture, Reply, Request, Stop, Text, Turn, Usage, said
-from scenelang.backends.language_models.estimate import upper_estimate
+from scenelang.backends.language_models.catalogue import (
+    ImageContent,
+    Reply,
+    Request,
+    Stop,
+    TextContent,
+    Turn,
+    Usage,
+    model,
+    said,
+)
+from scenelang.backends.language_models.client import Client, Spending
+from scenelang.backends.language_models.openai_chat import upper_estimate
 from scenelang.backends.language_models.provider import connect
-from scenelang.backends.language_models.spending import Spending
 from scenelang.grammar.diagnostics import SceneError
 
 ASKED = request()
@@ -59,9 +67,9 @@ def refused(monkeypatch: pytest.MonkeyPatch, answer: Said) -> tuple[SceneError, 
 
 
 def test_all_that_is_sent(monkeypatch: pytest.MonkeyPatch) -> None:
-    picture = Picture("image/jpeg", b"\xff\xd8 a picture \xff")
+    picture = ImageContent("image/jpeg", b"\xff\xd8 a picture \xff")
     turns = (
-        Turn("user", (picture, Text("a chair", is_fixed=True))),
+        Turn("user", (picture, TextContent("a chair", is_fixed=True))),
         said("assistant", "a program"),
         said("user", "mend it"),
     )

@@ -11,16 +11,14 @@ import pytest
 
 from models.server import ModelServer, Said, serving
 from models.services import KEY, hurry, one_line, set_apart
-from scenelang.backends.language_models.catalogue import Model
+from scenelang.backends.language_models.catalogue import Model, Usage
 from scenelang.backends.language_models.client import Client
-from scenelang.backends.language_models.conversation import Usage
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.inference import conductor, views
-from scenelang.inference.inference import Inference, Result
-from scenelang.inference.records import Run, new_run
-from scenelang.inference.settings import Settings
-from scenelang.inference.task import Notation, Task
-from scenelang.interpreter.entity import primitive_count
+from scenelang.inference import answers, conductor
+from scenelang.inference.brief import Notation, Task
+from scenelang.inference.conductor import Inference, Result
+from scenelang.inference.records import InferenceSettings, Run, new_run
+from scenelang.interpreter.scene.entity import primitive_count
 from scenelang.session import Options
 
 WRONG = '```scene\n(bind "pile" (lambda () (pillar 2)))\n```'
@@ -36,9 +34,9 @@ def _apart(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     set_apart(monkeypatch, tmp_path)
     hurry(monkeypatch)
     monkeypatch.setattr(conductor, "_FIRST_WAIT", 0.01)
-    draw = views.picture
-    monkeypatch.setattr(views, "picture", lambda scene, view, frame=None: draw(scene, view, frame, 48))
-    monkeypatch.setattr(views, "_SIZE", 48)
+    draw = answers.picture
+    monkeypatch.setattr(answers, "picture", lambda scene, view, frame=None: draw(scene, view, frame, 48))
+    monkeypatch.setattr(answers, "_SIZE", 48)
 
 
 class Place:
@@ -50,7 +48,9 @@ class Place:
         server.count = lambda body: PROMPT
 
     def client(self, **settings: Any) -> tuple[Inference, Client]:
-        chosen = Settings(**{"is_batch": True, "samples": 2, "max_tokens": 1_000, "uses_replies": False, **settings})
+        chosen = InferenceSettings(
+            **{"is_batch": True, "samples": 2, "max_tokens": 1_000, "uses_replies": False, **settings}
+        )
         return Inference(Task("a pile", notation=Notation.LANGUAGE), chosen, Options()), chosen.client(self.run_.spent)
 
     def play(self, **settings: Any) -> Result:

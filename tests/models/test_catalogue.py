@@ -13,12 +13,19 @@ import pytest
 
 from models.server import Said, serving
 from models.services import configure, one_line, set_apart
-from scenelang.backends.language_models.catalogue import BATCH_DISCOUNT, Prices, catalogue_date, known_models, model
-from scenelang.backends.language_models.conversation import Usage, said
+from scenelang.backends.language_models.catalogue import (
+    BATCH_DISCOUNT,
+    Prices,
+    Usage,
+    catalogue_date,
+    known_models,
+    model,
+    said,
+)
 from scenelang.backends.language_models.provider import FAMILIES
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.inference.settings import Settings
-from scenelang.inference.task import Notation
+from scenelang.inference.brief import Notation
+from scenelang.inference.records import InferenceSettings
 
 FILE = Path(__file__).parents[2] / "backends" / "language_models" / "catalogue.toml"
 ROWS: dict[str, dict[str, Any]] = tomllib.loads(FILE.read_text("utf-8"))["models"]
@@ -206,7 +213,7 @@ KINDS = [
 def test_requests_say_what_the_row_allows(
     name: str, effort: str | None, thinks: bool, works: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    settings = Settings(model=name, effort=effort, uses_replies=False)
+    settings = InferenceSettings(model=name, effort=effort, uses_replies=False)
     with serving([Said("yes")]) as server:
         monkeypatch.setenv("ANTHROPIC_BASE_URL", server.url)
         client = settings.client()
@@ -222,7 +229,7 @@ def test_requests_say_what_the_row_allows(
 
 @pytest.mark.parametrize("name", ROWS)
 def test_an_effort_is_sent_only_where_it_is_wanted(name: str) -> None:
-    assert Settings(model=name).speaker(model(name), Notation.PYTHON).effort is None
+    assert InferenceSettings(model=name).speaker(model(name), Notation.PYTHON).effort is None
 
 
 @pytest.mark.parametrize(
@@ -236,12 +243,12 @@ def test_an_effort_is_sent_only_where_it_is_wanted(name: str) -> None:
 )
 def test_an_effort_that_a_model_does_not_know(name: str, effort: str, hint: str) -> None:
     with pytest.raises(SceneError) as caught:
-        Settings(model=name, effort=effort).speaker(model(name), Notation.PYTHON)
+        InferenceSettings(model=name, effort=effort).speaker(model(name), Notation.PYTHON)
     assert (caught.value.name, caught.value.hint) == ("value", hint)
 
 
 def test_answers_are_no_longer_than_the_model_has() -> None:
-    settings = Settings(model="claude-haiku-4-5", max_tokens=64_001)
+    settings = InferenceSettings(model="claude-haiku-4-5", max_tokens=64_001)
     with pytest.raises(SceneError, match="does not answer with 64,001 tokens"):
         settings.speaker(model("claude-haiku-4-5"), Notation.PYTHON)
-    assert Settings(model="new", price="1,2").speaker(model("new", "1,2"), Notation.PYTHON).max_tokens == 8_192
+    assert InferenceSettings(model="new", price="1,2").speaker(model("new", "1,2"), Notation.PYTHON).max_tokens == 8_192

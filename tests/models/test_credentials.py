@@ -11,7 +11,7 @@ import pytest
 
 from models.server import Said, serving
 from models.services import KEY, anthropic_at, configure, one_line, request, set_apart
-from scenelang.backends.language_models.credentials import Account, account
+from scenelang.backends.language_models.catalogue import Account, account
 from scenelang.backends.language_models.provider import connect, family, unconnected
 from scenelang.grammar.diagnostics import SceneError
 

@@ -13,15 +13,12 @@ from pathlib import Path
 import pytest
 
 from models.conftest import Place, answers, cubes, python, texts
-from scenelang.grammar.source import Source
-from scenelang.inference.answers import Reader, Verdict, program_text
-from scenelang.inference.brief import Brief
-from scenelang.inference.listing import program_of
-from scenelang.inference.prompts import Prompts
-from scenelang.inference.renaming import rename_language, rename_python
-from scenelang.inference.selection import _ANSWER
-from scenelang.inference.task import Ablation, Kind, Notation, Task
-from scenelang.interpreter.limits import Limits
+from scenelang.grammar.datum import Source
+from scenelang.inference.answers import AnswerReader, Verdict, program_text
+from scenelang.inference.brief import Ablation, Brief, Notation, Prompts, Task, TaskKind
+from scenelang.inference.listing import program_of, rename_language, rename_python
+from scenelang.inference.steps import _ANSWER
+from scenelang.interpreter.runtime.limits import Limits
 from scenelang.session import Options, Session
 
 TIME = 20.0  # seconds that no answer may take, on a busy machine too
@@ -45,13 +42,13 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def read(folder: Path, answer: str, notation: Notation = Notation.PYTHON, kind: Kind = Kind.STILL) -> Verdict:
+def read(folder: Path, answer: str, notation: Notation = Notation.PYTHON, kind: TaskKind = TaskKind.STILL) -> Verdict:
     """A verdict within the time; what the answer would have left behind is looked for."""
     ablation = Ablation.P if notation is Notation.LIST else Ablation.NONE
     brief = Brief(Task("a cube", kind, notation, ablation), Prompts())
     before = {path: path.stat().st_mtime_ns for path in folder.rglob("*")}
     started = time.monotonic()
-    verdict = Reader(brief, Options(limits=LIMITS, project=folder / "project")).read(answer)
+    verdict = AnswerReader(brief, Options(limits=LIMITS, project=folder / "project")).read(answer)
     assert time.monotonic() - started < TIME
     assert {path: path.stat().st_mtime_ns for path in folder.rglob("*")} == before
     told = verdict.told()

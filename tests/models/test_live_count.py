@@ -6,12 +6,12 @@ import io
 
 import pytest
 
-from scenelang.inference import live_count
-from scenelang.inference.live_count import LiveCount
+from scenelang.inference import conductor
+from scenelang.inference.conductor import LiveCount
 
 
 def test_tokens_and_lines_of_answers_side_by_side(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(live_count, "_BETWEEN", 0.0)
+    monkeypatch.setattr(conductor, "_BETWEEN", 0.0)
     stream = io.StringIO()
     live = LiveCount(stream)
     first, second = live.counting(1, 1, "draft"), live.counting(2, 1, "draft")

@@ -11,17 +11,16 @@ import pytest
 
 from models.chat_server import LETTERS_PER_PIECE, Chat, ChatServer, chatting
 from models.services import KEY, configure, hurry, one_line, openai_at, request, set_apart
-from scenelang.backends.language_models.client import Client
-from scenelang.backends.language_models.conversation import Picture, Reply, Stop, Text, Turn, Usage, said
-from scenelang.backends.language_models.estimate import tokens_at_most, upper_estimate
+from scenelang.backends.language_models.catalogue import ImageContent, Reply, Stop, TextContent, Turn, Usage, said
+from scenelang.backends.language_models.client import Client, Spending
+from scenelang.backends.language_models.openai_chat import tokens_at_most, upper_estimate
 from scenelang.backends.language_models.provider import connect
-from scenelang.backends.language_models.spending import Spending
 from scenelang.cli.main import main
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.export.gbnf import gbnf_text
-from scenelang.inference.settings import Settings
-from scenelang.inference.task import Notation
-from scenelang.interpreter.surface import full_grammar
+from scenelang.inference.brief import Notation
+from scenelang.inference.records import InferenceSettings
+from scenelang.interpreter.expand.forms import full_grammar
 
 ASKED = request(model="qwen")
 TRIES = 3  # the package's: one and two more
@@ -50,8 +49,8 @@ def answered(monkeypatch: pytest.MonkeyPatch, chat: Chat) -> tuple[Reply, list[s
 
 
 def test_all_that_is_sent(monkeypatch: pytest.MonkeyPatch) -> None:
-    picture = Picture("image/webp", b"RIFF a picture")
-    turns = (Turn("user", (picture, Text("a chair"))), said("assistant", "a program"), said("user", "mend it"))
+    picture = ImageContent("image/webp", b"RIFF a picture")
+    turns = (Turn("user", (picture, TextContent("a chair"))), said("assistant", "a program"), said("user", "mend it"))
     with chatting([Chat("yes")]) as server:
         monkeypatch.setenv("OPENAI_API_KEY", KEY)
         openai_at(server.url, monkeypatch).send(replace(ASKED, turns=turns, effort="low"), quiet)
@@ -135,8 +134,8 @@ def test_the_language_is_asked_for_with_its_grammar(
 
 
 def test_python_is_asked_for_without_a_grammar() -> None:
-    model = Settings(provider="openai", model="qwen", price="1,2").known_model(None)
-    assert Settings(provider="openai").speaker(model, Notation.PYTHON).grammar is None
+    model = InferenceSettings(provider="openai", model="qwen", price="1,2").known_model(None)
+    assert InferenceSettings(provider="openai").speaker(model, Notation.PYTHON).grammar is None
 
 
 def test_the_configuration_says_which_dialect(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -295,7 +294,7 @@ def test_offline_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_server_on_this_machine_needs_neither_key_nor_price(monkeypatch: pytest.MonkeyPatch) -> None:
     with chatting([Chat(LONG)]) as server:
         monkeypatch.setenv("OPENAI_BASE_URL", server.url)
-        client = Settings(provider="openai", model="qwen", uses_replies=False).client()
+        client = InferenceSettings(provider="openai", model="qwen", uses_replies=False).client()
         assert client.ask(ASKED, 1, 1, quiet).cost == 0.0
     assert client.highest_cost(ASKED) == 0.0
 
@@ -306,20 +305,23 @@ def test_a_server_on_this_machine_needs_neither_key_nor_price(monkeypatch: pytes
 def test_other_servers_have_a_price(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("OPENAI_BASE_URL", address)
     with pytest.raises(SceneError) as caught:
-        Settings(provider="openai", model="qwen").client()
+        InferenceSettings(provider="openai", model="qwen").client()
     assert caught.value.name == "model-price"
-    client = Settings(provider="openai", model="qwen", price="1,2").client()
+    client = InferenceSettings(provider="openai", model="qwen", price="1,2").client()
     assert client.highest_cost(ASKED) == pytest.approx((1.25 * upper_estimate(ASKED) + 2 * 1000) / 1e6)
 
 
 def test_a_model_has_to_be_named() -> None:
     with pytest.raises(SceneError, match="has no default model"):
-        Settings(provider="openai").client()
+        InferenceSettings(provider="openai").client()
 
 
 def test_there_are_no_batches(monkeypatch: pytest.MonkeyPatch) -> None:
     client = Client(
-        connect("openai"), Settings(provider="openai", model="q", price="1,2").known_model(None), Spending(5), None
+        connect("openai"),
+        InferenceSettings(provider="openai", model="q", price="1,2").known_model(None),
+        Spending(5),
+        None,
     )
     with pytest.raises(SceneError, match="has no batches"):
         client.batches()

@@ -14,18 +14,26 @@ from pathlib import Path
 import pytest
 
 from models.conftest import WRONG, cubes, python, recorded
-from scenelang.backends.language_models.conversation import Picture, Text
-from scenelang.grammar.source import Source
-from scenelang.inference.answers import Reader, Verdict
-from scenelang.inference.brief import Brief, helpers_of, untold, words_of
-from scenelang.inference.prompts import Prompts, prompt_names
-from scenelang.inference.task import Ablation, Kind, Notation, Task
-from scenelang.interpreter.shapes import BLOCK_WORDS, READ
+from scenelang.backends.language_models.catalogue import ImageContent, TextContent
+from scenelang.grammar.datum import Source
+from scenelang.inference.answers import AnswerReader, Verdict
+from scenelang.inference.brief import (
+    Ablation,
+    Brief,
+    Notation,
+    Prompts,
+    Task,
+    TaskKind,
+    helpers_of,
+    prompt_names,
+    untold,
+    words_of,
+)
+from scenelang.interpreter.scene.shapes import BLOCK_WORDS, READ
 from scenelang.interpreter.transpile.helper_api import HELPERS
 from scenelang.scene_changes import changes_between, sheets_of
 from scenelang.session import Options, Session
-from scenelang.stdlib.helper_stubs import helper_header, python_word
-from scenelang.stdlib.reference import records
+from scenelang.stdlib.reference import helper_header, python_word, records
 
 GOLDENS = Path(__file__).parent / "prompts"
 TASK = "a chessboard at game start"
@@ -40,21 +48,21 @@ def program_in(name: str, notation: Notation) -> str:
     return Session().transpile(Source(name, answer)).text
 
 
-def task(kind: Kind, notation: Notation, ablation: Ablation = Ablation.NONE) -> Task:
+def task(kind: TaskKind, notation: Notation, ablation: Ablation = Ablation.NONE) -> Task:
     return Task(TASK, kind, notation, ablation)
 
 
 TASKS = {
     **{
         f"{kind.value}.{notation.value}": task(kind, notation)
-        for kind in Kind
+        for kind in TaskKind
         for notation in (Notation.PYTHON, Notation.LANGUAGE)
     },
-    **{f"{kind.value}.P": task(kind, Notation.LIST, Ablation.P) for kind in Kind},
-    "3d.PW": task(Kind.STILL, Notation.LIST, Ablation.PW),
-    "3d.python.W": task(Kind.STILL, Notation.PYTHON, Ablation.W),
-    "4d.language.W": task(Kind.FILM, Notation.LANGUAGE, Ablation.W),
-    "image": Task("Only the board.", pictures=(Picture("image/png", b"png"),)),
+    **{f"{kind.value}.P": task(kind, Notation.LIST, Ablation.P) for kind in TaskKind},
+    "3d.PW": task(TaskKind.STILL, Notation.LIST, Ablation.PW),
+    "3d.python.W": task(TaskKind.STILL, Notation.PYTHON, Ablation.W),
+    "4d.language.W": task(TaskKind.FILM, Notation.LANGUAGE, Ablation.W),
+    "image": Task("Only the board.", pictures=(ImageContent("image/png", b"png"),)),
     "edit.python": Task(EDIT, program=program_in("t06-son-of-man", Notation.PYTHON)),
     "edit.language": Task(EDIT, notation=Notation.LANGUAGE, program=program_in("t06-son-of-man", Notation.LANGUAGE)),
     "edit.python.W": Task(
@@ -69,7 +77,7 @@ def brief(chosen: Task) -> Brief:
 
 def first_text(chosen: Task) -> str:
     parts = brief(chosen).first.parts
-    assert isinstance(parts[-1], Text)
+    assert isinstance(parts[-1], TextContent)
     return parts[-1].text
 
 
@@ -83,14 +91,14 @@ def compare(name: str, text: str) -> None:
 @pytest.mark.parametrize("name", TASKS)
 def test_what_is_said_first(name: str) -> None:
     chosen = brief(TASKS[name])
-    shown = "\n".join("[a picture]" if isinstance(part, Picture) else part.text for part in chosen.first.parts)  # type: ignore[union-attr]
+    shown = "\n".join("[a picture]" if isinstance(part, ImageContent) else part.text for part in chosen.first.parts)  # type: ignore[union-attr]
     compare(name, f"--- system ---\n\n{chosen.system}\n\n--- user ---\n\n{shown}")
 
 
 def test_what_is_said_of_an_answer() -> None:
     chosen = brief(TASKS["3d.python"])
-    verdict = Reader(chosen, Options()).read(WRONG)
-    picture = Picture("image/png", b"png")
+    verdict = AnswerReader(chosen, Options()).read(WRONG)
+    picture = ImageContent("image/png", b"png")
     turns = {
         "repair": chosen.repair(verdict.told()),
         "cut": chosen.cut(64_000),
@@ -99,7 +107,7 @@ def test_what_is_said_of_an_answer() -> None:
     }
     pieces = []
     for name, turn in turns.items():
-        said = "\n".join("[a picture]" if isinstance(part, Picture) else part.text for part in turn.parts)  # type: ignore[union-attr]
+        said = "\n".join("[a picture]" if isinstance(part, ImageContent) else part.text for part in turn.parts)  # type: ignore[union-attr]
         pieces.append(f"--- {name} ---\n\n{said}")
     judge = Prompts().text("judge.md", count="3", task=TASK)
     pieces += [f"--- judge, system ---\n\n{Prompts().text('judge.system.md')}", f"--- judge ---\n\n{judge}"]
@@ -118,7 +126,7 @@ def test_every_prompt_is_read_and_has_its_places_filled() -> None:
             read.add(name)
             return super().text(name, **values)
 
-    for chosen in (*TASKS.values(), task(Kind.FILM, Notation.LANGUAGE)):
+    for chosen in (*TASKS.values(), task(TaskKind.FILM, Notation.LANGUAGE)):
         told = Brief(chosen, Watching())
         assert "{{" not in told.system + told.example
         _ = told.first, told.repair(""), told.cut(1), told.critique([], "")
@@ -142,18 +150,18 @@ def test_the_system_prompt_does_not_depend_on_the_task() -> None:
     assert brief(Task("c", *MODE, program="x")).system == one.system, "an edit has the same"
 
 
-MODE = (Kind.FILM, Notation.LANGUAGE)
+MODE = (TaskKind.FILM, Notation.LANGUAGE)
 
 
 # --- examples ------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("kind", Kind)
+@pytest.mark.parametrize("kind", TaskKind)
 @pytest.mark.parametrize("notation", [Notation.PYTHON, Notation.LANGUAGE])
 @pytest.mark.parametrize("ablation", [Ablation.NONE, Ablation.W])
-def test_examples_are_right(kind: Kind, notation: Notation, ablation: Ablation) -> None:
+def test_examples_are_right(kind: TaskKind, notation: Notation, ablation: Ablation) -> None:
     chosen = brief(task(kind, notation, ablation))
-    verdict = Reader(chosen, Options()).read(chosen.example)
+    verdict = AnswerReader(chosen, Options()).read(chosen.example)
     assert verdict.is_usable, verdict.told()
     assert verdict.diagnostics == ()
     assert verdict.findings == ()
@@ -162,14 +170,14 @@ def test_examples_are_right(kind: Kind, notation: Notation, ablation: Ablation) 
 
 
 @pytest.mark.parametrize("ablation", [Ablation.P, Ablation.PW])
-@pytest.mark.parametrize("kind", Kind)
-def test_examples_of_lists_are_right(kind: Kind, ablation: Ablation) -> None:
+@pytest.mark.parametrize("kind", TaskKind)
+def test_examples_of_lists_are_right(kind: TaskKind, ablation: Ablation) -> None:
     chosen = brief(task(kind, Notation.LIST, ablation))
     shown = chosen.example.split("```json\n")[1].split("```")[0]
     whole = re.sub(r",\n\.\.\.\n", "\n", shown)
     verdict = read_list(kind, ablation, whole)
     assert [d for d in verdict.diagnostics if "does not move" not in d.message] == [], verdict.told()
-    items = json.loads(whole)[0] if kind is Kind.FILM else json.loads(whole)
+    items = json.loads(whole)[0] if kind is TaskKind.FILM else json.loads(whole)
     assert len(items) >= 7
     assert all(("word" in item) is (ablation is Ablation.P) for item in items)
     for item in items:
@@ -177,12 +185,12 @@ def test_examples_of_lists_are_right(kind: Kind, ablation: Ablation) -> None:
         assert f'- "{item["shape"]}": ' in chosen.system
 
 
-def read_list(kind: Kind, ablation: Ablation, text: str) -> Verdict:
-    return Reader(brief(task(kind, Notation.LIST, ablation)), Options()).read(f"```json\n{text}\n```")
+def read_list(kind: TaskKind, ablation: Ablation, text: str) -> Verdict:
+    return AnswerReader(brief(task(kind, Notation.LIST, ablation)), Options()).read(f"```json\n{text}\n```")
 
 
-@pytest.mark.parametrize("kind", Kind)
-def test_examples_use_only_what_is_told(kind: Kind) -> None:
+@pytest.mark.parametrize("kind", TaskKind)
+def test_examples_use_only_what_is_told(kind: TaskKind) -> None:
     chosen = brief(task(kind, Notation.PYTHON))
     code = chosen.example.split("```python\n")[1].split("```")[0]
     called = {
@@ -201,13 +209,13 @@ def test_examples_use_only_what_is_told(kind: Kind) -> None:
 # --- the header ----------------------------------------------------------------------------------------------------
 
 
-def defined(kind: Kind) -> dict[str, ast.FunctionDef]:
+def defined(kind: TaskKind) -> dict[str, ast.FunctionDef]:
     tree = ast.parse(helper_header(helpers_of(kind), words_of(kind)))
     return {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
 
 
 def test_the_header_has_the_helpers_of_each_kind() -> None:
-    still, film, blocks = (set(defined(kind)) for kind in (Kind.STILL, Kind.FILM, Kind.BLOCKS))
+    still, film, blocks = (set(defined(kind)) for kind in (TaskKind.STILL, TaskKind.FILM, TaskKind.BLOCKS))
     assert film == set(HELPERS) - {"identity_matrix"}
     assert film - still == {"register_animation"}
     assert still - blocks == {"rotation_matrix", "reflection_matrix"}
@@ -215,18 +223,18 @@ def test_the_header_has_the_helpers_of_each_kind() -> None:
 
 
 def test_blocks_have_their_own_primitive_call() -> None:
-    texts = {kind: ast.unparse(defined(kind)["primitive_call"]) for kind in Kind}
-    assert texts[Kind.STILL] == texts[Kind.FILM] != texts[Kind.BLOCKS]
-    for word in words_of(Kind.STILL):
-        assert f"'{word}'" in texts[Kind.STILL]
-        assert f"'{word}'" not in texts[Kind.BLOCKS]
+    texts = {kind: ast.unparse(defined(kind)["primitive_call"]) for kind in TaskKind}
+    assert texts[TaskKind.STILL] == texts[TaskKind.FILM] != texts[TaskKind.BLOCKS]
+    for word in words_of(TaskKind.STILL):
+        assert f"'{word}'" in texts[TaskKind.STILL]
+        assert f"'{word}'" not in texts[TaskKind.BLOCKS]
     for word in BLOCK_WORDS:
-        assert f"'{python_word(word)}'" in texts[Kind.BLOCKS]
-        assert f"'{python_word(word)}'" not in texts[Kind.STILL]
+        assert f"'{python_word(word)}'" in texts[TaskKind.BLOCKS]
+        assert f"'{python_word(word)}'" not in texts[TaskKind.STILL]
 
 
-@pytest.mark.parametrize("kind", Kind)
-def test_the_header_is_python_and_says_something_of_each_helper(kind: Kind) -> None:
+@pytest.mark.parametrize("kind", TaskKind)
+def test_the_header_is_python_and_says_something_of_each_helper(kind: TaskKind) -> None:
     for name, node in defined(kind).items():
         doc = ast.get_docstring(node)
         assert doc, name
@@ -235,7 +243,7 @@ def test_the_header_is_python_and_says_something_of_each_helper(kind: Kind) -> N
 
 
 def test_the_header_of_a_kind_is_named_in_its_rules() -> None:
-    for kind in Kind:
+    for kind in TaskKind:
         system = brief(task(kind, Notation.PYTHON)).system
         for name in set(re.findall(r"`@?([a-z_]+_[a-z_]+)\b", system)):
             assert name in (*helpers_of(kind), "func_name"), f"{kind}: {name}"
@@ -243,7 +251,7 @@ def test_the_header_of_a_kind_is_named_in_its_rules() -> None:
 
 def test_names_that_are_not_told_exist() -> None:
     names = {record.name for record in records()}
-    for kind in Kind:
+    for kind in TaskKind:
         assert set(untold(kind)) <= names
         system = brief(task(kind, Notation.LANGUAGE)).system
         for name in untold(kind):
@@ -286,13 +294,13 @@ def thing() -> Shape:
 
 
 def verdict_on(helper: str, arguments: list[str]) -> Verdict:
-    kind = Kind.FILM if helper == "register_animation" else Kind.STILL
+    kind = TaskKind.FILM if helper == "register_animation" else TaskKind.STILL
     answer = using(helper, f"{helper}({', '.join(arguments)})")
-    return Reader(brief(task(kind, Notation.PYTHON)), Options()).read(answer)
+    return AnswerReader(brief(task(kind, Notation.PYTHON)), Options()).read(answer)
 
 
 def parameters(helper: str) -> list[str]:
-    node = defined(Kind.FILM).get(helper) or ast.parse(f"def f({HELPERS[helper].signature}): pass").body[0]
+    node = defined(TaskKind.FILM).get(helper) or ast.parse(f"def f({HELPERS[helper].signature}): pass").body[0]
     assert isinstance(node, ast.FunctionDef)
     return [argument.arg for argument in node.args.args]
 
@@ -356,5 +364,5 @@ def test_the_last_function_is_the_scene_and_needs_no_mark() -> None:
     two = answer.replace(
         "\n```", '\n\n@register()\ndef two() -> Shape:\n    return loop(2, lambda i: library_call("one"))\n```'
     )
-    verdict = Reader(brief(task(Kind.STILL, Notation.PYTHON)), Options()).read(two)
+    verdict = AnswerReader(brief(task(TaskKind.STILL, Notation.PYTHON)), Options()).read(two)
     assert '(scene "two")' in verdict.program

@@ -16,11 +16,26 @@ import pytest
 
 from models.server import ModelServer, Said, serving
 from models.services import KEY, anthropic_at, request, set_apart
-from scenelang.backends.language_models.catalogue import model
-from scenelang.backends.language_models.client import Client
-from scenelang.backends.language_models.conversation import Picture, Reply, Request, Stop, Text, Turn, Usage, said
-from scenelang.backends.language_models.replies import Replies, digest, reply_data, reply_folder, reply_of
-from scenelang.backends.language_models.spending import Spending
+from scenelang.backends.language_models.catalogue import (
+    ImageContent,
+    Reply,
+    Request,
+    Stop,
+    TextContent,
+    Turn,
+    Usage,
+    model,
+    said,
+)
+from scenelang.backends.language_models.client import (
+    Client,
+    Replies,
+    Spending,
+    digest,
+    reply_data,
+    reply_folder,
+    reply_of,
+)
 
 ASKED = request()
 REPLY = Reply("a cube: \u2603\n", Stop.END, Usage(1, 2, 3, 4), "claude-opus-5-5", "a note")
@@ -62,12 +77,12 @@ def test_replies_lie_in_the_cache_folder(monkeypatch: pytest.MonkeyPatch, tmp_pa
 
 OTHERS = [
     replace(ASKED, model="claude-opus-5"),
-    replace(ASKED, system=Text("other rules", is_fixed=True)),
-    replace(ASKED, system=Text("rules")),
+    replace(ASKED, system=TextContent("other rules", is_fixed=True)),
+    replace(ASKED, system=TextContent("rules")),
     replace(ASKED, turns=(said("user", "a sphere"),)),
     replace(ASKED, turns=(*ASKED.turns, said("assistant", "x"), said("user", "y"))),
-    replace(ASKED, turns=(Turn("user", (Picture("image/png", b"1"), Text("a cube"))),)),
-    replace(ASKED, turns=(Turn("user", (Picture("image/png", b"2"), Text("a cube"))),)),
+    replace(ASKED, turns=(Turn("user", (ImageContent("image/png", b"1"), TextContent("a cube"))),)),
+    replace(ASKED, turns=(Turn("user", (ImageContent("image/png", b"2"), TextContent("a cube"))),)),
     replace(ASKED, max_tokens=1001),
     replace(ASKED, thinking="adaptive"),
     replace(ASKED, effort="low"),
@@ -199,7 +214,7 @@ def test_a_batch_keeps_its_answers_in_a_new_folder(tmp_path: Path) -> None:
 ASKING = """
 import sys
 from models.services import request
-from scenelang.inference.settings import Settings
+from scenelang.inference.records import Settings
 client = Settings().client()
 print("ready", flush=True)
 sys.stdin.readline()

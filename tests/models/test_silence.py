@@ -12,7 +12,7 @@ import pytest
 
 from models.server import Said, serving
 from models.services import anthropic_at, hurry, one_line, request, set_apart
-from scenelang.backends.language_models.conversation import Stop
+from scenelang.backends.language_models.catalogue import Stop
 from scenelang.backends.language_models.provider import LONGEST_ANSWER, connect
 from scenelang.grammar.diagnostics import SceneError
 

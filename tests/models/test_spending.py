@@ -12,11 +12,8 @@ from hypothesis import strategies as st
 
 from models.server import ModelServer, Said, serving
 from models.services import anthropic_at, one_line, request, set_apart
-from scenelang.backends.language_models.catalogue import model
-from scenelang.backends.language_models.client import Client
-from scenelang.backends.language_models.conversation import Stop, Usage
-from scenelang.backends.language_models.replies import Replies
-from scenelang.backends.language_models.spending import Spending
+from scenelang.backends.language_models.catalogue import Stop, Usage, model
+from scenelang.backends.language_models.client import Client, Replies, Spending
 from scenelang.grammar.diagnostics import SceneError
 
 CENT = 0.01

@@ -9,15 +9,13 @@ from prompt_toolkit.completion import CompleteEvent
 from prompt_toolkit.document import Document
 
 from scenelang.formatting import indents_of
+from scenelang.grammar.datum import Source
 from scenelang.grammar.reader import read
-from scenelang.grammar.source import Source
-from scenelang.interpreter.forms import INDENTS
-from scenelang.repl.brackets import scan
-from scenelang.repl.completion import SceneCompleter
-from scenelang.repl.console import is_finished
+from scenelang.interpreter.expand.forms import INDENTS
+from scenelang.repl.completion import SceneCompleter, scan
+from scenelang.repl.console import indentation, is_finished
 from scenelang.repl.display import displayed
-from scenelang.repl.evaluation import Evaluation
-from scenelang.repl.indentation import indentation
+from scenelang.repl.evaluation import ReplEvaluation
 from scenelang.session import Session
 
 ROOT = Path(__file__).parents[2]
@@ -79,8 +77,8 @@ def test_enter_sends_what_is_finished(text: str, finished: bool) -> None:
 
 
 @pytest.fixture(scope="module")
-def evaluation() -> Evaluation:
-    found = Evaluation(Session())
+def evaluation() -> ReplEvaluation:
+    found = ReplEvaluation(Session())
     for text in (
         '(bind "chess board" (lambda (:squares (:tint [1 1 1])) (call "cube")))',
         "(define (my-function a b) a)",
@@ -114,7 +112,7 @@ COMPLETIONS = [
 
 
 @pytest.mark.parametrize(("text", "completion", "meta"), COMPLETIONS)
-def test_completion(evaluation: Evaluation, text: str, completion: str, meta: str) -> None:
+def test_completion(evaluation: ReplEvaluation, text: str, completion: str, meta: str) -> None:
     found = {
         c.text: c.display_meta_text for c in SceneCompleter(evaluation).get_completions(Document(text), CompleteEvent())
     }
@@ -123,11 +121,11 @@ def test_completion(evaluation: Evaluation, text: str, completion: str, meta: st
 
 
 @pytest.mark.parametrize("text", ['(print "che', "; my-f", '(call "x" "my-f', "#| my-f"])
-def test_nothing_is_completed_where_nothing_is_meant(evaluation: Evaluation, text: str) -> None:
+def test_nothing_is_completed_where_nothing_is_meant(evaluation: ReplEvaluation, text: str) -> None:
     assert list(SceneCompleter(evaluation).get_completions(Document(text), CompleteEvent())) == []
 
 
-def test_files_are_completed(evaluation: Evaluation, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_files_are_completed(evaluation: ReplEvaluation, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "garden.scene").write_text("1")
     monkeypatch.chdir(tmp_path)
     found = SceneCompleter(evaluation).get_completions(Document(",load gar"), CompleteEvent())
@@ -153,14 +151,14 @@ SHOWN = [
 
 
 @pytest.mark.parametrize(("text", "shown"), SHOWN)
-def test_values(evaluation: Evaluation, text: str, shown: str) -> None:
+def test_values(evaluation: ReplEvaluation, text: str, shown: str) -> None:
     outcome = evaluation.evaluate(evaluation.source(text))
     values = outcome.values
     assert outcome.ok
     assert (displayed(values[0]) if values else "") == shown
 
 
-def test_a_deep_tree_stays_short(evaluation: Evaluation) -> None:
+def test_a_deep_tree_stays_short(evaluation: ReplEvaluation) -> None:
     text = '(bind "d" (lambda (:n) (if (= n 0) (call "cube") (union (call "d" :n (- n 1)) (call "cone"))))) (call "d" :n 500)'
     outcome = evaluation.evaluate(evaluation.source(text))
     shown = displayed(outcome.values[-1], 60).splitlines()

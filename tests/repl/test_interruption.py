@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from scenelang.repl.evaluation import Evaluation
+from scenelang.repl.display import Screen
+from scenelang.repl.evaluation import ReplEvaluation
 from scenelang.repl.loop import Repl
-from scenelang.repl.screen import Screen
 from scenelang.session import Options, Session
 
 INTERRUPTED = [
@@ -30,7 +30,7 @@ def test_ctrl_c_ends_a_command_and_leaves_no_file(
 
     said: list[str] = []
     complained: list[str] = []
-    repl = Repl(Evaluation(Session(Options())), Screen(said.append, complained.append))
+    repl = Repl(ReplEvaluation(Session(Options())), Screen(said.append, complained.append))
     repl.feed('(bind "a" (lambda () (call "cube")))')
     with monkeypatch.context() as patched:
         patched.setattr(interrupted, interrupt)

@@ -8,18 +8,17 @@ from pathlib import Path
 
 import pytest
 
-from scenelang.interpreter.limits import Limits
-from scenelang.interpreter.show import show
-from scenelang.repl.evaluation import Evaluation
-from scenelang.repl.saving import checked_program, program_text
+from scenelang.interpreter.runtime.limits import Limits
+from scenelang.interpreter.runtime.show import show
+from scenelang.repl.evaluation import ReplEvaluation, checked_program, program_text
 from scenelang.session import Options, Session
 
 
-def repl(**options: object) -> Evaluation:
-    return Evaluation(Session(Options(**options)))  # type: ignore[arg-type]
+def repl(**options: object) -> ReplEvaluation:
+    return ReplEvaluation(Session(Options(**options)))  # type: ignore[arg-type]
 
 
-def say(evaluation: Evaluation, *inputs: str) -> str:
+def say(evaluation: ReplEvaluation, *inputs: str) -> str:
     """The values of the last input, or the names of its errors."""
     for text in inputs:
         outcome = evaluation.evaluate(evaluation.source(text))
@@ -222,7 +221,7 @@ def test_a_broken_import_changes_nothing(tmp_path: Path, monkeypatch: pytest.Mon
 def test_reloading_forgets_what_is_gone(tmp_path: Path) -> None:
     path = tmp_path / "a.scene"
     path.write_text('(define (f) (g)) (define (g) 1) (define old 1) (bind "w" (lambda () (call "cube")))')
-    evaluation = Evaluation(Session(), str(path))
+    evaluation = ReplEvaluation(Session(), str(path))
     assert evaluation.load(str(path)).ok
     say(evaluation, "(define (mine) (f))")
     path.write_text("(define (f) (g)) (define (g) 2)")

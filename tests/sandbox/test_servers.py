@@ -16,15 +16,12 @@ import pytest
 from mcp import ClientSession
 from mcp.client.stdio import StdioServerParameters, stdio_client
 
-from scenelang.editing import Editing
-from scenelang.grammar.source import Source
-from scenelang.inference.answers import Reader
-from scenelang.inference.brief import Brief
-from scenelang.inference.prompts import Prompts
-from scenelang.inference.task import Task
-from scenelang.interpreter.limits import Limits
+from scenelang.grammar.datum import Source
+from scenelang.inference.answers import AnswerReader
+from scenelang.inference.brief import Brief, Prompts, Task
+from scenelang.interpreter.runtime.limits import Limits
 from scenelang.sandbox.supervision import is_supported
-from scenelang.session import Options, Session
+from scenelang.session import Editing, Options, Session
 
 pytestmark = pytest.mark.skipif(not is_supported(), reason="hard limits need Linux")
 ROGUE = str(Path(__file__).with_name("rogue.py"))
@@ -119,8 +116,8 @@ def test_the_viewer_shows_why_and_goes_on(viewer: tuple[str, Path]) -> None:
 
 
 def test_an_answer_of_a_model_that_has_to_be_ended_is_a_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
-    reader = Reader(Brief(Task("a cube"), Prompts(None)), Options(limits=Limits(seconds=0.5)))
-    monkeypatch.setattr(Reader, "_judged", hold)
+    reader = AnswerReader(Brief(Task("a cube"), Prompts(None)), Options(limits=Limits(seconds=0.5)))
+    monkeypatch.setattr(AnswerReader, "_judged", hold)
     before = time.monotonic()
     verdict = reader.read("```python\nx = 1\n```")
     assert time.monotonic() - before < 5
@@ -133,7 +130,7 @@ def test_macros_in_an_editor_are_tried_first(monkeypatch: pytest.MonkeyPatch) ->
     text = "(define-macro (m) 1)\n(m)\n"
     assert editing.check(Source("a.scene", text)).diagnostics == ()
     monkeypatch.setattr(Editing, "_check", hold)
-    monkeypatch.setattr("scenelang.editing._TRIAL_LIMITS", Limits(seconds=0.5))
+    monkeypatch.setattr("scenelang.session._TRIAL_LIMITS", Limits(seconds=0.5))
     source = Source("a.scene", text + "; changed\n")
     analysis = editing.check(source)
     (problem,) = analysis.diagnostics

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.limits import Limits
+from scenelang.interpreter.runtime.limits import Limits
 from scenelang.sandbox.supervision import Ended, is_supported, limited
 from scenelang.sandbox.worker import Worker, trial
 

@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.camera import Camera
-from scenelang.backends.splats.gaussians import Gaussians, Splats
-from scenelang.backends.viewpoint import Viewpoint, place
+from scenelang.backends.neural.splats.gaussians import Gaussians, Splats
+from scenelang.backends.pictures.camera import Camera, Viewpoint, place
 
 FloatArray = npt.NDArray[np.float64]
 

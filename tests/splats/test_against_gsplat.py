@@ -11,10 +11,8 @@ import numpy as np
 import pytest
 from splats.drawing import a_camera, random_gaussians, splats_of
 
-from scenelang.backends.splats import projection
-from scenelang.backends.splats.gaussians import Splats
-from scenelang.backends.splats.projection import project
-from scenelang.backends.splats.view import view_of
+from scenelang.backends.neural.splats import gaussians
+from scenelang.backends.neural.splats.gaussians import Splats, project, view_of
 
 torch = pytest.importorskip("torch")
 if find_spec("gsplat") is None:
@@ -50,9 +48,9 @@ def test_the_projection_is_gsplats(theirs: Any, orthographic: bool, near: bool) 
         view.intrinsics[None],
         90,
         60,
-        eps2d=projection.EPS2D,
-        near_plane=projection.NEAR,
-        far_plane=projection.FAR,
+        eps2d=gaussians.EPS2D,
+        near_plane=gaussians.NEAR,
+        far_plane=gaussians.FAR,
         calc_compensations=True,
         camera_model="ortho" if orthographic else "pinhole",
     )
@@ -90,10 +88,10 @@ def test_the_cut_offs_are_those_of_gsplats_kernels() -> None:
     assert most is not None
     assert done is not None
     assert reach is not None
-    assert float(least[1]) / float(least[2].rstrip(".")) == projection.LEAST_ALPHA
-    assert float(most[1]) == projection.MOST_ALPHA
-    assert float(done[1]) == projection.LEAST_LIGHT
-    assert float(reach[1]) == projection._REACH
+    assert float(least[1]) / float(least[2].rstrip(".")) == gaussians.LEAST_ALPHA
+    assert float(most[1]) == gaussians.MOST_ALPHA
+    assert float(done[1]) == gaussians.LEAST_LIGHT
+    assert float(reach[1]) == gaussians._REACH
     assert "sqrt(2.0f * __logf(opacity / ALPHA_THRESHOLD))" in fused
 
 

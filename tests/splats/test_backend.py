@@ -7,7 +7,7 @@ import pytest
 from support import evaluate
 
 from scenelang.backends.base import find
-from scenelang.backends.picture import PictureOptions, render
+from scenelang.backends.pictures.film import PictureOptions, render
 from scenelang.grammar.diagnostics import SceneError
 
 torch = pytest.importorskip("torch")

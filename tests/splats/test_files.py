@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from splats.drawing import random_gaussians
 from support import evaluate
 
-from scenelang.backends.base import Options, find
-from scenelang.backends.splats.files import (
+from scenelang.backends.base import BackendOptions, find
+from scenelang.backends.neural.splats.files import (
     C0,
     MOST,
     from_ply,
@@ -22,7 +22,7 @@ from scenelang.backends.splats.files import (
     splat_rows,
     write_gaussians,
 )
-from scenelang.backends.splats.gaussians import Gaussians
+from scenelang.backends.neural.splats.gaussians import Gaussians
 from scenelang.grammar.diagnostics import LimitError, SceneError
 
 torch = pytest.importorskip("torch")
@@ -174,7 +174,7 @@ def test_files_that_are_not_there(tmp_path: Path) -> None:
 def test_a_scene_is_exported(tmp_path: Path, backend: str, ending: str) -> None:
     scene = evaluate('(bind "a" (lambda () (transform (call "cube" :scale 2 :color [1 0 0]) (translate [0 5 0]))))')
     path = tmp_path / f"a{ending}"
-    find(backend).run(scene, path, Options(settings={"gaussians": 600}))
+    find(backend).run(scene, path, BackendOptions(settings={"gaussians": 600}))
     found = read_gaussians(path)
     assert len(found) == 600
     np.testing.assert_allclose(found.means.amin(0).numpy(), [-1.0, 4.0, -1.0], atol=1e-6)

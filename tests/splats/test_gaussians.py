@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from splats.drawing import random_gaussians, splats_of
 
-from scenelang.backends.splats.gaussians import (
+from scenelang.backends.neural.splats.gaussians import (
     gaussians_from,
     joined,
     joined_gaussians,

@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 from support import evaluate
 
-from scenelang.backends.solids import Form
-from scenelang.backends.splats.initial import LEAST, cover_of, gaussians_of
-from scenelang.backends.splats.sampling import on_solid, on_triangles
+from scenelang.backends.geometry.solids import SolidForm
+from scenelang.backends.neural.splats.initial import LEAST, cover_of, gaussians_of, on_solid, on_triangles
 from scenelang.grammar.diagnostics import LimitError
-from scenelang.interpreter.entity import Entity
-from scenelang.interpreter.flatten import flatten_entity
+from scenelang.interpreter.scene.entity import Entity
+from scenelang.interpreter.scene.flatten import flatten_entity
 
 torch = pytest.importorskip("torch")
 
@@ -28,24 +27,24 @@ BALL = '(call "sphere" :radius 2 :color [1 0 0])'
 @pytest.mark.parametrize(
     ("form", "half", "area"),
     [
-        (Form.BALL, (2.0, 2.0, 2.0), 16.0 * np.pi),
-        (Form.BLOCK, (1.0, 2.0, 3.0), 8.0 * (2.0 + 3.0 + 6.0)),
-        (Form.CYLINDER, (1.0, 3.0, 1.0), 2.0 * np.pi * (1.0 + 6.0)),
-        (Form.CONE, (3.0, 2.0, 3.0), np.pi * 3.0 * (3.0 + 5.0)),
-        (Form.BLOCK, (1.0, 0.0, 1.0), 8.0),
+        (SolidForm.BALL, (2.0, 2.0, 2.0), 16.0 * np.pi),
+        (SolidForm.BLOCK, (1.0, 2.0, 3.0), 8.0 * (2.0 + 3.0 + 6.0)),
+        (SolidForm.CYLINDER, (1.0, 3.0, 1.0), 2.0 * np.pi * (1.0 + 6.0)),
+        (SolidForm.CONE, (3.0, 2.0, 3.0), np.pi * 3.0 * (3.0 + 5.0)),
+        (SolidForm.BLOCK, (1.0, 0.0, 1.0), 8.0),
     ],
 )
-def test_points_lie_evenly_on_the_surface(form: Form, half: Any, area: float) -> None:
+def test_points_lie_evenly_on_the_surface(form: SolidForm, half: Any, area: float) -> None:
     found = on_solid(form, half, 600)
     assert len(found.places) == 600
     assert found.area == pytest.approx(area)
     np.testing.assert_allclose(np.linalg.norm(found.normals, axis=1), 1.0)
     x, y, z = found.places.T
     outside = {
-        Form.BALL: np.hypot(np.hypot(x, y), z) / 2.0,
-        Form.BLOCK: np.max(np.abs(found.places) / np.where(np.array(half) > 0.0, half, 1.0), axis=1),
-        Form.CYLINDER: np.maximum(np.hypot(x, z), np.abs(y) / (half[1] or 1.0)),
-        Form.CONE: np.where(
+        SolidForm.BALL: np.hypot(np.hypot(x, y), z) / 2.0,
+        SolidForm.BLOCK: np.max(np.abs(found.places) / np.where(np.array(half) > 0.0, half, 1.0), axis=1),
+        SolidForm.CYLINDER: np.maximum(np.hypot(x, z), np.abs(y) / (half[1] or 1.0)),
+        SolidForm.CONE: np.where(
             y > -half[1] + 1e-9, np.hypot(x, z) / np.maximum(half[0] * (half[1] - y) / 4.0, 1e-12), 1.0
         ),
     }[form]
@@ -59,8 +58,8 @@ def test_points_lie_evenly_on_the_surface(form: Form, half: Any, area: float) ->
     assert np.quantile(nearest, 0.02) > 0.15  # random points have 0.08
 
 
-@pytest.mark.parametrize("form", [Form.BALL, Form.BLOCK, Form.CYLINDER, Form.CONE])
-def test_normals_look_outwards(form: Form) -> None:
+@pytest.mark.parametrize("form", [SolidForm.BALL, SolidForm.BLOCK, SolidForm.CYLINDER, SolidForm.CONE])
+def test_normals_look_outwards(form: SolidForm) -> None:
     found = on_solid(form, (1.0, 1.0, 1.0), 200)
     assert (np.einsum("ni,ni->n", found.normals, found.places + np.array([0.0, 0.3, 0.0])) > 0.0).all()
 

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 from splats.drawing import a_camera, directly, random_gaussians, splats_of
 
-from scenelang.backends.splats import rasterise_numba, rasterise_torch
-from scenelang.backends.splats.gaussians import Splats
-from scenelang.backends.splats.rasterise import Drawn, Members, engine_for, rasterise, rasterise_by
-from scenelang.backends.splats.view import view_of
+from scenelang.backends.neural.splats import rasterise_numba, rasterise_torch
+from scenelang.backends.neural.splats.gaussians import Splats, view_of
+from scenelang.backends.neural.splats.rasterise import Drawn, Members, engine_for, rasterise, rasterise_by
 from scenelang.grammar.diagnostics import LimitError
 
 torch = pytest.importorskip("torch")
@@ -154,7 +153,7 @@ def test_gsplat_is_equal(antialiased: bool) -> None:
     pytest.importorskip("gsplat")
     if not torch.cuda.is_available():
         pytest.skip("no CUDA device")
-    from scenelang.backends.splats import rasterise_gsplat
+    from scenelang.backends.neural.splats import rasterise_gsplat
 
     one = splats_of(random_gaussians(2_000, seed=2, dtype=torch.float32))
     found = []

@@ -4,17 +4,15 @@ import subprocess
 import sys
 
 import pytest
+from conftest import ALL_TOPICS, BUILTINS, Caller
 
-from scenelang.grammar.codes import CODES
-from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.procedures import Condition
-from scenelang.interpreter.runtime import Runtime
-from scenelang.interpreter.values import NIL, Embedding, HandleList, Keyword, MutableList, Pair, Symbol, Vector
+from scenelang.grammar.diagnostics import CODES, SceneError
+from scenelang.interpreter.runtime.procedures import Condition
+from scenelang.interpreter.runtime.runtime import Runtime
+from scenelang.interpreter.runtime.values import NIL, Embedding, HandleList, Keyword, MutableList, Pair, Symbol, Vector
 from scenelang.stdlib.colors import linear, named_colors
-from scenelang.stdlib.constants import CONSTANTS
 from scenelang.stdlib.library import build_library
-
-from .conftest import ALL_TOPICS, BUILTINS, Caller
+from scenelang.stdlib.numbers import CONSTANTS
 
 NAMES = """
 + - * / // % quotient remainder modulo floor/ expt abs min max sum product floor ceiling round truncate exact inexact

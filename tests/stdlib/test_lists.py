@@ -3,13 +3,13 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from conftest import BUILTINS, Caller, function, new_runtime, python, scheme
 from hypothesis import given
 from hypothesis import strategies as st
 
 from scenelang.grammar.diagnostics import LimitError
-from scenelang.interpreter.entity import Entity
-from scenelang.interpreter.runtime import Runtime
-from scenelang.interpreter.values import (
+from scenelang.interpreter.runtime.runtime import Runtime
+from scenelang.interpreter.runtime.values import (
     ANONYMOUS,
     IDENTITY,
     NIL,
@@ -21,9 +21,8 @@ from scenelang.interpreter.values import (
     Symbol,
     Vector,
 )
-from scenelang.stdlib.items import items
-
-from .conftest import BUILTINS, Caller, function, new_runtime, python, scheme
+from scenelang.interpreter.scene.entity import Entity
+from scenelang.stdlib.lists import items
 
 CALL = Caller(new_runtime())
 ITEMS = st.lists(st.integers(0, 9), max_size=8)
@@ -277,7 +276,7 @@ def test_sort_is_pythons(pairs: list[tuple[int, int]], reverse: bool) -> None:
 
 
 def keyword(name: str) -> Any:
-    from scenelang.interpreter.values import Keyword
+    from scenelang.interpreter.runtime.values import Keyword
 
     return Keyword(name)
 

@@ -8,19 +8,18 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from conftest import BUILTINS, Caller, function, new_runtime
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from support import failure, session, value
 
+from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.grammar.source import Source
-from scenelang.interpreter.arguments import call_builtin
-from scenelang.interpreter.runtime import Runtime
-from scenelang.interpreter.show import show
-from scenelang.interpreter.values import NIL, MutableList, Pair, Set, Table, Vector, make_list
+from scenelang.interpreter.runtime.procedures import call_builtin
+from scenelang.interpreter.runtime.runtime import Runtime
+from scenelang.interpreter.runtime.show import show
+from scenelang.interpreter.runtime.values import NIL, MutableList, Pair, Set, Table, Vector, make_list
 from scenelang.stdlib.library import build_library
-
-from .conftest import BUILTINS, Caller, function, new_runtime
 
 IMPORT = '(import "std/python.scene")\n'
 

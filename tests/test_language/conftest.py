@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import Diagnostic, render_text
-from scenelang.grammar.source import Source
-from scenelang.interpreter.entity import Scene
+from scenelang.interpreter.scene.entity import Scene
 from scenelang.session import Evaluated, Options, Session
 
 DOT = '\n(bind "dot" (lambda () (call "cube")))\n(scene "dot")\n'

@@ -5,14 +5,13 @@ from __future__ import annotations
 import re
 
 import pytest
+from conftest import error, log, refused, run, scene, shown, warned
 
-from scenelang.interpreter.entity import Entity, count_words
-from scenelang.interpreter.flatten import flatten
-from scenelang.interpreter.numbering import primitive_handles
-from scenelang.interpreter.outline import outline
-from scenelang.interpreter.runtime import Entry
-
-from .conftest import error, log, refused, run, scene, shown, warned
+from scenelang.interpreter.runtime.runtime import ZEntry
+from scenelang.interpreter.scene.entity import Entity, count_words
+from scenelang.interpreter.scene.flatten import flatten
+from scenelang.interpreter.scene.numbering import primitive_handles
+from scenelang.interpreter.scene.outline import outline
 
 
 def handles(program: str, **options: object) -> dict[str, str]:
@@ -157,16 +156,16 @@ def cubes(program: str, **options: object) -> list[object]:
 
 def test_an_entry_restyles_one_of_64_shared_squares() -> None:
     plain = scene(BOARD)
-    made = scene(BOARD, z_entries={"z8": Entry(None, {"color": (1.0, 0.0, 0.0)})})
+    made = scene(BOARD, z_entries={"z8": ZEntry(None, {"color": (1.0, 0.0, 0.0)})})
     red = [
         i
-        for i, color in enumerate(cubes(BOARD, z_entries={"z8": Entry(None, {"color": (1.0, 0.0, 0.0)})}))
+        for i, color in enumerate(cubes(BOARD, z_entries={"z8": ZEntry(None, {"color": (1.0, 0.0, 0.0)})}))
         if list(color) == [1, 0, 0]
     ]
     assert red == [3], "z2 is the first square, z3 its cube"
     assert count_words(made.root) == count_words(plain.root)
     assert len({id(part.car) for part in made.root.children}) == 2, "all else stays shared"
-    assert list(handles(BOARD)) == list(handles(BOARD, z_entries={"z8": Entry(None, {"color": (1.0, 0.0, 0.0)})}))
+    assert list(handles(BOARD)) == list(handles(BOARD, z_entries={"z8": ZEntry(None, {"color": (1.0, 0.0, 0.0)})}))
 
 
 def test_what_an_entry_does_not_name_stays() -> None:
@@ -178,13 +177,13 @@ def test_what_an_entry_does_not_name_stays() -> None:
         return entity.word, entity.embedding.attributes
 
     assert leaf() == ("old", {"m": 5, "n": 1})
-    assert leaf(z_entries={"z2": Entry(None, {"n": 2})}) == ("old", {"m": 5, "n": 2})
-    assert leaf(z_entries={"z2": Entry("new", {})}) == ("new", {"m": 5, "n": 1})
+    assert leaf(z_entries={"z2": ZEntry(None, {"n": 2})}) == ("old", {"m": 5, "n": 2})
+    assert leaf(z_entries={"z2": ZEntry("new", {})}) == ("new", {"m": 5, "n": 1})
 
 
 def test_an_entry_for_a_written_handle_is_there_from_the_start() -> None:
     program = '(bind "a" (lambda () (print (ref <z9> :k 0)) (call "b" <z9> :m 1))) (bind "b" (lambda (:m (:k 0)) (print m k) (union))) (scene "a")'
-    assert log(program, z_entries={"z9": Entry(None, {"k": 7, "m": 8})}) == ["7", "1 7"], "the call's own :name wins"
+    assert log(program, z_entries={"z9": ZEntry(None, {"k": 7, "m": 8})}) == ["7", "1 7"], "the call's own :name wins"
 
 
 def test_a_random_instance_keeps_its_draws() -> None:
@@ -199,7 +198,7 @@ def test_a_random_instance_keeps_its_draws() -> None:
 
     plain = sizes()
     assert len({tuple(s) for s in plain}) == 5
-    assert sizes(z_entries={"z6": Entry(None, {"color": (1.0, 0.0, 0.0)})}) == plain
+    assert sizes(z_entries={"z6": ZEntry(None, {"color": (1.0, 0.0, 0.0)})}) == plain
 
 
 def _numbers(entity: Entity) -> list[float]:
@@ -212,13 +211,13 @@ def _numbers(entity: Entity) -> list[float]:
 
 def test_the_roots_own_entry() -> None:
     program = '(bind "a" (lambda ((:n 1)) (union-loop n (lambda (i) (call "b"))))) (scene "a")'
-    assert len(scene(program, z_entries={"z1": Entry(None, {"n": 4})}).root.children) == 4
+    assert len(scene(program, z_entries={"z1": ZEntry(None, {"n": 4})}).root.children) == 4
 
 
 def test_entries_outermost_first() -> None:
     program = """(bind "a" (lambda () (call "b"))) (bind "b" (lambda ((:n 1)) (union-loop n (lambda (i) (call "c")))))
     (bind "c" (lambda ((:k 0)) (call "cube" :color [k 0 0]))) (scene "a")"""
-    entries = {"z3": Entry(None, {"k": 1}), "z2": Entry(None, {"n": 3})}
+    entries = {"z3": ZEntry(None, {"k": 1}), "z2": ZEntry(None, {"n": 3})}
     made = scene(program, z_entries=entries)
     assert [list(part.car.children[0].car.embedding.attributes["color"]) for part in made.root.children[0].car.children] == [
         [1, 0, 0], [0, 0, 0], [0, 0, 0],
@@ -227,14 +226,14 @@ def test_entries_outermost_first() -> None:
 
 def test_entries_that_fit_nothing_are_warned_of() -> None:
     for name in ("z99", "style", "z0", "z2x"):
-        assert warned('(bind "a" (lambda () (call "b"))) (scene "a")', z_entries={name: Entry("x", {})}) == [
+        assert warned('(bind "a" (lambda () (call "b"))) (scene "a")', z_entries={name: ZEntry("x", {})}) == [
             "unused-entry"
         ]
 
 
 def test_a_call_with_effects_gets_only_the_embedding() -> None:
     program = '(define n 0) (bind "a" (lambda () (union (call "b") (call "b")))) (bind "b" (lambda () (set! n (+ n 1)) (print n) (union))) (scene "a")'
-    result = run(program, z_entries={"z2": Entry("gold", {})})
+    result = run(program, z_entries={"z2": ZEntry("gold", {})})
     assert [d.name for d in result.diagnostics] == ["embedding-only"]
     assert result.scene is not None
     assert [part.car.embedding.text for part in result.scene.root.children] == ["gold", None]

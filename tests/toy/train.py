@@ -18,10 +18,9 @@ from typing import Any
 
 import torch
 
-from scenelang.backends.clip.models import ClipModel, ClipName, load_clip
-from scenelang.backends.clip.text import TextEncoder
-from scenelang.backends.diffusion.loading import load_diffusion
-from scenelang.backends.diffusion.model import Diffusion
+from scenelang.backends.neural.clip import ClipModel, ClipName, TextEncoder, load_clip
+from scenelang.backends.neural.diffusion import Diffusion
+from scenelang.backends.neural.diffusion_loading import load_diffusion
 from toy.model import WEIGHTS, build, pack, save_clip
 from toy.pictures import BACKGROUND, COLORS, SENTENCES, SHAPES, STYLES, VIEWS, batch
 

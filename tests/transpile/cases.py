@@ -12,14 +12,13 @@ from typing import Any
 import numpy as np
 from corpus.compare import feature
 
+from scenelang.grammar.datum import Source, print_datum
 from scenelang.grammar.diagnostics import Diagnostic, render_text
-from scenelang.grammar.printer import print_datum
 from scenelang.grammar.reader import read
-from scenelang.grammar.source import Source
-from scenelang.interpreter.entity import Scene
-from scenelang.interpreter.flatten import flatten
-from scenelang.interpreter.plain import primitive_attributes
-from scenelang.interpreter.transpile.response import find_code
+from scenelang.interpreter.runtime.show import primitive_attributes
+from scenelang.interpreter.scene.entity import Scene
+from scenelang.interpreter.scene.flatten import flatten
+from scenelang.interpreter.transpile.python_text import find_code
 from scenelang.interpreter.transpile.translate import Translation, translate
 from scenelang.session import Evaluated, Session
 

@@ -12,7 +12,7 @@ from pathlib import Path
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent))
 
-from transpile.reference_model import extract, flatten  # noqa: E402
+from transpile.reference_model import extract, flatten
 
 FEWEST, MOST = 4, 20_000  # primitives of a scene
 

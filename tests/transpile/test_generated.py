@@ -8,8 +8,7 @@ import os
 import pytest
 from hypothesis import HealthCheck, given, settings
 
-from scenelang.grammar.printer import print_datum
-from scenelang.grammar.source import Source
+from scenelang.grammar.datum import Source, print_datum
 from scenelang.session import Session
 from transpile.cases import first_difference, flattened, printed, told
 from transpile.generator import programs

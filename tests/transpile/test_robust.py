@@ -11,9 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from scenelang.grammar.printer import print_datum
+from scenelang.grammar.datum import Source, print_datum
 from scenelang.grammar.reader import read
-from scenelang.grammar.source import Source
 from scenelang.interpreter.transpile.translate import Translation
 from scenelang.session import Session
 from transpile.cases import CORPUS, IMITATIONS, Case, told

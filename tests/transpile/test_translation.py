@@ -16,10 +16,8 @@ import pytest
 from corpus.compare import compare
 
 from scenelang.cli.main import main
-from scenelang.grammar.datum import ArrayDatum, Atom, Datum, ListDatum, Symbol
+from scenelang.grammar.datum import ArrayDatum, Atom, Datum, ListDatum, Source, Symbol, print_datum
 from scenelang.grammar.diagnostics import Diagnostic
-from scenelang.grammar.printer import print_datum
-from scenelang.grammar.source import Source
 from scenelang.session import Checked, Session
 from transpile.cases import CORPUS, HERE, IMITATIONS, Case, evaluated, flattened, printed, scene_of, told, translated
 

@@ -8,13 +8,13 @@ import io
 import numpy as np
 import pytest
 
+from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import Diagnostic
 from scenelang.grammar.reader import read
-from scenelang.grammar.source import Source
-from scenelang.interpreter.flatten import flatten
-from scenelang.interpreter.transpile.response import find_code
+from scenelang.interpreter.scene.flatten import flatten
+from scenelang.interpreter.transpile.python_text import find_code
 from scenelang.interpreter.transpile.translate import Translation, translate
-from scenelang.interpreter.transpile.writing.readback import misread
+from scenelang.interpreter.transpile.writing.code import misread
 from scenelang.session import Session
 from transpile.cases import told
 

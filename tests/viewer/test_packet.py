@@ -13,7 +13,7 @@ import pytest
 from scenelang import evaluate
 from scenelang.backends.viewer.packet import packet_of
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.flatten import flatten
+from scenelang.interpreter.scene.flatten import flatten
 
 TYPES = {"f4": np.float32, "i4": np.int32, "u4": np.uint32, "u1": np.uint8}
 

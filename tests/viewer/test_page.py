@@ -14,12 +14,11 @@ import pytest
 from support import interruptible
 
 from scenelang.api import load
-from scenelang.backends.camera import camera_from_json
-from scenelang.backends.picture import PictureOptions, render
-from scenelang.backends.viewpoint import Viewpoint, parse_viewpoint, place
+from scenelang.backends.pictures.camera import Viewpoint, camera_from_json, parse_viewpoint, place
+from scenelang.backends.pictures.film import PictureOptions, render
 from scenelang.cli.main import main
-from scenelang.interpreter.flatten import flatten
-from scenelang.interpreter.numbering import primitive_handles
+from scenelang.interpreter.scene.flatten import flatten
+from scenelang.interpreter.scene.numbering import primitive_handles
 
 Show = Callable[..., Any]
 PAIR = """(param size 1.0 "how large the ball is" :min 0.2 :max 1.5)

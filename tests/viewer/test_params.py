@@ -11,12 +11,12 @@ import pytest
 
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.session import Options, Session
-from scenelang.viewer.params import Control, controls_of, write_back
+from scenelang.viewer.workspace import ParamControl, controls_of, write_back
 
 Program = Callable[..., Path]
 
 
-def controls(path: Path) -> dict[str, Control]:
+def controls(path: Path) -> dict[str, ParamControl]:
     session = Session(Options())
     program = session.check(session.source(str(path))).program
     assert program is not None

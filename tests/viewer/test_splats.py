@@ -12,11 +12,14 @@ from support import evaluate
 
 torch = pytest.importorskip("torch")
 
-from scenelang.backends.splats.gaussians import Splats  # noqa: E402
-from scenelang.backends.viewer.packet import packet_of  # noqa: E402
-from scenelang.backends.viewer.splats import own_splats, splat_columns  # noqa: E402
-from scenelang.cli.main import main  # noqa: E402
-from scenelang.grammar.diagnostics import LimitError  # noqa: E402
+from scenelang.backends.neural.splats.gaussians import Splats
+from scenelang.backends.viewer.packet import (
+    own_splats,
+    packet_of,
+    splat_columns,
+)
+from scenelang.cli.main import main
+from scenelang.grammar.diagnostics import LimitError
 
 PAIR = """(bind "pair" (lambda () (union
   (call "sphere" :radius 1 :color [.8 .05 .05]) (transform (call "cube" :color [.05 .1 .8]) (translate [3 0 0])))))
@@ -52,7 +55,7 @@ def test_columns_are_the_gaussians_in_the_frame_of_the_stage() -> None:
 
 
 def test_too_many_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("scenelang.backends.viewer.splats.MOST", 7)
+    monkeypatch.setattr("scenelang.backends.viewer.packet.MOST", 7)
     with pytest.raises(LimitError, match="8 Gaussians"):
         splat_columns([some(8)], 1, np.zeros(3), 1.0)
 

@@ -9,9 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenelang.backends.studio import from_srgb
-from scenelang.backends.wording.color_names import color_names
-from scenelang.backends.wording.color_words import color_words, named_points, names_color, oklab
+from scenelang.backends.neural.describing import color_names, color_words, named_points, names_color, oklab
+from scenelang.backends.pictures.studio import from_srgb
 from scenelang.stdlib.colors import named_colors
 
 ROWS = color_names()

@@ -11,14 +11,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenelang.backends.wording.handles import in_order, packed, unpacked
-from scenelang.backends.wording.stored import from_json, to_json
-from scenelang.backends.wording.wording import Row, Wording
+from scenelang.backends.neural.wording import Wording, WordingRow, from_json, in_order, packed, to_json, unpacked
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.runtime import Entry
+from scenelang.interpreter.runtime.runtime import ZEntry
 from scenelang.zfile import read_wording, read_z, write_wording, write_z
 
-WORDING = Wording("z1", "a room", (Row("sofa", "ivory", "a {embedding} sofa", ("young", "z2", "z4", "z6", "z8")),))
+WORDING = Wording(
+    "z1", "a room", (WordingRow("sofa", "ivory", "a {embedding} sofa", ("young", "z2", "z4", "z6", "z8")),)
+)
 TEXTS = st.text(st.characters(codec="utf-8"), min_size=1, max_size=20)
 HANDLES = st.lists(
     st.one_of(st.integers(1, 10**17).map("z{}".format), st.integers(1, 60).map("z{}".format), TEXTS), max_size=60
@@ -45,7 +45,7 @@ def test_a_rhythm_is_one_item(first: int, steps: list[int], turns: int) -> None:
 
 @given(TEXTS, TEXTS, st.lists(st.tuples(TEXTS, TEXTS, TEXTS, HANDLES), max_size=5))
 def test_wordings_come_back(style: str, text: str, rows: list[tuple[str, str, str, list[str]]]) -> None:
-    wording = Wording(style, text, tuple(Row(a, b, c, in_order(handles)) for a, b, c, handles in rows))
+    wording = Wording(style, text, tuple(WordingRow(a, b, c, in_order(handles)) for a, b, c, handles in rows))
     assert from_json(json.loads(json.dumps(to_json(wording)))) == wording
 
 
@@ -54,12 +54,12 @@ def test_each_survives_changes_of_the_others(tmp_path: Path) -> None:
     write_wording(path, WORDING)
     assert read_z(path) == ({}, {})
     vector = np.arange(4, dtype=np.float32)
-    write_z(path, {"z5": Entry("oak", {"h": 2})}, {"z5": vector})
+    write_z(path, {"z5": ZEntry("oak", {"h": 2})}, {"z5": vector})
     assert read_wording(path) == WORDING
     other = Wording("z1", "b", ())
     write_wording(path, other)
     entries, vectors = read_z(path)
-    assert entries == {"z5": Entry("oak", {"h": 2})}
+    assert entries == {"z5": ZEntry("oak", {"h": 2})}
     assert np.array_equal(vectors["z5"], vector)
     assert vectors["z5"].dtype == vector.dtype
     assert read_wording(path) == other
@@ -67,7 +67,7 @@ def test_each_survives_changes_of_the_others(tmp_path: Path) -> None:
 
 def test_a_file_without_wording(tmp_path: Path) -> None:
     path = tmp_path / "a.z.safetensors"
-    write_z(path, {"z5": Entry("oak")}, {})
+    write_z(path, {"z5": ZEntry("oak")}, {})
     assert read_wording(path) is None
 
 

@@ -9,13 +9,19 @@ from typing import Any
 import pytest
 from support import evaluate
 
-from scenelang.backends.wording.describing import MAX_TEXT, UNDESCRIBED, Describe, Question
-from scenelang.backends.wording.readable import block, spaced
-from scenelang.backends.wording.templates import check_template, filled, plain_text
-from scenelang.backends.wording.wording import Row, Wording, merged, wording_of
+from scenelang.backends.neural.describing import MAX_TEXT, UNDESCRIBED, AppearanceQuestion, Describe, block, spaced
+from scenelang.backends.neural.wording import (
+    Wording,
+    WordingRow,
+    check_template,
+    filled,
+    merged,
+    plain_text,
+    wording_of,
+)
 from scenelang.grammar.diagnostics import LimitError, SceneError
-from scenelang.interpreter.runtime import Entry
-from scenelang.interpreter.values import Vector
+from scenelang.interpreter.runtime.runtime import ZEntry
+from scenelang.interpreter.runtime.values import Vector
 
 
 def wording(text: str, describe: Describe | None = None, **options: Any) -> Wording:
@@ -142,7 +148,7 @@ def test_frames_share_handles_and_the_first_counts() -> None:
 
 
 def test_entries_of_z_count_as_texts_of_the_program() -> None:
-    entries = {"z2": Entry("velvet", {"color": Vector((1.0, 0.0, 0.0))})}
+    entries = {"z2": ZEntry("velvet", {"color": Vector((1.0, 0.0, 0.0))})}
     found = wording('(bind "room" (lambda () (call "sofa")))', z_entries=entries)
     assert [row.text for row in found.rows] == ["velvet, red"]
 
@@ -171,9 +177,9 @@ TWO = '(call "sofa" :color [.9 .9 .9]) (call "sofa" "velvet" :color [1 0 0]) (ca
 
 
 def test_a_describer_is_asked_about_what_has_no_text() -> None:
-    asked: list[Question] = []
+    asked: list[AppearanceQuestion] = []
 
-    def describe(questions: Sequence[Question]) -> list[str]:
+    def describe(questions: Sequence[AppearanceQuestion]) -> list[str]:
         asked.extend(questions)
         return [f" like {question.word} " for question in questions]
 
@@ -255,7 +261,7 @@ def test_names_become_readable() -> None:
 
 
 def test_what_was_there_stays() -> None:
-    old = Wording("z1", "my room", (Row("pawn", "mine", "{embedding}!", ("z3", "z99")),))
+    old = Wording("z1", "my room", (WordingRow("pawn", "mine", "{embedding}!", ("z3", "z99")),))
     new, known = merged(old, wording(PAWNS))
     assert known == 1
     assert new.style_text == "my room"
@@ -264,7 +270,7 @@ def test_what_was_there_stays() -> None:
 
 
 def test_a_known_handle_keeps_its_text_under_a_new_word() -> None:
-    old = Wording("z1", "my room", (Row("queen", "mine", "{embedding}!", ("z3",)),))
+    old = Wording("z1", "my room", (WordingRow("queen", "mine", "{embedding}!", ("z3",)),))
     rows = merged(old, wording(PAWNS))[0].rows
     assert [(row.word, row.text, len(row.handles)) for row in rows] == [
         ("queen", "mine", 1), ("pawn", "mine", 1), ("pawn", "ivory", 5),

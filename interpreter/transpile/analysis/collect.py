@@ -8,12 +8,21 @@ from __future__ import annotations
 
 import ast
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
+from scenelang.interpreter.transpile.analysis.inference import (
+    ARRAY,
+    CHANGES,
+    CONTAINERS,
+    DRAWS,
+    RECORD,
+    AbstractType,
+    Site,
+    TypeFacts,
+)
 from scenelang.interpreter.transpile.analysis.liveness import Liveness
-from scenelang.interpreter.transpile.analysis.scopes import Function, Names, Variable
-from scenelang.interpreter.transpile.analysis.syntax import inner_blocks
+from scenelang.interpreter.transpile.analysis.scopes import Function, PythonNames, PythonVariable, inner_blocks
 
 
 @dataclass(eq=False, slots=True)
@@ -21,7 +30,7 @@ class Collection:
     """``start`` makes the list of ``variable`` (None: what a generator yields), ``last`` is the last statement of the
     block that adds to it; ``additions`` are the nodes that add. ``is_union``: a shape grown by ``concat_shapes``."""
 
-    variable: Variable
+    variable: PythonVariable
     start: ast.stmt | None
     last: ast.stmt
     additions: set[ast.AST] = field(default_factory=set)
@@ -40,7 +49,7 @@ class Collections:
     functional: set[ast.stmt] = field(default_factory=set)
 
 
-def find_collections(names: Names, liveness: Liveness) -> Collections:
+def find_collections(names: PythonNames, liveness: Liveness) -> Collections:
     found = Collections()
     finder = _Finder(names, liveness)
     for function in names.ordered:
@@ -68,7 +77,7 @@ def find_collections(names: Names, liveness: Liveness) -> Collections:
 Addition = tuple[ast.expr, bool]
 
 
-def additions(statement: ast.stmt, variable: Variable, names: Names) -> list[Addition] | None:
+def additions(statement: ast.stmt, variable: PythonVariable, names: PythonNames) -> list[Addition] | None:
     """What a statement adds to the list (or union) of ``variable``: expressions, and whether each gives many items."""
     if isinstance(statement, ast.Expr):
         call = statement.value
@@ -84,7 +93,7 @@ def additions(statement: ast.stmt, variable: Variable, names: Names) -> list[Add
     return _united(statement, variable, names)
 
 
-def _appended(call: ast.Call, variable: Variable, names: Names) -> list[Addition] | None:
+def _appended(call: ast.Call, variable: PythonVariable, names: PythonNames) -> list[Addition] | None:
     """``xs.append(a)``, ``xs.extend(as)``."""
     func = call.func
     if not isinstance(func, ast.Attribute) or func.attr not in ("append", "extend") or call.keywords:
@@ -96,7 +105,7 @@ def _appended(call: ast.Call, variable: Variable, names: Names) -> list[Addition
     return [(call.args[0], func.attr == "extend")]
 
 
-def _united(statement: ast.stmt, variable: Variable, names: Names) -> list[Addition] | None:
+def _united(statement: ast.stmt, variable: PythonVariable, names: PythonNames) -> list[Addition] | None:
     """``x = concat_shapes(x, a, *bs)``."""
     if not isinstance(statement, ast.Assign) or len(statement.targets) != 1:
         return None
@@ -114,13 +123,13 @@ def _united(statement: ast.stmt, variable: Variable, names: Names) -> list[Addit
 
 
 class _Finder:
-    def __init__(self, names: Names, liveness: Liveness) -> None:
+    def __init__(self, names: PythonNames, liveness: Liveness) -> None:
         self._names = names
         self._liveness = liveness
-        self._contents: dict[ast.stmt, Counter[Variable]] = {}
+        self._contents: dict[ast.stmt, Counter[PythonVariable]] = {}
 
     def of_generator(self, function: Function) -> Collection | None:
-        variable = Variable("frames" if function.is_animation else "items", function, is_temporary=True)
+        variable = PythonVariable("frames" if function.is_animation else "items", function, is_temporary=True)
         body = function.body
         adders = [s for s in body if self._adds(s, variable)]
         if not adders or any(_holds(s, (ast.Return, ast.Try, ast.With)) for s in body):
@@ -131,7 +140,7 @@ class _Finder:
         return None
 
     def in_block(self, block: Sequence[ast.stmt]) -> Iterator[Collection]:
-        mentions: dict[Variable, list[ast.stmt]] = {}
+        mentions: dict[PythonVariable, list[ast.stmt]] = {}
         for statement in block:
             for variable in self._variables_in(statement):
                 mentions.setdefault(variable, []).append(statement)
@@ -145,7 +154,7 @@ class _Finder:
                     if collection is not None:
                         yield collection
 
-    def _collected(self, start: ast.stmt, segment: Sequence[ast.stmt], variable: Variable) -> Collection | None:
+    def _collected(self, start: ast.stmt, segment: Sequence[ast.stmt], variable: PythonVariable) -> Collection | None:
         """The collection that begins with ``start``; ``segment`` are the later statements that mention the list."""
         adders = [s for s in segment if self._adds(s, variable)]
         if not adders:
@@ -158,7 +167,7 @@ class _Finder:
             return None
         return collection
 
-    def _until_set_again(self, statements: Sequence[ast.stmt], variable: Variable) -> Sequence[ast.stmt]:
+    def _until_set_again(self, statements: Sequence[ast.stmt], variable: PythonVariable) -> Sequence[ast.stmt]:
         for position, statement in enumerate(statements):
             is_set = isinstance(statement, ast.Assign) and self._set(statement) is variable
             if is_set and self._count(statement, variable) == 1:
@@ -179,7 +188,7 @@ class _Finder:
     def functional(self, block: Sequence[ast.stmt]) -> Iterator[tuple[ast.stmt, ast.Call]]:
         """Statements such as ``random.shuffle(xs)`` and ``xs.sort()`` where ``xs`` was made in the same block and
         nothing has looked at it since."""
-        made: dict[Variable, int] = {}
+        made: dict[PythonVariable, int] = {}
         for position, statement in enumerate(block):
             call = statement.value if isinstance(statement, ast.Expr) else None
             if isinstance(call, ast.Call):
@@ -194,7 +203,7 @@ class _Finder:
             if new is not None:
                 made[new] = position
 
-    def _in_place(self, call: ast.Call) -> Variable | None:
+    def _in_place(self, call: ast.Call) -> PythonVariable | None:
         func = call.func
         if not isinstance(func, ast.Attribute):
             return None
@@ -213,7 +222,7 @@ class _Finder:
         variable = self._names.variables.get(root)
         return variable is None or variable in self._names.imports
 
-    def _fresh(self, statement: ast.stmt) -> Variable | None:
+    def _fresh(self, statement: ast.stmt) -> PythonVariable | None:
         """The variable that a statement sets to a list which nothing else refers to."""
         if not isinstance(statement, ast.Assign) or len(statement.targets) != 1:
             return None
@@ -226,7 +235,7 @@ class _Finder:
             return None
         return variable
 
-    def _set(self, statement: ast.stmt) -> Variable | None:
+    def _set(self, statement: ast.stmt) -> PythonVariable | None:
         """The variable that a statement sets."""
         if isinstance(statement, ast.Assign) and len(statement.targets) == 1:
             target: ast.expr = statement.targets[0]
@@ -236,25 +245,25 @@ class _Finder:
             return None
         return self._names.variables.get(target) if isinstance(target, ast.Name) else None
 
-    def _is_own(self, variable: Variable) -> bool:
+    def _is_own(self, variable: PythonVariable) -> bool:
         """Whether all that happens to a variable is to be seen in its own function."""
         if variable.is_captured or variable.is_assigned_elsewhere:
             return False
         return all(isinstance(store, ast.Name) for store in variable.stores)
 
-    def _variables_in(self, statement: ast.stmt) -> Counter[Variable]:
+    def _variables_in(self, statement: ast.stmt) -> Counter[PythonVariable]:
         found = self._contents.get(statement)
         if found is None:
             variables = self._names.variables
             found = self._contents[statement] = Counter(variables[n] for n in ast.walk(statement) if n in variables)
         return found
 
-    def _count(self, node: ast.AST, variable: Variable) -> int:
+    def _count(self, node: ast.AST, variable: PythonVariable) -> int:
         if isinstance(node, ast.stmt):
             return self._variables_in(node)[variable]
         return sum(1 for n in ast.walk(node) if self._names.variables.get(n) is variable)
 
-    def _adds(self, statement: ast.stmt, variable: Variable) -> bool:
+    def _adds(self, statement: ast.stmt, variable: PythonVariable) -> bool:
         if additions(statement, variable, self._names):
             return True
         if not variable.is_temporary and not self._count(statement, variable):
@@ -285,7 +294,7 @@ class _Finder:
             return all(self._collect(s, collection) for s in statement.body)
         return False
 
-    def _leaks(self, statement: ast.If, own: Variable) -> bool:
+    def _leaks(self, statement: ast.If, own: PythonVariable) -> bool:
         """Whether the branches set other variables that are read after the ``if``."""
         after = self._liveness.after.get(statement, frozenset())
         for node in ast.walk(statement):
@@ -315,7 +324,7 @@ def _drop_entangled(found: Collections) -> None:
 def _drop_carried(found: Collections, liveness: Liveness) -> None:
     """A variable that loops carry from turn to turn is collected when they are the loops that add to it; then it is not
     assigned in place."""
-    by_variable: dict[Variable, list[Collection]] = {}
+    by_variable: dict[PythonVariable, list[Collection]] = {}
     for collection in found.by_start.values():
         by_variable.setdefault(collection.variable, []).append(collection)
     for variable, collections in by_variable.items():
@@ -362,3 +371,120 @@ def _blocks(body: list[ast.stmt]) -> Iterator[list[ast.stmt]]:
     for statement in body:
         for block in inner_blocks(statement):
             yield from _blocks(block)
+
+
+# What evaluating a piece of Python does beside giving a value: whether two pieces may change places.
+
+
+_EMPTY: frozenset[PythonVariable] = frozenset()
+
+
+@dataclass(frozen=True, slots=True)
+class Effect:
+    """``draws`` random numbers, ``changes`` containers, ``looks`` into those that change, ``reads`` and ``writes``
+    cells."""
+
+    draws: bool = False
+    changes: bool = False
+    looks: bool = False
+    reads: frozenset[PythonVariable] = _EMPTY
+    writes: frozenset[PythonVariable] = _EMPTY
+
+    def __or__(self, other: Effect) -> Effect:
+        return Effect(
+            self.draws or other.draws,
+            self.changes or other.changes,
+            self.looks or other.looks,
+            self.reads | other.reads,
+            self.writes | other.writes,
+        )
+
+    @property
+    def acts(self) -> bool:
+        """Whether it does anything at all."""
+        return self.draws or self.changes or bool(self.writes)
+
+    def commutes(self, other: Effect) -> bool:
+        """Whether the order of the two does not matter."""
+        if self.draws and other.draws:
+            return False
+        if (self.changes and (other.changes or other.looks)) or (other.changes and self.looks):
+            return False
+        return not (self.writes & (other.reads | other.writes) or other.writes & self.reads)
+
+
+PURE = Effect()
+
+
+class Effects:
+    """The effects of expressions of one program."""
+
+    def __init__(self, names: PythonNames, facts: TypeFacts) -> None:
+        self._names = names
+        self._facts = facts
+        self._cells: dict[Function, tuple[frozenset[PythonVariable], frozenset[PythonVariable]]] = {}
+
+    def of(self, *nodes: ast.AST | None) -> Effect:
+        """The effect of evaluating ``nodes``; functions defined in them count as called."""
+        draws = changes = looks = False
+        reads: set[PythonVariable] = set()
+        writes: set[PythonVariable] = set()
+        for node in _walk(nodes):
+            found = self._facts.effect_nodes.get(node, 0)
+            if type(node) is ast.Call or type(node) is ast.Attribute:
+                for target in self._facts.callbacks.get(node, ()):
+                    found |= self._facts.effects.get(target, 0)
+                    read, written = self._cells_of(target)
+                    reads |= read
+                    writes |= written
+            draws |= bool(found & DRAWS)
+            changes |= bool(found & CHANGES)
+            if type(node) is ast.Name:
+                variable = self._names.variables.get(node)
+                if variable is not None and variable.is_cell:
+                    (reads if type(node.ctx) is ast.Load else writes).add(variable)
+                value = self._facts.types.get(node)
+                if value is not None and value.kinds & (CONTAINERS | ARRAY | RECORD):
+                    looks |= bool(value.kinds & RECORD) or self._reaches_mutated(value)
+        return Effect(draws, changes, looks, frozenset(reads), frozenset(writes))
+
+    def _reaches_mutated(self, value: AbstractType) -> bool:
+        """Whether a value is, or holds at any depth, something that is changed somewhere."""
+        seen: set[Site] = set()
+        stack = value.sites
+        while stack:
+            site = stack.pop()
+            if site in seen:
+                continue
+            seen.add(site)
+            if site.is_mutated:
+                return True
+            stack += [*site.element.sites, *site.key.sites]
+        return False
+
+    def _cells_of(self, function: Function) -> tuple[frozenset[PythonVariable], frozenset[PythonVariable]]:
+        """The cells of other functions that calling ``function`` reads and writes, directly or through its callees."""
+        known = self._cells.get(function)
+        if known is not None:
+            return known
+        self._cells[function] = (_EMPTY, _EMPTY)
+        reads: set[PythonVariable] = set()
+        writes: set[PythonVariable] = set()
+        for node in ast.walk(function.node):
+            variable = self._names.variables.get(node)
+            if variable is not None and variable.is_cell and variable.function is not function:
+                is_load = isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)
+                (reads if is_load else writes).add(variable)
+            if isinstance(node, ast.Call):
+                for target in self._facts.callbacks.get(node, ()):
+                    read, written = self._cells_of(target)
+                    reads |= read
+                    writes |= written
+        self._cells[function] = (frozenset(reads), frozenset(writes))
+        return self._cells[function]
+
+
+def _walk(nodes: Iterable[ast.AST | None]) -> Iterable[ast.AST]:
+    for node in nodes:
+        if node is not None:
+            yield from ast.walk(node)

@@ -7,46 +7,180 @@ from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, TypeAlias
 
-from scenelang.interpreter.transpile.analysis.annotations import annotated
-from scenelang.interpreter.transpile.analysis.domain import (
-    ANYTHING,
-    ARRAY,
-    CONTAINERS,
-    DICT,
-    NOTHING,
-    POSE,
-    SEQUENCES,
-    SHAPE,
-    STR,
-    T_BOOL,
-    T_FLOAT,
-    T_INT,
-    T_NONE,
-    T_NUMBER,
-    T_SHAPE,
-    T_STR,
-    TUPLE,
-    UNKNOWN,
-    Site,
-    Type,
-    join_all,
-)
-from scenelang.interpreter.transpile.analysis.paths import Paths
-from scenelang.interpreter.transpile.analysis.scopes import Class, Function, Names, Variable
+from scenelang.interpreter.transpile.analysis.scopes import Class, Function, LibraryPaths, PythonNames, PythonVariable
 
-Environment = dict[Variable, Type]
+if TYPE_CHECKING:
+    from scenelang.interpreter.transpile.analysis.scopes import Class, Function
+
+
+# The abstract values of type inference: the kinds of things an expression may be, and where containers are made.
+
+
+INT, FLOAT, BOOL, STR, NONE = 1, 2, 4, 8, 16
+SHAPE, ARRAY, FUNCTION, LIST, TUPLE, DICT, SET = 32, 64, 128, 256, 512, 1024, 2048
+RECORD, STREAM, MODULE, POSE, UNKNOWN = 4096, 8192, 16384, 32768, 65536
+
+NUMBERS = INT | FLOAT | BOOL
+SEQUENCES = LIST | TUPLE
+CONTAINERS = LIST | TUPLE | DICT | SET
+
+
+@dataclass(eq=False, slots=True)
+class Site:
+    """A place that makes containers (or arrays). What it holds only grows while inference runs.
+
+    ``items``: the types position by position while the length is known; ``element`` their join. For tables: ``key``,
+    ``fields`` by constant key, and ``other`` under the other keys.
+    ``is_mutated``: the program changes what was made here.
+    """
+
+    node: ast.AST
+    kind: int
+    items: list[AbstractType] | None = None
+    element: AbstractType = field(default_factory=lambda: AbstractType(0))
+    key: AbstractType = field(default_factory=lambda: AbstractType(0))
+    fields: dict[object, AbstractType] = field(default_factory=dict)
+    other: AbstractType = field(default_factory=lambda: AbstractType(0))
+    is_mutated: bool = False
+    readers: set[Function] = field(default_factory=set)
+
+
+Reference: TypeAlias = object
+
+
+class AbstractType:
+    """``kinds``: the kinds it may be of; ``references``: its sites, functions, classes and the names of modules."""
+
+    __slots__ = ("kinds", "references")
+
+    def __init__(self, kinds: int, references: frozenset[Reference] = frozenset()) -> None:
+        self.kinds = kinds
+        self.references = references
+
+    def __or__(self, other: AbstractType) -> AbstractType:
+        """The join; it is one of the two objects where that says it all, so that growth shows by identity."""
+        if other is self or (not other.kinds & ~self.kinds and other.references <= self.references):
+            return self
+        if not self.kinds & ~other.kinds and self.references <= other.references:
+            return other
+        return AbstractType(self.kinds | other.kinds, self.references | other.references)
+
+    def only(self, kinds: int) -> bool:
+        """Whether it is known and nothing but ``kinds``."""
+        return bool(self.kinds) and not self.kinds & ~kinds
+
+    def may(self, kinds: int) -> bool:
+        """Whether it may be of one of ``kinds``."""
+        return bool(self.kinds & (kinds | UNKNOWN))
+
+    def without(self, kinds: int) -> AbstractType:
+        """The same, known not to be of ``kinds``."""
+        return AbstractType(self.kinds & ~kinds, self.references)
+
+    def bare(self) -> AbstractType:
+        """The same kinds without references."""
+        return AbstractType(self.kinds) if self.references else self
+
+    @property
+    def sites(self) -> list[Site]:
+        return [r for r in self.references if type(r) is Site]
+
+    @property
+    def functions(self) -> list[Function]:
+        from scenelang.interpreter.transpile.analysis.scopes import Function
+
+        return [r for r in self.references if type(r) is Function]
+
+    @property
+    def classes(self) -> list[Class]:
+        from scenelang.interpreter.transpile.analysis.scopes import Class
+
+        return [r for r in self.references if type(r) is Class]
+
+    @property
+    def names(self) -> list[str]:
+        """Dotted names of modules and known functions."""
+        return [r for r in self.references if type(r) is str]
+
+
+NOTHING = AbstractType(0)
+ANYTHING = AbstractType(UNKNOWN)
+T_INT = AbstractType(INT)
+T_FLOAT = AbstractType(FLOAT)
+T_NUMBER = AbstractType(INT | FLOAT)
+T_BOOL = AbstractType(BOOL)
+T_STR = AbstractType(STR)
+T_NONE = AbstractType(NONE)
+T_SHAPE = AbstractType(SHAPE)
+T_POSE = AbstractType(POSE)
+T_STREAM = AbstractType(STREAM)
+
+
+def join_all(types: Sequence[AbstractType]) -> AbstractType:
+    """What is of any of ``types``."""
+    result = NOTHING
+    for each in types:
+        result = result | each
+    return result
+
+
+def never_equal(left: AbstractType, right: AbstractType, depth: int = 8) -> bool:
+    """Whether no value of ``left`` equals one of ``right``, since one has a tuple where the other has a list."""
+    if not depth or not left.only(SEQUENCES) or not right.only(SEQUENCES):
+        return False
+    if not left.kinds & right.kinds:
+        return True
+    pairs = [(a, b) for a in left.sites for b in right.sites if a.kind == b.kind]
+    return bool(pairs) and all(_sites_differ(a, b, depth - 1) for a, b in pairs)
+
+
+def _sites_differ(left: Site, right: Site, depth: int) -> bool:
+    holds = any(site.items and not site.is_mutated for site in (left, right))  # else both may be empty
+    if holds and never_equal(left.element, right.element, depth):
+        return True
+    if left.items is None or right.items is None:
+        return False
+    if left.is_mutated or right.is_mutated or len(left.items) != len(right.items):
+        return False
+    return any(never_equal(a, b, depth) for a, b in zip(left.items, right.items))
+
+
+# What annotations say about types; inference falls back on them where no call site tells more.
+
+
+_SIMPLE = {"int": T_INT, "float": T_FLOAT, "bool": T_BOOL, "str": T_STR, "Shape": T_SHAPE, "None": T_NONE}
+
+
+def annotated(annotation: ast.expr | None) -> AbstractType:
+    """The type that an annotation tells for sure; NOTHING where it does not."""
+    if isinstance(annotation, ast.Name):
+        return _SIMPLE.get(annotation.id, NOTHING)
+    if isinstance(annotation, ast.Constant):
+        return T_NONE if annotation.value is None else _SIMPLE.get(str(annotation.value), NOTHING)
+    if isinstance(annotation, ast.Attribute) and annotation.attr == "ndarray":
+        return AbstractType(ARRAY)
+    if isinstance(annotation, ast.Subscript) and isinstance(annotation.value, ast.Name):
+        if annotation.value.id == "Optional":
+            return annotated(annotation.slice) | T_NONE
+    if isinstance(annotation, ast.BinOp):
+        return annotated(annotation.left) | annotated(annotation.right)
+    return NOTHING
+
+
+Environment = dict[PythonVariable, AbstractType]
 DRAWS, CHANGES = 1, 2
 _MOST_VISITS = 40
 
 
 @dataclass(eq=False)
-class Facts:
+class TypeFacts:
     """What inference found out."""
 
-    types: dict[ast.AST, Type] = field(default_factory=dict)
-    variables: dict[Variable, Type] = field(default_factory=dict)
-    returns: dict[Function, Type] = field(default_factory=dict)
+    types: dict[ast.AST, AbstractType] = field(default_factory=dict)
+    variables: dict[PythonVariable, AbstractType] = field(default_factory=dict)
+    returns: dict[Function, AbstractType] = field(default_factory=dict)
     targets: dict[ast.Call, list[Function]] = field(default_factory=dict)
     callbacks: dict[ast.AST, set[Function]] = field(default_factory=dict)
     effects: dict[Function, int] = field(default_factory=dict)
@@ -54,18 +188,20 @@ class Facts:
     words: dict[str, Function] = field(default_factory=dict)
     reached: set[Function] = field(default_factory=set)
 
-    def type(self, node: ast.AST) -> Type:
+    def type(self, node: ast.AST) -> AbstractType:
         return self.types.get(node, NOTHING)
 
 
 class InferenceState(ABC):
     """The state of an inference: facts, the work list, the flow of the function being looked at, the sites."""
 
-    def __init__(self, names: Names, paths: Paths, words: dict[str, Function], additions: set[ast.AST]) -> None:
+    def __init__(
+        self, names: PythonNames, paths: LibraryPaths, words: dict[str, Function], additions: set[ast.AST]
+    ) -> None:
         self.additions = additions
         self.names = names
         self.paths = paths
-        self.facts = Facts(words=words)
+        self.facts = TypeFacts(words=words)
         self.sites: dict[tuple[ast.AST, str], Site] = {}
         self.callees: dict[Function, set[Function]] = {}
         self.callers: dict[Function, set[Function]] = {}
@@ -76,19 +212,23 @@ class InferenceState(ABC):
         self.exits: list[list[Environment]] = []
 
     @abstractmethod
-    def expression(self, node: ast.expr) -> Type:
+    def expression(self, node: ast.expr) -> AbstractType:
         """The type of an expression, noted in the facts."""
 
     @abstractmethod
-    def assign(self, target: ast.expr, value: Type) -> None:
+    def assign(self, target: ast.expr, value: AbstractType) -> None:
         """Assign a value of this type to a target."""
 
     @abstractmethod
-    def call(self, function: Type, node: ast.AST, positional: list[Type], named: dict[str, Type]) -> Type:
+    def call(
+        self, function: AbstractType, node: ast.AST, positional: list[AbstractType], named: dict[str, AbstractType]
+    ) -> AbstractType:
         """Call anything that may be a function."""
 
     @abstractmethod
-    def call_function(self, function: Function, node: ast.AST, positional: list[Type], named: dict[str, Type]) -> Type:
+    def call_function(
+        self, function: Function, node: ast.AST, positional: list[AbstractType], named: dict[str, AbstractType]
+    ) -> AbstractType:
         """Join the arguments into the parameters; what the function is known to return."""
 
     @abstractmethod
@@ -133,7 +273,7 @@ class InferenceState(ABC):
                     known = known | self.facts.type(parameter.default)
                 self.store(parameter.variable, known)
 
-    def _returned(self, function: Function, found: Type) -> None:
+    def _returned(self, function: Function, found: AbstractType) -> None:
         old = self.facts.returns.get(function, NOTHING)
         new = old | found
         if new is not old:
@@ -143,7 +283,7 @@ class InferenceState(ABC):
 
     # --- variables and sites ---
 
-    def store(self, variable: Variable, value: Type) -> None:
+    def store(self, variable: PythonVariable, value: AbstractType) -> None:
         """Assign: here for this function's own flow, and joined for all others."""
         if self.env is not None and variable.function is self.function:
             self.env[variable] = value
@@ -157,7 +297,7 @@ class InferenceState(ABC):
             if variable.is_parameter and variable.function is not None and variable.function is not self.function:
                 self.enqueue(variable.function)
 
-    def load(self, variable: Variable) -> Type:
+    def load(self, variable: PythonVariable) -> AbstractType:
         if variable.function is self.function and self.env is not None and not variable.is_assigned_elsewhere:
             found = self.env.get(variable)
             if found is not None:
@@ -170,7 +310,13 @@ class InferenceState(ABC):
             found = self.sites[node, tag] = Site(node, kind)
         return found
 
-    def grow(self, site: Site, element: Type, key: Type = NOTHING, items: Sequence[Type] | None = None) -> Type:
+    def grow(
+        self,
+        site: Site,
+        element: AbstractType,
+        key: AbstractType = NOTHING,
+        items: Sequence[AbstractType] | None = None,
+    ) -> AbstractType:
         """Note what a site holds; gives the type of what it makes. Readers are looked at again when it grew."""
         joined, joined_key = site.element | element, site.key | key
         changed = joined is not site.element or joined_key is not site.key
@@ -187,25 +333,27 @@ class InferenceState(ABC):
             for reader in site.readers:
                 if reader is not self.function:
                     self.enqueue(reader)
-        return Type(site.kind, frozenset((site,)))
+        return AbstractType(site.kind, frozenset((site,)))
 
-    def container(self, node: ast.AST, kind: int, element: Type, key: Type = NOTHING, tag: str = "") -> Type:
+    def container(
+        self, node: ast.AST, kind: int, element: AbstractType, key: AbstractType = NOTHING, tag: str = ""
+    ) -> AbstractType:
         return self.grow(self.site(node, kind, tag), element, key)
 
-    def tuple_of(self, node: ast.AST, items: Sequence[Type], tag: str = "", kind: int = TUPLE) -> Type:
+    def tuple_of(self, node: ast.AST, items: Sequence[AbstractType], tag: str = "", kind: int = TUPLE) -> AbstractType:
         """A sequence of known length."""
         site = self.site(node, kind, tag)
         if site.items is None and not site.element.kinds:
             site.items = [NOTHING] * len(items)
         return self.grow(site, join_all(items), items=items)
 
-    def read_sites(self, value: Type) -> list[Site]:
+    def read_sites(self, value: AbstractType) -> list[Site]:
         sites = value.sites
         for site in sites:
             site.readers.add(self.function)
         return sites
 
-    def elements(self, value: Type) -> Type:
+    def elements(self, value: AbstractType) -> AbstractType:
         """What iterating ``value`` gives."""
         result = NOTHING
         if value.kinds & SHAPE:
@@ -217,14 +365,14 @@ class InferenceState(ABC):
         for site in self.read_sites(value):
             result = result | (site.key if site.kind == DICT else site.element)
         if value.kinds & POSE:
-            result = result | Type(ARRAY)
+            result = result | AbstractType(ARRAY)
         if value.kinds & ARRAY and not value.sites:
             result = result | T_NUMBER
         return result
 
     def mutated(
-        self, value: Type, element: Type = NOTHING, key: Type = NOTHING, node: ast.AST | None = None,
-        position: int | None = None,
+        self, value: AbstractType, element: AbstractType = NOTHING, key: AbstractType = NOTHING,
+        node: ast.AST | None = None, position: int | None = None,
     ) -> None:  # fmt: skip
         """The containers that ``value`` may be are changed in place, taking in ``element`` (``position``: where)."""
         for site in self.read_sites(value):
@@ -239,7 +387,7 @@ class InferenceState(ABC):
             is_own = bool(value.sites) and all(_belongs(site.node, self.function) for site in value.sites)
             self.effect(node, 0 if is_own else CHANGES, here=CHANGES)
 
-    def _put(self, site: Site, element: Type, position: int | None) -> None:
+    def _put(self, site: Site, element: AbstractType, position: int | None) -> None:
         if site.items is None or not element.kinds:
             return
         if position is None or not -len(site.items) <= position < len(site.items):
@@ -258,7 +406,14 @@ class InferenceState(ABC):
         if effect:
             self.facts.effects[self.function] = self.facts.effects.get(self.function, 0) | effect
 
-    def table(self, site: Site, keys: Type, values: Type, fields: dict[object, Type], other: Type) -> Type:
+    def table(
+        self,
+        site: Site,
+        keys: AbstractType,
+        values: AbstractType,
+        fields: dict[object, AbstractType],
+        other: AbstractType,
+    ) -> AbstractType:
         """Note what a table holds: by key where keys are constants."""
         changed = False
         for name, found in fields.items():
@@ -274,13 +429,13 @@ class InferenceState(ABC):
                     self.enqueue(reader)
         return self.grow(site, values, keys)
 
-    def field(self, site: Site, key: ast.expr) -> Type:
+    def field(self, site: Site, key: ast.expr) -> AbstractType:
         """The value under a key of a table."""
         if isinstance(key, ast.Constant) and (site.fields or site.other.kinds):
             return site.fields.get(key.value, NOTHING) | site.other
         return site.element
 
-    def at(self, value: Type, position: int) -> Type:
+    def at(self, value: AbstractType, position: int) -> AbstractType:
         result = NOTHING
         for site in self.read_sites(value):
             if site.kind & SEQUENCES and site.items is not None and -len(site.items) <= position < len(site.items):
@@ -289,7 +444,7 @@ class InferenceState(ABC):
                 result = result | (site.key if site.kind == DICT else site.element)
         return result | self.elements(value.without(CONTAINERS | (ARRAY if value.sites else 0)).bare())
 
-    def set_field(self, record: Class, name: str, value: Type) -> None:
+    def set_field(self, record: Class, name: str, value: AbstractType) -> None:
         self.grow(self.site(record.node, DICT, f".{name}"), value)
 
     def defaults(self, function: Function) -> None:
@@ -307,7 +462,7 @@ def _belongs(node: ast.AST, function: Function) -> bool:
     return own.lineno <= line <= (own.end_lineno or own.lineno) and node is not own
 
 
-def constant_type(value: object) -> Type:
+def constant_type(value: object) -> AbstractType:
     if isinstance(value, bool):
         return T_BOOL
     if isinstance(value, int):

@@ -6,7 +6,7 @@ import ast
 from collections.abc import Callable
 from typing import TYPE_CHECKING, TypeAlias, TypeVar
 
-from scenelang.interpreter.transpile.analysis.domain import (
+from scenelang.interpreter.transpile.analysis.inference import (
     ANYTHING,
     ARRAY,
     BOOL,
@@ -32,15 +32,17 @@ from scenelang.interpreter.transpile.analysis.domain import (
     T_STR,
     T_STREAM,
     TUPLE,
-    Type,
+    AbstractType,
     join_all,
 )
 
 if TYPE_CHECKING:
     from scenelang.interpreter.transpile.analysis.inference import InferenceState
 
-Result: TypeAlias = "Callable[[InferenceState, ast.AST, list[Type], dict[str, Type]], Type]"
-Method: TypeAlias = "Callable[[InferenceState, ast.Call, Type, list[Type], dict[str, Type]], Type]"
+Result: TypeAlias = "Callable[[InferenceState, ast.AST, list[AbstractType], dict[str, AbstractType]], AbstractType]"
+Method: TypeAlias = (
+    "Callable[[InferenceState, ast.Call, AbstractType, list[AbstractType], dict[str, AbstractType]], AbstractType]"
+)
 
 T = TypeVar("T")
 
@@ -54,19 +56,23 @@ def draws(path: str) -> bool:
     return path.startswith(("random.", "numpy.random."))
 
 
-def _list_of(element: Callable[[InferenceState, list[Type]], Type]) -> Result:
+def _list_of(element: Callable[[InferenceState, list[AbstractType]], AbstractType]) -> Result:
     return lambda infer, node, args, named: infer.container(node, LIST, element(infer, args))
 
 
-def _array(infer: InferenceState, node: ast.AST, element: Type = T_FLOAT) -> Type:
+def _array(infer: InferenceState, node: ast.AST, element: AbstractType = T_FLOAT) -> AbstractType:
     return infer.container(node, ARRAY, element)
 
 
-def _vector(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _vector(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     return _array(infer, node)
 
 
-def _elementwise(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _elementwise(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     """``np.sin(x)``: a number of a number, an array of an array or a sequence."""
     joined = join_all(args)
     if joined.kinds & (ARRAY | LIST | TUPLE | POSE):
@@ -76,7 +82,9 @@ def _elementwise(infer: InferenceState, node: ast.AST, args: list[Type], named: 
     return T_FLOAT
 
 
-def _make_array(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _make_array(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     """``np.array(x)``: as deep as the sequences in ``x``."""
     if not args:
         return _array(infer, node)
@@ -89,7 +97,9 @@ def _make_array(infer: InferenceState, node: ast.AST, args: list[Type], named: d
     return _array(infer, node, element if element.kinds else T_FLOAT)
 
 
-def _shaped(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _shaped(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     """``np.zeros(shape)``."""
     shape = args[0] if args else named.get("shape", T_INT)
     if shape.kinds & (LIST | TUPLE):
@@ -99,10 +109,12 @@ def _shaped(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[
     return _array(infer, node)
 
 
-def _drawn(number: Type, position: int = 2) -> Result:
+def _drawn(number: AbstractType, position: int = 2) -> Result:
     """A draw; with a size, the argument at ``position``, an array."""
 
-    def result(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    def result(
+        infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+    ) -> AbstractType:
         size = args[position] if len(args) > position else named.get("size")
         if size is not None and not size.only(NONE):
             return _shaped(infer, node, [size], {})
@@ -111,18 +123,24 @@ def _drawn(number: Type, position: int = 2) -> Result:
     return result
 
 
-def _drawn_sides(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _drawn_sides(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     if len(args) > 1:
         return _array(infer, node, infer.container(node, ARRAY, T_FLOAT, tag="row"))
     return _array(infer, node) if args else T_FLOAT
 
 
-def _drawn_random(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _drawn_random(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     size = args[0] if args else named.get("size")
     return _shaped(infer, node, [size], {}) if size is not None and not size.only(NONE) else T_FLOAT
 
 
-def _np_choice(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _np_choice(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     source = args[0] if args else NOTHING
     item = T_INT if source.only(INT) else infer.elements(source)
     if len(args) > 1 or "size" in named:
@@ -130,37 +148,51 @@ def _np_choice(infer: InferenceState, node: ast.AST, args: list[Type], named: di
     return item
 
 
-def _item(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _item(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     return infer.elements(args[0]) if args else NOTHING
 
 
-def _first(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _first(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     return args[0] if args else NOTHING
 
 
-def _permutation(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _permutation(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     if args and args[0].only(INT):
         return _array(infer, node, T_INT)
     element = infer.elements(args[0]) if args else NOTHING
     return _array(infer, node, element) if element.only(NUMBERS) else infer.container(node, LIST, element)
 
 
-def _library(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _library(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     return T_SHAPE
 
 
-def _loop(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _loop(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     functions = args[1] if len(args) > 1 else named.get("fn", named.get("func", NOTHING))
     infer.call(functions, node, [T_INT], {})
     return T_SHAPE
 
 
-def _enumerate(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _enumerate(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     pair = infer.tuple_of(node, [T_INT, infer.elements(args[0]) if args else NOTHING], tag="pair")
     return infer.container(node, LIST, pair)
 
 
-def _zip(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _zip(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     starred = isinstance(node, ast.Call) and any(isinstance(a, ast.Starred) for a in node.args)
     if starred:
         return infer.container(
@@ -170,13 +202,17 @@ def _zip(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str
     return infer.container(node, LIST, row)
 
 
-def _map(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _map(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     if not args:
         return NOTHING
     return infer.container(node, LIST, infer.call(args[0], node, [infer.elements(a) for a in args[1:]], {}))
 
 
-def _filter(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _filter(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     if len(args) < 2:
         return NOTHING
     element = infer.elements(args[1])
@@ -184,21 +220,27 @@ def _filter(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[
     return infer.container(node, LIST, element)
 
 
-def _sorted(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _sorted(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     element = infer.elements(args[0]) if args else NOTHING
     if "key" in named:
         infer.call(named["key"], node, [element], {})
     return infer.container(node, LIST, element)
 
 
-def _extreme(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _extreme(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     found = infer.elements(args[0]) if len(args) == 1 else join_all(args)
     if "key" in named:
         infer.call(named["key"], node, [found], {})
     return found | named.get("default", NOTHING)
 
 
-def _sum(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _sum(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     element = infer.elements(args[0]) if args else NOTHING
     start = args[1] if len(args) > 1 else named.get("start", T_INT)
     if element.kinds & SHAPE:
@@ -210,14 +252,18 @@ def _sum(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str
     return element | start if element.only(NUMBERS) else element
 
 
-def _np_sum(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _np_sum(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     if "axis" in named or len(args) > 1:
         return _array(infer, node)
     return T_FLOAT
 
 
 def _sequence(kind: int) -> Result:
-    def result(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+    def result(
+        infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+    ) -> AbstractType:
         if not args:
             return infer.container(node, kind, NOTHING)
         sites = infer.read_sites(args[0])
@@ -229,9 +275,11 @@ def _sequence(kind: int) -> Result:
     return result
 
 
-def _dict(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _dict(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     key, value = (T_STR, join_all(list(named.values()))) if named else (NOTHING, NOTHING)
-    fields: dict[object, Type] = {name: found for name, found in named.items()}  # noqa: C416 (the keys widen)
+    fields: dict[object, AbstractType] = {name: found for name, found in named.items()}  # noqa: C416 (the keys widen)
     other = NOTHING
     for argument in args:
         for site in infer.read_sites(argument):
@@ -246,90 +294,126 @@ def _dict(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[st
     return infer.table(infer.site(node, DICT), key, value, fields, other)
 
 
-def _divmod(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _divmod(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     number = T_INT if all(a.only(INT) for a in args) else T_NUMBER
     return infer.tuple_of(node, [number, number])
 
 
-def _round(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _round(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     return T_FLOAT if len(args) > 1 else T_INT
 
 
-def _absolute(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _absolute(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     return args[0] if args and not args[0].only(BOOL) else T_INT
 
 
-def _reduce(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _reduce(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     if len(args) < 2:
         return NOTHING
     start = args[2] if len(args) > 2 else infer.elements(args[1])
     return start | infer.call(args[0], node, [start, infer.elements(args[1])], {})
 
 
-def _product(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _product(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     if "repeat" in named:
         return infer.container(node, LIST, infer.container(node, TUPLE, infer.elements(args[0]), tag="row"))
     return infer.container(node, LIST, infer.tuple_of(node, [infer.elements(a) for a in args], tag="row"))
 
 
-def _combinations(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _combinations(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     element = infer.elements(args[0]) if args else NOTHING
     return infer.container(node, LIST, infer.container(node, TUPLE, element, tag="row"))
 
 
-def _chain(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _chain(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     return infer.container(node, LIST, join_all([infer.elements(a) for a in args]))
 
 
-def _colors(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _colors(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     return infer.tuple_of(node, [T_FLOAT, T_FLOAT, T_FLOAT])
 
 
-def _stack(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _stack(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     element = infer.elements(args[0]) if args else NOTHING
     return infer.grow(infer.site(node, ARRAY), infer.container(node, ARRAY, infer.elements(element), tag="row"))
 
 
-def _concatenated(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _concatenated(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     """Joined vectors are a vector, joined matrices a matrix."""
     items = infer.elements(infer.elements(args[0])) if args else NOTHING
-    return _array(infer, node, Type(ARRAY) if items.only(ARRAY | SEQUENCES) else T_FLOAT)
+    return _array(infer, node, AbstractType(ARRAY) if items.only(ARRAY | SEQUENCES) else T_FLOAT)
 
 
-def _concatenated_shapes(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _concatenated_shapes(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     return T_POSE if args and all(value.only(POSE) for value in args) else T_SHAPE
 
 
-def _defaultdict(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _defaultdict(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     made = infer.call(args[0], node, [], {}) if args else NOTHING
     return infer.table(infer.site(node, DICT), NOTHING, made, {}, made)
 
 
-def _meshgrid(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _meshgrid(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     grid = infer.grow(infer.site(node, ARRAY, "grid"), infer.container(node, ARRAY, T_FLOAT, tag="row"))
     return infer.container(node, LIST, grid)
 
 
-def _dataclass_field(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _dataclass_field(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     made = infer.call(named["default_factory"], node, [], {}) if "default_factory" in named else NOTHING
     return made | named.get("default", NOTHING)
 
 
-def _matrix(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _matrix(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     return infer.grow(infer.site(node, ARRAY), infer.container(node, ARRAY, T_FLOAT, tag="row"))
 
 
-def _dot(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _dot(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     if any(a.kinds & POSE for a in args) or any(infer.elements(a).kinds & (ARRAY | LIST | TUPLE) for a in args):
-        return Type(ARRAY) if not all(a.kinds & POSE for a in args) else T_POSE
+        return AbstractType(ARRAY) if not all(a.kinds & POSE for a in args) else T_POSE
     return T_FLOAT
 
 
-def _cloned(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _cloned(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     return _clone(infer, node, args[0], "copy") if args else NOTHING
 
 
-def _shallow(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _shallow(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     result = NOTHING
     for site in infer.read_sites(args[0]) if args else ():
         copy = infer.site(node, site.kind, str(site.kind))
@@ -339,26 +423,32 @@ def _shallow(infer: InferenceState, node: ast.AST, args: list[Type], named: dict
     return result if result.kinds else (args[0] if args else NOTHING)
 
 
-def _clone(infer: InferenceState, node: ast.AST, value: Type, tag: str) -> Type:
+def _clone(infer: InferenceState, node: ast.AST, value: AbstractType, tag: str) -> AbstractType:
     """The type of a copy: containers of its own, down to a few levels."""
     if len(tag) > 12:
         return value
-    result = Type(value.kinds & ~(CONTAINERS | ARRAY)) if value.kinds & ~(CONTAINERS | ARRAY) else NOTHING
+    result = AbstractType(value.kinds & ~(CONTAINERS | ARRAY)) if value.kinds & ~(CONTAINERS | ARRAY) else NOTHING
     for site in infer.read_sites(value):
         element = _clone(infer, node, site.element, tag + "+")
         result = result | infer.container(node, site.kind, element, site.key, f"{tag}{site.kind}")
     return result
 
 
-def _pose(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
-    return infer.container(node, POSE, Type(ARRAY))
+def _pose(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
+    return infer.container(node, POSE, AbstractType(ARRAY))
 
 
-def _plain_range(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _plain_range(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     return infer.container(node, LIST, T_INT)
 
 
-def _arange(infer: InferenceState, node: ast.AST, args: list[Type], named: dict[str, Type]) -> Type:
+def _arange(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     return _array(infer, node, T_INT if all(a.only(INT) for a in args) else T_FLOAT)
 
 
@@ -367,7 +457,7 @@ def _each(module: str, names: str, result: T) -> dict[str, T]:
     return {f"{module}.{name}" if module else name: result for name in names.split()}
 
 
-RESULTS: dict[str, Type | Result] = {
+RESULTS: dict[str, AbstractType | Result] = {
     # the helper API
     "primitive_call": T_SHAPE, "concat_shapes": _concatenated_shapes, "transform_shape": T_SHAPE, "loop": _loop,
     "library_call": T_SHAPE, "translation_matrix": _pose, "rotation_matrix": _pose, "scale_matrix": _pose,
@@ -433,7 +523,7 @@ RESULTS: dict[str, Type | Result] = {
     "random.shuffle": T_NONE,
     "random.choices": _list_of(lambda infer, args: infer.elements(args[0]) if args else NOTHING),
     "random.sample": _list_of(lambda infer, args: infer.elements(args[0]) if args else NOTHING),
-    "random.Random": Type(STREAM, frozenset(("random.Random",))), "random.getrandbits": T_INT,
+    "random.Random": AbstractType(STREAM, frozenset(("random.Random",))), "random.getrandbits": T_INT,
     # other modules
     "functools.reduce": _reduce, "itertools.product": _product, "itertools.combinations": _combinations,
     "itertools.permutations": _combinations, "itertools.chain": _chain, "itertools.zip_longest": _zip,
@@ -455,41 +545,53 @@ RESULTS: dict[str, Type | Result] = {
 # --- methods ---------------------------------------------------------------------------------------------------
 
 
-def _appended(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
+def _appended(
+    infer: InferenceState, node: ast.Call, owner: AbstractType, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     infer.mutated(owner, args[-1] if args else NOTHING, node=node)
     return T_NONE
 
 
-def _extended(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
+def _extended(
+    infer: InferenceState, node: ast.Call, owner: AbstractType, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     infer.mutated(owner, infer.elements(args[0]) if args else NOTHING, node=node)
     return T_NONE
 
 
-def _changed(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
+def _changed(
+    infer: InferenceState, node: ast.Call, owner: AbstractType, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     if "key" in named:
         infer.call(named["key"], node, [infer.elements(owner)], {})
     infer.mutated(owner, node=node)
     return T_NONE
 
 
-def _popped(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
+def _popped(
+    infer: InferenceState, node: ast.Call, owner: AbstractType, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     infer.mutated(owner, node=node)
     return _values(infer, owner) | (args[1] if len(args) > 1 else NOTHING)
 
 
-def _values(infer: InferenceState, owner: Type) -> Type:
+def _values(infer: InferenceState, owner: AbstractType) -> AbstractType:
     return join_all([site.element for site in infer.read_sites(owner)]) | (
         ANYTHING if owner.kinds & ~0xFFFF else NOTHING
     )
 
 
-def _get(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
+def _get(
+    infer: InferenceState, node: ast.Call, owner: AbstractType, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     found = join_all([infer.field(site, node.args[0]) for site in infer.read_sites(owner)]) if node.args else NOTHING
     found = found | (ANYTHING if owner.kinds & ~0xFFFF else NOTHING)
     return found | (args[1] if len(args) > 1 else T_NONE)
 
 
-def _setdefault(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
+def _setdefault(
+    infer: InferenceState, node: ast.Call, owner: AbstractType, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     default = args[1] if len(args) > 1 else T_NONE
     for site in owner.sites:
         infer.table(site, args[0] if args else NOTHING, default, {}, default)
@@ -497,21 +599,29 @@ def _setdefault(infer: InferenceState, node: ast.Call, owner: Type, args: list[T
     return _values(infer, owner)
 
 
-def _items(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
+def _items(
+    infer: InferenceState, node: ast.Call, owner: AbstractType, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     sites = infer.read_sites(owner)
     pair = infer.tuple_of(node, [join_all([s.key for s in sites]), join_all([s.element for s in sites])], tag="pair")
     return infer.container(node, LIST, pair)
 
 
-def _keys(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
+def _keys(
+    infer: InferenceState, node: ast.Call, owner: AbstractType, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     return infer.container(node, LIST, join_all([s.key for s in infer.read_sites(owner)]))
 
 
-def _all_values(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
+def _all_values(
+    infer: InferenceState, node: ast.Call, owner: AbstractType, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     return infer.container(node, LIST, _values(infer, owner))
 
 
-def _update(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
+def _update(
+    infer: InferenceState, node: ast.Call, owner: AbstractType, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     for target in owner.sites:
         for site in [s for a in args for s in infer.read_sites(a)]:
             infer.table(target, site.key, site.element, {}, site.element)
@@ -522,7 +632,9 @@ def _update(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type]
     return T_NONE
 
 
-def _copied(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
+def _copied(
+    infer: InferenceState, node: ast.Call, owner: AbstractType, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     result = NOTHING
     for site in infer.read_sites(owner):
         copy = infer.site(node, site.kind, str(site.kind))
@@ -534,39 +646,55 @@ def _copied(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type]
     return result | owner.without(0x0FFF if owner.sites else 0).bare()
 
 
-def _set_method(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
+def _set_method(
+    infer: InferenceState, node: ast.Call, owner: AbstractType, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     return infer.container(node, SET, infer.elements(owner) | join_all([infer.elements(a) for a in args]))
 
 
-def _strings(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
+def _strings(
+    infer: InferenceState, node: ast.Call, owner: AbstractType, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     return infer.container(node, LIST, T_STR)
 
 
-def _same_array(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
+def _same_array(
+    infer: InferenceState, node: ast.Call, owner: AbstractType, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     return owner
 
 
-def _reduced(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
+def _reduced(
+    infer: InferenceState, node: ast.Call, owner: AbstractType, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     return _array(infer, node) if args or "axis" in named else T_FLOAT
 
 
-def _to_list(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
+def _to_list(
+    infer: InferenceState, node: ast.Call, owner: AbstractType, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
     return infer.container(node, LIST, infer.elements(owner))
 
 
-def _constant(result: Type) -> Method:
+def _constant(result: AbstractType) -> Method:
     return lambda infer, node, owner, args, named: result
 
 
 def _drawing(name: str) -> Method:
     """A method of a stream draws like the function of its module."""
 
-    def result(infer: InferenceState, node: ast.Call, owner: Type, args: list[Type], named: dict[str, Type]) -> Type:
+    def result(
+        infer: InferenceState,
+        node: ast.Call,
+        owner: AbstractType,
+        args: list[AbstractType],
+        named: dict[str, AbstractType],
+    ) -> AbstractType:
         infer.effect(node, 1)
         entry = RESULTS.get(f"numpy.random.{name}") or RESULTS.get(f"random.{name}") or ANYTHING
         if name == "shuffle" and args:
             infer.mutated(args[0], node=node)
-        return entry if isinstance(entry, Type) else entry(infer, node, args, named)
+        return entry if isinstance(entry, AbstractType) else entry(infer, node, args, named)
 
     return result
 

@@ -3,12 +3,170 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
-from scenelang.interpreter.transpile.analysis.escapes import Escapes
-from scenelang.interpreter.transpile.analysis.scopes import Function, Names, Variable
+from scenelang.interpreter.transpile.analysis.scopes import (
+    COMPREHENSIONS,
+    Comprehension,
+    Function,
+    PythonNames,
+    PythonVariable,
+)
 
-Live = frozenset[Variable]
+# Which closures may be called after the turn of a loop, or the comprehension, that made them.
+
+
+_ADDING = frozenset(("append", "add", "insert", "extend", "appendleft", "setdefault", "update"))
+_COLLECTING = frozenset(("list", "tuple", "set", "frozenset", "sorted", "dict", "deque", "reversed"))
+_DISPLAYS = (
+    ast.List, ast.Tuple, ast.Set, ast.Dict, ast.Starred, ast.IfExp, ast.BoolOp, ast.BinOp, ast.Subscript, ast.NamedExpr,
+)  # fmt: skip
+_DEEPEST = 12
+
+
+class Escapes:
+    """Follows the value of a closure through displays, names and calls. A call is taken to have done with a function
+    that it is given, unless it is a method that keeps its argument, or a function of the program that does."""
+
+    def __init__(self, names: PythonNames) -> None:
+        self._names = names
+        self._parents: dict[ast.AST, ast.AST] = {}
+        self._reads: dict[PythonVariable, list[ast.Name]] = {}
+        for outer in ast.walk(names.module.node):
+            for child in ast.iter_child_nodes(outer):
+                self._parents[child] = outer
+        for node, variable in names.variables.items():
+            if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load):
+                self._reads.setdefault(variable, []).append(node)
+
+    def turn(self, closure: ast.AST, loop: ast.AST) -> bool:
+        """Whether a closure that is made in a turn of ``loop`` may be called after that turn."""
+        return any(self._is_kept(place, loop, _DEEPEST) for place in self._places(closure))
+
+    def comprehensions(self, closure: ast.AST) -> Iterator[Comprehension]:
+        """The comprehensions whose results hold a closure, and which are worked out before it can be called."""
+        for place in self._places(closure):
+            node, parent = place, self._parents.get(place)
+            while parent is not None and not isinstance(parent, (ast.stmt, ast.Lambda)):
+                if isinstance(parent, COMPREHENSIONS):
+                    if self._is_result(node, parent) and not self._runs_in_step(parent):
+                        yield parent
+                elif not isinstance(parent, (*_DISPLAYS, ast.comprehension)) and not self._collects(parent):
+                    break
+                elif isinstance(parent, ast.comprehension):
+                    break  # what another comprehension runs through
+                node, parent = parent, self._parents.get(parent)
+
+    def _places(self, closure: ast.AST) -> Iterator[ast.AST]:
+        """The expressions that are the closure: itself, or every read of its name."""
+        if not isinstance(closure, ast.FunctionDef):
+            yield closure
+            return
+        variable = self._names.functions[closure].variable
+        yield from self._reads.get(variable, ()) if variable is not None else ()
+
+    @staticmethod
+    def _is_result(node: ast.AST, comprehension: ast.AST) -> bool:
+        if isinstance(comprehension, ast.DictComp):
+            return node in (comprehension.key, comprehension.value)
+        return node is getattr(comprehension, "elt", None)
+
+    def _collects(self, node: ast.AST) -> bool:
+        return isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in _COLLECTING
+
+    def _runs_in_step(self, node: Comprehension) -> bool:
+        """A generator expression that is not collected is worked out item by item, as its items are used."""
+        parent = self._parents.get(node)
+        return isinstance(node, ast.GeneratorExp) and not (parent is not None and self._collects(parent))
+
+    def _is_kept(self, node: ast.AST, loop: ast.AST, depth: int) -> bool:
+        """Whether the value of an expression outlives a turn of ``loop``."""
+        parent = self._parents.get(node)
+        if parent is None or not depth:
+            return False
+        if isinstance(parent, ast.Call):
+            return self._is_kept_by_call(parent, node, loop, depth)
+        if isinstance(parent, ast.keyword):
+            call = self._parents.get(parent)
+            return isinstance(call, ast.Call) and self._is_kept_by_call(call, node, loop, depth)
+        if isinstance(parent, (ast.Yield, ast.Return)):
+            is_last = isinstance(loop, (ast.For, ast.While))  # nothing changes after the turn that returns
+            if isinstance(parent, ast.Yield):
+                return self._is_collected(parent)
+            return not is_last and self._is_inside(parent, loop)
+        if isinstance(parent, COMPREHENSIONS):
+            return self._is_result(node, parent) and self._is_kept(parent, loop, depth - 1)
+        if isinstance(parent, ast.NamedExpr):
+            return self._is_kept_as(parent.target, loop, depth) or self._is_kept(parent, loop, depth - 1)
+        if isinstance(parent, (ast.Assign, ast.AnnAssign, ast.AugAssign)):
+            targets = parent.targets if isinstance(parent, ast.Assign) else [parent.target]
+            return any(self._is_kept_as(target, loop, depth) for target in targets)
+        return isinstance(parent, _DISPLAYS) and self._is_kept(parent, loop, depth - 1)
+
+    def _is_collected(self, node: ast.Yield) -> bool:
+        """Whether all items of a generator function are worked out before any is used, by ``list`` or its like."""
+        function: ast.AST | None = node
+        while function is not None and not isinstance(function, ast.FunctionDef):
+            function = self._parents.get(function)
+        for read in self._places(function) if function is not None else ():
+            call = self._parents.get(read)
+            user = self._parents.get(call) if isinstance(call, ast.Call) and call.func is read else None
+            if user is not None and (self._collects(user) or isinstance(user, ast.Starred)):
+                return True
+        return False
+
+    def _is_kept_by_call(self, call: ast.Call, node: ast.AST, loop: ast.AST, depth: int) -> bool:
+        if call.func is node:
+            return False
+        if isinstance(call.func, ast.Attribute) and call.func.attr in _ADDING:
+            return True
+        if self._collects(call):
+            return self._is_kept(call, loop, depth - 1)
+        variable = self._names.variables.get(call.func)
+        functions = variable.functions if variable is not None else []
+        return any(self._keeps(parameter, depth) for f in functions for parameter in self._filled(f.node, call, node))
+
+    def _filled(self, function: ast.AST, call: ast.Call, node: ast.AST) -> list[PythonVariable]:
+        """The parameters that an argument may fill."""
+        known = self._names.functions[function]
+        if node in call.args and not any(isinstance(a, ast.Starred) for a in call.args):
+            position = call.args.index(node)
+            return [p.variable for p in known.parameters[position : position + 1]]
+        named = {k.arg for k in call.keywords if k.value is node}
+        return [p.variable for p in known.parameters if p.variable.name in named]
+
+    def _keeps(self, parameter: PythonVariable, depth: int) -> bool:
+        """Whether a function gives what fills its parameter to something that outlives the call."""
+        if parameter.function is None:
+            return False
+        body = parameter.function.node
+        return any(self._is_kept(read, body, depth - 2) for read in self._reads.get(parameter, ()) if depth > 2)
+
+    def _is_kept_as(self, target: ast.expr, loop: ast.AST, depth: int) -> bool:
+        if isinstance(target, (ast.Subscript, ast.Attribute)):
+            return True
+        if isinstance(target, (ast.Tuple, ast.List)):
+            return any(self._is_kept_as(element, loop, depth) for element in target.elts)
+        variable = self._names.variables.get(target)
+        if variable is None:
+            return False
+        reads = self._reads.get(variable, [])
+        if any(not self._is_inside(read, loop) or _position(read) < _position(target) for read in reads):
+            return True
+        return any(self._is_kept(read, loop, depth - 1) for read in reads)
+
+    def _is_inside(self, node: ast.AST, outer: ast.AST) -> bool:
+        parent: ast.AST | None = node
+        while parent is not None and parent is not outer:
+            parent = self._parents.get(parent)
+        return parent is outer
+
+
+def _position(node: ast.AST) -> tuple[int, int]:
+    return getattr(node, "lineno", 0), getattr(node, "col_offset", 0)
+
+
+Live = frozenset[PythonVariable]
 _NONE: Live = frozenset()
 
 
@@ -16,10 +174,10 @@ class Liveness:
     """``after[statement]``: the variables whose value at its end may be read later. Marks ``Variable.is_cell``;
     ``carried``: the loops whose turns the value of a variable must outlive."""
 
-    def __init__(self, names: Names) -> None:
+    def __init__(self, names: PythonNames) -> None:
         self._names = names
         self.after: dict[ast.stmt, Live] = {}
-        self.carried: dict[Variable, set[ast.AST]] = {}
+        self.carried: dict[PythonVariable, set[ast.AST]] = {}
         self._function = names.module
         self._loops: list[tuple[Live, Live]] = []
         self._used: dict[ast.AST, Live] = {}
@@ -35,7 +193,7 @@ class Liveness:
             self._find_captured(function)
         self._find_late()
 
-    def _carry(self, variable: Variable, loop: ast.AST) -> None:
+    def _carry(self, variable: PythonVariable, loop: ast.AST) -> None:
         self.carried.setdefault(variable, set()).add(loop)
 
     # --- uses --------------------------------------------------------------------------------------------------
@@ -71,7 +229,7 @@ class Liveness:
 
     def _inner_uses(self, closure: ast.AST) -> Live:
         """What the body of a closure reads; its defaults are evaluated when it is made."""
-        return frozenset[Variable]().union(*(self.uses(node) for node in _body_of(closure)))
+        return frozenset[PythonVariable]().union(*(self.uses(node) for node in _body_of(closure)))
 
     # --- the backward pass -------------------------------------------------------------------------------------
 
@@ -97,7 +255,7 @@ class Liveness:
             return self._loop(node, live)
         if isinstance(node, ast.Try):
             after = self._block(node.finalbody, live)
-            handlers = frozenset[Variable]().union(*(self._block(h.body, after) for h in node.handlers))
+            handlers = frozenset[PythonVariable]().union(*(self._block(h.body, after) for h in node.handlers))
             body = self._block(node.body, self._block(node.orelse, after) | handlers)
             return body | handlers
         if isinstance(node, ast.Break):
@@ -115,7 +273,7 @@ class Liveness:
     def _store(self, targets: Iterable[ast.expr], value: ast.expr, live: Live) -> Live:
         targets = list(targets)
         plain = [t for t in targets if isinstance(t, (ast.Name, ast.Tuple, ast.List, ast.Starred))]
-        reads = frozenset[Variable]().union(*(self.uses(t) for t in targets))
+        reads = frozenset[PythonVariable]().union(*(self.uses(t) for t in targets))
         return (live - self._assigned(*plain)) | self.uses(value) | reads
 
     def _loop(self, node: ast.For | ast.While, live: Live) -> Live:
@@ -217,7 +375,7 @@ def _is_augmented(name: ast.Name, node: ast.AST) -> bool:
     return isinstance(node, ast.AugAssign) and node.target is name
 
 
-def _is_reassigned(variable: Variable) -> bool:
+def _is_reassigned(variable: PythonVariable) -> bool:
     stores = [store for store in variable.stores if not isinstance(store, (ast.FunctionDef, ast.ClassDef, ast.alias))]
     return len(stores) > 1
 
@@ -241,17 +399,13 @@ def _enclosing_loops(body: Sequence[ast.stmt]) -> dict[ast.AST, ast.AST]:
     return found
 
 
-def _position(node: ast.AST) -> tuple[int, int]:
-    return getattr(node, "lineno", 0), getattr(node, "col_offset", 0)
-
-
 def _read_elsewhere(function: Function) -> Live:
     """The variables of ``function`` that other functions read."""
     return frozenset(variable for variable in function.locals.values() if variable.is_captured)
 
 
 def _changes_later(
-    variable: Variable, closure: ast.AST, loops: dict[ast.AST, ast.AST], body: Sequence[ast.stmt]
+    variable: PythonVariable, closure: ast.AST, loops: dict[ast.AST, ast.AST], body: Sequence[ast.stmt]
 ) -> bool:
     """Whether ``variable`` is assigned after ``closure`` was made, other than by its one plain definition."""
     later = [s for s in variable.stores if _position(s) > _position(closure) and not isinstance(s, ast.arg)]
@@ -260,3 +414,76 @@ def _changes_later(
     if len(variable.stores) == 1 and isinstance(closure, ast.FunctionDef):
         return not any(isinstance(s, ast.Assign) and any(n is later[0] for n in ast.walk(s)) for s in body)
     return True
+
+
+# Where the variables that are assigned in place get their definition.
+
+
+class CellPlaces:
+    """``definitions``: assignments that define a cell; ``before``: cells to define, as none, before a statement."""
+
+    def __init__(self, names: PythonNames, liveness: Liveness) -> None:
+        self._names = names
+        self._liveness = liveness
+        self.definitions: dict[ast.stmt, set[PythonVariable]] = {}
+        self.before: dict[ast.stmt, list[PythonVariable]] = {}
+        cells: dict[Function, list[PythonVariable]] = {}
+        for variable in dict.fromkeys(names.variables.values()):
+            is_local = not variable.is_parameter and not variable.is_comprehension
+            if variable.is_cell and variable.function is not None and is_local:
+                cells.setdefault(variable.function, []).append(variable)
+        for function, variables in cells.items():
+            for variable in variables:
+                self._place(function.body, variable)
+
+    def _place(self, block: Sequence[ast.stmt], variable: PythonVariable) -> None:
+        mentioning = [s for s in block if self._mentions(s, variable)]
+        if not mentioning:
+            return
+        first = mentioning[0]
+        if len(mentioning) == 1 and self._descend(first, variable):
+            return
+        if _plainly_assigns(first, variable, self._names) and variable not in self._liveness.uses(_value(first)):
+            self.definitions.setdefault(first, set()).add(variable)
+        else:
+            self.before.setdefault(first, []).append(variable)
+
+    def _descend(self, statement: ast.stmt, variable: PythonVariable) -> bool:
+        """Place the definition inside a compound statement when one block of it holds all mentions."""
+        if variable.function is self._names.module:
+            return False  # functions must see it
+        is_loop = isinstance(statement, (ast.For, ast.While))
+        if not isinstance(statement, (ast.If, ast.For, ast.While)) or (
+            is_loop and statement in self._liveness.carried.get(variable, ())
+        ):
+            return False
+        blocks = [statement.body, statement.orelse]
+        head = [statement.target, statement.iter] if isinstance(statement, ast.For) else [statement.test]
+        if any(self._mentions(node, variable) for node in head):
+            return False
+        holding = [b for b in blocks if any(self._mentions(s, variable) for s in b)]
+        if len(holding) != 1:
+            return False
+        self._place(holding[0], variable)
+        return True
+
+    def _mentions(self, node: ast.AST, variable: PythonVariable) -> bool:
+        return any(self._names.variables.get(n) is variable for n in ast.walk(node))
+
+
+def _plainly_assigns(statement: ast.stmt, variable: PythonVariable, names: PythonNames) -> bool:
+    if isinstance(statement, ast.Assign) and len(statement.targets) == 1:
+        target = statement.targets[0]
+    elif isinstance(statement, ast.AnnAssign) and statement.value is not None:
+        target = statement.target
+    else:
+        return False
+    if isinstance(target, (ast.Tuple, ast.List)):
+        return all(isinstance(e, ast.Name) for e in target.elts) and any(
+            names.variables.get(e) is variable for e in target.elts
+        )
+    return names.variables.get(target) is variable
+
+
+def _value(statement: ast.stmt) -> ast.expr | None:
+    return statement.value if isinstance(statement, (ast.Assign, ast.AnnAssign)) else None

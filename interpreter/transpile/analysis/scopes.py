@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import builtins
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
@@ -12,7 +13,7 @@ COMPREHENSIONS = (ast.ListComp, ast.SetComp, ast.GeneratorExp, ast.DictComp)
 
 
 @dataclass(eq=False, slots=True)
-class Variable:
+class PythonVariable:
     """A variable of one function. ``stores`` are the nodes that assign it; ``is_cell``: it must be assigned in place,
     because a closure or a later turn of a loop sees the assignment. ``record``: it names a part of that class."""
 
@@ -28,7 +29,7 @@ class Variable:
     is_temporary: bool = False
     is_comprehension: bool = False
     functions: list[Function] = field(default_factory=list)
-    record: tuple[Variable, str, str] | None = None
+    record: tuple[PythonVariable, str, str] | None = None
     text: str = ""
 
     @property
@@ -38,10 +39,10 @@ class Variable:
 
 
 @dataclass(eq=False, slots=True)
-class Parameter:
+class PythonParameter:
     """``kind``: ``plain``, ``rest`` (``*args``), ``keys`` (``**kw``) or ``keyword`` (after a star)."""
 
-    variable: Variable
+    variable: PythonVariable
     default: ast.expr | None
     kind: str
     annotation: ast.expr | None
@@ -54,9 +55,9 @@ class Function:
     node: FunctionNode
     name: str
     parent: Function | None
-    variable: Variable | None = None
-    parameters: list[Parameter] = field(default_factory=list)
-    locals: dict[str, Variable] = field(default_factory=dict)
+    variable: PythonVariable | None = None
+    parameters: list[PythonParameter] = field(default_factory=list)
+    locals: dict[str, PythonVariable] = field(default_factory=dict)
     word: str | None = None
     text: str = ""
     is_animation: bool = False
@@ -75,7 +76,7 @@ class Function:
     def is_registered(self) -> bool:
         return self.word is not None or self.is_animation
 
-    def parameter(self, name: str) -> Parameter | None:
+    def parameter(self, name: str) -> PythonParameter | None:
         return next((p for p in self.parameters if p.variable.name == name), None)
 
 
@@ -85,7 +86,7 @@ class Class:
 
     node: ast.ClassDef
     name: str
-    variable: Variable
+    variable: PythonVariable
     fields: list[tuple[str, ast.expr | None]] = field(default_factory=list)
     methods: dict[str, Function] = field(default_factory=dict)
     properties: set[str] = field(default_factory=set)
@@ -94,16 +95,16 @@ class Class:
 
 
 @dataclass(eq=False)
-class Names:
+class PythonNames:
     """The result: the variable of every name node, the function of every definition, and all functions in order."""
 
     module: Function
-    variables: dict[ast.AST, Variable] = field(default_factory=dict)
+    variables: dict[ast.AST, PythonVariable] = field(default_factory=dict)
     functions: dict[ast.AST, Function] = field(default_factory=dict)
     classes: dict[ast.AST, Class] = field(default_factory=dict)
     ordered: list[Function] = field(default_factory=list)
     home: dict[ast.AST, Function] = field(default_factory=dict)
-    imports: dict[Variable, str] = field(default_factory=dict)
+    imports: dict[PythonVariable, str] = field(default_factory=dict)
     walrus: list[ast.Name] = field(default_factory=list)
 
 
@@ -112,13 +113,15 @@ class _Scope:
 
     __slots__ = ("function", "is_class", "names", "parent")
 
-    def __init__(self, function: Function, parent: _Scope | None, names: dict[str, Variable], is_class: bool = False):
+    def __init__(
+        self, function: Function, parent: _Scope | None, names: dict[str, PythonVariable], is_class: bool = False
+    ):
         self.function = function
         self.parent = parent
         self.names = names
         self.is_class = is_class
 
-    def find(self, name: str) -> Variable | None:
+    def find(self, name: str) -> PythonVariable | None:
         scope: _Scope | None = self
         while scope is not None:
             if name in scope.names and (not scope.is_class or scope is self):
@@ -127,7 +130,7 @@ class _Scope:
         return None
 
 
-def resolve(tree: ast.Module) -> Names:
+def resolve(tree: ast.Module) -> PythonNames:
     """Find every variable and function of a program."""
     return _Resolver(tree).names
 
@@ -135,7 +138,7 @@ def resolve(tree: ast.Module) -> Names:
 class _Resolver(ast.NodeVisitor):
     def __init__(self, tree: ast.Module) -> None:
         module = Function(tree, "", None)
-        self.names = Names(module)
+        self.names = PythonNames(module)
         self.names.functions[tree] = module
         self.names.ordered.append(module)
         self.scope = _Scope(module, None, module.locals)
@@ -148,9 +151,9 @@ class _Resolver(ast.NodeVisitor):
     def _declare_locals(self, function: Function, body: list[ast.stmt], outer: set[str]) -> None:
         for name in _assigned_names(body):
             if name not in outer and name not in function.locals:
-                function.locals[name] = Variable(name, function)
+                function.locals[name] = PythonVariable(name, function)
 
-    def _store(self, name: str, node: ast.AST) -> Variable | None:
+    def _store(self, name: str, node: ast.AST) -> PythonVariable | None:
         variable = self.scope.find(name)
         if variable is not None:
             variable.stores.append(node)
@@ -253,10 +256,10 @@ class _Resolver(ast.NodeVisitor):
         self.scope = enclosing
         return function
 
-    def _module_variable(self, name: str) -> Variable:
+    def _module_variable(self, name: str) -> PythonVariable:
         names = self.names.module.locals
         if name not in names:
-            names[name] = Variable(name, self.names.module)
+            names[name] = PythonVariable(name, self.names.module)
         return names[name]
 
     def _parameters(self, function: Function, arguments: ast.arguments) -> None:
@@ -271,10 +274,10 @@ class _Resolver(ast.NodeVisitor):
         for argument, default, kind in found:
             if default is not None:
                 self.visit(default)
-            variable = Variable(argument.arg, function, [argument], is_parameter=True)
+            variable = PythonVariable(argument.arg, function, [argument], is_parameter=True)
             function.locals[argument.arg] = variable
             self.names.variables[argument] = variable
-            function.parameters.append(Parameter(variable, default, kind, argument.annotation))
+            function.parameters.append(PythonParameter(variable, default, kind, argument.annotation))
 
     # --- classes -----------------------------------------------------------------------------------------------
 
@@ -315,7 +318,7 @@ class _Resolver(ast.NodeVisitor):
             if position:
                 self.visit(generator.iter)
             for name in _target_names(generator.target):
-                self.scope.names[name] = Variable(name, enclosing.function, is_comprehension=True)
+                self.scope.names[name] = PythonVariable(name, enclosing.function, is_comprehension=True)
             self.visit(generator.target)
             for condition in generator.ifs:
                 self.visit(condition)
@@ -429,3 +432,178 @@ def _outer_names(body: list[ast.stmt]) -> set[str]:
 
 def _has_yield(body: list[ast.stmt]) -> bool:
     return any(isinstance(node, (ast.Yield, ast.YieldFrom)) for node in _own_nodes(body))
+
+
+# Which library function or module a Python name means, also where its import is missing.
+
+
+MODULES = {
+    "np": "numpy", "numpy": "numpy", "math": "math", "random": "random", "helper": "helper", "itertools": "itertools",
+    "functools": "functools", "collections": "collections", "colorsys": "colorsys", "operator": "operator",
+    "copy": "copy",
+    "numpy.random": "numpy.random", "numpy.linalg": "numpy.linalg", "dataclasses": "dataclasses", "typing": "typing",
+}  # fmt: skip
+
+# Names that only annotations use.
+ANNOTATIONS = frozenset({
+    "P", "T", "Shape", "Generator", "Iterator", "Iterable", "Callable", "List", "Tuple", "Dict", "Set", "Optional",
+    "Any",
+    "Union", "Sequence", "Literal", "NamedTuple", "TypeVar", "Point", "Color", "ndarray",
+})  # fmt: skip
+
+FORBIDDEN = {
+    "os": "the operating system", "sys": "the interpreter", "subprocess": "other programs", "shutil": "files",
+    "pathlib": "files", "socket": "the network", "requests": "the network", "urllib": "the network",
+    "http": "the network",
+    "pickle": "files", "importlib": "Python modules", "builtins": "the interpreter", "ctypes": "the interpreter",
+    "threading": "threads", "multiprocessing": "other programs", "asyncio": "the network", "inspect": "the interpreter",
+    "io": "files", "tempfile": "files", "glob": "files", "signal": "the operating system", "gc": "the interpreter",
+    "open": "files", "eval": "Python code", "exec": "Python code", "compile": "Python code",
+    "__import__": "Python modules",
+    "globals": "the interpreter", "locals": "the interpreter", "vars": "the interpreter", "input": "the keyboard",
+    "getattr": "attributes by name", "setattr": "attributes by name", "delattr": "attributes by name",
+    "breakpoint": "the debugger", "memoryview": "memory", "exit": "the interpreter", "quit": "the interpreter",
+    "dir": "the interpreter", "help": "the interpreter", "id": "the interpreter", "super": "inheritance",
+    "classmethod": "class methods", "object": "classes", "type": "classes", "hash": "the interpreter",
+}  # fmt: skip
+
+BUILTINS = frozenset(name for name in dir(builtins) if not name.startswith("_"))
+
+
+class LibraryPaths:
+    """Dotted paths of the names in one program."""
+
+    def __init__(self, names: PythonNames) -> None:
+        self._names = names
+
+    def of(self, node: ast.expr) -> str | None:
+        """``numpy.sin``, ``len``, ``library_call``: what ``node`` means, None for values of the program."""
+        if isinstance(node, ast.Name):
+            variable = self._names.variables.get(node)
+            if variable is None:
+                return MODULES.get(node.id, node.id)
+            path = self._names.imports.get(variable)
+            if path is None or len(variable.stores) > 1:
+                return None
+            return MODULES.get(path, path.removeprefix("helper."))
+        if isinstance(node, ast.Attribute):
+            base = self.of(node.value)
+            if base is None or not is_module(base):
+                return None
+            return f"{base}.{node.attr}".removeprefix("helper.")
+        return None
+
+
+def is_module(path: str) -> bool:
+    return path in _MODULE_PATHS or (path in FORBIDDEN and path.islower())
+
+
+_MODULE_PATHS = frozenset(MODULES.values()) | {"typing", "collections.abc", "itertools.chain"}
+
+
+def is_annotation(paths: LibraryPaths, node: ast.expr) -> bool:
+    """Whether a value is only a type, as in ``Color = Tuple[float, float, float]``."""
+    if isinstance(node, ast.Subscript):
+        return is_annotation(paths, node.value) and not isinstance(node.value, ast.Subscript)
+    if isinstance(node, ast.Call):
+        return (paths.of(node.func) or "").removeprefix("typing.") in ("TypeVar", "NewType")
+    path = (paths.of(node) or "").removeprefix("typing.")
+    return path in ANNOTATIONS or path == "numpy.ndarray"
+
+
+# Registered functions by all the texts that call them, and which of them is the root of the scene.
+
+
+def registered_words(names: PythonNames) -> dict[str, Function]:
+    """What ``library_call`` may say -> the function: by name first (the last definition wins), then by the text it was
+    registered with, then by that text up to its first ``;``."""
+    registered = [f for f in names.ordered if f.is_registered and f.word is not None]
+    words: dict[str, Function] = {}
+    for function in registered:
+        words[str(function.word)] = function
+    current = [f for f in registered if words[str(f.word)] is f]
+    for function in current:
+        words.setdefault(function.text, function) if function.text else None
+    for function in current:
+        start = function.text.partition(";")[0].strip()
+        words.setdefault(start, function) if start else None
+    return words
+
+
+def find_root(names: PythonNames, paths: LibraryPaths, words: dict[str, Function]) -> Function | None:
+    """The paper's own tool takes the common ancestor of the call graph; if there is none, the last function with no
+    callers and at least one callee; else the last registered. An animation comes before all."""
+    firsts: dict[str, Function] = {}
+    for function in names.ordered:
+        if function.is_registered and function.word is not None:
+            firsts.setdefault(function.word, words[function.word])
+    functions = list(firsts.values())
+    animations = [f for f in functions if f.is_animation]
+    if animations:
+        return animations[-1]
+    if not functions:
+        return None
+    callees = {function: _callees(function, names, paths, words) - {function} for function in functions}
+    for function in functions:
+        if len(functions) > 1 and _reachable(function, callees) >= set(functions) - {function}:
+            return function
+    called = {callee for found in callees.values() for callee in found}
+    tops = [f for f in functions if f not in called and callees[f]]
+    return tops[-1] if tops else functions[-1]
+
+
+def _callees(function: Function, names: PythonNames, paths: LibraryPaths, words: dict[str, Function]) -> set[Function]:
+    """The registered functions that ``function`` calls, itself or through plain functions of the program."""
+    found: set[Function] = set()
+    seen: set[Function] = set()
+    stack = [function]
+    while stack:
+        current = stack.pop()
+        if current in seen:
+            continue
+        seen.add(current)
+        for node in ast.walk(current.node):
+            if isinstance(node, ast.Call) and paths.of(node.func) == "library_call":
+                word = node.args[0] if node.args else None
+                if isinstance(word, ast.Constant) and str(word.value) in words:
+                    found.add(words[str(word.value)])
+            elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load):
+                variable = names.variables.get(node)
+                for used in variable.functions if variable is not None else ():
+                    if used.is_registered:
+                        found.add(words[str(used.word)])
+                    else:
+                        stack.append(used)
+            elif isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value in words:
+                if words[node.value].word == node.value:
+                    found.add(words[node.value])
+    return found
+
+
+def _reachable(function: Function, callees: dict[Function, set[Function]]) -> set[Function]:
+    found: set[Function] = set()
+    stack = [function]
+    while stack:
+        for callee in callees[stack.pop()]:
+            if callee not in found:
+                found.add(callee)
+                stack.append(callee)
+    return found
+
+
+# Questions about Python's syntax that several parts of the transpiler ask.
+
+
+def is_none(node: ast.expr) -> bool:
+    return isinstance(node, ast.Constant) and node.value is None
+
+
+def inner_blocks(statement: ast.stmt) -> list[list[ast.stmt]]:
+    """The blocks of a compound statement that are of the same function."""
+    if isinstance(statement, (ast.FunctionDef, ast.ClassDef)):
+        return []
+    blocks = [getattr(statement, name, None) for name in ("body", "orelse", "finalbody")]
+    found = [block for block in blocks if block]
+    for handler in getattr(statement, "handlers", ()):
+        found.append(handler.body)
+    return found

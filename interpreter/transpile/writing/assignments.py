@@ -5,18 +5,17 @@ from __future__ import annotations
 import ast
 from collections.abc import Sequence
 
-from scenelang.interpreter.transpile.analysis.domain import ARRAY, BOOL, DICT, LIST, POSE, SEQUENCES, SHAPE
-from scenelang.interpreter.transpile.analysis.effects import PURE, Effect
-from scenelang.interpreter.transpile.analysis.paths import is_annotation
-from scenelang.interpreter.transpile.analysis.scopes import Variable
-from scenelang.interpreter.transpile.writing.blocks import Block, Item, total
+from scenelang.interpreter.transpile.analysis.collect import PURE, Effect
+from scenelang.interpreter.transpile.analysis.inference import ARRAY, BOOL, DICT, LIST, POSE, SEQUENCES, SHAPE
+from scenelang.interpreter.transpile.analysis.scopes import PythonVariable, is_annotation
+from scenelang.interpreter.transpile.writing.blocks import Block, BlockItem, total
 from scenelang.interpreter.transpile.writing.bodies import BodyWriter
 from scenelang.interpreter.transpile.writing.code import (
     Code,
-    Form,
+    FormCode,
     Key,
     Name,
-    Ref,
+    VariableRef,
     form,
     none,
     number,
@@ -24,7 +23,7 @@ from scenelang.interpreter.transpile.writing.code import (
 )
 from scenelang.interpreter.transpile.writing.expressions import is_constant
 from scenelang.interpreter.transpile.writing.operators import axes, is_mask, numeric
-from scenelang.interpreter.transpile.writing.records import write_field
+from scenelang.interpreter.transpile.writing.user_calls import write_field
 
 
 class AssignmentWriter(BodyWriter):
@@ -44,7 +43,7 @@ class AssignmentWriter(BodyWriter):
         shared: Code
         if isinstance(first, ast.Name) and not self.names.variables[first].is_cell:
             self.assign(node, first, node.value, block, note)
-            shared = Ref(self.names.variables[first])
+            shared = VariableRef(self.names.variables[first])
             rest = node.targets[1:]
         elif is_constant(node.value):
             for target in node.targets:
@@ -91,10 +90,12 @@ class AssignmentWriter(BodyWriter):
                     block.define(variable, code, effect, note)
             elif variable in self.places.definitions.get(node, ()):
                 writes = effect | Effect(writes=frozenset((variable,)))
-                block.add(Item("define", code, writes, (variable,), Ref(variable, self.span(target)), note))
+                block.add(
+                    BlockItem("define", code, writes, (variable,), VariableRef(variable, self.span(target)), note)
+                )
             else:
                 writes = effect | Effect(writes=frozenset((variable,)))
-                block.add_effect(form("set!", Ref(variable), code, span=self.span(node)), writes, note)
+                block.add_effect(form("set!", VariableRef(variable), code, span=self.span(node)), writes, note)
         elif isinstance(target, ast.Subscript):
             block.add_effect(self.set_item(target, code), effect | self.effect(target) | Effect(changes=True), note)
         elif isinstance(target, ast.Attribute):
@@ -145,10 +146,10 @@ class AssignmentWriter(BodyWriter):
         lower, upper = (self.expr(b) if b is not None else none() for b in (bounds.lower, bounds.upper))
         return form("splice!", self.expr(target.value), lower, upper, value, span=self.span(target))
 
-    def _temporary(self, code: Code, effect: Effect, block: Block, note: Code) -> Ref:
-        variable = Variable("value", None, is_temporary=True)
+    def _temporary(self, code: Code, effect: Effect, block: Block, note: Code) -> VariableRef:
+        variable = PythonVariable("value", None, is_temporary=True)
         block.define(variable, code, effect, note, nests=False)
-        return Ref(variable)
+        return VariableRef(variable)
 
     def _parallel(
         self, node: ast.stmt, targets: list[ast.expr], values: list[ast.expr], block: Block, note: Code
@@ -172,7 +173,7 @@ class AssignmentWriter(BodyWriter):
             while end < len(targets) and is_constant(values[end]) and not variables[end].is_cell:
                 end += 1
             if end - position > 1:
-                data = quote(Form([self.expr(v) for v in values[position:end]]))
+                data = quote(FormCode([self.expr(v) for v in values[position:end]]))
                 self._define_pattern(targets[position:end], data, PURE, block, note)
                 position = end
             else:
@@ -183,9 +184,9 @@ class AssignmentWriter(BodyWriter):
             note = Code(None)
         return True
 
-    def _interferes(self, variables: list[Variable], values: list[ast.expr]) -> bool:
+    def _interferes(self, variables: list[PythonVariable], values: list[ast.expr]) -> bool:
         """Whether a later value reads an earlier target."""
-        seen: set[Variable] = set()
+        seen: set[PythonVariable] = set()
         for variable, value in zip(variables, values):
             if seen & self.liveness.uses(value):
                 return True
@@ -195,11 +196,11 @@ class AssignmentWriter(BodyWriter):
     def _through_temporaries(
         self, node: ast.stmt, targets: list[ast.expr], values: list[ast.expr], block: Block, note: Code
     ) -> None:
-        variables = [Variable("value", None, is_temporary=True) for _ in targets]
-        bindings = Form([Form([Ref(v), self.expr(value)]) for v, value in zip(variables, values)])
+        variables = [PythonVariable("value", None, is_temporary=True) for _ in targets]
+        bindings = FormCode([FormCode([VariableRef(v), self.expr(value)]) for v, value in zip(variables, values)])
         inner = Block()
         for target, variable in zip(targets, variables):
-            self.store(node, target, Ref(variable), PURE, inner, Code(None))
+            self.store(node, target, VariableRef(variable), PURE, inner, Code(None))
         effect = self.effect(*values) | total(item.effect for item in inner.items)
         if all(item.kind == "effect" for item in inner.items):
             block.add_effect(form("let", bindings, *(item.value for item in inner.items)), effect, note)
@@ -238,14 +239,14 @@ class AssignmentWriter(BodyWriter):
         self, node: ast.stmt, target: ast.Tuple | ast.List, code: Code, effect: Effect, block: Block, note: Code
     ) -> None:
         """Targets that are assigned in place get their values from temporaries."""
-        variables: list[Variable] = []
+        variables: list[PythonVariable] = []
         patterns: list[Code] = []
         defined = self.places.definitions.get(node, set())
         rest: Code | None = None
         for element in target.elts:
             if isinstance(element, ast.Starred):
-                variable = Variable("rest", None, is_temporary=True)
-                rest = Ref(variable)
+                variable = PythonVariable("rest", None, is_temporary=True)
+                rest = VariableRef(variable)
                 variables.append(variable)
                 patterns.append(rest)
                 continue
@@ -256,25 +257,27 @@ class AssignmentWriter(BodyWriter):
                 continue
             is_ignored = own is not None and own.name == "_" and not own.reads
             name = element.id if isinstance(element, ast.Name) else "value"
-            variable = Variable(name, None, is_temporary=True)
+            variable = PythonVariable(name, None, is_temporary=True)
             variables.append(variable)
-            patterns.append(Name("_") if is_ignored else Ref(variable))
+            patterns.append(Name("_") if is_ignored else VariableRef(variable))
         inner = Block()
         for element, variable, pattern in zip(target.elts, variables, patterns):
-            if type(pattern) is not Ref or not variable.is_temporary:
+            if type(pattern) is not VariableRef or not variable.is_temporary:
                 continue
             if isinstance(element, ast.Starred):
-                self.store(node, element.value, self._starred_list(element, Ref(variable)), PURE, inner, Code(None))
+                self.store(
+                    node, element.value, self._starred_list(element, VariableRef(variable)), PURE, inner, Code(None)
+                )
             else:
-                self.store(node, element, Ref(variable), PURE, inner, Code(None))
+                self.store(node, element, VariableRef(variable), PURE, inner, Code(None))
         plain = patterns[:-1] if rest is not None else patterns
-        whole = Form(plain, None, rest)
+        whole = FormCode(plain, None, rest)
         if all(item.kind == "effect" for item in inner.items) and all(v.is_temporary for v in variables):
-            bindings = Form([Form([whole, code])])
+            bindings = FormCode([FormCode([whole, code])])
             total_effect = effect | total(item.effect for item in inner.items)
             block.add_effect(form("let", bindings, *(item.value for item in inner.items)), total_effect, note)
             return
-        block.add(Item("define", code, effect, tuple(variables), whole, note))
+        block.add(BlockItem("define", code, effect, tuple(variables), whole, note))
         for item in inner.items:
             block.add(item)
 
@@ -289,19 +292,19 @@ class AssignmentWriter(BodyWriter):
         if star == 0 and is_ignored:
             self._define_pattern(elements[1:], form("slice", code, number(-after)), effect, block, note)
             return
-        source = code if type(code) is Ref else self._temporary(code, effect, block, note)
-        assert type(source) is Ref
+        source = code if type(code) is VariableRef else self._temporary(code, effect, block, note)
+        assert type(source) is VariableRef
         note = Code(None) if source is not code else note
         if star:
-            pattern = Form([*(self.pattern(e) for e in elements[:star])], None, Name("_"))
+            pattern = FormCode([*(self.pattern(e) for e in elements[:star])], None, Name("_"))
             variables = tuple(
                 self.names.variables[n] for e in elements[:star] for n in ast.walk(e) if isinstance(n, ast.Name)
             )
-            block.add(Item("define", Ref(source.variable), PURE, variables, pattern, note))
-        middle = self._starred_list(starred, form("slice", Ref(source.variable), number(star), number(-after)))
+            block.add(BlockItem("define", VariableRef(source.variable), PURE, variables, pattern, note))
+        middle = self._starred_list(starred, form("slice", VariableRef(source.variable), number(star), number(-after)))
         self.store(node, starred.value, middle, PURE, block, Code(None))
         self._define_pattern(
-            elements[star + 1 :], form("slice", Ref(source.variable), number(-after)), PURE, block, Code(None)
+            elements[star + 1 :], form("slice", VariableRef(source.variable), number(-after)), PURE, block, Code(None)
         )
 
     def _define_pattern(
@@ -310,20 +313,20 @@ class AssignmentWriter(BodyWriter):
         last = targets[-1] if targets else None
         rest = last.value if isinstance(last, ast.Starred) else None
         if isinstance(last, ast.Starred) and self._is_mutated_star(last) and isinstance(rest, ast.Name):
-            given = Variable(rest.id, None, is_temporary=True)
-            pattern = Form([self.pattern(t) for t in targets[:-1]], None, Ref(given))
+            given = PythonVariable(rest.id, None, is_temporary=True)
+            pattern = FormCode([self.pattern(t) for t in targets[:-1]], None, VariableRef(given))
             names = [n for t in targets[:-1] for n in ast.walk(t) if isinstance(n, ast.Name)]
             bound = (*(self.names.variables[n] for n in names), given)
-            block.add(Item("define", code, effect, bound, pattern, note))
-            block.define(self.names.variables[rest], form("mutable", Ref(given)), PURE, Code(None), nests=False)
+            block.add(BlockItem("define", code, effect, bound, pattern, note))
+            block.define(self.names.variables[rest], form("mutable", VariableRef(given)), PURE, Code(None), nests=False)
             return
         plain = targets[:-1] if rest is not None else targets
-        pattern = Form([self.pattern(t) for t in plain], None, self.pattern(rest) if rest is not None else None)
+        pattern = FormCode([self.pattern(t) for t in plain], None, self.pattern(rest) if rest is not None else None)
         variables = tuple(
             self.names.variables[n] for t in targets for n in ast.walk(t)
             if isinstance(n, ast.Name) and not (n.id == "_" and not self.names.variables[n].reads)
         )  # fmt: skip
-        block.add(Item("define", code, effect, variables, pattern, note))
+        block.add(BlockItem("define", code, effect, variables, pattern, note))
 
     def _is_mutated_star(self, node: ast.Starred) -> bool:
         return any(site.is_mutated and site.node is node for site in self.type(node.value).sites)

@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
-from scenelang.interpreter.transpile.analysis.collect import Collection
-from scenelang.interpreter.transpile.analysis.effects import PURE, Effect
-from scenelang.interpreter.transpile.analysis.scopes import Variable
+from scenelang.interpreter.transpile.analysis.collect import PURE, Collection, Effect
+from scenelang.interpreter.transpile.analysis.scopes import PythonVariable
 from scenelang.interpreter.transpile.writing.code import (
     Brackets,
     Code,
-    Form,
+    FormCode,
     Name,
-    Ref,
+    VariableRef,
     count_refs,
     form,
     gives_parts,
@@ -27,7 +26,7 @@ from scenelang.interpreter.transpile.writing.code import (
 
 
 @dataclass(eq=False, slots=True)
-class Item:
+class BlockItem:
     """One step of a block. ``kind``: ``define`` (``target`` is a variable or a pattern), ``function`` (``value`` is the
     whole definition) or ``effect``. ``note`` carries its comments; ``nested`` counts the definitions put into it;
     ``leaves``: what comes after it is never reached."""
@@ -35,30 +34,30 @@ class Item:
     kind: str
     value: Code
     effect: Effect
-    variables: tuple[Variable, ...] = ()
+    variables: tuple[PythonVariable, ...] = ()
     target: Code | None = None
     note: Code = field(default_factory=lambda: Code(None))
     nested: int = 0
     leaves: bool = False
 
-    def mentions(self, variable: Variable) -> bool:
-        return any(type(node) is Ref and node.variable is variable for node in walk(self.value))
+    def mentions(self, variable: PythonVariable) -> bool:
+        return any(type(node) is VariableRef and node.variable is variable for node in walk(self.value))
 
 
 @dataclass(eq=False, slots=True)
-class Piece:
+class CollectedPiece:
     """What one statement adds to a list: one item, or (``is_many``) a list of items."""
 
     code: Code
     is_many: bool
     effect: Effect
-    mentions: set[Variable] = field(default_factory=set)
+    mentions: set[PythonVariable] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         self.note_mentions()
 
     def note_mentions(self) -> None:
-        self.mentions = {node.variable for node in walk(self.code) if type(node) is Ref}
+        self.mentions = {node.variable for node in walk(self.code) if type(node) is VariableRef}
 
 
 @dataclass(eq=False, slots=True)
@@ -68,7 +67,7 @@ class Collecting:
     collection: Collection
     unites: bool
     is_mutated: bool
-    pieces: list[Piece] = field(default_factory=list)
+    pieces: list[CollectedPiece] = field(default_factory=list)
     note: Code = field(default_factory=lambda: Code(None))
 
     def combined(self) -> Code:
@@ -76,13 +75,13 @@ class Collecting:
         return unite(self.pieces) if self.unites else join(self.pieces)
 
 
-def unite(pieces: Sequence[Piece]) -> Code:
+def unite(pieces: Sequence[CollectedPiece]) -> Code:
     """Pieces as one ``union``; a single shape is one already, a list of shapes is not."""
     if len(pieces) == 1 and _is_one(pieces[0]):
         return pieces[0].code
     items: list[Code] = []
     for piece in pieces:
-        if is_form(piece.code, "union") and isinstance(piece.code, Form) and not piece.code.after:
+        if is_form(piece.code, "union") and isinstance(piece.code, FormCode) and not piece.code.after:
             inner = piece.code.items[1:]
             if inner:
                 move_comments(piece.code, inner[0])
@@ -92,22 +91,22 @@ def unite(pieces: Sequence[Piece]) -> Code:
     return form("union", *items)
 
 
-def _is_one(piece: Piece) -> bool:
+def _is_one(piece: CollectedPiece) -> bool:
     """Whether a piece serves as it is; the branches of an ``if`` were united already."""
     return not piece.is_many or gives_parts(piece.code) or is_form(piece.code, "if") or is_form(piece.code, "cond")
 
 
-def join(pieces: Sequence[Piece]) -> Code:
+def join(pieces: Sequence[CollectedPiece]) -> Code:
     """Pieces as one list."""
     if not pieces:
-        return quote(Form([]))
+        return quote(FormCode([]))
     if all(not piece.is_many for piece in pieces):
         return form("list", *(piece.code for piece in pieces))
     lists: list[Code] = []
     for piece in pieces:
         if piece.is_many:
             lists.append(piece.code)
-        elif lists and is_form(lists[-1], "list") and isinstance(lists[-1], Form):
+        elif lists and is_form(lists[-1], "list") and isinstance(lists[-1], FormCode):
             lists[-1].items.append(piece.code)
         else:
             lists.append(form("list", piece.code))
@@ -118,34 +117,34 @@ class Block:
     """The items of a block in order, and what is being collected in it."""
 
     def __init__(self) -> None:
-        self.items: list[Item] = []
+        self.items: list[BlockItem] = []
         self.collecting: list[Collecting] = []
         self._nested = 0
 
     # --- adding ------------------------------------------------------------------------------------------------
 
-    def add(self, item: Item) -> None:
+    def add(self, item: BlockItem) -> None:
         """Append an item; pieces that were to come later and may not are given a name first."""
         for collecting in self.collecting:
             self._settle(collecting, item)
         self.items.append(item)
 
     def add_effect(self, value: Code, effect: Effect, note: Code | None = None, leaves: bool = False) -> None:
-        self.add(Item("effect", value, effect, note=note or Code(None), leaves=leaves))
+        self.add(BlockItem("effect", value, effect, note=note or Code(None), leaves=leaves))
 
     @property
     def has_left(self) -> bool:
         """Whether the end of the block is never reached."""
         return bool(self.items) and self.items[-1].leaves
 
-    def add_piece(self, collecting: Collecting, piece: Piece) -> None:
+    def add_piece(self, collecting: Collecting, piece: CollectedPiece) -> None:
         """A piece of a list: it waits for the others, unless it does things that those of other lists do too."""
         for other in self.collecting:
             if other is not collecting and any(not piece.effect.commutes(p.effect) for p in other.pieces):
                 self.name_pieces(other)
         collecting.pieces.append(piece)
 
-    def _settle(self, collecting: Collecting, item: Item) -> None:
+    def _settle(self, collecting: Collecting, item: BlockItem) -> None:
         """Keep the order of the pieces so far and of an item that comes after them."""
         pieces = collecting.pieces
         for variable in item.variables:
@@ -159,7 +158,7 @@ class Block:
         if item.effect != PURE and any(not piece.effect.commutes(item.effect) for piece in pieces):
             self.name_pieces(collecting)
 
-    def _inline_into(self, pieces: list[Piece], variable: Variable, new: Item) -> bool:
+    def _inline_into(self, pieces: list[CollectedPiece], variable: PythonVariable, new: BlockItem) -> bool:
         """``x = a; xs.append(x); x = b``: put ``a`` in the place of ``x`` where nothing else needs it. ``new`` is the
         item that follows the pieces."""
         users = [piece for piece in pieces if variable in piece.mentions]
@@ -174,28 +173,28 @@ class Block:
         if not self._may_move(position, users[0].code, users[0].effect, pieces[: pieces.index(users[0])]):
             return False
         move_comments(item.note, item.value)
-        if type(users[0].code) is Ref:
+        if type(users[0].code) is VariableRef:
             move_comments(users[0].code, item.value)
             users[0].code = item.value
         else:
-            replace(users[0].code, lambda node: type(node) is Ref and node.variable is variable, item.value)
+            replace(users[0].code, lambda node: type(node) is VariableRef and node.variable is variable, item.value)
         users[0].effect = users[0].effect | item.effect
         users[0].note_mentions()
         del self.items[position]
         return True
 
-    def _rename_last(self, variable: Variable, item: Item) -> bool:
+    def _rename_last(self, variable: PythonVariable, item: BlockItem) -> bool:
         """``xs.append(x); x = x + 1; xs.append(x)``: the value that ``item`` replaces becomes a variable of its own."""
         position = self._last_definition(variable)
         if position is None or variable.is_cell or item.kind != "define":
             return False
-        earlier = Variable(variable.name, variable.function)
+        earlier = PythonVariable(variable.name, variable.function)
         defining = self.items[position]
-        defining.target, defining.variables = Ref(earlier), (earlier,)
+        defining.target, defining.variables = VariableRef(earlier), (earlier,)
         pieces = self._pieces()
         readers = [item.value, *(i.value for i in self.items[position + 1 :]), *(piece.code for piece in pieces)]
         for node in walk(*readers):
-            if type(node) is Ref and node.variable is variable:
+            if type(node) is VariableRef and node.variable is variable:
                 node.variable = earlier
         for piece in pieces:
             piece.note_mentions()
@@ -203,34 +202,34 @@ class Block:
 
     def name_pieces(self, collecting: Collecting) -> None:
         """Evaluate the pieces so far here, under a name of their own."""
-        if not collecting.pieces or (len(collecting.pieces) == 1 and type(collecting.pieces[0].code) is Ref
+        if not collecting.pieces or (len(collecting.pieces) == 1 and type(collecting.pieces[0].code) is VariableRef
                                      and collecting.pieces[0].code.variable.is_temporary):  # fmt: skip
             return
         original = collecting.collection.variable
-        variable = Variable(original.name, None, is_temporary=True)
+        variable = PythonVariable(original.name, None, is_temporary=True)
         effect = total(piece.effect for piece in collecting.pieces)
         single = len(collecting.pieces) == 1 and not collecting.pieces[0].is_many
         value = collecting.pieces[0].code if single else collecting.combined()
-        self.items.append(Item("define", value, effect, (variable,), Ref(variable)))
-        collecting.pieces = [Piece(Ref(variable), not single, PURE)]
+        self.items.append(BlockItem("define", value, effect, (variable,), VariableRef(variable)))
+        collecting.pieces = [CollectedPiece(VariableRef(variable), not single, PURE)]
 
     # --- definitions -------------------------------------------------------------------------------------------
 
-    def _last_definition(self, variable: Variable) -> int | None:
+    def _last_definition(self, variable: PythonVariable) -> int | None:
         for position in range(len(self.items) - 1, -1, -1):
             item = self.items[position]
             if variable in item.variables:
                 return (
                     position
-                    if item.kind == "define" and item.variables == (variable,) and type(item.target) is Ref
+                    if item.kind == "define" and item.variables == (variable,) and type(item.target) is VariableRef
                     else None
                 )
         return None
 
-    def _pieces(self) -> list[Piece]:
+    def _pieces(self) -> list[CollectedPiece]:
         return [piece for collecting in self.collecting for piece in collecting.pieces]
 
-    def _may_move(self, position: int, code: Code, own: Effect, pieces: Sequence[Piece]) -> bool:
+    def _may_move(self, position: int, code: Code, own: Effect, pieces: Sequence[CollectedPiece]) -> bool:
         """Whether the definition at ``position`` may give its value to ``code``, which comes after all items and after
         ``pieces``, has the effect ``own`` and mentions its name once."""
         item = self.items[position]
@@ -243,16 +242,16 @@ class Block:
         effects = [*(i.effect for i in later), *(piece.effect for piece in pieces)]
         return all(item.effect.commutes(effect) for effect in effects)
 
-    def define(self, variable: Variable, value: Code, effect: Effect, note: Code, nests: bool = True) -> None:
+    def define(self, variable: PythonVariable, value: Code, effect: Effect, note: Code, nests: bool = True) -> None:
         """``x = value``. When ``value`` uses the last ``x`` once, that one's value is put in its place."""
         if nests:
             effect, note = self._nest(variable, value, effect, note)
-        self.add(Item("define", value, effect, (variable,), Ref(variable), note, self._nested))
+        self.add(BlockItem("define", value, effect, (variable,), VariableRef(variable), note, self._nested))
         self._nested = 0
 
-    def _nest(self, variable: Variable, value: Code, effect: Effect, note: Code) -> tuple[Effect, Code]:
+    def _nest(self, variable: PythonVariable, value: Code, effect: Effect, note: Code) -> tuple[Effect, Code]:
         position = self._last_definition(variable)
-        if position is None or type(value) is Ref or count_refs(value, variable) != 1:
+        if position is None or type(value) is VariableRef or count_refs(value, variable) != 1:
             return effect, note
         item = self.items[position]
         if item.nested >= _DEEPEST_NEST:
@@ -263,16 +262,16 @@ class Block:
         move_comments(item.note, note)
         if position + 1 < len(self.items):  # the name of its first definition keeps its place among the others
             note.blank = note.blank and item.note.blank
-        replace(value, lambda node: type(node) is Ref and node.variable is variable, item.value)
+        replace(value, lambda node: type(node) is VariableRef and node.variable is variable, item.value)
         del self.items[position]
         self._nested = item.nested + 1
         return item.effect | effect, note
 
 
-def _sets_what_is_read(items: Sequence[Item], value: Code) -> bool:
+def _sets_what_is_read(items: Sequence[BlockItem], value: Code) -> bool:
     """Whether ``value`` means something else after ``items``."""
     new = {variable for item in items for variable in item.variables}
-    return any(type(node) is Ref and node.variable in new for node in walk(value))
+    return any(type(node) is VariableRef and node.variable in new for node in walk(value))
 
 
 def total(effects: Iterable[Effect]) -> Effect:
@@ -287,10 +286,10 @@ _REPEATED = ("lambda", "define", "while", "let/ec", "guard", "union-loop")
 _CONDITIONAL = ("if", "and", "or", "when", "unless", "cond")
 
 
-def may_replace(code: Code, variable: Variable, effect: Effect, own: Effect) -> bool:
+def may_replace(code: Code, variable: PythonVariable, effect: Effect, own: Effect) -> bool:
     """Whether a value with ``effect`` may stand for the one mention of ``variable`` in ``code``, whose effect is
     ``own``: it is evaluated once; where it does things or looks at things that change, always and in the same order."""
-    if type(code) is Ref:
+    if type(code) is VariableRef:
         return True
     careful = effect.acts or effect.looks or bool(effect.reads)
     if careful and not effect.commutes(own) and not _comes_first(code, variable):
@@ -298,11 +297,11 @@ def may_replace(code: Code, variable: Variable, effect: Effect, own: Effect) -> 
     stack = [code]
     while stack:
         node = stack.pop()
-        if type(node) is Ref and node.variable is variable:
+        if type(node) is VariableRef and node.variable is variable:
             return True
         if type(node) is Brackets:
             stack += node.items
-        elif type(node) is Form:
+        elif type(node) is FormCode:
             head = node.items[0].text if node.items and type(node.items[0]) is Name else ""
             if head in _REPEATED or head.startswith("for"):
                 if head.startswith("for") and len(node.items) > 1 and _in_first_clause(node.items[1], variable):
@@ -314,26 +313,26 @@ def may_replace(code: Code, variable: Variable, effect: Effect, own: Effect) -> 
     return False
 
 
-def _comes_first(code: Code, variable: Variable) -> bool:
+def _comes_first(code: Code, variable: PythonVariable) -> bool:
     """Whether ``variable`` is read before anything else in ``code`` is done or looked at."""
     node: Code | None = code
-    while node is not None and type(node) is not Ref:
+    while node is not None and type(node) is not VariableRef:
         if type(node) is Brackets:
             operands = node.items
-        elif type(node) is Form and node.items and type(node.items[0]) is Name:
+        elif type(node) is FormCode and node.items and type(node.items[0]) is Name:
             if node.items[0].text in (*_REPEATED, "cond", "let", "let*") or node.items[0].text.startswith("for"):
                 return False
             operands = node.items[1:]
         else:
             return False
-        node = next((item for item in operands if type(item) in (Ref, Form, Brackets)), None)
-    return type(node) is Ref and node.variable is variable
+        node = next((item for item in operands if type(item) in (VariableRef, FormCode, Brackets)), None)
+    return type(node) is VariableRef and node.variable is variable
 
 
-def _in_first_clause(clauses: Code, variable: Variable) -> bool:
+def _in_first_clause(clauses: Code, variable: PythonVariable) -> bool:
     """The sequence of a loop's first clause is evaluated once, before the loop."""
-    first = clauses.items[0] if isinstance(clauses, Form) and clauses.items else None
-    if not isinstance(first, Form) or len(first.items) != 2:
+    first = clauses.items[0] if isinstance(clauses, FormCode) and clauses.items else None
+    if not isinstance(first, FormCode) or len(first.items) != 2:
         return False
     return may_replace(first.items[1], variable, PURE, PURE) if count_refs(first.items[1], variable) else False
 
@@ -341,16 +340,16 @@ def _in_first_clause(clauses: Code, variable: Variable) -> bool:
 # --- bodies ----------------------------------------------------------------------------------------------------
 
 
-def assemble(items: list[Item], final: Code | None) -> list[Code]:
+def assemble(items: list[BlockItem], final: Code | None) -> list[Code]:
     """The forms of a body. Names that are defined again become ``let*``."""
     items = list(items)
     final = _tail_value(items, final)
     return _frame(items, final)
 
 
-def _tail_value(items: list[Item], final: Code | None) -> Code | None:
+def _tail_value(items: list[BlockItem], final: Code | None) -> Code | None:
     """``(define x v) x`` is ``v``; ``(define x v) effects x`` is ``(begin0 v effects)``."""
-    if type(final) is not Ref:
+    if type(final) is not VariableRef:
         return final
     variable = final.variable
     position = len(items) - 1
@@ -359,7 +358,7 @@ def _tail_value(items: list[Item], final: Code | None) -> Code | None:
     if position < 0 or items[position].variables != (variable,) or items[position].kind != "define":
         return final
     item = items[position]
-    if type(item.target) is not Ref or variable.is_cell:
+    if type(item.target) is not VariableRef or variable.is_cell:
         return final
     effects = items[position + 1 :]
     if any(effect.mentions(variable) for effect in effects):
@@ -377,7 +376,7 @@ def _with_note(code: Code, note: Code) -> Code:
     return code
 
 
-def _frame(items: list[Item], final: Code | None) -> list[Code]:
+def _frame(items: list[BlockItem], final: Code | None) -> list[Code]:
     conflict = _first_conflict(items)
     if conflict is None:
         forms = [_body_form(item) for item in items]
@@ -390,23 +389,23 @@ def _frame(items: list[Item], final: Code | None) -> list[Code]:
         end += 1
     before = [_body_form(item) for item in items[:start]]
     if start == end:  # a function under a name that is taken
-        return [*before, form("let", Form([]), *_frame(items[start:], final))]
-    bindings = Form([_with_note(Form([_target(item), item.value]), item.note) for item in items[start:end]])
+        return [*before, form("let", FormCode([]), *_frame(items[start:], final))]
+    bindings = FormCode([_with_note(FormCode([_target(item), item.value]), item.note) for item in items[start:end]])
     body = _frame(items[end:], final)
     head = "let*" if len(bindings.items) > 1 else "let"
-    result = Form([Name(head), bindings, *body])
+    result = FormCode([Name(head), bindings, *body])
     first = bindings.items[0]
     result.before, first.before = first.before, ()
     result.blank, first.blank = first.blank, False
     return [*before, result]
 
 
-def _first_conflict(items: list[Item]) -> tuple[int, int] | None:
+def _first_conflict(items: list[BlockItem]) -> tuple[int, int] | None:
     """Where the ``let*`` begins, and the item that makes it necessary."""
-    defined: dict[Variable, int] = {}
-    mentioned: set[Variable] = set()
+    defined: dict[PythonVariable, int] = {}
+    mentioned: set[PythonVariable] = set()
     for position, item in enumerate(items):
-        own = {node.variable for node in walk(item.value) if type(node) is Ref}
+        own = {node.variable for node in walk(item.value) if type(node) is VariableRef}
         for variable in item.variables:
             reads_outer = item.kind == "define" and variable in own
             was_mentioned = variable in mentioned and (variable.is_parameter or len(variable.stores) > 1)
@@ -421,14 +420,14 @@ def _first_conflict(items: list[Item]) -> tuple[int, int] | None:
     return None
 
 
-def _target(item: Item) -> Code:
+def _target(item: BlockItem) -> Code:
     assert item.target is not None
     return item.target
 
 
-def _body_form(item: Item) -> Code:
+def _body_form(item: BlockItem) -> Code:
     if item.kind == "define":
         target = _target(item)
-        head = "define" if type(target) is Ref else "define-values"
+        head = "define" if type(target) is VariableRef else "define-values"
         return _with_note(form(head, target, item.value, span=item.value.span), item.note)
     return _with_note(item.value, item.note)

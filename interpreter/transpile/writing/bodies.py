@@ -7,33 +7,24 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from functools import partial
 
-from scenelang.interpreter.transpile.analysis.cells import CellPlaces
-from scenelang.interpreter.transpile.analysis.collect import Collection
-from scenelang.interpreter.transpile.analysis.domain import LIST, SHAPE
-from scenelang.interpreter.transpile.analysis.effects import PURE, Effect
-from scenelang.interpreter.transpile.analysis.scopes import Function, Variable
-from scenelang.interpreter.transpile.writing.blocks import Block, Collecting, Item, assemble
-from scenelang.interpreter.transpile.writing.code import (
-    Code,
-    Form,
-    Literal,
-    Name,
-    Ref,
-    form,
-    none,
-)
-from scenelang.interpreter.transpile.writing.conditionals import conditional, unless
-from scenelang.interpreter.transpile.writing.control import (
+from scenelang.interpreter.transpile.analysis.collect import PURE, Collection, Effect
+from scenelang.interpreter.transpile.analysis.inference import LIST, SHAPE
+from scenelang.interpreter.transpile.analysis.liveness import CellPlaces
+from scenelang.interpreter.transpile.analysis.scopes import Function, PythonVariable
+from scenelang.interpreter.transpile.writing.blocks import Block, BlockItem, Collecting, assemble
+from scenelang.interpreter.transpile.writing.code import Code, FormCode, LiteralCode, Name, VariableRef, form, none
+from scenelang.interpreter.transpile.writing.expressions import ExpressionWriter
+from scenelang.interpreter.transpile.writing.operators import conditional, unless
+from scenelang.interpreter.transpile.writing.writer import (
+    Analysed,
+    ExitTarget,
     Finish,
     Jump,
     Mode,
-    Place,
     always_leaves,
     leaves,
     without_docstring,
 )
-from scenelang.interpreter.transpile.writing.expressions import ExpressionWriter
-from scenelang.interpreter.transpile.writing.writer import Analysed
 
 
 class BodyWriter(ExpressionWriter, ABC):
@@ -42,7 +33,7 @@ class BodyWriter(ExpressionWriter, ABC):
     def __init__(self, analysed: Analysed) -> None:
         super().__init__(analysed)
         self.places = CellPlaces(analysed.names, analysed.liveness)
-        self.place = Place(analysed.names.module)
+        self.place = ExitTarget(analysed.names.module)
         self._last_break = Jump("break")
         self.pending_texts: list[str] = []
 
@@ -71,7 +62,7 @@ class BodyWriter(ExpressionWriter, ABC):
     def function_body(self, function: Function) -> list[Code]:
         """The forms of a function's body, its docstring left out."""
         saved = self.place, self.pending_texts
-        self.place, self.pending_texts = Place(function), []
+        self.place, self.pending_texts = ExitTarget(function), []
         body = without_docstring(function.body)
         try:
             forms = self._generator(function, body) if function.is_generator else self._plain_body(function, body)
@@ -79,7 +70,7 @@ class BodyWriter(ExpressionWriter, ABC):
             escape = self.place.returns.variable
             self.place, self.pending_texts = saved
         if escape is not None:
-            forms = [form("let/ec", Ref(escape), *forms)]
+            forms = [form("let/ec", VariableRef(escape), *forms)]
         return self._returned_frames(function, forms) if forms else [none()]
 
     def _returned_frames(self, function: Function, forms: list[Code]) -> list[Code]:
@@ -106,16 +97,16 @@ class BodyWriter(ExpressionWriter, ABC):
             mode = Mode(None, lambda b: b.collecting[0].combined(), collection=collecting)
             forms = self.body(body, mode, block)
         else:
-            variable = self.place.yields = Variable(
+            variable = self.place.yields = PythonVariable(
                 "frames" if function.is_animation else "items", None, is_temporary=True
             )
-            block.add(Item("define", form("mutable-list"), PURE, (variable,), Ref(variable)))
+            block.add(BlockItem("define", form("mutable-list"), PURE, (variable,), VariableRef(variable)))
             inner = self.body(body, Mode(None, lambda b: None))
             escape = self.place.returns.variable
             if escape is not None:  # `return` ends the generator; what was yielded so far stands
                 self.place.returns.variable = None
-                inner = [form("let/ec", Ref(escape), *inner)]
-            forms = [*assemble(block.items, None)[:1], *inner, Ref(variable)]
+                inner = [form("let/ec", VariableRef(escape), *inner)]
+            forms = [*assemble(block.items, None)[:1], *inner, VariableRef(variable)]
         if function.is_animation:
             frames = form("frames", forms[-1])
             frames.blank, forms[-1].blank = forms[-1].blank, False
@@ -148,7 +139,7 @@ class BodyWriter(ExpressionWriter, ABC):
     def _define_cells(self, statement: ast.stmt, block: Block) -> None:
         """Define the variables that are assigned in place from ``statement`` on."""
         for cell in self.places.before.pop(statement, ()):
-            block.add(Item("define", none(), Effect(writes=frozenset((cell,))), (cell,), Ref(cell)))
+            block.add(BlockItem("define", none(), Effect(writes=frozenset((cell,))), (cell,), VariableRef(cell)))
 
     def _keep_collected(self, block: Block) -> None:
         """A ``continue`` deep inside the next statement gives what this turn has collected so far."""
@@ -161,7 +152,7 @@ class BodyWriter(ExpressionWriter, ABC):
         if isinstance(statement, ast.Return):
             return self._noted(block, statement, lambda: self._returned(statement, block))
         code = self._noted(block, statement, lambda: mode.finish(block) or none())
-        is_nothing = type(code) is Literal and code.value is None
+        is_nothing = type(code) is LiteralCode and code.value is None
         if is_nothing and block.items and block.items[-1].kind == "effect":  # what it does is enough
             block.items[-1].note.before = (*block.items[-1].note.before, *code.before)
             return None
@@ -278,8 +269,8 @@ class BodyWriter(ExpressionWriter, ABC):
         """A comment at the end of ``if c:`` that nobody took goes above what comes next."""
         return
 
-    def _clause(self, test: Code, body: list[Code], node: ast.expr | None) -> Form:
-        return Form([test, *(body or [none()])], self.span(node) if node is not None else None)
+    def _clause(self, test: Code, body: list[Code], node: ast.expr | None) -> FormCode:
+        return FormCode([test, *(body or [none()])], self.span(node) if node is not None else None)
 
     def _inner(self, statements: Sequence[ast.stmt], mode: Mode, outer: Block) -> list[Code]:
         """A branch in tail position, with what has been collected so far."""

@@ -5,26 +5,22 @@ from __future__ import annotations
 import ast
 from collections.abc import Callable, Sequence
 
-from scenelang.interpreter.transpile.analysis.effects import Effect
-from scenelang.interpreter.transpile.analysis.scopes import Variable
-from scenelang.interpreter.transpile.writing.blocks import Block, Item
+from scenelang.interpreter.transpile.analysis.collect import Effect
+from scenelang.interpreter.transpile.analysis.scopes import PythonVariable
+from scenelang.interpreter.transpile.writing.blocks import Block, BlockItem
 from scenelang.interpreter.transpile.writing.code import (
     Code,
-    Form,
-    Literal,
+    FormCode,
+    LiteralCode,
     Name,
-    Ref,
+    VariableRef,
     form,
     is_form,
     none,
 )
 from scenelang.interpreter.transpile.writing.collecting import CollectionWriter
-from scenelang.interpreter.transpile.writing.conditionals import branch_value, branch_values, conditional
-from scenelang.interpreter.transpile.writing.control import (
-    Mode,
-    is_main_guard,
-    leaves,
-)
+from scenelang.interpreter.transpile.writing.operators import branch_value, branch_values, conditional
+from scenelang.interpreter.transpile.writing.writer import Mode, is_main_guard, leaves
 
 _ERRORS: dict[str, tuple[str, ...]] = {
     "ZeroDivisionError": ("zero-division",), "IndexError": ("index",), "KeyError": ("key",),
@@ -51,11 +47,11 @@ class BranchWriter(CollectionWriter):
         self._effect_clauses(node, clauses)
         if len(clauses) == 1:
             clause = clauses[0]
-            assert isinstance(clause, Form)
+            assert isinstance(clause, FormCode)
             test = clause.items[0]
-            if is_form(test, "not") and isinstance(test, Form):
-                return Form([Name("unless"), test.items[1], *clause.items[1:]], self.span(node))
-            return Form([Name("when"), *clause.items], self.span(node))
+            if is_form(test, "not") and isinstance(test, FormCode):
+                return FormCode([Name("unless"), test.items[1], *clause.items[1:]], self.span(node))
+            return FormCode([Name("when"), *clause.items], self.span(node))
         return conditional(clauses)
 
     def _effect_clauses(self, node: ast.If, clauses: list[Code]) -> None:
@@ -73,10 +69,10 @@ class BranchWriter(CollectionWriter):
     def _effect_body(self, statements: Sequence[ast.stmt]) -> list[Code]:
         return self.body(statements, Mode(None, lambda block: None))
 
-    def _set_and_needed(self, node: ast.stmt) -> list[Variable]:
+    def _set_and_needed(self, node: ast.stmt) -> list[PythonVariable]:
         """The variables that a compound statement sets, not in place, and that are read after it."""
         after = self.liveness.after.get(node, frozenset())
-        found: dict[Variable, None] = {}
+        found: dict[PythonVariable, None] = {}
         for inner in ast.walk(node):
             if isinstance(inner, (ast.Name, ast.FunctionDef)) and not (
                 isinstance(inner, ast.Name) and isinstance(inner.ctx, ast.Load)
@@ -91,7 +87,7 @@ class BranchWriter(CollectionWriter):
         return list(found)
 
     def _phi(
-        self, node: ast.stmt, variables: list[Variable], block: Block, note: Code, write: Callable[[Mode], Code]
+        self, node: ast.stmt, variables: list[PythonVariable], block: Block, note: Code, write: Callable[[Mode], Code]
     ) -> None:
         """``if c: x = a else: x = b`` is ``(define x (if c a b))``; several variables come as a list."""
         missing = {variable for variable in variables if not self.is_set_before(variable, node)}
@@ -101,10 +97,10 @@ class BranchWriter(CollectionWriter):
             block.define(variable, code, self.effect(node), note)
             return
         code = write(Mode(None, lambda b: branch_values(b, variables, missing)))
-        targets = Form([Ref(v) for v in variables])
-        block.add(Item("define", code, self.effect(node), tuple(variables), targets, note))
+        targets = FormCode([VariableRef(v) for v in variables])
+        block.add(BlockItem("define", code, self.effect(node), tuple(variables), targets, note))
 
-    def is_set_before(self, variable: Variable, node: ast.AST) -> bool:
+    def is_set_before(self, variable: PythonVariable, node: ast.AST) -> bool:
         """Whether a variable has a value where ``node`` begins, as far as the blocks around it tell."""
         if variable.is_parameter or variable.function is not self.place.function:
             return True
@@ -145,7 +141,7 @@ class BranchWriter(CollectionWriter):
     def _guarded_value(self, node: ast.Try, mode: Mode) -> Code:
         """``try`` as ``guard``; what is caught by name is told by the error's name."""
         clauses: list[Code] = []
-        error = Variable("error", None, is_temporary=True)
+        error = PythonVariable("error", None, is_temporary=True)
         for handler in node.handlers:
             if handler.name:
                 error = self.names.variables.get(handler, error)
@@ -163,16 +159,16 @@ class BranchWriter(CollectionWriter):
                 or None in kinds
                 or (len(node.handlers) == 1 and len({k for ks in kinds for k in ks or ()}) > 1)
             ):
-                test: Code = Literal(True)
+                test: Code = LiteralCode(True)
             else:
                 tests = [
-                    form("error-is?", Ref(error), Literal(kind))
+                    form("error-is?", VariableRef(error), LiteralCode(kind))
                     for kind in dict.fromkeys(k for ks in kinds for k in ks or ())
                 ]
                 test = tests[0] if len(tests) == 1 else form("or", *tests)
-            clauses.append(Form([test, *(self.body(handler.body, mode) or [none()])]))
+            clauses.append(FormCode([test, *(self.body(handler.body, mode) or [none()])]))
         body = self.body([*node.body, *node.orelse], mode)
-        return form("guard", Form([Ref(error), *clauses]), *(body or [none()]), span=self.span(node))
+        return form("guard", FormCode([VariableRef(error), *clauses]), *(body or [none()]), span=self.span(node))
 
 
 def _stands_in(node: ast.AST, outer: ast.AST) -> bool:

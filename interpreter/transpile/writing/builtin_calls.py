@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import ast
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import TYPE_CHECKING, TypeAlias
 
-from scenelang.interpreter.transpile.analysis.domain import (
+from scenelang.interpreter.transpile.analysis.inference import (
     ARRAY,
     BOOL,
     DICT,
@@ -20,28 +21,74 @@ from scenelang.interpreter.transpile.analysis.domain import (
     STR,
     TUPLE,
 )
-from scenelang.interpreter.transpile.analysis.scopes import Variable
-from scenelang.interpreter.transpile.analysis.syntax import is_none
-from scenelang.interpreter.transpile.writing.arguments import arguments_of
-from scenelang.interpreter.transpile.writing.call_basics import CallWriter, keyword_of, only_positional, plain_arguments
+from scenelang.interpreter.transpile.analysis.scopes import PythonVariable, is_none
 from scenelang.interpreter.transpile.writing.code import (
     Code,
-    Form,
+    FormCode,
     Key,
-    Literal,
+    LiteralCode,
     Name,
-    Ref,
+    VariableRef,
     form,
     is_form,
     lambda_list,
     number,
     quote,
 )
-from scenelang.interpreter.transpile.writing.operators import container, numeric, truth
-from scenelang.interpreter.transpile.writing.texts import printable
+from scenelang.interpreter.transpile.writing.operators import container, numeric, printable, truth
+from scenelang.interpreter.transpile.writing.user_calls import arguments_of
 
 if TYPE_CHECKING:
     from scenelang.interpreter.transpile.writing.expressions import ExpressionWriter
+
+
+# What the writers of library calls share.
+
+
+CallWriter: TypeAlias = "Callable[[ExpressionWriter, ast.Call], Code]"
+
+
+def numeric_call(head: str) -> CallWriter:
+    def write(w: ExpressionWriter, node: ast.Call) -> Code:
+        only_positional(w, node)
+        return form(head, *(numeric(w, argument) for argument in node.args))
+
+    return write
+
+
+def elementwise_call(head: str) -> CallWriter:
+    def write(w: ExpressionWriter, node: ast.Call) -> Code:
+        items = [w.array(a) if not w.type(a).only(NUMBERS) else numeric(w, a) for a in plain_arguments(w, node)]
+        for keyword in node.keywords:
+            if keyword.arg != "axis":
+                raise w.unsupported(f"`{keyword.arg}` here", keyword)
+            items += [Key("axis"), w.expr(keyword.value)]
+        return form(head, *items)
+
+    return write
+
+
+def plain_arguments(w: ExpressionWriter, node: ast.Call) -> list[ast.expr]:
+    for argument in node.args:
+        if isinstance(argument, ast.Starred):
+            raise w.unsupported("a star in this call", argument)
+    return node.args
+
+
+def only_positional(w: ExpressionWriter, node: ast.Call) -> None:
+    plain_arguments(w, node)
+    if node.keywords:
+        raise w.error(
+            "python-call", f"`{w.text.text(node.func)}` has no parameter `{node.keywords[0].arg}`", node.keywords[0]
+        )
+
+
+def keyword_of(node: ast.Call, name: str) -> ast.expr | None:
+    return next((k.value for k in node.keywords if k.arg == name), None)
+
+
+def is_comprehension(node: ast.expr) -> bool:
+    return isinstance(node, (ast.GeneratorExp, ast.ListComp))
 
 
 def write_len(w: ExpressionWriter, node: ast.Call) -> Code:
@@ -81,10 +128,10 @@ def write_filter(w: ExpressionWriter, node: ast.Call) -> Code:
     given = arguments_of(w, node, "function iterable", "filter")
     function = given["function"]
     if is_none(function):
-        item = Variable("item", None, is_temporary=True)
+        item = PythonVariable("item", None, is_temporary=True)
         element = w.facts.type(node)
-        test = Ref(item) if element.only(BOOL) else w.dynamic("py-truthy?", Ref(item))
-        code: Code = Form([Name("lambda"), Form([Ref(item)]), test])
+        test = VariableRef(item) if element.only(BOOL) else w.dynamic("py-truthy?", VariableRef(item))
+        code: Code = FormCode([Name("lambda"), FormCode([VariableRef(item)]), test])
     elif isinstance(function, ast.Lambda):
         inner = w.names.functions[function]
         code = form("lambda", lambda_list(w.parameters(inner)), *w.lambda_locals(inner), w.test(function.body))
@@ -163,11 +210,11 @@ def write_sum(w: ExpressionWriter, node: ast.Call) -> Code:
         return form("mutable", code) if w.is_mutated(node) else code
     if isinstance(source, (ast.GeneratorExp, ast.ListComp)):
         head = w.loop_head("/sum", source.generators)
-        total: Code = Form([*head, numeric(w, source.elt)])
+        total: Code = FormCode([*head, numeric(w, source.elt)])
     elif _sums_booleans(w, source):
-        item = Variable("item", None, is_temporary=True)
-        clauses = Form([Form([Ref(item), w.iterable(source)])])
-        total = Form([Name("for/sum"), clauses, form("if", Ref(item), number(1), number(0))])
+        item = PythonVariable("item", None, is_temporary=True)
+        clauses = FormCode([FormCode([VariableRef(item), w.iterable(source)])])
+        total = FormCode([Name("for/sum"), clauses, form("if", VariableRef(item), number(1), number(0))])
     else:
         total = form("sum", w.iterable(source) if not element.kinds & ARRAY else w.expr(source))
     if start is None or (isinstance(start, ast.Constant) and start.value == 0):
@@ -184,12 +231,12 @@ def write_quantifier(kind: str) -> CallWriter:
     def write(w: ExpressionWriter, node: ast.Call) -> Code:
         source = arguments_of(w, node, "iterable", "any" if kind == "/or" else "all")["iterable"]
         if isinstance(source, (ast.GeneratorExp, ast.ListComp)):
-            return Form([*w.loop_head(kind, source.generators), w.test(source.elt)])
-        item = Variable("item", None, is_temporary=True)
+            return FormCode([*w.loop_head(kind, source.generators), w.test(source.elt)])
+        item = PythonVariable("item", None, is_temporary=True)
         sites = w.type(source).sites
         is_plain = bool(sites) and all(site.element.only(BOOL) for site in sites)
-        test = Ref(item) if is_plain else w.dynamic("py-truthy?", Ref(item))
-        return Form([Name(f"for{kind}"), Form([Form([Ref(item), w.iterable(source)])]), test])
+        test = VariableRef(item) if is_plain else w.dynamic("py-truthy?", VariableRef(item))
+        return FormCode([Name(f"for{kind}"), FormCode([FormCode([VariableRef(item), w.iterable(source)])]), test])
 
     return write
 
@@ -217,7 +264,7 @@ def write_int(w: ExpressionWriter, node: ast.Call) -> Code:
 
 def write_float(w: ExpressionWriter, node: ast.Call) -> Code:
     if not node.args:
-        return Literal(0.0, None, "0.")
+        return LiteralCode(0.0, None, "0.")
     given = arguments_of(w, node, "x", "float")
     found = w.type(given["x"])
     if found.only(STR):
@@ -263,12 +310,12 @@ def write_np_round(w: ExpressionWriter, node: ast.Call) -> Code:
 def write_sequence(w: ExpressionWriter, node: ast.Call) -> Code:
     """``list(x)`` and ``tuple(x)``."""
     if not node.args:
-        return form("mutable-list") if w.is_mutated(node) else quote(Form([]))
+        return form("mutable-list") if w.is_mutated(node) else quote(FormCode([]))
     source = arguments_of(w, node, "iterable", "list")["iterable"]
     is_mutable = w.is_mutated(node)
     if isinstance(source, ast.GeneratorExp):
         head = w.loop_head("/list", source.generators)
-        code: Code = Form([*head, w.expr(source.elt)])
+        code: Code = FormCode([*head, w.expr(source.elt)])
         return form("mutable", code) if is_mutable else code
     found = w.type(source)
     if is_mutable:
@@ -286,7 +333,7 @@ def write_set(w: ExpressionWriter, node: ast.Call) -> Code:
         return form("set")
     source = arguments_of(w, node, "iterable", "set")["iterable"]
     if isinstance(source, (ast.GeneratorExp, ast.ListComp)):
-        return Form([*w.loop_head("/set", source.generators), w.expr(source.elt)])
+        return FormCode([*w.loop_head("/set", source.generators), w.expr(source.elt)])
     return form("list->set", w.iterable(source))
 
 
@@ -297,7 +344,7 @@ def write_dict(w: ExpressionWriter, node: ast.Call) -> Code:
         if keyword.arg is None:
             tables.append(w.expr(keyword.value))
         else:
-            pairs += w.comment_pair(Literal(keyword.arg, w.span(keyword)), w.expr(keyword.value), keyword)
+            pairs += w.comment_pair(LiteralCode(keyword.arg, w.span(keyword)), w.expr(keyword.value), keyword)
     for argument in node.args:
         tables.insert(0, w.expr(argument) if w.type(argument).only(DICT) else form("list->table", w.iterable(argument)))
     if not tables:
@@ -307,7 +354,7 @@ def write_dict(w: ExpressionWriter, node: ast.Call) -> Code:
     if len(tables) == 1:
         return (
             tables[0]
-            if isinstance(tables[0], Form) and w.type(node.args[0]).kinds & ~DICT
+            if isinstance(tables[0], FormCode) and w.type(node.args[0]).kinds & ~DICT
             else form("mutable", tables[0])
         )
     return form("table-merge", *tables)
@@ -344,7 +391,7 @@ def write_isinstance(w: ExpressionWriter, node: ast.Call) -> Code:
             continue
         variable = w.variable(name)
         if variable is not None and any(c.variable is variable for c in w.names.classes.values()):
-            from scenelang.interpreter.transpile.writing.records import predicate
+            from scenelang.interpreter.transpile.writing.user_calls import predicate
 
             tests.append(predicate(w, name, given["x"]))
             continue
@@ -370,14 +417,14 @@ def write_next(w: ExpressionWriter, node: ast.Call) -> Code:
         return form("first", w.iterable(source.args[0]))
     makers = {w.paths.of(s.node.func) for s in w.type(source).sites if isinstance(s.node, ast.Call)}
     if makers == {"itertools.cycle"} and isinstance(source, ast.Name):
-        item = Variable("item", None, is_temporary=True)
-        taken = Form([Form([Ref(item), form("pop!", w.expr(source), number(0))])])
-        return form("let", taken, form("push!", w.expr(source), Ref(item)), Ref(item))
+        item = PythonVariable("item", None, is_temporary=True)
+        taken = FormCode([FormCode([VariableRef(item), form("pop!", w.expr(source), number(0))])])
+        return form("let", taken, form("push!", w.expr(source), VariableRef(item)), VariableRef(item))
     if not isinstance(source, ast.GeneratorExp):
         raise w.unsupported("`next` of an iterator", node, "use a `for` loop or an index")
-    found = Form([*w.loop_head("/list", source.generators), w.expr(source.elt)])
+    found = FormCode([*w.loop_head("/list", source.generators), w.expr(source.elt)])
     if default is None:
         return form("first", found)
-    items = Variable("found", None, is_temporary=True)
-    body = form("if", form("empty?", Ref(items)), w.expr(default), form("first", Ref(items)))
-    return form("let", Form([Form([Ref(items), found])]), body)
+    items = PythonVariable("found", None, is_temporary=True)
+    body = form("if", form("empty?", VariableRef(items)), w.expr(default), form("first", VariableRef(items)))
+    return form("let", FormCode([FormCode([VariableRef(items), found])]), body)

@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from scenelang.interpreter.transpile.analysis.inference import DICT, RECORD, AbstractType
+from scenelang.interpreter.transpile.analysis.scopes import PythonVariable
 from scenelang.interpreter.transpile.writing import helpers
 from scenelang.interpreter.transpile.writing.builtin_calls import (
+    CallWriter,
+    elementwise_call,
+    keyword_of,
+    numeric_call,
+    plain_arguments,
     write_bool,
     write_callable,
     write_dict,
@@ -35,37 +43,13 @@ from scenelang.interpreter.transpile.writing.builtin_calls import (
     write_sum,
     write_zip,
 )
-from scenelang.interpreter.transpile.writing.call_basics import CallWriter, elementwise_call, numeric_call
-from scenelang.interpreter.transpile.writing.code import (
-    Code,
-    Name,
-)
-from scenelang.interpreter.transpile.writing.math_calls import (
-    write_cbrt,
-    write_copysign,
-    write_dist,
-    write_factorial,
-    write_fmod,
-    write_isclose,
-    write_isqrt,
-    write_prod,
-)
-from scenelang.interpreter.transpile.writing.module_calls import (
-    write_accumulate,
-    write_chain,
-    write_chain_from_iterable,
-    write_combinations,
-    write_copy,
-    write_cycle,
-    write_hsv,
-    write_itertools_product,
-    write_itertools_repeat,
-    write_reduce,
-)
+from scenelang.interpreter.transpile.writing.code import Code, FormCode, LiteralCode, Name, VariableRef, form, number
 from scenelang.interpreter.transpile.writing.numpy_calls import (
+    DRAWS,
     write_arange,
     write_argsort,
     write_defaultdict,
+    write_draw,
     write_field,
     write_linspace,
     write_meshgrid,
@@ -95,18 +79,188 @@ from scenelang.interpreter.transpile.writing.numpy_calls import (
     write_np_tile,
     write_np_where,
     write_reduction,
-)
-from scenelang.interpreter.transpile.writing.random_calls import (
-    DRAWS,
-    write_draw,
     write_seed,
     write_shuffle,
     write_sides,
     write_stream,
 )
+from scenelang.interpreter.transpile.writing.operators import numeric
+from scenelang.interpreter.transpile.writing.user_calls import arguments_of
 
 if TYPE_CHECKING:
     from scenelang.interpreter.transpile.writing.expressions import ExpressionWriter
+
+
+# Calls of `math`.
+
+
+def write_fmod(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "x y", "math.fmod")
+    return form("inexact", form("remainder", numeric(w, given["x"]), numeric(w, given["y"])))
+
+
+def write_dist(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "p q", "math.dist")
+    return form("distance", w.array(given["p"]), w.array(given["q"]))
+
+
+def write_isclose(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "a b rel_tol? abs_tol? rtol? atol?", "isclose")
+    relative = given.get("rel_tol", given.get("rtol"))
+    absolute = given.get("abs_tol", given.get("atol"))
+    a, b = numeric(w, given["a"]), numeric(w, given["b"])
+    largest = form("max", form("abs", numeric(w, given["a"])), form("abs", numeric(w, given["b"])))
+    tolerance: Code = form("*", w.expr(relative) if relative is not None else LiteralCode(1e-9, None, "1e-9"), largest)
+    if absolute is not None:
+        tolerance = form("max", tolerance, w.expr(absolute))
+    return form("<=", form("abs", form("-", a, b)), tolerance)
+
+
+def write_factorial(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "n", "math.factorial")
+    return form("product", form("range", number(1), form("+", w.expr(given["n"]), number(1))))
+
+
+def write_copysign(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "x y", "math.copysign")
+    test = form("<", numeric(w, given["y"]), number(0))
+    return form(
+        "*",
+        form("abs", numeric(w, given["x"])),
+        form("if", test, LiteralCode(-1.0, None, "-1."), LiteralCode(1.0, None, "1.")),
+    )
+
+
+def write_cbrt(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "x", "cbrt")
+    return form(
+        "*",
+        form("sign", w.expr(given["x"])),
+        form("expt", form("abs", w.expr(given["x"])), form("/", number(1), number(3))),
+    )
+
+
+def write_isqrt(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "n", "math.isqrt")
+    return form("floor", form("sqrt", w.expr(given["n"])))
+
+
+def write_prod(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "iterable", "prod")
+    return form("product", w.iterable(given["iterable"]))
+
+
+# Calls of `itertools`, `functools`, `collections` and other small modules.
+
+
+def write_reduce(w: ExpressionWriter, node: ast.Call) -> Code:
+    function, source, *start = plain_arguments(w, node)
+    if start:
+        return form("fold-left", w.expr(function), w.expr(start[0]), w.iterable(source))
+    first = w.iterable(source)
+    return form("fold-left", w.expr(function), form("first", first), form("rest", w.iterable(source)))
+
+
+def write_itertools_product(w: ExpressionWriter, node: ast.Call) -> Code:
+    repeat = keyword_of(node, "repeat")
+    sources = list(plain_arguments(w, node))
+    if repeat is not None:
+        if not isinstance(repeat, ast.Constant) or not isinstance(repeat.value, int) or not 0 < repeat.value < 9:
+            raise w.unsupported("a computed `repeat`", repeat)
+        sources = sources * repeat.value
+    variables = [PythonVariable("item", None, is_temporary=True) for _ in sources]
+    clauses = FormCode([FormCode([VariableRef(v), w.iterable(s)]) for v, s in zip(variables, sources)])
+    return FormCode([Name("for*/list"), clauses, form("list", *(VariableRef(v) for v in variables))])
+
+
+def write_combinations(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "iterable r", "combinations")
+    if not isinstance(given["r"], ast.Constant) or given["r"].value != 2:
+        raise w.unsupported("combinations of any number but 2", node)
+    i, j, items = (PythonVariable(name, None, is_temporary=True) for name in ("i", "j", "items"))
+    length = form("length", VariableRef(items))
+    clauses = FormCode([
+        FormCode([VariableRef(i), form("range", length)]),
+        FormCode([VariableRef(j), form("range", form("+", VariableRef(i), number(1)), length)]),
+    ])  # fmt: skip
+    body = form(
+        "list", form("ref", VariableRef(items), VariableRef(i)), form("ref", VariableRef(items), VariableRef(j))
+    )
+    return form(
+        "let",
+        FormCode([FormCode([VariableRef(items), w.iterable(given["iterable"])])]),
+        FormCode([Name("for*/list"), clauses, body]),
+    )
+
+
+def write_chain(w: ExpressionWriter, node: ast.Call) -> Code:
+    if len(node.args) == 1 and isinstance(node.args[0], ast.Starred):
+        return form("apply", Name("append"), w.iterable(node.args[0].value))
+    return form("append", *(w.iterable(a) for a in plain_arguments(w, node)))
+
+
+def write_chain_from_iterable(w: ExpressionWriter, node: ast.Call) -> Code:
+    return form(
+        "apply", Name("append"), w.iterable(arguments_of(w, node, "iterable", "chain.from_iterable")["iterable"])
+    )
+
+
+def write_cycle(w: ExpressionWriter, node: ast.Call) -> Code:
+    """A cycle is a list that ``next`` turns around."""
+    return form("mutable", w.iterable(arguments_of(w, node, "iterable", "itertools.cycle")["iterable"]))
+
+
+def write_accumulate(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "iterable", "itertools.accumulate")
+    return form("->list", form("cumsum", w.iterable(given["iterable"])))
+
+
+def write_itertools_repeat(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "object times", "itertools.repeat")
+    return form("make-list", w.expr(given["times"]), w.expr(given["object"]))
+
+
+def write_hsv(w: ExpressionWriter, node: ast.Call) -> Code:
+    given = arguments_of(w, node, "h s v", "colorsys.hsv_to_rgb")
+    return form("hsv", *(numeric(w, given[name]) for name in "hsv"))
+
+
+def write_copy(w: ExpressionWriter, node: ast.Call) -> Code:
+    value = arguments_of(w, node, "x", "copy")["x"]
+    is_deep = w.paths.of(node.func) == "copy.deepcopy"
+    if w.type(value).kinds & RECORD:
+        raise w.unsupported("a copy of a record", node, "make a new one")
+    return _copied(w, w.expr(value), w.type(value) | w.type(node), is_deep, 0)
+
+
+def _copied(w: ExpressionWriter, code: Code, found: AbstractType, is_deep: bool, level: int) -> Code:
+    """A copy of containers that change, level by level where it is deep; what never changes needs none."""
+    if not _changes(found, 0) or level > 3:
+        return code
+    inner = AbstractType(0)
+    for site in found.sites:
+        inner = inner | site.element
+    if not is_deep or not _changes(inner, 0):
+        return form("mutable", code)
+    item = PythonVariable("item", None, is_temporary=True)
+    copied = _copied(w, VariableRef(item), inner, True, level + 1)
+    if found.only(DICT):
+        key = PythonVariable("key", None, is_temporary=True)
+        clauses = FormCode([FormCode([FormCode([VariableRef(key), VariableRef(item)]), form("table-items", code)])])
+        return FormCode([Name("for/table"), clauses, form("list", VariableRef(key), copied)])
+    return form("mutable", FormCode([Name("for/list"), FormCode([FormCode([VariableRef(item), code])]), copied]))
+
+
+def _changes(found: AbstractType, level: int) -> bool:
+    """Whether a container, or one inside it, is changed somewhere."""
+    return any(site.is_mutated or (level < 4 and _changes(site.element, level + 1)) for site in found.sites)
+
+
+def _not_here(what: str, hint: str) -> CallWriter:
+    def write(w: ExpressionWriter, node: ast.Call) -> Code:
+        raise w.unsupported(what, node, hint)
+
+    return write
 
 
 CONSTANTS = {

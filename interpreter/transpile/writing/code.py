@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+import math
+import re
+import textwrap
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Source, Span, Symbol
+from scenelang.grammar.diagnostics import Diagnostic, SceneError
+from scenelang.grammar.formatter import settled
+from scenelang.grammar.layout import Trivia, layout, line_comment
+from scenelang.grammar.reader import read
+from scenelang.interpreter.expand.forms import FORMS, INDENTS
+from scenelang.interpreter.transpile.analysis.scopes import PythonVariable
+
 if TYPE_CHECKING:
-    from scenelang.grammar.source import Span
-    from scenelang.interpreter.transpile.analysis.scopes import Variable
+    from scenelang.grammar.datum import Span
+    from scenelang.interpreter.transpile.analysis.scopes import PythonVariable
 
 
 class Code:
@@ -22,7 +33,7 @@ class Code:
         self.blank = False
 
 
-class Literal(Code):
+class LiteralCode(Code):
     """A number, string, Boolean or ``none``; ``text`` keeps the spelling of a number."""
 
     __slots__ = ("text", "value")
@@ -53,12 +64,12 @@ class Key(Code):
         self.text = text
 
 
-class Ref(Code):
+class VariableRef(Code):
     """A variable of the Python program, read or bound; ``is_keyword`` prints it as ``:name``."""
 
     __slots__ = ("is_keyword", "variable")
 
-    def __init__(self, variable: Variable, span: Span | None = None, is_keyword: bool = False) -> None:
+    def __init__(self, variable: PythonVariable, span: Span | None = None, is_keyword: bool = False) -> None:
         super().__init__(span)
         self.variable = variable
         self.is_keyword = is_keyword
@@ -74,7 +85,7 @@ class ArgumentName(Code):
         self.python = python
 
 
-class Form(Code):
+class FormCode(Code):
     """``(a b c)``; ``rest`` is what stands behind a dot, in a list of parameters."""
 
     __slots__ = ("items", "rest")
@@ -85,7 +96,7 @@ class Form(Code):
         self.rest = rest
 
 
-def lambda_list(parameters: Form) -> Code:
+def lambda_list(parameters: FormCode) -> Code:
     """What stands behind ``lambda``: a list, or the name of the rest where there is nothing else."""
     return parameters if parameters.items or parameters.rest is None else parameters.rest
 
@@ -100,12 +111,12 @@ class Brackets(Code):
         self.items = list(items)
 
 
-Node: TypeAlias = Literal | Name | Key | Ref | ArgumentName | Form | Brackets
+Node: TypeAlias = LiteralCode | Name | Key | VariableRef | ArgumentName | FormCode | Brackets
 
 
 def children(code: Code) -> Sequence[Code]:
     """The direct parts of a node."""
-    if isinstance(code, Form):
+    if isinstance(code, FormCode):
         return code.items if code.rest is None else [*code.items, code.rest]
     return code.items if isinstance(code, Brackets) else ()
 
@@ -116,13 +127,13 @@ def walk(*codes: Code) -> Iterator[Code]:
     while stack:
         code = stack.pop()
         yield code
-        if type(code) is Form or type(code) is Brackets:
+        if type(code) is FormCode or type(code) is Brackets:
             stack.extend(reversed(children(code)))
 
 
-def count_refs(code: Code, variable: Variable) -> int:
+def count_refs(code: Code, variable: PythonVariable) -> int:
     """How often ``variable`` occurs in ``code``."""
-    return sum(1 for node in walk(code) if type(node) is Ref and node.variable is variable)
+    return sum(1 for node in walk(code) if type(node) is VariableRef and node.variable is variable)
 
 
 def replace(code: Code, match: Callable[[Code], bool], by: Code) -> bool:
@@ -130,7 +141,7 @@ def replace(code: Code, match: Callable[[Code], bool], by: Code) -> bool:
     stack: list[Code] = [code]
     while stack:
         node = stack.pop()
-        if isinstance(node, (Form, Brackets)):
+        if isinstance(node, (FormCode, Brackets)):
             for position, item in enumerate(node.items):
                 if match(item):
                     move_comments(item, by)
@@ -154,35 +165,388 @@ def move_comments(source: Code, target: Code) -> None:
 # --- short ways to write code ----------------------------------------------------------------------------------
 
 
-def form(head: str, *items: Code, span: Span | None = None) -> Form:
+def form(head: str, *items: Code, span: Span | None = None) -> FormCode:
     """``(head item ...)``."""
-    return Form([Name(head), *items], span)
+    return FormCode([Name(head), *items], span)
 
 
-def number(value: int | float, span: Span | None = None) -> Literal:
-    return Literal(value, span)
+def number(value: int | float, span: Span | None = None) -> LiteralCode:
+    return LiteralCode(value, span)
 
 
-def quote(code: Code, span: Span | None = None) -> Form:
-    return Form([Name("quote"), code], span)
+def quote(code: Code, span: Span | None = None) -> FormCode:
+    return FormCode([Name("quote"), code], span)
 
 
-def none(span: Span | None = None) -> Literal:
-    return Literal(None, span)
+def none(span: Span | None = None) -> LiteralCode:
+    return LiteralCode(None, span)
 
 
 def is_form(code: Code, head: str) -> bool:
     """Whether ``code`` is ``(head ...)`` with a name of the language as its head."""
-    return type(code) is Form and bool(code.items) and type(code.items[0]) is Name and code.items[0].text == head
+    return type(code) is FormCode and bool(code.items) and type(code.items[0]) is Name and code.items[0].text == head
 
 
 def is_literal(code: Code) -> bool:
-    return type(code) is Literal
+    return type(code) is LiteralCode
 
 
 def gives_parts(code: Code) -> bool:
     """Whether the value is parts already, so that a ``union`` of it alone adds nothing."""
-    head = code.items[0] if isinstance(code, Form) and code.items else None
+    head = code.items[0] if isinstance(code, FormCode) and code.items else None
     if type(head) is not Name:
         return False
     return head.text in ("union", "union-loop", "primitives") or head.text.endswith("/union")
+
+
+# Names for the variables of the Python in the language: kebab-case, never hiding what their scope needs.
+
+
+_RESERVED = frozenset(FORMS) | {"none", "else", "unquote", "unquote-splicing", "=>", "...", "_", "scene", "param"}
+_MACROS = frozenset({"call", "union", "union-loop", "transform"})
+
+
+def kebab(name: str) -> str:
+    """``num_steps`` -> ``num-steps``, ``FACE_COLORS`` -> ``face-colors``; underscores at the ends stay."""
+    core = name.strip("_")
+    if not core:
+        return name
+    start = name.index(core)
+    lead, tail = name[:start], name[start + len(core) :]
+    if core.isupper() and len(core) > 1:
+        core = core.lower()
+    elif core[0].isupper() and any(c.islower() for c in core):  # the name of a class
+        core = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "-", core).lower()
+    return lead + re.sub(r"_+", "-", core) + tail
+
+
+class Namer:
+    """Chooses ``Variable.text`` for every variable in a program's forms. ``kept`` are names of keyword parameters that
+    tables hold as texts: they keep Python's spelling."""
+
+    def __init__(self, forms: Iterable[Code], kept: Iterable[str] = ()) -> None:
+        self._forms = list(forms)
+        self._keywords: dict[str, str] = {}
+        self._kept = set(kept)
+        self._top: dict[str, str] = {}
+
+    def choose(self) -> None:
+        """Give every variable its name, outer ones first, and spell keyword arguments like their parameters."""
+        keyword_names = {v.name for form in self._forms for v in _variables(form) if v.is_keyword}
+        keyword_names |= {n.python for form in self._forms for n in walk(form) if type(n) is ArgumentName}
+        for name in sorted(keyword_names):
+            text = name if name in self._kept else kebab(name)
+            self._keywords[name] = f"{text}2" if text in _RESERVED or text in _MACROS else text
+        needed_anywhere = {n.text for form in self._forms for n in walk(form) if type(n) is Name}
+        top = self._top_level_variables()
+        taken: dict[str, PythonVariable] = {}
+        for variable in top:
+            self._name(variable, needed_anywhere, taken, taken)
+        for form in self._forms:
+            self._scope(form, taken)
+        for form in self._forms:
+            for variable in _variables(form):  # read where nothing defines it: the checker says so
+                variable.text = variable.text or _safe(kebab(variable.name))
+            self._shadowed_keywords(form, frozenset())
+
+    def keyword(self, python: str) -> str:
+        """The name of a keyword argument."""
+        return self._keywords.get(python, kebab(python))
+
+    # --- scopes ------------------------------------------------------------------------------------------------
+
+    def _top_level_variables(self) -> list[PythonVariable]:
+        found: dict[PythonVariable, None] = {}
+        for form in self._forms:
+            if isinstance(form, FormCode) and len(form.items) > 1 and type(form.items[0]) is Name:
+                head, target = form.items[0].text, form.items[1]
+                if head == "define" and isinstance(target, FormCode):
+                    target = target.items[0]
+                if head in ("define", "define-record") and type(target) is VariableRef:
+                    found[target.variable] = None
+                elif head == "define-values":
+                    found.update(dict.fromkeys(v for v in _variables(target)))
+        records = {v: None for form in self._forms for v in _variables(form) if v.record is not None}
+        return [*found, *(v for v in records if v not in found)]
+
+    def _scope(self, code: Code, visible: dict[str, PythonVariable]) -> None:
+        """Name the variables that ``code`` brings, scope by scope: a function's, then those inside it."""
+        stack: list[tuple[Code, dict[str, PythonVariable]]] = [(code, visible)]
+        while stack:
+            node, names = stack.pop()
+            scope = _bound_here(node)
+            if scope:
+                names = dict(names)
+                needed = {n.text for n in walk(node) if type(n) is Name}
+                referred = {n.variable for n in walk(node) if type(n) is VariableRef}
+                outer = {t: v for t, v in names.items() if v in referred}
+                for variable in sorted(scope, key=lambda v: v.is_temporary):
+                    if not variable.text:
+                        self._name(variable, needed, outer, names)
+                    outer[variable.text] = variable
+                    names[variable.text] = variable
+            stack.extend((child, names) for child in children(node))
+
+    def _name(
+        self,
+        variable: PythonVariable,
+        needed: set[str],
+        conflicts: dict[str, PythonVariable],
+        taken: dict[str, PythonVariable],
+    ) -> None:
+        if variable.text:
+            return
+        if variable.is_keyword:
+            variable.text = self._keywords[variable.name]
+        elif variable.record is not None:
+            variable.text = _record_name(variable)
+        else:
+            stem = text = kebab(variable.name)
+            count = 2
+            while (
+                text in _RESERVED
+                or text in _MACROS
+                or text in needed
+                or (text in conflicts and _differ(conflicts[text], variable))
+            ):
+                text = f"{stem}{count}"
+                count += 1
+            variable.text = text
+        taken[variable.text] = variable
+
+    def _shadowed_keywords(self, code: Code, shadowed: frozenset[str]) -> None:
+        """Where a parameter that must keep its name hides a builtin, the builtin is called by its full name."""
+        stack: list[tuple[Code, frozenset[str]]] = [(code, shadowed)]
+        while stack:
+            node, hidden = stack.pop()
+            scope = _bound_here(node)
+            if scope:
+                hidden = hidden | {v.text for v in scope if v.is_keyword}
+            if type(node) is Name and node.text in hidden and node.text not in _RESERVED:
+                node.text = f"std/{node.text}"
+            stack.extend((child, hidden) for child in children(node))
+
+
+def _safe(text: str) -> str:
+    return f"{text}2" if text in _RESERVED or text in _MACROS else text
+
+
+def _differ(a: PythonVariable, b: PythonVariable) -> bool:
+    """Whether two variables may not share a name: only Python's own shadowing is kept."""
+    return a is not b and (a.name != b.name or a.is_temporary or b.is_temporary or a.function is b.function)
+
+
+def _record_name(variable: PythonVariable) -> str:
+    assert variable.record is not None
+    record, kind, name = variable.record
+    stem = record.text or kebab(record.name)
+    return {
+        "make": f"make-{stem}", "get": f"{stem}-{kebab(name)}", "set": f"set-{stem}-{kebab(name)}!", "is": f"{stem}?",
+        "method": f"{stem}-{kebab(name)}", "constant": f"{stem}-{kebab(name)}",
+    }[kind]  # fmt: skip
+
+
+def _variables(code: Code) -> list[PythonVariable]:
+    return [node.variable for node in walk(code) if type(node) is VariableRef]
+
+
+def _bound_here(node: Code) -> list[PythonVariable]:
+    """The variables that a form binds for its insides."""
+    if type(node) is not FormCode or not node.items:
+        return []
+    head = node.items[0]
+    if type(head) is not Name:
+        return []
+    text = head.text
+    found: list[PythonVariable] = []
+    if text == "lambda" and len(node.items) > 1:
+        found = _parameters(node.items[1])
+    elif text == "define" and len(node.items) > 1 and isinstance(node.items[1], FormCode):
+        signature = node.items[1]
+        found = _parameters(FormCode(signature.items[1:], None, signature.rest))
+    elif text in ("let", "let*") and len(node.items) > 1 and isinstance(node.items[1], FormCode):
+        found = [
+            v for binding in node.items[1].items if isinstance(binding, FormCode) for v in _variables(binding.items[0])
+        ]
+    elif text.startswith("for") and len(node.items) > 1 and isinstance(node.items[1], FormCode):
+        found = [
+            v for clause in node.items[1].items
+            if isinstance(clause, FormCode) and len(clause.items) == 2 for v in _variables(clause.items[0])
+        ]  # fmt: skip
+    elif text == "let/ec" and len(node.items) > 1:
+        found = _variables(node.items[1])
+    elif text == "guard" and len(node.items) > 1 and isinstance(node.items[1], FormCode) and node.items[1].items:
+        found = _variables(node.items[1].items[0])
+    found += _defined_in_body(node)
+    return list(dict.fromkeys(found))
+
+
+def _parameters(code: Code) -> list[PythonVariable]:
+    if not isinstance(code, FormCode):
+        return _variables(code)
+    found: list[PythonVariable] = []
+    for item in [*code.items, *([code.rest] if code.rest is not None else [])]:
+        if type(item) is VariableRef:
+            found.append(item.variable)
+        elif isinstance(item, FormCode) and item.items and type(item.items[0]) is VariableRef:
+            found.append(item.items[0].variable)
+    return found
+
+
+def _defined_in_body(node: FormCode) -> list[PythonVariable]:
+    """What the definitions directly inside a form, or in the clauses of a ``cond`` or ``guard``, define."""
+    found: list[PythonVariable] = []
+    head = node.items[0].text if type(node.items[0]) is Name else ""
+    clauses = node.items[1:] if head == "cond" else []
+    if head == "guard" and isinstance(node.items[1], FormCode):
+        clauses = node.items[1].items[1:]
+    for item in node.items[1:]:
+        found += _definition(item)
+    for clause in clauses:
+        for inner in clause.items[1:] if isinstance(clause, FormCode) else ():
+            found += _definition(inner)
+    return found
+
+
+def _definition(item: Code) -> list[PythonVariable]:
+    if not isinstance(item, FormCode) or len(item.items) < 2 or type(item.items[0]) is not Name:
+        return []
+    head, target = item.items[0].text, item.items[1]
+    if head == "define":
+        if isinstance(target, FormCode):
+            target = target.items[0]
+        return [target.variable] if type(target) is VariableRef else []
+    if head == "define-values":
+        return _variables(target)
+    if head == "define-record":
+        return [target.variable] if type(target) is VariableRef else []
+    return []
+
+
+# What was written must read back as the forms that were meant: the net under everything that writes text.
+
+
+_NUMBER_NAMES = {"inf": math.inf, "-inf": -math.inf, "nan": math.nan}
+
+
+def misread(forms: Sequence[Datum], text: str, outer: Span) -> Diagnostic | None:
+    """The diagnostic for the first form that ``text`` does not hold as it was meant; None where all is well."""
+    try:
+        found = read(Source("<translation>", text))
+    except (SceneError, RecursionError):
+        return _problem(outer)
+    if found.diagnostics:
+        return _problem(outer)
+    if len(found.forms) != len(forms):
+        return _problem(outer)
+    stack = list(zip(forms, found.forms))
+    while stack:
+        meant, got = stack.pop()
+        parts = _pairs(meant, got)
+        if parts is None:
+            return _problem(meant.span)
+        stack += parts
+    return None
+
+
+def _problem(span: Span) -> Diagnostic:
+    message = "this cannot be written in the language: its text would read as something else"
+    return Diagnostic("python-unsupported", message, span)
+
+
+def _pairs(meant: Datum, got: Datum) -> list[tuple[Datum, Datum]] | None:
+    """The parts of two datums side by side; None where the datums differ."""
+    if isinstance(meant, Atom):
+        return [] if isinstance(got, Atom) and _same(meant.value, got.value) else None
+    if type(meant) is not type(got) or isinstance(got, Atom) or len(meant.items) != len(got.items):
+        return None
+    parts = list(zip(meant.items, got.items))
+    if isinstance(meant, ListDatum) and isinstance(got, ListDatum):
+        if (meant.tail is None) != (got.tail is None):
+            return None
+        if meant.tail is not None:
+            parts.append((meant.tail, got.tail))
+    assert isinstance(meant, (ListDatum, ArrayDatum))
+    return parts
+
+
+def _same(meant: object, got: object) -> bool:
+    if type(meant) is float and type(got) is Symbol:
+        named = _NUMBER_NAMES.get(str(got))
+        return named is not None and (named == meant or (math.isnan(named) and math.isnan(meant)))
+    if type(meant) is float and type(got) is float:
+        return meant == got and math.copysign(1, meant) == math.copysign(1, got)
+    return type(meant) is type(got) and meant == got
+
+
+# Code -> datums with spans in the Python, and the text of the program with its comments.
+
+
+class Output:
+    """Turns code into datums; remembers comments and spellings beside them."""
+
+    def __init__(self, namer: Namer, outer: Span) -> None:
+        self._namer = namer
+        self._outer = outer
+        self.trivia: dict[int, Trivia] = {}
+        self.spelling: dict[int, str] = {}
+
+    def datum(self, code: Code, outer: Span | None = None) -> Datum:
+        """The datum of ``code``; what has no place of its own has that of what it stands in."""
+        span = code.span or outer or self._outer
+        datum = self._bare(code, span)
+        if code.before or code.after or code.blank:
+            after = line_comment(code.after) if code.after else None
+            self.trivia[id(datum)] = Trivia(_comments(code.before), after, code.blank)
+        return datum
+
+    def _bare(self, code: Code, span: Span) -> Datum:
+        if type(code) is FormCode:
+            rest = self.datum(code.rest, span) if code.rest is not None else None
+            return ListDatum(tuple([self.datum(item, span) for item in code.items]), rest, span)
+        if type(code) is Brackets:
+            return ArrayDatum(tuple([self.datum(item, span) for item in code.items]), span)
+        if type(code) is LiteralCode:
+            atom = Atom(code.value, span)
+            if code.text is not None:
+                self.spelling[id(atom)] = code.text
+            return atom
+        if type(code) is VariableRef:
+            text = code.variable.text
+            return Atom(Keyword(text) if code.is_keyword else Symbol(text), span)
+        if type(code) is Key:
+            return Atom(Keyword(code.text), span)
+        if type(code) is ArgumentName:
+            return Atom(Keyword(self._namer.keyword(code.python)), span)
+        assert type(code) is Name
+        return Atom(Symbol(code.text), span)
+
+    def text(
+        self, forms: Sequence[Datum], header: Sequence[str], footer: Sequence[str | None] = ()
+    ) -> str | Diagnostic:
+        """The text of the program; ``header`` are the lines of the comment that opens it. A diagnostic where the text
+        would not read as ``forms``."""
+        trivia = dict(self.trivia)
+        if forms and header:
+            first = trivia.get(id(forms[0]), Trivia())
+            before = (*_comments(header), None, *first.before)
+            trivia[id(forms[0])] = Trivia(before, first.after, first.blank, first.end)
+        text = layout(forms, indents=INDENTS, trivia=trivia, spelling=self.spelling, end=_comments(footer))
+        problem = misread(forms, text, self._outer)
+        if problem is not None:
+            return problem
+        final = settled(text, INDENTS)
+        return final if final == text else misread(forms, final, self._outer) or final
+
+
+def _comments(texts: Sequence[str | None]) -> tuple[str | None, ...]:
+    """Lines of comments; None is an empty line."""
+    return tuple(None if text is None else line_comment(text) for text in texts)
+
+
+def prose(text: str) -> list[str]:
+    """Prose wrapped to lines of a comment; an empty line stays one."""
+    lines: list[str] = []
+    for paragraph in text.strip().splitlines():
+        lines += textwrap.wrap(paragraph, 86) or [""]
+    return lines

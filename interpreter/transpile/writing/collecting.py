@@ -6,26 +6,13 @@ import ast
 from collections.abc import Callable, Sequence
 from functools import partial
 
-from scenelang.interpreter.transpile.analysis.collect import Collection, additions
-from scenelang.interpreter.transpile.analysis.domain import LIST, SHAPE
-from scenelang.interpreter.transpile.analysis.effects import Effect
+from scenelang.interpreter.transpile.analysis.collect import Collection, Effect, additions
+from scenelang.interpreter.transpile.analysis.inference import LIST, SHAPE
 from scenelang.interpreter.transpile.writing.assignments import AssignmentWriter
-from scenelang.interpreter.transpile.writing.blocks import Block, Collecting, Item, Piece, total
-from scenelang.interpreter.transpile.writing.code import (
-    Code,
-    Form,
-    Name,
-    Ref,
-    form,
-    is_form,
-)
-from scenelang.interpreter.transpile.writing.conditionals import conditional, hang
-from scenelang.interpreter.transpile.writing.control import (
-    Mode,
-    has_inner_star,
-    is_skip,
-    leaves,
-)
+from scenelang.interpreter.transpile.writing.blocks import Block, BlockItem, CollectedPiece, Collecting, total
+from scenelang.interpreter.transpile.writing.code import Code, FormCode, Name, VariableRef, form, is_form
+from scenelang.interpreter.transpile.writing.operators import conditional, hang
+from scenelang.interpreter.transpile.writing.writer import Mode, has_inner_star, is_skip, leaves
 
 
 class CollectionWriter(AssignmentWriter):
@@ -41,14 +28,16 @@ class CollectionWriter(AssignmentWriter):
             for element in value.elts:
                 is_many = isinstance(element, ast.Starred)
                 code = self.iterable(element.value) if isinstance(element, ast.Starred) else self.expr(element)
-                collecting.pieces.append(Piece(self.comment_item(code, element), is_many, self.effect(element)))
+                collecting.pieces.append(
+                    CollectedPiece(self.comment_item(code, element), is_many, self.effect(element))
+                )
         elif isinstance(value, ast.ListComp):
             head = self.loop_head("/union" if collecting.unites else "/list", value.generators)
-            collecting.pieces.append(Piece(Form([*head, self.expr(value.elt)]), True, self.effect(value)))
+            collecting.pieces.append(CollectedPiece(FormCode([*head, self.expr(value.elt)]), True, self.effect(value)))
         elif collection.is_union and not _is_empty(value):
-            collecting.pieces.append(Piece(self.expr(value), False, self.effect(value)))
+            collecting.pieces.append(CollectedPiece(self.expr(value), False, self.effect(value)))
         elif isinstance(value, ast.Call) and value.args:
-            collecting.pieces.append(Piece(self.iterable(value.args[0]), True, self.effect(value)))
+            collecting.pieces.append(CollectedPiece(self.iterable(value.args[0]), True, self.effect(value)))
         block.collecting.append(collecting)
 
     def _unites_all(self, collection: Collection) -> bool:
@@ -75,7 +64,7 @@ class CollectionWriter(AssignmentWriter):
             return
         if isinstance(node, ast.For):
             code = self._collecting_for(node, collecting, note)
-            block.add_piece(collecting, Piece(code, True, self.effect(node)))
+            block.add_piece(collecting, CollectedPiece(code, True, self.effect(node)))
         elif isinstance(node, ast.If):
             piece = self._collecting_if(node, collecting)
             hang(piece.code, note)
@@ -88,16 +77,21 @@ class CollectionWriter(AssignmentWriter):
             return self.iterable(value)
         return self.expr(value)
 
-    def _split(self, value: ast.expr, code: Code, is_many: bool) -> list[Piece]:
+    def _split(self, value: ast.expr, code: Code, is_many: bool) -> list[CollectedPiece]:
         """``xs += [a, b]`` adds two items."""
-        if is_many and isinstance(value, (ast.List, ast.Tuple)) and is_form(code, "list") and isinstance(code, Form):
+        if (
+            is_many
+            and isinstance(value, (ast.List, ast.Tuple))
+            and is_form(code, "list")
+            and isinstance(code, FormCode)
+        ):
             if code.before and len(code.items) > 1:
                 code.items[1].before = (*code.before, *code.items[1].before)
             if code.after and len(code.items) > 1:
                 code.items[-1].after = code.after
             effect = self.effect(value)
-            return [Piece(item, False, effect) for item in code.items[1:]]
-        return [Piece(code, is_many, self.effect(value))]
+            return [CollectedPiece(item, False, effect) for item in code.items[1:]]
+        return [CollectedPiece(code, is_many, self.effect(value))]
 
     def _collecting_for(self, node: ast.For, collecting: Collecting, note: Code) -> Code:
         one_each = not collecting.unites and self._adds_one(node.body, collecting.collection, self._merges(node))
@@ -134,7 +128,7 @@ class CollectionWriter(AssignmentWriter):
         is_cell = any(variable is not None and variable.is_cell for variable in names)
         return not is_cell and not has_inner_star(node.target) and not self._interleaves(node)
 
-    def _collecting_if(self, node: ast.If, collecting: Collecting) -> Piece:
+    def _collecting_if(self, node: ast.If, collecting: Collecting) -> CollectedPiece:
         one_each = (
             bool(node.orelse) and not collecting.unites and self._adds_one([node], collecting.collection, is_loop=False)
         )
@@ -142,7 +136,7 @@ class CollectionWriter(AssignmentWriter):
         mode = Mode(None, partial(_finished, one_each), collection=collecting)
         clauses: list[Code] = []
         self._value_clauses(node, mode, clauses, lambda: self._collecting_block(collecting))
-        return Piece(conditional(clauses), not one_each, self.effect(node))
+        return CollectedPiece(conditional(clauses), not one_each, self.effect(node))
 
     def _collecting_block(self, collecting: Collecting) -> Block:
         block = Block()
@@ -180,9 +174,9 @@ class CollectionWriter(AssignmentWriter):
                 is_definition = variable in self.places.definitions.get(collecting.collection.start, ())
                 writes = effect | Effect(writes=frozenset((variable,)))
                 if is_definition:
-                    block.add(Item("define", code, writes, (variable,), Ref(variable), collecting.note))
+                    block.add(BlockItem("define", code, writes, (variable,), VariableRef(variable), collecting.note))
                 else:
-                    block.add_effect(form("set!", Ref(variable), code), writes, collecting.note)
+                    block.add_effect(form("set!", VariableRef(variable), code), writes, collecting.note)
             else:
                 block.define(variable, code, effect, collecting.note, nests=False)
 

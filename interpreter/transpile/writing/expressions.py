@@ -7,9 +7,9 @@ import math
 import re
 from collections.abc import Sequence
 
+from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import SceneError, suggest
-from scenelang.grammar.source import Span
-from scenelang.interpreter.transpile.analysis.domain import (
+from scenelang.interpreter.transpile.analysis.inference import (
     ARRAY,
     CONTAINERS,
     DICT,
@@ -20,31 +20,36 @@ from scenelang.interpreter.transpile.analysis.domain import (
     UNKNOWN,
 )
 from scenelang.interpreter.transpile.analysis.known import RESULTS
-from scenelang.interpreter.transpile.analysis.paths import ANNOTATIONS, BUILTINS, FORBIDDEN, is_module
-from scenelang.interpreter.transpile.analysis.scopes import Comprehension, Function, Variable
+from scenelang.interpreter.transpile.analysis.scopes import (
+    ANNOTATIONS,
+    BUILTINS,
+    FORBIDDEN,
+    Comprehension,
+    Function,
+    PythonVariable,
+    is_module,
+)
 from scenelang.interpreter.transpile.helper_api import HELPERS
-from scenelang.interpreter.transpile.writing import operators, texts
+from scenelang.interpreter.transpile.writing import operators
 from scenelang.interpreter.transpile.writing.calls import CALLS, CONSTANTS, VALUES
 from scenelang.interpreter.transpile.writing.code import (
     Brackets,
     Code,
-    Form,
+    FormCode,
     Key,
-    Literal,
+    LiteralCode,
     Name,
-    Ref,
+    VariableRef,
     form,
     is_form,
+    kebab,
     lambda_list,
     none,
     quote,
 )
-from scenelang.interpreter.transpile.writing.flows import Flows
 from scenelang.interpreter.transpile.writing.methods import call_method
-from scenelang.interpreter.transpile.writing.naming import kebab
-from scenelang.interpreter.transpile.writing.records import Records
-from scenelang.interpreter.transpile.writing.user_calls import call_function, wrapped
-from scenelang.interpreter.transpile.writing.writer import Analysed
+from scenelang.interpreter.transpile.writing.user_calls import Records, call_function, wrapped
+from scenelang.interpreter.transpile.writing.writer import Analysed, Flows
 
 _METHODS_OF_ONE = ("get", "append", "add", "index", "count", "remove", "startswith", "endswith", "extend")
 _PLAIN_NUMBER = re.compile(r"(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
@@ -56,7 +61,7 @@ class ExpressionWriter(Flows):
     def __init__(self, analysed: Analysed) -> None:
         super().__init__(analysed)
         self.records = Records()
-        self.late: dict[Variable, Variable] = {}
+        self.late: dict[PythonVariable, PythonVariable] = {}
 
     def expr(self, node: ast.expr) -> Code:
         """The code of any expression."""
@@ -99,10 +104,10 @@ class ExpressionWriter(Flows):
         if isinstance(value, str) and any("\ud800" <= c <= "\udfff" for c in value):
             raise self.unsupported("a string with half a character", node)
         if value is None or isinstance(value, (bool, str)):
-            return Literal(value)
+            return LiteralCode(value)
         if isinstance(value, (int, float)):
             text = self.text.text(node) if value != math.inf else "1e999"  # `inf` may be a variable of the program
-            return Literal(value, None, text if _PLAIN_NUMBER.fullmatch(text) else None)
+            return LiteralCode(value, None, text if _PLAIN_NUMBER.fullmatch(text) else None)
         raise self.unsupported(f"the constant `{value!r}`", node)
 
     def _Name(self, node: ast.Name) -> Code:
@@ -114,7 +119,7 @@ class ExpressionWriter(Flows):
         is_given_on = isinstance(self.parent(node), (ast.Call, ast.keyword, ast.Starred))
         if function is not None and is_given_on and any(p.variable.is_keyword for p in function.parameters):
             return wrapped(self, function, node)
-        return Ref(variable, self.span(node))
+        return VariableRef(variable, self.span(node))
 
     def _library_value(self, node: ast.expr, path: str) -> Code:
         """A constant or function of the library as a value."""
@@ -167,15 +172,15 @@ class ExpressionWriter(Flows):
 
     def _bound_method(self, node: ast.Attribute) -> Code:
         """``key=counts.get``: a function of one argument that calls the method."""
-        variable = Variable("key", None, is_temporary=True)
+        variable = PythonVariable("key", None, is_temporary=True)
         argument = ast.copy_location(ast.Name("key", ast.Load()), node)
         self.names.variables[argument] = variable
         call = ast.copy_location(ast.Call(node, [argument], []), node)
-        return form("lambda", Form([Ref(variable)]), call_method(self, call, node))
+        return form("lambda", FormCode([VariableRef(variable)]), call_method(self, call, node))
 
     def field(self, node: ast.Attribute) -> Code:
         """``record.field``."""
-        from scenelang.interpreter.transpile.writing.records import read_field
+        from scenelang.interpreter.transpile.writing.user_calls import read_field
 
         return read_field(self, node)
 
@@ -221,7 +226,7 @@ class ExpressionWriter(Flows):
         def close() -> None:
             if run:
                 if all(is_constant(e) for e in run):
-                    pieces.append(quote(Form([self._data(e, quasi=False) for e in run])))
+                    pieces.append(quote(FormCode([self._data(e, quasi=False) for e in run])))
                 else:
                     pieces.append(form("list", *self._items(run)))
                 run.clear()
@@ -259,7 +264,7 @@ class ExpressionWriter(Flows):
     def _data(self, node: ast.expr, quasi: bool) -> Code:
         if isinstance(node, (ast.Tuple, ast.List)):
             items = [self.comment_item(self._data(e, quasi), e) for e in node.elts]
-            return Form(items, self.span(node))
+            return FormCode(items, self.span(node))
         if is_constant(node) or not quasi:
             return self.expr(node)
         return form("unquote", self.expr(node), span=self.span(node))
@@ -295,7 +300,7 @@ class ExpressionWriter(Flows):
             clauses += self.clauses(generator.target, generator.iter, parallel=not nested)
             for condition in generator.ifs:
                 clauses += self.condition_clause(condition)
-        return [Name(f"for{'*' if nested else ''}{kind}"), Form(clauses)]
+        return [Name(f"for{'*' if nested else ''}{kind}"), FormCode(clauses)]
 
     def condition_clause(self, condition: ast.expr, holds: bool = True) -> list[Code]:
         """``:when test``, or ``:unless`` of what is negated."""
@@ -315,8 +320,8 @@ class ExpressionWriter(Flows):
             and not any(isinstance(e, ast.Starred) for e in (*target.elts, *iterable.args))
         ):
             sources = self.side_by_side(iterable.args)
-            return [Form([self.pattern(t), source]) for t, source in zip(target.elts, sources)]
-        return [Form([self.pattern(target), self.iterable(iterable)])]
+            return [FormCode([self.pattern(t), source]) for t, source in zip(target.elts, sources)]
+        return [FormCode([self.pattern(target), self.iterable(iterable)])]
 
     def side_by_side(self, sources: Sequence[ast.expr]) -> list[Code]:
         """The sequences of a ``zip``; ``cycle(xs)`` is repeated as often as the first other one has items."""
@@ -342,44 +347,44 @@ class ExpressionWriter(Flows):
             if any(isinstance(e, ast.Starred) for e in elements[:-1]):
                 raise self.unsupported("a star before the end of this target", target)
             if elements and isinstance(elements[-1], ast.Starred):
-                return Form(
+                return FormCode(
                     [self.pattern(e) for e in elements[:-1]], self.span(target), self.pattern(elements[-1].value)
                 )
-            return Form([self.pattern(e) for e in elements], self.span(target))
+            return FormCode([self.pattern(e) for e in elements], self.span(target))
         raise self.unsupported("this target", target)
 
-    def binder(self, variable: Variable, node: ast.AST) -> Code:
+    def binder(self, variable: PythonVariable, node: ast.AST) -> Code:
         """``_`` where nothing reads the variable and it says so itself."""
         if variable in self.late:
-            return Ref(self.late[variable], self.span(node))
+            return VariableRef(self.late[variable], self.span(node))
         if variable.name == "_" and not variable.reads:
             return Name("_", self.span(node))
-        return Ref(variable, self.span(node))
+        return VariableRef(variable, self.span(node))
 
-    def _late_variables(self, node: Comprehension) -> list[Variable]:
+    def _late_variables(self, node: Comprehension) -> list[PythonVariable]:
         """The variables of a comprehension that functions among its results read when they are called later."""
         targets = [n for g in node.generators for n in ast.walk(g.target) if isinstance(n, ast.Name)]
         found = (self.names.variables.get(n) for n in targets)
         return [variable for variable in dict.fromkeys(found) if variable is not None and variable.is_cell]
 
-    def _late(self, node: Comprehension, late: list[Variable], result: Code) -> Code:
+    def _late(self, node: Comprehension, late: list[PythonVariable], result: Code) -> Code:
         """A comprehension whose variables are the same in all turns, as functions that outlive their turn see them:
         lists joined in a loop that assigns the variables."""
-        temporaries = {variable: Variable(variable.name, None, is_temporary=True) for variable in late}
+        temporaries = {variable: PythonVariable(variable.name, None, is_temporary=True) for variable in late}
         self.late.update(temporaries)
         code: Code = form("list", result)
         for generator in reversed(node.generators):
             if generator.ifs:
                 tests = [self.test(condition) for condition in generator.ifs]
                 test = tests[0] if len(tests) == 1 else form("and", *tests)
-                code = form("if", test, code, quote(Form([])))
+                code = form("if", test, code, quote(FormCode([])))
             own = {self.names.variables.get(n) for n in ast.walk(generator.target)}
-            sets = [form("set!", Ref(v), Ref(temporaries[v])) for v in late if v in own]
-            clause = Form([self.pattern(generator.target), self.iterable(generator.iter)])
-            code = Form([Name("for/append"), Form([clause]), *sets, code])
+            sets = [form("set!", VariableRef(v), VariableRef(temporaries[v])) for v in late if v in own]
+            clause = FormCode([self.pattern(generator.target), self.iterable(generator.iter)])
+            code = FormCode([Name("for/append"), FormCode([clause]), *sets, code])
         for variable in late:
             del self.late[variable]
-        return form("let", Form([Form([Ref(variable), none()]) for variable in late]), code)
+        return form("let", FormCode([FormCode([VariableRef(variable), none()]) for variable in late]), code)
 
     def _ListComp(self, node: ast.ListComp) -> Code:
         late = self._late_variables(node)
@@ -388,7 +393,7 @@ class ExpressionWriter(Flows):
             return form("mutable", joined) if self.is_mutated(node) else joined
         kind = "/union" if self.is_parts(node) else "/list"
         head = self.loop_head(kind, node.generators)
-        code = Form([*head, self.comment_item(self.expr(node.elt), node.elt)])
+        code = FormCode([*head, self.comment_item(self.expr(node.elt), node.elt)])
         return form("mutable", code) if self.is_mutated(node) else code
 
     def _GeneratorExp(self, node: ast.GeneratorExp) -> Code:
@@ -397,13 +402,13 @@ class ExpressionWriter(Flows):
             return self._late(node, late, self.expr(node.elt))
         kind = "/union" if self.is_parts(node) else "/list"
         head = self.loop_head(kind, node.generators)
-        return Form([*head, self.comment_item(self.expr(node.elt), node.elt)])
+        return FormCode([*head, self.comment_item(self.expr(node.elt), node.elt)])
 
     def _SetComp(self, node: ast.SetComp) -> Code:
         late = self._late_variables(node)
         if late:
             return form("list->set", self._late(node, late, self.expr(node.elt)))
-        return Form([*self.loop_head("/set", node.generators), self.expr(node.elt)])
+        return FormCode([*self.loop_head("/set", node.generators), self.expr(node.elt)])
 
     def _DictComp(self, node: ast.DictComp) -> Code:
         late = self._late_variables(node)
@@ -411,7 +416,7 @@ class ExpressionWriter(Flows):
             pair = form("list", self.expr(node.key), self.expr(node.value))
             return form("list->table", self._late(node, late, pair))
         head = self.loop_head("/table", node.generators)
-        return Form([*head, form("list", self.expr(node.key), self.expr(node.value))])
+        return FormCode([*head, form("list", self.expr(node.key), self.expr(node.value))])
 
     # --- vectors ---
 
@@ -452,14 +457,14 @@ class ExpressionWriter(Flows):
         """An expression that only decides: what is false in Python is #f or none in the code."""
         if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
             inner = self.test(node.operand)
-            if is_form(inner, "not") and isinstance(inner, Form):
+            if is_form(inner, "not") and isinstance(inner, FormCode):
                 return inner.items[1]
             return form("not", inner, span=self.span(node))
         if isinstance(node, ast.BoolOp):
             head = "and" if isinstance(node.op, ast.And) else "or"
             return form(head, *(self.test(value) for value in node.values), span=self.span(node))
         if isinstance(node, ast.Constant):
-            return Literal(bool(node.value), self.span(node))
+            return LiteralCode(bool(node.value), self.span(node))
         return operators.truth(self, node, self.type(node))
 
     # --- operators ---
@@ -483,13 +488,13 @@ class ExpressionWriter(Flows):
         return operators.subscript(self, node)
 
     def _JoinedStr(self, node: ast.JoinedStr) -> Code:
-        return texts.interpolated(self, node)
+        return operators.interpolated(self, node)
 
     def _NamedExpr(self, node: ast.NamedExpr) -> Code:
         variable = self.names.variables.get(node.target)
         if variable is None:  # such as in the body of a class
             raise self.unsupported("`:=` here", node)
-        return form("begin", form("set!", Ref(variable), self.expr(node.value)), Ref(variable))
+        return form("begin", form("set!", VariableRef(variable), self.expr(node.value)), VariableRef(variable))
 
     # --- iteration ---
 
@@ -525,19 +530,19 @@ class ExpressionWriter(Flows):
         bindings: list[Code] = []
         for parameter in function.parameters:
             if parameter.default is not None and not self.may_stay(parameter.default):
-                variable = Variable(parameter.variable.name, None, is_temporary=True)
-                bindings.append(Form([Ref(variable), self.expr(parameter.default)]))
+                variable = PythonVariable(parameter.variable.name, None, is_temporary=True)
+                bindings.append(FormCode([VariableRef(variable), self.expr(parameter.default)]))
                 self.defaults[parameter.default] = variable
         code = form(
             "lambda", lambda_list(self.parameters(function)), *self.lambda_locals(function), self.expr(node.body)
         )
-        return form("let", Form(bindings), code) if bindings else code
+        return form("let", FormCode(bindings), code) if bindings else code
 
     def lambda_locals(self, function: Function) -> list[Code]:
         """The definitions of what ``:=`` assigns inside a lambda, which is the lambda's own."""
         parameters = {parameter.variable for parameter in function.parameters}
         own = [variable for variable in function.locals.values() if variable not in parameters]
-        return [form("define", Ref(variable), Literal(None)) for variable in own]
+        return [form("define", VariableRef(variable), LiteralCode(None)) for variable in own]
 
     def may_stay(self, node: ast.expr) -> bool:
         """Whether a default gives the same whenever it is evaluated."""
@@ -555,22 +560,22 @@ class ExpressionWriter(Flows):
                 return False
         return True
 
-    def parameters(self, function: Function) -> Form:
+    def parameters(self, function: Function) -> FormCode:
         """The list of parameters; defaults are constants or names by now."""
         items: list[Code] = []
         rest: Code | None = None
         for parameter in function.parameters:
             variable = parameter.variable
-            name = Ref(variable, self.span(variable.stores[0]), is_keyword=variable.is_keyword)
+            name = VariableRef(variable, self.span(variable.stores[0]), is_keyword=variable.is_keyword)
             if parameter.kind == "rest":
                 rest = name
             elif parameter.kind == "keys":
                 items += [Name("&keys"), name]
             elif parameter.default is not None:
-                items.append(Form([name, self.default(function, variable, parameter.default)]))
+                items.append(FormCode([name, self.default(function, variable, parameter.default)]))
             else:
                 items.append(name)
-        return Form(items, self._signature_span(function), rest)
+        return FormCode(items, self._signature_span(function), rest)
 
     def _signature_span(self, function: Function) -> Span | None:
         """The place of the parameters in the Python."""
@@ -581,11 +586,11 @@ class ExpressionWriter(Flows):
         last = self.span(last_parameter.default or last_parameter.annotation or last_parameter.variable.stores[0])
         return Span(first.source, first.start, max(first.end, last.end))
 
-    def default(self, function: Function, variable: Variable, node: ast.expr) -> Code:
+    def default(self, function: Function, variable: PythonVariable, node: ast.expr) -> Code:
         """The default of a parameter; statements replaces what must be evaluated at the definition."""
         found = self.defaults.get(node)  # evaluated once, at the definition
         if found is not None:
-            return Ref(found, self.span(node))
+            return VariableRef(found, self.span(node))
         return self.vector(node) if self.is_vector_literal(node) and self.wants_vector(node) else self.expr(node)
 
     def _Call(self, node: ast.Call) -> Code:

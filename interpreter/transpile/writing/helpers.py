@@ -9,28 +9,32 @@ from typing import TYPE_CHECKING
 
 from scenelang.grammar.diagnostics import suggest
 from scenelang.grammar.reader import is_keyword_name
-from scenelang.interpreter.lint.attributes import idle_hint
-from scenelang.interpreter.shapes import BLOCK_WORDS, GEOMETRY
-from scenelang.interpreter.transpile.analysis.domain import POSE, SEQUENCES, SHAPE
-from scenelang.interpreter.transpile.analysis.scopes import Function, Variable
-from scenelang.interpreter.transpile.analysis.syntax import is_none
+from scenelang.interpreter.lint.rules import idle_hint
+from scenelang.interpreter.scene.shapes import BLOCK_WORDS, GEOMETRY
+from scenelang.interpreter.transpile.analysis.inference import POSE, SEQUENCES, SHAPE
+from scenelang.interpreter.transpile.analysis.scopes import Function, PythonVariable, is_none
 from scenelang.interpreter.transpile.helper_api import HELPERS
-from scenelang.interpreter.transpile.writing.arguments import arguments_of, expanded, is_ones, is_zero_vector
 from scenelang.interpreter.transpile.writing.code import (
     ArgumentName,
     Code,
-    Form,
+    FormCode,
     Key,
-    Literal,
+    LiteralCode,
     Name,
-    Ref,
+    VariableRef,
     form,
     gives_parts,
     is_form,
     none,
     number,
 )
-from scenelang.interpreter.transpile.writing.user_calls import write_argument
+from scenelang.interpreter.transpile.writing.user_calls import (
+    arguments_of,
+    expanded,
+    is_ones,
+    is_zero_vector,
+    write_argument,
+)
 
 if TYPE_CHECKING:
     from scenelang.interpreter.transpile.writing.expressions import ExpressionWriter
@@ -65,7 +69,7 @@ def library_call(w: ExpressionWriter, node: ast.Call) -> Code:
             return _unknown_call(w, node, word.value)
         assert target.word is not None
         check_named(w, node, target, keywords)
-        return _call(w, Literal(target.word, w.span(word)), keywords, target)
+        return _call(w, LiteralCode(target.word, w.span(word)), keywords, target)
     return _computed_call(w, word, keywords)
 
 
@@ -76,9 +80,9 @@ def _computed_call(w: ExpressionWriter, word: ast.expr, keywords: list[ast.keywo
         return _call(w, w.expr(word), keywords)
     if w.is_simple(word):
         return form("if", form("bound?", w.expr(word)), _call(w, w.expr(word), keywords), form("union"))
-    variable = Variable("word", None, is_temporary=True)
-    body = form("if", form("bound?", Ref(variable)), _call(w, Ref(variable), keywords), form("union"))
-    return form("let", Form([Form([Ref(variable), w.expr(word)])]), body)
+    variable = PythonVariable("word", None, is_temporary=True)
+    body = form("if", form("bound?", VariableRef(variable)), _call(w, VariableRef(variable), keywords), form("union"))
+    return form("let", FormCode([FormCode([VariableRef(variable), w.expr(word)])]), body)
 
 
 def possible_words(w: ExpressionWriter, word: ast.expr) -> list[str]:
@@ -231,9 +235,9 @@ def _arguments_in(w: ExpressionWriter, value: ast.expr, given: set[str], items: 
     if not isinstance(value, ast.Name):
         raise w.unsupported("a dictionary that is made in the call of `primitive_call`", value)
     if "shape_kwargs" not in given:
-        tables.append(form("keywords", form("ref", w.expr(value), Literal("shape_kwargs"), form("table"))))
+        tables.append(form("keywords", form("ref", w.expr(value), LiteralCode("shape_kwargs"), form("table"))))
     if "color" not in given:
-        items += [Key("color"), form("ref", w.expr(value), Literal("color"), none())]
+        items += [Key("color"), form("ref", w.expr(value), LiteralCode("color"), none())]
 
 
 def _primitive_word(w: ExpressionWriter, word: ast.expr) -> tuple[str, Code]:
@@ -246,7 +250,7 @@ def _primitive_word(w: ExpressionWriter, word: ast.expr) -> tuple[str, Code]:
         hint = suggest(name, [*_SHAPES, *_BLOCKS]) or "there are cube, sphere, cylinder, set_cuboid and delete_blocks"
         raise w.error("python-call", f"there is no primitive `{name}`", word, hint)
     name = _BLOCKS.get(name, name)
-    return ("primitive" if name in bound else "call"), Literal(name, w.span(word))
+    return ("primitive" if name in bound else "call"), LiteralCode(name, w.span(word))
 
 
 def _shape_kwargs(w: ExpressionWriter, value: ast.expr, items: list[Code], tables: list[Code]) -> None:
@@ -330,7 +334,7 @@ def _color(w: ExpressionWriter, value: ast.expr) -> Code:
     code = w.vector(value)
     length = w.known_length(value)
     if length is not None and length > 3:
-        return form("slice", code, Literal(0), Literal(3))
+        return form("slice", code, LiteralCode(0), LiteralCode(3))
     return code
 
 
@@ -345,8 +349,8 @@ def _block_kwargs(w: ExpressionWriter, value: ast.expr) -> Code:
         code = w.expr(item)
         if not isinstance(item, ast.Constant):
             code = form("unquote", code)
-        rows.append(w.comment_item(Form([w.expr(key), code]), key))
-    return form("quote" if is_constant else "quasiquote", Form(rows))
+        rows.append(w.comment_item(FormCode([w.expr(key), code]), key))
+    return form("quote" if is_constant else "quasiquote", FormCode(rows))
 
 
 # --- shapes ----------------------------------------------------------------------------------------------------
@@ -361,10 +365,10 @@ def concat_shapes(w: ExpressionWriter, node: ast.Call) -> Code:
     for argument in node.args:
         value = argument.value if isinstance(argument, ast.Starred) else argument
         code = w.expr(value)
-        if is_form(code, "union") and isinstance(code, Form) and len(node.args) > 1 and not code.after:
+        if is_form(code, "union") and isinstance(code, FormCode) and len(node.args) > 1 and not code.after:
             items += code.items[1:] if isinstance(argument, ast.Starred) else [code]
         elif isinstance(argument, ast.Starred) and isinstance(value, (ast.List, ast.Tuple)) and is_form(code, "list"):
-            assert isinstance(code, Form)
+            assert isinstance(code, FormCode)
             items += code.items[1:]
         else:
             items.append(w.comment_item(code, argument))
@@ -449,9 +453,9 @@ def in_order(w: ExpressionWriter, node: ast.Call, values: list[ast.expr], writer
         result: Code = build(*codes)
         return result
     order = sorted(range(len(values)), key=lambda i: positions[i])
-    variables = [Variable("value", None, is_temporary=True) for _ in values]
-    bindings = Form([Form([Ref(variables[i]), codes[i]]) for i in order])
-    return form("let*", bindings, build(*(Ref(v) for v in variables)))
+    variables = [PythonVariable("value", None, is_temporary=True) for _ in values]
+    bindings = FormCode([FormCode([VariableRef(variables[i]), codes[i]]) for i in order])
+    return form("let*", bindings, build(*(VariableRef(v) for v in variables)))
 
 
 # --- poses and boxes -------------------------------------------------------------------------------------------

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, TypeAlias
 
 from scenelang.grammar.diagnostics import suggest
-from scenelang.interpreter.transpile.analysis.domain import (
+from scenelang.interpreter.transpile.analysis.inference import (
     ARRAY,
     DICT,
     LIST,
@@ -19,10 +19,20 @@ from scenelang.interpreter.transpile.analysis.domain import (
     STREAM,
     TUPLE,
 )
-from scenelang.interpreter.transpile.analysis.scopes import Variable
-from scenelang.interpreter.transpile.writing.arguments import arguments_of
-from scenelang.interpreter.transpile.writing.code import Code, Form, Key, Literal, Name, Ref, form, none, number
+from scenelang.interpreter.transpile.analysis.scopes import PythonVariable
+from scenelang.interpreter.transpile.writing.code import (
+    Code,
+    FormCode,
+    Key,
+    LiteralCode,
+    Name,
+    VariableRef,
+    form,
+    none,
+    number,
+)
 from scenelang.interpreter.transpile.writing.operators import never_holds, without_use
+from scenelang.interpreter.transpile.writing.user_calls import arguments_of
 
 if TYPE_CHECKING:
     from scenelang.interpreter.transpile.writing.expressions import ExpressionWriter
@@ -32,7 +42,7 @@ MethodWriter: TypeAlias = "Callable[[ExpressionWriter, ast.Call, ast.Attribute],
 
 def call_method(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
     """``owner.name(...)``."""
-    from scenelang.interpreter.transpile.writing.records import call_record_method
+    from scenelang.interpreter.transpile.writing.user_calls import call_record_method
 
     owner = w.type(func.value)
     if func.attr.startswith("__"):
@@ -42,7 +52,7 @@ def call_method(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Cod
     if owner.kinds & STREAM:
         return _stream_method(w, node, func)
     if func.attr == "format" and owner.may(STR):
-        from scenelang.interpreter.transpile.writing.texts import format_method
+        from scenelang.interpreter.transpile.writing.operators import format_method
 
         return format_method(w, node, func)
     for kinds, table in _TABLES:
@@ -95,11 +105,11 @@ def _pop(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
 
 
 def _popleft(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
-    return form("pop!", w.expr(func.value), Literal(0))
+    return form("pop!", w.expr(func.value), LiteralCode(0))
 
 
 def _appendleft(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
-    return form("insert!", w.expr(func.value), Literal(0), w.expr(node.args[0]))
+    return form("insert!", w.expr(func.value), LiteralCode(0), w.expr(node.args[0]))
 
 
 def _sort(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
@@ -152,7 +162,7 @@ def _update(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
     for keyword in node.keywords:
         if keyword.arg is None:
             raise w.unsupported("`**` in `update`", keyword)
-        pairs += [Literal(keyword.arg), w.expr(keyword.value)]
+        pairs += [LiteralCode(keyword.arg), w.expr(keyword.value)]
     if w.type(func.value).kinds & SET:
         return form("extend!", w.expr(func.value), *(w.iterable(a) for a in node.args))
     other: Code | None = form("table", *pairs) if pairs else None
@@ -210,7 +220,7 @@ def _join(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
 def _string_find(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
     given = arguments_of(w, node, "sub", func.attr)
     found = form("string-index", w.expr(func.value), w.expr(given["sub"]))
-    return form("or", found, Literal(-1)) if func.attr == "find" else found
+    return form("or", found, LiteralCode(-1)) if func.attr == "find" else found
 
 
 def _title(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
@@ -222,7 +232,7 @@ def _isdigit(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
 
 
 def _splitlines(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
-    code = form("string-split", w.expr(func.value), Literal("\n"))
+    code = form("string-split", w.expr(func.value), LiteralCode("\n"))
     return form("mutable", code) if w.is_mutated(node) else code
 
 
@@ -237,9 +247,11 @@ def _cased(head: str, other: str) -> MethodWriter:
 
 
 def _isalpha(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
-    letter = Variable("letter", None, is_temporary=True)
-    same = form("equal?", form("string-upcase", Ref(letter)), form("string-downcase", Ref(letter)))
-    return Form([Name("for/and"), Form([Form([Ref(letter), w.expr(func.value)])]), form("not", same)])
+    letter = PythonVariable("letter", None, is_temporary=True)
+    same = form("equal?", form("string-upcase", VariableRef(letter)), form("string-downcase", VariableRef(letter)))
+    return FormCode(
+        [Name("for/and"), FormCode([FormCode([VariableRef(letter), w.expr(func.value)])]), form("not", same)]
+    )
 
 
 def _isspace(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
@@ -251,14 +263,14 @@ def _index(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
     if w.type(func.value).only(STR):
         return form("string-index", w.expr(func.value), w.expr(given["x"]))
     if never_holds(w, func.value, given["x"]):
-        return without_use(w, (func.value, given["x"]), form("error", Literal("the item is not in the list")))
+        return without_use(w, (func.value, given["x"]), form("error", LiteralCode("the item is not in the list")))
     return form("index-of", w.expr(func.value), w.expr(given["x"]))
 
 
 def _remove(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
     given = arguments_of(w, node, "x", "remove")
     if never_holds(w, func.value, given["x"]):
-        return without_use(w, (func.value, given["x"]), form("error", Literal("the item is not in the list")))
+        return without_use(w, (func.value, given["x"]), form("error", LiteralCode("the item is not in the list")))
     return form("remove!", w.expr(func.value), w.expr(given["x"]))
 
 
@@ -310,7 +322,7 @@ def _array_clip(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Cod
 
 def _stream_method(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
     """``rng.uniform(0, 1)``: the draw, from a stream of its own."""
-    from scenelang.interpreter.transpile.writing.random_calls import DRAWS, draw
+    from scenelang.interpreter.transpile.writing.numpy_calls import DRAWS, draw
 
     is_python = w.is_python_stream(func.value)
     name = {"integers": "randint"}.get(func.attr, func.attr)
@@ -355,7 +367,7 @@ _STRING_METHODS: dict[str, MethodWriter] = {
     "split": _fresh("string-split", "sep?"), "join": _join, "replace": _simple("string-replace", "old new count?"),
     "startswith": _simple("string-prefix?", "prefix"), "endswith": _simple("string-suffix?", "suffix"),
     "find": _string_find, "index": _index, "count": _count, "zfill": lambda w, node, func: form(
-        "string-pad", w.expr(func.value), w.expr(node.args[0]), Literal("0")),
+        "string-pad", w.expr(func.value), w.expr(node.args[0]), LiteralCode("0")),
     "splitlines": _splitlines, "isupper": _cased("string-upcase", "string-downcase"),
     "islower": _cased("string-downcase", "string-upcase"), "isalpha": _isalpha, "isspace": _isspace,
     "title": _title, "capitalize": _title, "isdigit": _isdigit, "rjust": _simple("string-pad", "width fill?"),

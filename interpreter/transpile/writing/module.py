@@ -5,14 +5,14 @@ from __future__ import annotations
 import ast
 from collections.abc import Sequence
 
-from scenelang.grammar.source import Span
-from scenelang.interpreter.transpile.analysis.effects import PURE
+from scenelang.grammar.datum import Span
+from scenelang.interpreter.transpile.analysis.collect import PURE
 from scenelang.interpreter.transpile.analysis.scopes import Function
-from scenelang.interpreter.transpile.writing.blocks import Block, Item
-from scenelang.interpreter.transpile.writing.code import Code, Literal, Ref, form
-from scenelang.interpreter.transpile.writing.control import comment_lines, docstring_lines, text_of
+from scenelang.interpreter.transpile.writing.blocks import Block, BlockItem
+from scenelang.interpreter.transpile.writing.code import Code, LiteralCode, VariableRef, form
 from scenelang.interpreter.transpile.writing.helpers import possible_words
 from scenelang.interpreter.transpile.writing.statements import StatementWriter
+from scenelang.interpreter.transpile.writing.writer import comment_lines, docstring_lines, text_of
 
 
 class ModuleWriter(StatementWriter):
@@ -38,20 +38,20 @@ class ModuleWriter(StatementWriter):
             self.statement(statement, block)
         forms = [self._top_form(item) for item in block.items]
         if self.analysed.root is not None and self.analysed.root.word is not None:
-            scene = form("scene", Literal(self.analysed.root.word), span=self._root_span())
+            scene = form("scene", LiteralCode(self.analysed.root.word), span=self._root_span())
             scene.blank = True
             forms.append(scene)
-        imports: list[Code] = [form("import", Literal(path)) for path in sorted(self.imports)]
+        imports: list[Code] = [form("import", LiteralCode(path)) for path in sorted(self.imports)]
         return [*imports, *forms]
 
     def _root_span(self) -> Span:
         assert self.analysed.root is not None
         return self.span(self.analysed.root.node)
 
-    def _top_form(self, item: Item) -> Code:
+    def _top_form(self, item: BlockItem) -> Code:
         if item.kind == "define":
             assert item.target is not None
-            head = "define" if type(item.target) is Ref else "define-values"
+            head = "define" if type(item.target) is VariableRef else "define-values"
             code: Code = form(head, item.target, item.value, span=item.value.span)
         else:
             code = item.value
@@ -79,26 +79,26 @@ class ModuleWriter(StatementWriter):
         note.before = (*note.before, *docstring_lines(function), *_register_text(function))
         if not function.is_registered or not is_word:
             assert function.variable is not None
-            block.add(Item("function", self.define_function(function, function.variable), PURE, (), None, note))
+            block.add(BlockItem("function", self.define_function(function, function.variable), PURE, (), None, note))
             self._finish_note(note, None)
             return
         assert function.word is not None
-        word = Literal(function.word)
+        word = LiteralCode(function.word)
         if is_last and (function.is_called_directly or function.is_passed_on) and function.variable is not None:
-            block.add(Item("function", self.define_function(function, function.variable), PURE, (), None, note))
-            bind = form("bind", word, Ref(function.variable), span=self.span(node))
-            block.add(Item("function", bind, PURE))
+            block.add(BlockItem("function", self.define_function(function, function.variable), PURE, (), None, note))
+            bind = form("bind", word, VariableRef(function.variable), span=self.span(node))
+            block.add(BlockItem("function", bind, PURE))
         else:
             bind = form("bind", word, self.as_lambda(function), span=self.span(node))
-            block.add(Item("function", bind, PURE, (), None, note))
+            block.add(BlockItem("function", bind, PURE, (), None, note))
         texts = dict.fromkeys(text for text in (function.text, function.text.partition(";")[0].strip()) if text)
         if texts and self._calls_by_text():
             for text in texts:
                 if text != function.word and self.analysed.words.get(text) is function:
-                    block.add(Item("function", form("bind", Literal(text), self._caller(function)), PURE))
+                    block.add(BlockItem("function", form("bind", LiteralCode(text), self._caller(function)), PURE))
 
     def _caller(self, function: Function) -> Code:
-        return form("retrieve", Literal(function.word))
+        return form("retrieve", LiteralCode(function.word))
 
     def _calls_by_text(self) -> bool:
         """Whether a word that is worked out while the program runs may be the text of a registration."""

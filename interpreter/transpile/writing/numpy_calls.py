@@ -5,33 +5,24 @@ from __future__ import annotations
 import ast
 from typing import TYPE_CHECKING
 
-from scenelang.interpreter.transpile.analysis.domain import (
-    ARRAY,
-    BOOL,
-    NUMBERS,
-    POSE,
-    SEQUENCES,
-    Type,
-)
-from scenelang.interpreter.transpile.analysis.scopes import Variable
-from scenelang.interpreter.transpile.analysis.syntax import is_none
-from scenelang.interpreter.transpile.writing.arguments import arguments_of
-from scenelang.interpreter.transpile.writing.builtin_calls import write_quantifier
-from scenelang.interpreter.transpile.writing.call_basics import CallWriter
+from scenelang.interpreter.transpile.analysis.inference import ARRAY, BOOL, INT, NUMBERS, POSE, SEQUENCES, AbstractType
+from scenelang.interpreter.transpile.analysis.scopes import PythonVariable, is_none
+from scenelang.interpreter.transpile.writing.builtin_calls import CallWriter, only_positional, write_quantifier
 from scenelang.interpreter.transpile.writing.code import (
     Brackets,
     Code,
-    Form,
+    FormCode,
     Key,
-    Literal,
+    LiteralCode,
     Name,
-    Ref,
+    VariableRef,
     form,
     is_form,
     number,
     quote,
 )
 from scenelang.interpreter.transpile.writing.operators import is_mask, numeric
+from scenelang.interpreter.transpile.writing.user_calls import arguments_of
 
 if TYPE_CHECKING:
     from scenelang.interpreter.transpile.writing.expressions import ExpressionWriter
@@ -148,7 +139,7 @@ def write_np_stack(head: str, axis: int | None = None) -> CallWriter:
     return write
 
 
-def is_matrix(found: Type) -> bool:
+def is_matrix(found: AbstractType) -> bool:
     """Whether a value has two dimensions, as far as inference knows."""
     if found.only(POSE):
         return True
@@ -166,7 +157,7 @@ def write_np_rows(w: ExpressionWriter, node: ast.Call) -> Code:
         return form(head, w.iterable(source))
     if not any(is_matrix(w.type(e)) for e in source.elts):
         return form("stack-arrays", *(w.array(e) for e in source.elts))
-    row = quote(Form([number(1), number(-1)]))
+    row = quote(FormCode([number(1), number(-1)]))
     codes = [w.array(e) if is_matrix(w.type(e)) else form("reshape", w.array(e), row) for e in source.elts]
     return form("concatenate", *codes)
 
@@ -224,8 +215,8 @@ def write_np_eye(w: ExpressionWriter, node: ast.Call) -> Code:
 def write_np_isclose(w: ExpressionWriter, node: ast.Call) -> Code:
     given = arguments_of(w, node, "a b rtol? atol?", "np.isclose")
     difference = form("abs", form("-", w.array(given["a"]), w.array(given["b"])))
-    relative = w.expr(given["rtol"]) if "rtol" in given else Literal(1e-5, None, "1e-5")
-    absolute = w.expr(given["atol"]) if "atol" in given else Literal(1e-8, None, "1e-8")
+    relative = w.expr(given["rtol"]) if "rtol" in given else LiteralCode(1e-5, None, "1e-5")
+    absolute = w.expr(given["atol"]) if "atol" in given else LiteralCode(1e-8, None, "1e-8")
     rest = form("-", difference, form("*", relative, form("abs", w.array(given["b"]))))
     largest = rest if w.is_numeric(given["a"]) and w.is_numeric(given["b"]) else form("max", rest)
     return form("<=", largest, absolute)
@@ -233,38 +224,43 @@ def write_np_isclose(w: ExpressionWriter, node: ast.Call) -> Code:
 
 def write_np_diff(w: ExpressionWriter, node: ast.Call) -> Code:
     given = arguments_of(w, node, "a", "np.diff")
-    array = Variable("array", None, is_temporary=True)
-    difference = form("-", form("slice", Ref(array), number(1)), form("slice", Ref(array), number(0), number(-1)))
-    return form("let", Form([Form([Ref(array), w.array(given["a"])])]), difference)
+    array = PythonVariable("array", None, is_temporary=True)
+    difference = form(
+        "-", form("slice", VariableRef(array), number(1)), form("slice", VariableRef(array), number(0), number(-1))
+    )
+    return form("let", FormCode([FormCode([VariableRef(array), w.array(given["a"])])]), difference)
 
 
 def write_np_roll(w: ExpressionWriter, node: ast.Call) -> Code:
     given = arguments_of(w, node, "a shift", "np.roll")
-    array, shift = Variable("array", None, is_temporary=True), Variable("shift", None, is_temporary=True)
-    length = form("length", Ref(array))
-    bindings = Form([
-        Form([Ref(array), w.array(given["a"])]),
-        Form([Ref(shift), form("-", length, form("%", w.expr(given["shift"]), form("length", Ref(array))))]),
+    array, shift = PythonVariable("array", None, is_temporary=True), PythonVariable("shift", None, is_temporary=True)
+    length = form("length", VariableRef(array))
+    bindings = FormCode([
+        FormCode([VariableRef(array), w.array(given["a"])]),
+        FormCode([VariableRef(shift), form("-", length, form("%", w.expr(given["shift"]), length))]),
     ])  # fmt: skip
-    parts = (form("slice", Ref(array), Ref(shift)), form("slice", Ref(array), number(0), Ref(shift)))
+    parts = (
+        form("slice", VariableRef(array), VariableRef(shift)),
+        form("slice", VariableRef(array), number(0), VariableRef(shift)),
+    )
     return form("let*", bindings, form("concatenate", *parts))
 
 
 def write_np_std(w: ExpressionWriter, node: ast.Call) -> Code:
     given = arguments_of(w, node, "a", "np.std")
-    array = Variable("array", None, is_temporary=True)
-    spread = form("mean", form("square", form("-", Ref(array), form("mean", Ref(array)))))
-    return form("let", Form([Form([Ref(array), w.array(given["a"])])]), form("sqrt", spread))
+    array = PythonVariable("array", None, is_temporary=True)
+    spread = form("mean", form("square", form("-", VariableRef(array), form("mean", VariableRef(array)))))
+    return form("let", FormCode([FormCode([VariableRef(array), w.array(given["a"])])]), form("sqrt", spread))
 
 
 def write_np_median(w: ExpressionWriter, node: ast.Call) -> Code:
     given = arguments_of(w, node, "a", "np.median")
-    array, count = Variable("array", None, is_temporary=True), Variable("count", None, is_temporary=True)
-    low = form("ref", Ref(array), form("//", form("-", Ref(count), number(1)), number(2)))
-    high = form("ref", Ref(array), form("//", Ref(count), number(2)))
-    bindings = Form([
-        Form([Ref(array), form("sort", form("flatten", w.array(given["a"])))]),
-        Form([Ref(count), form("length", Ref(array))]),
+    array, count = PythonVariable("array", None, is_temporary=True), PythonVariable("count", None, is_temporary=True)
+    low = form("ref", VariableRef(array), form("//", form("-", VariableRef(count), number(1)), number(2)))
+    high = form("ref", VariableRef(array), form("//", VariableRef(count), number(2)))
+    bindings = FormCode([
+        FormCode([VariableRef(array), form("sort", form("flatten", w.array(given["a"])))]),
+        FormCode([VariableRef(count), form("length", VariableRef(array))]),
     ])  # fmt: skip
     return form("let*", bindings, form("/", form("+", low, high), number(2)))
 
@@ -301,15 +297,17 @@ def write_np_reshape(w: ExpressionWriter, node: ast.Call) -> Code:
 
 def write_np_outer(w: ExpressionWriter, node: ast.Call) -> Code:
     given = arguments_of(w, node, "a b", "np.outer")
-    column = form("reshape", w.array(given["a"]), quote(Form([number(-1), number(1)])))
+    column = form("reshape", w.array(given["a"]), quote(FormCode([number(-1), number(1)])))
     return form("*", column, w.array(given["b"]))
 
 
 def write_np_repeat(w: ExpressionWriter, node: ast.Call) -> Code:
     given = arguments_of(w, node, "a repeats", "np.repeat")
-    item = Variable("item", None, is_temporary=True)
-    body = form("make-list", w.expr(given["repeats"]), Ref(item))
-    return form("array", Form([Name("for/append"), Form([Form([Ref(item), w.array(given["a"])])]), body]))
+    item = PythonVariable("item", None, is_temporary=True)
+    body = form("make-list", w.expr(given["repeats"]), VariableRef(item))
+    return form(
+        "array", FormCode([Name("for/append"), FormCode([FormCode([VariableRef(item), w.array(given["a"])])]), body])
+    )
 
 
 def write_np_tile(w: ExpressionWriter, node: ast.Call) -> Code:
@@ -319,18 +317,20 @@ def write_np_tile(w: ExpressionWriter, node: ast.Call) -> Code:
 
 def write_argsort(w: ExpressionWriter, node: ast.Call) -> Code:
     given = arguments_of(w, node, "a", "np.argsort")
-    keys, item = Variable("keys", None, is_temporary=True), Variable("i", None, is_temporary=True)
-    key = Form([Name("lambda"), Form([Ref(item)]), form("ref", Ref(keys), Ref(item))])
-    order = form("array", form("sort", form("range", form("length", Ref(keys))), Key("key"), key))
-    return form("let", Form([Form([Ref(keys), w.array(given["a"])])]), order)
+    keys, item = PythonVariable("keys", None, is_temporary=True), PythonVariable("i", None, is_temporary=True)
+    key = FormCode([Name("lambda"), FormCode([VariableRef(item)]), form("ref", VariableRef(keys), VariableRef(item))])
+    order = form("array", form("sort", form("range", form("length", VariableRef(keys))), Key("key"), key))
+    return form("let", FormCode([FormCode([VariableRef(keys), w.array(given["a"])])]), order)
 
 
 def write_meshgrid(w: ExpressionWriter, node: ast.Call) -> Code:
     given = arguments_of(w, node, "x y", "np.meshgrid")
-    x, y = Variable("x", None, is_temporary=True), Variable("y", None, is_temporary=True)
-    rows = form("stack-arrays", form("make-list", form("length", Ref(y)), Ref(x)))
-    columns = form("transpose", form("stack-arrays", form("make-list", form("length", Ref(x)), Ref(y))))
-    bindings = Form([Form([Ref(x), w.array(given["x"])]), Form([Ref(y), w.array(given["y"])])])
+    x, y = PythonVariable("x", None, is_temporary=True), PythonVariable("y", None, is_temporary=True)
+    rows = form("stack-arrays", form("make-list", form("length", VariableRef(y)), VariableRef(x)))
+    columns = form("transpose", form("stack-arrays", form("make-list", form("length", VariableRef(x)), VariableRef(y))))
+    bindings = FormCode(
+        [FormCode([VariableRef(x), w.array(given["x"])]), FormCode([VariableRef(y), w.array(given["y"])])]
+    )
     return form("let*", bindings, form("list", rows, columns))
 
 
@@ -341,3 +341,112 @@ def write_defaultdict(w: ExpressionWriter, node: ast.Call) -> Code:
 
 def write_field(w: ExpressionWriter, node: ast.Call) -> Code:
     raise w.unsupported("`field` outside a dataclass", node)
+
+
+# Draws from `random` and `numpy.random`.
+
+
+DRAWS: dict[str, tuple[str, str]] = {
+    # path: (builtin, parameters in order; after ":" the keyword of the builtin)
+    "numpy.random.uniform": ("uniform", "low? high? size?:size"),
+    "numpy.random.normal": ("normal", "loc? scale? size?:size"),
+    "numpy.random.standard_normal": ("normal", "size?:size"),
+    "numpy.random.randint": ("randint", "low high? size?:size dtype?"),
+    "numpy.random.random": ("random", "size?:size"),
+    "numpy.random.random_sample": ("random", "size?:size"),
+    "numpy.random.choice": ("choice", "a size?:size replace?:replace p?:p"),
+    "numpy.random.permutation": ("permutation", "x"),
+    "random.random": ("py-random", ""),
+    "random.uniform": ("py-uniform", "a b"),
+    "random.gauss": ("py-gauss", "mu? sigma?"),
+    "random.randint": ("py-randint", "a b"),
+    "random.randrange": ("py-randrange", "start stop? step?"),
+    "random.choice": ("py-choice", "seq"),
+    "random.choices": ("py-choices", "population weights?:weights k?:k"),
+    "random.sample": ("py-sample", "population k"),
+}
+_SEQUENCE_PARAMETERS = ("a", "seq", "population", "x")
+_NO_KEYWORD_VALUES = ("dtype",)
+
+
+def draw(w: ExpressionWriter, node: ast.Call, path: str, stream: Code | None = None) -> Code:
+    """A draw from a stream: the common one, or ``stream``."""
+    head, signature = DRAWS[path]
+    parameters = [p.partition(":") for p in signature.split()]
+    given = arguments_of(w, node, " ".join(p[0] for p in parameters), path)
+    items: list[Code] = []
+    options: list[Code] = []
+    waiting: list[ast.expr] = []
+    for name, _, keyword in parameters:
+        name = name.rstrip("?")
+        value = given.get(name)
+        if value is None or name in _NO_KEYWORD_VALUES or (keyword and is_none(value)):
+            continue
+        if keyword:
+            options += [Key(keyword), w.test(value) if keyword == "replace" else w.expr(value)]
+            continue
+        items += [_draw_argument(w, v, name) for v in (*waiting, value)]
+        waiting = []
+    items = _fill_gaps(path, given, items)
+    if stream is not None:
+        options += [Key("stream"), stream]
+    code = form(head, *items, *options)
+    if path == "numpy.random.permutation" and not w.type(node.args[0]).only(INT) and w.type(node).kinds & ARRAY:
+        code = form("permutation", w.array(node.args[0]), *options)
+    return form("mutable", code) if w.is_mutated(node) else code
+
+
+def _draw_argument(w: ExpressionWriter, value: ast.expr, name: str) -> Code:
+    if name in _SEQUENCE_PARAMETERS and not w.type(value).only(NUMBERS):
+        return w.iterable(value)
+    return numeric(w, value)
+
+
+def _fill_gaps(path: str, given: dict[str, ast.expr], items: list[Code]) -> list[Code]:
+    """Optional arguments before one that is given: ``np.random.normal(scale=.1)``."""
+    first = {
+        "numpy.random.normal": ("loc", "scale", 0),
+        "numpy.random.uniform": ("low", "high", 0),
+        "random.gauss": ("mu", "sigma", 0),
+    }
+    rule = first.get(path)
+    if rule is not None and rule[1] in given and rule[0] not in given:
+        return [number(rule[2]), *items]
+    if path == "numpy.random.uniform" and "low" in given and "high" not in given:
+        return [*items, number(1)]
+    return items
+
+
+def write_draw(path: str) -> CallWriter:
+    return lambda w, node: draw(w, node, path)
+
+
+def write_sides(head: str) -> CallWriter:
+    def write(w: ExpressionWriter, node: ast.Call) -> Code:
+        only_positional(w, node)
+        return form(head if node.args else ("random" if head == "rand" else "normal"), *(w.expr(a) for a in node.args))
+
+    return write
+
+
+def write_shuffle(head: str) -> CallWriter:
+    def write(w: ExpressionWriter, node: ast.Call) -> Code:
+        return form(head, w.expr(arguments_of(w, node, "x", "shuffle")["x"]))
+
+    return write
+
+
+def write_seed(head: str) -> CallWriter:
+    def write(w: ExpressionWriter, node: ast.Call) -> Code:
+        if not node.args or is_none(node.args[0]):
+            raise w.unsupported("seeding from the clock", node, "give the seed a number")
+        return form(head, w.expr(node.args[0]))
+
+    return write
+
+
+def write_stream(head: str) -> CallWriter:
+    def write(w: ExpressionWriter, node: ast.Call) -> Code:
+        return form(head, *(w.expr(a) for a in (*node.args, *(k.value for k in node.keywords)) if not is_none(a)))
+
+    return write

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import ast
+import re
+import string
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from scenelang.interpreter.transpile.analysis.domain import (
+from scenelang.interpreter.transpile.analysis.inference import (
     ARRAY,
     BOOL,
     CONTAINERS,
@@ -25,19 +27,18 @@ from scenelang.interpreter.transpile.analysis.domain import (
     STR,
     STREAM,
     UNKNOWN,
-    Type,
+    AbstractType,
     never_equal,
 )
-from scenelang.interpreter.transpile.analysis.scopes import Variable
-from scenelang.interpreter.transpile.analysis.syntax import is_none
-from scenelang.interpreter.transpile.writing import texts
+from scenelang.interpreter.transpile.analysis.scopes import PythonVariable, is_none
+from scenelang.interpreter.transpile.writing.blocks import Block
 from scenelang.interpreter.transpile.writing.code import (
     Code,
-    Form,
+    FormCode,
     Key,
-    Literal,
+    LiteralCode,
     Name,
-    Ref,
+    VariableRef,
     form,
     is_form,
     none,
@@ -47,6 +48,196 @@ from scenelang.interpreter.transpile.writing.code import (
 
 if TYPE_CHECKING:
     from scenelang.interpreter.transpile.writing.expressions import ExpressionWriter
+
+
+# Clauses as `if`, `cond`, `when` and `unless`.
+
+
+def branch_value(block: Block, variable: PythonVariable, is_missing: bool) -> Code:
+    """A variable at the end of a branch; none where it was set neither in the branch nor before."""
+    is_set = any(variable in item.variables for item in block.items)
+    return none() if is_missing and not is_set else VariableRef(variable)
+
+
+def branch_values(block: Block, variables: list[PythonVariable], missing: set[PythonVariable]) -> Code:
+    """The list of several variables at the end of a branch; plain definitions go straight into it."""
+    items = block.items
+    if (
+        [item.variables for item in items] == [(v,) for v in variables]
+        and all(item.kind == "define" and type(item.target) is VariableRef for item in items)
+        and not any(item.mentions(v) for item in items for v in variables)
+        and not any(item.note.before or item.note.after for item in items)
+    ):
+        values = [item.value for item in items]
+        items.clear()
+        if all(type(value) is LiteralCode for value in values):
+            return quote(FormCode(values))
+        return form("list", *values)
+    if len(items) == 1 and _binds_in_order(items[0].target, variables):
+        return items.pop().value
+    return form("list", *(branch_value(block, v, v in missing) for v in variables))
+
+
+def _binds_in_order(target: Code | None, variables: list[PythonVariable]) -> bool:
+    """Whether a pattern is just these variables, side by side."""
+    if not isinstance(target, FormCode) or target.rest is not None or len(target.items) != len(variables):
+        return False
+    return all(type(item) is VariableRef and item.variable is v for item, v in zip(target.items, variables))
+
+
+def conditional(clauses: list[Code]) -> Code:
+    """``(if test a b)`` where two short branches do, else ``cond``; nested conditions are flattened."""
+    last = clauses[-1]
+    while isinstance(last, FormCode) and len(last.items) == 2 and is_form(last, "else") and not last.before:
+        inner = last.items[1]
+        if not (is_form(inner, "cond") and isinstance(inner, FormCode)) or inner.before:
+            break
+        clauses = [*clauses[:-1], *inner.items[1:]]
+        last = clauses[-1]
+    if len(clauses) == 2 and is_form(clauses[1], "else"):
+        first, second = clauses
+        assert isinstance(first, FormCode)
+        assert isinstance(second, FormCode)
+        if len(first.items) == 2 and len(second.items) == 2 and not first.before and not second.before:
+            return FormCode([Name("if"), first.items[0], first.items[1], second.items[1]], first.span)
+    return FormCode([Name("cond"), *clauses], clauses[0].span)
+
+
+def unless(clauses: list[Code]) -> Code | None:
+    """``(cond (test none) (else body ...))``, for what it does, is ``(unless test body ...)``."""
+    if len(clauses) != 2:
+        return None
+    first, second = clauses
+    assert isinstance(first, FormCode)
+    assert isinstance(second, FormCode)
+    is_nothing = type(first.items[-1]) is LiteralCode and first.items[-1].value is None and len(first.items) == 2
+    if not is_nothing or first.before or first.items[-1].before or second.before or not is_form(second, "else"):
+        return None
+    if type(second.items[-1]) is LiteralCode or len(second.items) < 2:
+        return None
+    test = first.items[0]
+    if is_form(test, "not") and isinstance(test, FormCode):
+        return FormCode([Name("when"), test.items[1], *second.items[1:]], first.span)
+    return FormCode([Name("unless"), test, *second.items[1:]], first.span)
+
+
+def hang(code: Code, note: Code) -> None:
+    code.before = (*note.before, *code.before)
+    code.after = code.after or note.after
+    code.blank = code.blank or note.blank
+    note.before, note.after, note.blank = (), None, False
+
+
+# f-strings, ``%`` and ``format`` -> ``(format "..." ...)``.
+
+
+_PERCENT = re.compile(r"%(?:\((\w+)\))?([-+ #0]*)(\d+)?(?:\.(\d+))?([a-zA-Z%])")
+
+
+def interpolated(w: ExpressionWriter, node: ast.JoinedStr) -> Code:
+    """An f-string."""
+    template = ""
+    values: list[Code] = []
+    for part in node.values:
+        if isinstance(part, ast.Constant):
+            template += _escaped(str(part.value))
+        elif isinstance(part, ast.FormattedValue):
+            spec = ""
+            if part.format_spec is not None:
+                if not isinstance(part.format_spec, ast.JoinedStr) or not all(
+                    isinstance(p, ast.Constant) for p in part.format_spec.values
+                ):
+                    raise w.unsupported("a computed format", part)
+                spec = "".join(str(p.value) for p in part.format_spec.values if isinstance(p, ast.Constant))
+            is_quoted = part.conversion == ord("r") and w.type(part.value).only(STR)
+            field = "{" + (f":{spec}" if spec else "") + "}"
+            template += f"'{field}'" if is_quoted else field
+            values.append(printable(w, part.value) if not spec else w.expr(part.value))
+    return _format(template, values)
+
+
+def _format(template: str, values: list[Code]) -> Code:
+    if not values:
+        return LiteralCode(template.replace("{{", "{").replace("}}", "}"))
+    return form("format", LiteralCode(template), *values)
+
+
+def _escaped(text: str) -> str:
+    return text.replace("{", "{{").replace("}", "}}")
+
+
+def printable(w: ExpressionWriter, node: ast.expr) -> Code:
+    """A value to be put into a text as Python would write it."""
+    found = w.type(node)
+    if not found.kinds or found.only(INT | FLOAT | STR):
+        return w.expr(node)
+    return w.dynamic("py-str", w.expr(node))
+
+
+def percent(w: ExpressionWriter, node: ast.BinOp) -> Code:
+    """``"..." % values``."""
+    if not isinstance(node.left, ast.Constant):
+        return w.dynamic("py-%", w.expr(node.left), w.expr(node.right))
+    values = list(node.right.elts) if isinstance(node.right, ast.Tuple) else [node.right]
+    template, position = "", 0
+    codes: list[Code] = []
+    text = str(node.left.value)
+    for match in _PERCENT.finditer(text):
+        template += _escaped(text[position : match.start()])
+        position = match.end()
+        name, flags, width, precision, kind = match.groups()
+        if kind == "%":
+            template += "%"
+            continue
+        if name or kind not in "sdifgeExX" or len(codes) >= len(values):
+            raise w.error("python-call", f"the format `{match.group()}` does not fit the values", node.left)
+        value = values[len(codes)]
+        template += "{" + _spec(flags, width, precision, kind) + "}"
+        if kind in "di" and not w.type(value).only(INT):
+            codes.append(form("truncate", w.expr(value)))
+        else:
+            codes.append(printable(w, value) if kind == "s" else w.expr(value))
+    if len(codes) != len(values):
+        raise w.error("python-call", f"{len(values)} values for {len(codes)} places of the format", node)
+    return _format(template + _escaped(text[position:]), codes)
+
+
+def _spec(flags: str, width: str | None, precision: str | None, kind: str) -> str:
+    if kind == "s" and not width and not precision:
+        return ""
+    align = "<" if "-" in flags else ">" if kind == "s" and width else ""
+    sign = "+" if "+" in flags else ""
+    zero = "0" if "0" in flags and not align else ""
+    kind = {"i": "d", "s": ""}.get(kind, kind)
+    return f":{align}{sign}{zero}{width or ''}{'.' + precision if precision else ''}{kind}"
+
+
+def format_method(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+    """``"...".format(...)``: named fields become positions; fields reach no attributes or items."""
+    named = {k.arg: position for position, k in enumerate(node.keywords, len(node.args)) if k.arg is not None}
+    values = [*node.args, *(k.value for k in node.keywords)]
+    if not isinstance(func.value, ast.Constant):
+        return form("format", w.expr(func.value), *(w.expr(value) for value in values))
+    template = ""
+    try:
+        fields = list(string.Formatter().parse(str(func.value.value)))
+    except ValueError as problem:
+        raise w.error("python-call", f"the format is malformed: {problem}", func.value) from None
+    for literal, name, spec, conversion in fields:
+        template += _escaped(literal)
+        if name is None:
+            continue
+        if "." in name or "[" in name:
+            raise w.error("python-forbidden", f"the field `{{{name}}}` reaches into its value", func.value)
+        if conversion not in (None, "s"):
+            raise w.unsupported(f"`!{conversion}` in a format", func.value)
+        if name and not name.isdigit():
+            if name not in named:
+                raise w.error("python-call", f"the format has no value for `{name}`", func.value)
+            name = str(named[name])
+        template += "{" + name + (f":{spec}" if spec else "") + "}"
+    return _format(template, [printable(w, value) for value in values])
+
 
 _ARITHMETIC: dict[type[ast.operator], str] = {
     ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.FloorDiv: "//", ast.Mod: "%", ast.Pow: "expt",
@@ -65,7 +256,7 @@ _ALWAYS_TRUE = FUNCTION | RECORD | POSE | STREAM
 # --- truth -----------------------------------------------------------------------------------------------------
 
 
-def truth(w: ExpressionWriter, node: ast.expr, found: Type) -> Code:
+def truth(w: ExpressionWriter, node: ast.expr, found: AbstractType) -> Code:
     """Python's truth of ``node`` as a value that decides."""
     code = w.expr(node)
     if not found.kinds or found.only(BOOL | NONE | _ALWAYS_TRUE):
@@ -81,7 +272,7 @@ def truth(w: ExpressionWriter, node: ast.expr, found: Type) -> Code:
     return some
 
 
-def _some(w: ExpressionWriter, code: Code, node: ast.expr, found: Type) -> Code | None:
+def _some(w: ExpressionWriter, code: Code, node: ast.expr, found: AbstractType) -> Code | None:
     """The test that a value of one known kind is not zero or empty."""
     if found.only(INT | FLOAT):
         return form("not", form("zero?", code), span=w.span(node))
@@ -114,7 +305,7 @@ def binary(w: ExpressionWriter, node: ast.BinOp) -> Code:
     if kinds & (ARRAY | POSE) and op not in (ast.BitAnd, ast.BitOr):
         return _array_arithmetic(w, node, op)
     if op is ast.Mod and left.only(STR):
-        return texts.percent(w, node)
+        return percent(w, node)
     if op is ast.Add and kinds & (STR | SEQUENCES | SHAPE):
         return _concatenation(w, node, left, right)
     if op is ast.Mult and kinds & (STR | SEQUENCES | SHAPE):
@@ -128,7 +319,7 @@ def binary(w: ExpressionWriter, node: ast.BinOp) -> Code:
     return _arithmetic(w, node, op)
 
 
-def _is_certain(left: Type, right: Type) -> bool:
+def _is_certain(left: AbstractType, right: AbstractType) -> bool:
     """Whether one operand tells what the other must be: a number that is no count of repetitions."""
     return left.only(FLOAT) or right.only(FLOAT)
 
@@ -171,7 +362,7 @@ def _array_arithmetic(w: ExpressionWriter, node: ast.BinOp, op: type[ast.operato
     return form(_ARITHMETIC[op], write(node.left), write(node.right))
 
 
-def _concatenation(w: ExpressionWriter, node: ast.BinOp, left: Type, right: Type) -> Code:
+def _concatenation(w: ExpressionWriter, node: ast.BinOp, left: AbstractType, right: AbstractType) -> Code:
     kinds = left.kinds | right.kinds
     if left.only(NUMBERS) or right.only(NUMBERS):
         return _arithmetic(w, node, ast.Add)
@@ -197,7 +388,7 @@ def _flat(w: ExpressionWriter, node: ast.BinOp, head: str, kinds: int) -> Code:
     return form(head, *(w.expr(operand) for operand in reversed(operands)))
 
 
-def _repetition(w: ExpressionWriter, node: ast.BinOp, left: Type, right: Type) -> Code:
+def _repetition(w: ExpressionWriter, node: ast.BinOp, left: AbstractType, right: AbstractType) -> Code:
     items, count = (node.left, node.right) if left.kinds & (STR | SEQUENCES | SHAPE) else (node.right, node.left)
     if left.only(FLOAT) or right.only(FLOAT):
         return _arithmetic(w, node, ast.Mult)  # only a number can be multiplied by a Float
@@ -212,7 +403,9 @@ def _repetition(w: ExpressionWriter, node: ast.BinOp, left: Type, right: Type) -
     return form("mutable", code) if w.is_mutated(node) else code
 
 
-def _bits(w: ExpressionWriter, node: ast.BinOp, op: type[ast.operator], left: Type, right: Type) -> Code:
+def _bits(
+    w: ExpressionWriter, node: ast.BinOp, op: type[ast.operator], left: AbstractType, right: AbstractType
+) -> Code:
     kinds = left.kinds | right.kinds
     if kinds & SET and (op is ast.BitXor or op in _ON_SETS):
         if op is ast.BitXor:
@@ -241,8 +434,8 @@ def unary(w: ExpressionWriter, node: ast.UnaryOp) -> Code:
         value = operand.value if isinstance(operand, ast.Constant) else None
         if isinstance(value, (int, float)) and not isinstance(value, bool):
             inner = w.expr(operand)
-            assert isinstance(inner, Literal)
-            return Literal(-value, w.span(node), f"-{inner.text}" if inner.text else None)
+            assert isinstance(inner, LiteralCode)
+            return LiteralCode(-value, w.span(node), f"-{inner.text}" if inner.text else None)
         return form("-", w.array(operand) if w.type(operand).only(ARRAY) else numeric(w, operand))
     if isinstance(node.op, ast.UAdd):
         return numeric(w, operand)
@@ -314,7 +507,7 @@ def _contains(w: ExpressionWriter, item: ast.expr, container: ast.expr) -> Code:
     if found.kinds & UNKNOWN:
         return w.dynamic("py-in", w.expr(item), w.expr(container))
     if never_holds(w, container, item):
-        return without_use(w, (item, container), Literal(False))
+        return without_use(w, (item, container), LiteralCode(False))
     code = form("primitives", w.expr(container)) if found.kinds & SHAPE else w.expr(container)
     return form("contains?", code, w.expr(item))
 
@@ -341,7 +534,7 @@ def _equal(w: ExpressionWriter, a: ast.expr, b: ast.expr) -> Code:
             return w.expr(first) if second.value else form("not", w.expr(first))
     left, right = w.type(a), w.type(b)
     if never_equal(left, right):  # both are lists in the language
-        return without_use(w, (a, b), Literal(False))
+        return without_use(w, (a, b), LiteralCode(False))
     if left.only(BOOL) and right.only(BOOL):
         return form("equal?", w.expr(a), w.expr(b))
     if _is_number(left) and _is_number(right):
@@ -357,11 +550,11 @@ def _equal(w: ExpressionWriter, a: ast.expr, b: ast.expr) -> Code:
     return w.dynamic("py-==", w.expr(a), w.expr(b))
 
 
-def _is_number(found: Type) -> bool:
+def _is_number(found: AbstractType) -> bool:
     return not found.kinds or found.only(NUMBERS)
 
 
-def _is_exact(w: ExpressionWriter, found: Type) -> bool:
+def _is_exact(w: ExpressionWriter, found: AbstractType) -> bool:
     """Whether equality of structure and type is Python's equality: strings and Integers, in lists of these."""
     if not found.kinds or not found.only(INT | STR | NONE | SEQUENCES):
         return False
@@ -382,7 +575,7 @@ def boolean(w: ExpressionWriter, node: ast.BoolOp) -> Code:
             test, code = w.test(value), w.expr(value)
             result = form("if", test, code, result) if head == "or" else form("if", test, result, code)
         else:
-            thunk = Form([Name("lambda"), Form([]), result])
+            thunk = FormCode([Name("lambda"), FormCode([]), result])
             result = w.dynamic(f"py-bool-{head}", w.expr(value), thunk)
     return result
 
@@ -419,21 +612,27 @@ def subscript(w: ExpressionWriter, node: ast.Subscript) -> Code:
 def _picked(w: ExpressionWriter, node: ast.Subscript, index: ast.expr) -> Code:
     """``array[indices]``."""
     if is_mask(w.type(index)):
-        kept, mark = Variable("item", None, is_temporary=True), Variable("mark", None, is_temporary=True)
-        sources = [Form([Ref(kept), w.expr(node.value)]), Form([Ref(mark), w.expr(index)])]
-        clauses = Form([*sources, Key("when"), form("=", Ref(mark), number(1))])
-        return form("array", Form([Name("for/list"), clauses, Ref(kept)]))
-    source, item = Variable("source", None, is_temporary=True), Variable("i", None, is_temporary=True)
-    picked = Form([Name("for/list"), Form([Form([Ref(item), w.iterable(index)])]), form("ref", Ref(source), Ref(item))])
-    return form("let", Form([Form([Ref(source), w.expr(node.value)])]), form("array", picked))
+        kept, mark = PythonVariable("item", None, is_temporary=True), PythonVariable("mark", None, is_temporary=True)
+        sources = [FormCode([VariableRef(kept), w.expr(node.value)]), FormCode([VariableRef(mark), w.expr(index)])]
+        clauses = FormCode([*sources, Key("when"), form("=", VariableRef(mark), number(1))])
+        return form("array", FormCode([Name("for/list"), clauses, VariableRef(kept)]))
+    source, item = PythonVariable("source", None, is_temporary=True), PythonVariable("i", None, is_temporary=True)
+    picked = FormCode(
+        [
+            Name("for/list"),
+            FormCode([FormCode([VariableRef(item), w.iterable(index)])]),
+            form("ref", VariableRef(source), VariableRef(item)),
+        ]
+    )
+    return form("let", FormCode([FormCode([VariableRef(source), w.expr(node.value)])]), form("array", picked))
 
 
-def is_mask(found: Type) -> bool:
+def is_mask(found: AbstractType) -> bool:
     """Whether a value is an array that a comparison made: of 1 where it holds, else 0."""
     return found.only(ARRAY) and any(site.key.kinds & BOOL for site in found.sites)
 
 
-def _factory(w: ExpressionWriter, found: Type) -> ast.expr | None:
+def _factory(w: ExpressionWriter, found: AbstractType) -> ast.expr | None:
     """What makes the missing values of a ``defaultdict``."""
     for site in found.sites:
         if (
@@ -447,14 +646,19 @@ def _factory(w: ExpressionWriter, found: Type) -> ast.expr | None:
 
 def _ensured(w: ExpressionWriter, node: ast.Subscript, index: ast.expr, factory: ast.expr) -> Code:
     """An item of a ``defaultdict``: a number or text by default, anything else is put there first."""
-    simple = {"int": number(0), "float": Literal(0.0, None, "0."), "str": Literal(""), "bool": Literal(False)}
+    simple = {
+        "int": number(0),
+        "float": LiteralCode(0.0, None, "0."),
+        "str": LiteralCode(""),
+        "bool": LiteralCode(False),
+    }
     default: Code | None = simple.get(w.paths.of(factory) or "")
     if default is None and isinstance(factory, ast.Lambda) and isinstance(factory.body, ast.Constant):
         default = w.expr(factory.body)
     if default is not None:
         return form("ref", w.expr(node.value), w.expr(index), default)
     empty = {"list": "mutable-list", "dict": "table", "set": "set"}.get(w.paths.of(factory) or "")
-    made = form(empty) if empty else Form([w.expr(factory)])
+    made = form(empty) if empty else FormCode([w.expr(factory)])
     test = form("has-key?", w.expr(node.value), w.expr(index))
     put = form("set-ref!", w.expr(node.value), w.expr(index), made)
     return form("begin", form("unless", test, put), form("ref", w.expr(node.value), w.expr(index)))
@@ -466,7 +670,7 @@ def container(w: ExpressionWriter, node: ast.expr) -> Code:
     return form("primitives", w.expr(node)) if found.kinds & SHAPE else w.expr(node)
 
 
-def _slice(w: ExpressionWriter, node: ast.Subscript, index: ast.Slice, found: Type) -> Code:
+def _slice(w: ExpressionWriter, node: ast.Subscript, index: ast.Slice, found: AbstractType) -> Code:
     if found.kinds & ARRAY and w.is_mutated(node):
         raise w.unsupported("changing a part of an array through another name", node, "take a `.copy()` of the part")
     value = container(w, node.value)
@@ -510,6 +714,6 @@ def axes(w: ExpressionWriter, elements: Sequence[ast.expr]) -> list[Code]:
                 raise w.unsupported("a step in an index of several axes", element)
             lower = w.expr(element.lower) if element.lower is not None else number(0)
             upper = w.expr(element.upper) if element.upper is not None else none()
-            is_constant = type(lower) is Literal and type(upper) is Literal
-            codes.append(quote(Form([lower, upper])) if is_constant else form("list", lower, upper))
+            is_constant = type(lower) is LiteralCode and type(upper) is LiteralCode
+            codes.append(quote(FormCode([lower, upper])) if is_constant else form("list", lower, upper))
     return codes

@@ -4,29 +4,215 @@ turn of a loop or is seen by a closure is assigned in place."""
 from __future__ import annotations
 
 import ast
+from collections.abc import Sequence
 
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.transpile.analysis.domain import DICT
-from scenelang.interpreter.transpile.analysis.effects import PURE, Effect
-from scenelang.interpreter.transpile.analysis.scopes import Class, Function, Variable
-from scenelang.interpreter.transpile.writing.blocks import Block, Item
+from scenelang.interpreter.transpile.analysis.collect import PURE, Effect
+from scenelang.interpreter.transpile.analysis.inference import DICT
+from scenelang.interpreter.transpile.analysis.scopes import Class, Function, PythonVariable
+from scenelang.interpreter.transpile.writing.blocks import Block, BlockItem, Collecting, assemble
+from scenelang.interpreter.transpile.writing.branches import BranchWriter
 from scenelang.interpreter.transpile.writing.code import (
     Code,
-    Form,
-    Literal,
+    FormCode,
+    Key,
+    LiteralCode,
     Name,
-    Ref,
+    VariableRef,
     form,
     lambda_list,
     none,
     quote,
 )
-from scenelang.interpreter.transpile.writing.control import (
+from scenelang.interpreter.transpile.writing.writer import (
+    Jump,
+    Mode,
+    breaks_out,
     comment_lines,
     docstring_lines,
+    has_inner_star,
+    leaves,
+    only_loop,
     text_of,
 )
-from scenelang.interpreter.transpile.writing.loops import LoopWriter
+
+# `for` and `while`: clauses, guards, early exits.
+
+
+class LoopWriter(BranchWriter):
+    """Writes loops."""
+
+    def _For_statement(self, node: ast.For, block: Block, note: Code) -> None:
+        code = self._for(node, "", Mode(ast.Continue, lambda b: None), None)
+        self._add_loop(node, code, block, note)
+
+    def _add_loop(self, node: ast.For | ast.While, code: Code, block: Block, note: Code) -> None:
+        jump = self._last_break
+        effect = self.effect(node)
+        if jump.variable is not None or (node.orelse and breaks_out(node.body)):
+            orelse = self._effect_body(node.orelse) if node.orelse else []
+            code = form("let/ec", VariableRef(jump.escape()), code, *orelse, span=self.span(node))
+            block.add_effect(code, effect | Effect(changes=True), note)
+            return
+        block.add_effect(code, effect, note)
+        for statement in node.orelse:
+            self.statement(statement, block)
+
+    def _for(self, node: ast.For, kind: str, mode: Mode, collecting: Collecting | None) -> Code:
+        """A loop as ``(for/kind (clauses) body ...)``; loops that hold nothing but a loop become ``for*``."""
+        jump = Jump("break")
+        self.place.breaks.append(jump)
+        clauses: list[Code] = []
+        nested = False
+        inner: ast.For = node
+        prefix: list[Code] = []
+        statements: list[ast.stmt] = []
+        depth = 0
+        while True:
+            nested_inner = only_loop(inner.body, collecting)
+            nested = nested or nested_inner is not None
+            clauses += self._for_clauses(inner, parallel=not nested, prefix=prefix)
+            statements = list(inner.body)
+            if prefix:
+                break
+            statements = self._guards(statements, clauses, breaks=depth == 0 and not collecting and not node.orelse)
+            following = only_loop(statements, collecting)
+            if following is None or breaks_out(following.body) or (depth and jump.variable):
+                break
+            if following in self.places.before:
+                break  # variables are defined between the two
+            nested = True
+            note = Code(None)
+            self._open_note(note, following)
+            clauses[-1].before = (*clauses[-1].before, *note.before)
+            inner = following
+            depth += 1
+        if nested and depth == 0:
+            nested = False
+        body = self._loop_body(statements, mode, collecting, prefix)
+        self.place.breaks.pop()
+        self._last_break = jump
+        head = Name(f"for{'*' if depth else ''}{kind}")
+        return FormCode([head, FormCode(clauses), *(body or [none()])], self.span(node))
+
+    def _for_clauses(self, node: ast.For, parallel: bool, prefix: list[Code]) -> list[Code]:
+        """The clauses of one ``for``; targets that are assigned in place are set first thing in the body."""
+        target = node.target
+        if self._interleaves(node):
+            lazily = self._lazy_clauses(node, prefix)
+            if lazily is not None:
+                return lazily
+        names = [n for n in ast.walk(target) if isinstance(n, ast.Name)]
+        if isinstance(target, (ast.Name, ast.Tuple, ast.List)) and not any(
+            self.names.variables[n].is_cell for n in names if n in self.names.variables
+        ):
+            if not isinstance(target, ast.Name) and any(
+                not isinstance(n, (ast.Name, ast.Tuple, ast.List, ast.Starred, ast.Store)) for n in ast.walk(target)
+            ):
+                raise self.unsupported("this target of a loop", target)
+            if has_inner_star(target):
+                variable = PythonVariable("item", None, is_temporary=True)
+                block = Block()
+                assert isinstance(target, (ast.Tuple, ast.List))
+                self._unpack_code(node, target, VariableRef(variable), PURE, block, Code(None))
+                prefix += list(assemble(block.items, None))
+                return [FormCode([VariableRef(variable), self.iterable(node.iter)])]
+            return self.clauses(target, node.iter, parallel)
+        variable = PythonVariable(target.id if isinstance(target, ast.Name) else "item", None, is_temporary=True)
+        block = Block()
+        self.store(node, target, VariableRef(variable), PURE, block, Code(None))
+        prefix += [
+            item.value if item.kind == "effect" else form("define-values", item.target or none(), item.value)
+            for item in block.items
+        ]
+        return [FormCode([VariableRef(variable), self.iterable(node.iter)])]
+
+    def _interleaves(self, node: ast.For) -> bool:
+        """Whether what the loop runs through and its body both draw random numbers, turn by turn."""
+        return self.effect(node.iter).draws and self.effect(*node.body).draws
+
+    def _lazy_clauses(self, node: ast.For, prefix: list[Code]) -> list[Code] | None:
+        """A generator expression or ``map`` whose items are worked out turn by turn, as in Python; a generator function
+        of the program draws first here, which is said."""
+        source = node.iter
+        if isinstance(source, ast.Call) and any(t.is_generator for t in self.facts.targets.get(source, ())):
+            message = "this generator and the loop both draw random numbers; here the generator draws all of its first"
+            self.warn("draw-order", message, source)
+        if not isinstance(node.target, ast.Name) or self.names.variables[node.target].is_cell:
+            return None
+        target = VariableRef(self.names.variables[node.target], self.span(node.target))
+        if isinstance(source, ast.GeneratorExp) and len(source.generators) == 1:
+            clauses = self.loop_head("", source.generators)[1]
+            assert isinstance(clauses, FormCode)
+            prefix.append(form("define", target, self.expr(source.elt)))
+            return clauses.items
+        if isinstance(source, ast.Call) and self.paths.of(source.func) == "map" and len(source.args) == 2:
+            item = PythonVariable("item", None, is_temporary=True)
+            prefix.append(form("define", target, FormCode([self.expr(source.args[0]), VariableRef(item)])))
+            return [FormCode([VariableRef(item), self.iterable(source.args[1])])]
+        return None
+
+    def _guards(self, statements: list[ast.stmt], clauses: list[Code], breaks: bool) -> list[ast.stmt]:
+        """Leading ``if c: continue`` and ``if c: break``, and an ``if`` around all, become clauses."""
+        while statements and isinstance(statements[0], ast.If) and statements[0] not in self.places.before:
+            first = statements[0]
+            if (
+                not first.orelse
+                and len(first.body) == 1
+                and isinstance(first.body[0], ast.Continue)
+                and len(statements) > 1
+            ):
+                self._guard(first, clauses, holds=False)
+                statements = statements[1:]
+            elif not first.orelse and len(first.body) == 1 and isinstance(first.body[0], ast.Break) and breaks:
+                note = Code(None)
+                self._open_note(note, first)
+                test = self.test(first.test)
+                self.close_comments(note, first.lineno, first.end_lineno or first.lineno)
+                clauses += [Key("break"), test]
+                clauses[-2].before, test.after = note.before, note.after
+                statements = statements[1:]
+                break
+            elif not first.orelse and len(statements) == 1 and not leaves(first, ast.Break):
+                self._guard(first, clauses, holds=True)
+                statements = first.body
+            else:
+                break
+        return statements
+
+    def _guard(self, node: ast.If, clauses: list[Code], holds: bool) -> None:
+        note = Code(None)
+        self._open_note(note, node)
+        key, test = self.condition_clause(node.test, holds)
+        if not holds:  # the `continue` goes, with its comment
+            self.close_comments(note, node.lineno, node.end_lineno or node.lineno)
+        key.before, test.after = note.before, note.after
+        clauses += [key, test]
+
+    def _loop_body(
+        self, statements: Sequence[ast.stmt], mode: Mode, collecting: Collecting | None, prefix: list[Code]
+    ) -> list[Code]:
+        jump = Jump("continue")
+        self.place.continues.append(jump)
+        block = Block()
+        if collecting is not None:
+            block.collecting.append(Collecting(collecting.collection, collecting.unites, False))
+            jump.value = (lambda: form("union")) if collecting.unites else (lambda: quote(FormCode([])))
+        body = self.body(statements, mode, block)
+        self.place.continues.pop()
+        if jump.variable is not None:
+            body = [form("let/ec", VariableRef(jump.variable), *body)]
+        return [*prefix, *body]
+
+    def _While_statement(self, node: ast.While, block: Block, note: Code) -> None:
+        jump = Jump("break")
+        self.place.breaks.append(jump)
+        test = self.test(node.test)
+        body = self._loop_body(node.body, Mode(ast.Continue, lambda b: None), None, [])
+        self.place.breaks.pop()
+        self._last_break = jump
+        code = FormCode([Name("while"), test, *(body or [none()])], self.span(node))
+        self._add_loop(node, code, block, note)
 
 
 class StatementWriter(LoopWriter):
@@ -71,7 +257,7 @@ class StatementWriter(LoopWriter):
         if isinstance(value, (ast.Yield, ast.YieldFrom)):
             if self.place.yields is None:
                 raise self.error("python-syntax", "`yield` outside a function", node)
-            frames = Ref(self.place.yields)
+            frames = VariableRef(self.place.yields)
             code = self.expr(value.value) if value.value is not None else none()
             head = "push!" if isinstance(value, ast.Yield) else "extend!"
             block.add_effect(form(head, frames, code, span=self.span(node)), Effect(changes=True), note)
@@ -98,7 +284,7 @@ class StatementWriter(LoopWriter):
         if any(site.is_mutated for site in self.type(target).sites):
             block.add_effect(code, self.effect(call) | Effect(changes=True), note)
             return
-        assert isinstance(code, Form)
+        assert isinstance(code, FormCode)
         head = code.items[0]
         assert isinstance(head, Name)
         code.items[0] = Name(head.text.rstrip("!"))
@@ -113,11 +299,11 @@ class StatementWriter(LoopWriter):
         )
 
     def _Raise_statement(self, node: ast.Raise, block: Block, note: Code) -> None:
-        message: Code = Literal("error")
+        message: Code = LiteralCode("error")
         if isinstance(node.exc, ast.Call) and node.exc.args:
             message = self.expr(node.exc.args[0])
         elif isinstance(node.exc, ast.Name):
-            message = Literal(node.exc.id)
+            message = LiteralCode(node.exc.id)
         block.add_effect(form("error", message, span=self.span(node)), Effect(changes=True), note, leaves=True)
 
     def _Return_statement(self, node: ast.Return, block: Block, note: Code) -> None:
@@ -125,24 +311,30 @@ class StatementWriter(LoopWriter):
             raise self.error("python-syntax", "`return` outside a function", node)
         jump = self.place.returns.escape()
         code = self._returned(node, block)
-        is_nothing = type(code) is Literal and code.value is None
+        is_nothing = type(code) is LiteralCode and code.value is None
         block.add_effect(
-            Form([Ref(jump), *([] if is_nothing else [code])], self.span(node)), Effect(changes=True), note, leaves=True
+            FormCode([VariableRef(jump), *([] if is_nothing else [code])], self.span(node)),
+            Effect(changes=True),
+            note,
+            leaves=True,
         )
 
     def _Break_statement(self, node: ast.Break, block: Block, note: Code) -> None:
         if not self.place.breaks:
             raise self.error("python-syntax", "`break` outside a loop", node)
         block.add_effect(
-            Form([Ref(self.place.breaks[-1].escape())], self.span(node)), Effect(changes=True), note, leaves=True
+            FormCode([VariableRef(self.place.breaks[-1].escape())], self.span(node)),
+            Effect(changes=True),
+            note,
+            leaves=True,
         )
 
     def _Continue_statement(self, node: ast.Continue, block: Block, note: Code) -> None:
         if not self.place.continues:
             raise self.error("python-syntax", "`continue` outside a loop", node)
         jump = self.place.continues[-1]
-        items = [Ref(jump.escape()), *([jump.value()] if jump.value is not None else [])]
-        block.add_effect(Form(items, self.span(node)), Effect(changes=True), note, leaves=True)
+        items = [VariableRef(jump.escape()), *([jump.value()] if jump.value is not None else [])]
+        block.add_effect(FormCode(items, self.span(node)), Effect(changes=True), note, leaves=True)
 
     def _Delete_statement(self, node: ast.Delete, block: Block, note: Code) -> None:
         for target in node.targets:
@@ -151,7 +343,7 @@ class StatementWriter(LoopWriter):
             if not isinstance(target, ast.Subscript):
                 raise self.unsupported("this `del`", node)
             if isinstance(target.slice, ast.Slice):
-                code = self.set_item(target, quote(Form([])))
+                code = self.set_item(target, quote(FormCode([])))
                 block.add_effect(code, Effect(changes=True), note)
                 continue
             head = "remove-key!" if self.type(target.value).only(DICT) else "remove-at!"
@@ -175,7 +367,7 @@ class StatementWriter(LoopWriter):
         code = self.define_function(function, function.variable)
         self._finish_note(note, None)
         if function.variable.is_cell:
-            code = Form([Name("set!"), Ref(function.variable), self.as_lambda(function)], self.span(node))
+            code = FormCode([Name("set!"), VariableRef(function.variable), self.as_lambda(function)], self.span(node))
             effect = Effect(writes=frozenset((function.variable,)))
             if function.variable in self.places.definitions.get(node, ()):
                 code.items[0] = Name("define")
@@ -187,9 +379,9 @@ class StatementWriter(LoopWriter):
         if function.variable.functions[-1] is not function and len(set(function.variable.functions)) > 1:
             block.define(function.variable, self.as_lambda(function), PURE, note, nests=False)
             return
-        block.add(Item("function", code, PURE, (function.variable,), None, note))
+        block.add(BlockItem("function", code, PURE, (function.variable,), None, note))
         if function.is_registered:  # from now on its word means this one
-            bind = form("bind", Literal(function.word), Ref(function.variable), span=self.span(node))
+            bind = form("bind", LiteralCode(function.word), VariableRef(function.variable), span=self.span(node))
             block.add_effect(bind, Effect(changes=True))
 
     def check_decorator(self, decorator: ast.expr) -> None:
@@ -208,15 +400,17 @@ class StatementWriter(LoopWriter):
         self.check_path(called, path) if path else None
         raise self.unsupported(f"the decorator `@{self.text.text(decorator)}`", decorator)
 
-    def define_function(self, function: Function, variable: Variable) -> Form:
+    def define_function(self, function: Function, variable: PythonVariable) -> FormCode:
         """``(define (name parameter ...) body ...)``."""
         signature = self.parameters(function)
-        header = Form([Ref(variable, self.span(function.node)), *signature.items], signature.span, signature.rest)
-        return Form([Name("define"), header, *self.function_body(function)], self.span(function.node))
+        header = FormCode(
+            [VariableRef(variable, self.span(function.node)), *signature.items], signature.span, signature.rest
+        )
+        return FormCode([Name("define"), header, *self.function_body(function)], self.span(function.node))
 
-    def as_lambda(self, function: Function) -> Form:
+    def as_lambda(self, function: Function) -> FormCode:
         """``(lambda (parameter ...) body ...)``."""
-        return Form(
+        return FormCode(
             [Name("lambda"), lambda_list(self.parameters(function)), *self.function_body(function)],
             self.span(function.node),
         )
@@ -227,12 +421,12 @@ class StatementWriter(LoopWriter):
             node = parameter.default
             if node is None or self.may_stay(node):
                 continue
-            variable = Variable(f"{function.name}_{parameter.variable.name}", None, is_temporary=True)
+            variable = PythonVariable(f"{function.name}_{parameter.variable.name}", None, is_temporary=True)
             block.define(variable, self.expr(node), self.effect(node), Code(None), nests=False)
             self.defaults[node] = variable
 
     def _ClassDef_statement(self, node: ast.ClassDef, block: Block, note: Code) -> None:
-        from scenelang.interpreter.transpile.writing.classes import class_items
+        from scenelang.interpreter.transpile.writing.user_calls import class_items
 
         record: Class = self.names.classes[node]
         text = text_of(node.body[0]) if node.body else None

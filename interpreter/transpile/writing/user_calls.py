@@ -7,18 +7,22 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from scenelang.grammar.diagnostics import suggest
-from scenelang.interpreter.transpile.analysis.domain import BOOL, FLOAT, INT, NOTHING
-from scenelang.interpreter.transpile.analysis.scopes import Class, Function, Parameter, Variable
-from scenelang.interpreter.transpile.writing.code import ArgumentName, Code, Form, Name, Ref, form
+from scenelang.interpreter.transpile.analysis.collect import PURE
+from scenelang.interpreter.transpile.analysis.inference import BOOL, FLOAT, INT, NOTHING, T_INT, AbstractType
+from scenelang.interpreter.transpile.analysis.scopes import Class, Function, PythonParameter, PythonVariable
+from scenelang.interpreter.transpile.writing.blocks import Block, BlockItem, assemble
+from scenelang.interpreter.transpile.writing.code import ArgumentName, Code, FormCode, Name, VariableRef, form, none
 from scenelang.interpreter.transpile.writing.operators import numeric
+from scenelang.interpreter.transpile.writing.writer import docstring_lines
 
 if TYPE_CHECKING:
     from scenelang.interpreter.transpile.writing.expressions import ExpressionWriter
+    from scenelang.interpreter.transpile.writing.statements import StatementWriter
+    from scenelang.interpreter.transpile.writing.writer import Writer
 
 
 def call_function(w: ExpressionWriter, node: ast.Call) -> Code:
     """A call of a variable, a lambda or the result of another call."""
-    from scenelang.interpreter.transpile.writing.records import construct
 
     record = _record_of(w, node.func)
     if record is not None:
@@ -33,11 +37,11 @@ def call_function(w: ExpressionWriter, node: ast.Call) -> Code:
     if target is None:
         return _call_value(w, node)
     assert isinstance(node.func, ast.Name)
-    function = Ref(w.names.variables[node.func], w.span(node.func))
+    function = VariableRef(w.names.variables[node.func], w.span(node.func))
     return call_known(w, node, function, target, [])
 
 
-def _is_named(w: ExpressionWriter, variable: Variable, function: Function) -> bool:
+def _is_named(w: ExpressionWriter, variable: PythonVariable, function: Function) -> bool:
     """Whether a variable is just the name of a lambda."""
     outer = w.parent(variable.stores[0])
     return isinstance(outer, ast.Assign) and outer.value is function.node
@@ -75,10 +79,10 @@ def call_known(w: ExpressionWriter, node: ast.Call, function: Code, target: Func
         items += w.comment_pair(ArgumentName(keyword.arg, w.span(keyword)), value, keyword)
     if tables:
         return form("apply", function, *items, *([form("append", *tables)] if len(tables) > 1 else tables))
-    return Form([function, *items])
+    return FormCode([function, *items])
 
 
-def write_argument(w: ExpressionWriter, node: ast.expr, parameters: Sequence[Parameter] = ()) -> Code:
+def write_argument(w: ExpressionWriter, node: ast.expr, parameters: Sequence[PythonParameter] = ()) -> Code:
     """An argument of a function of the program: a display that only serves as a vector becomes one, a Boolean beside
     numbers a number."""
     if w.type(node).only(BOOL) and any(
@@ -88,7 +92,9 @@ def write_argument(w: ExpressionWriter, node: ast.expr, parameters: Sequence[Par
     return w.vector(node) if w.is_vector_literal(node) and w.wants_vector(node) else w.expr(node)
 
 
-def _check(w: ExpressionWriter, node: ast.Call, target: Function, parameters: list[Parameter], has_star: bool) -> None:
+def _check(
+    w: ExpressionWriter, node: ast.Call, target: Function, parameters: list[PythonParameter], has_star: bool
+) -> None:
     """Raise what the call gets wrong about the function's parameters."""
     plain = [p for p in parameters if p.kind == "plain"]
     names = [p.variable.name for p in parameters if p.kind in ("plain", "keyword")]
@@ -116,7 +122,7 @@ def _check(w: ExpressionWriter, node: ast.Call, target: Function, parameters: li
 
 
 def _spread(
-    w: ExpressionWriter, node: ast.Call, function: Code, parameters: list[Parameter], first: list[Code]
+    w: ExpressionWriter, node: ast.Call, function: Code, parameters: list[PythonParameter], first: list[Code]
 ) -> Code:
     """``f(*xs)``. Parameters that go by name are given by position through a function between."""
     before: list[Code] = list(first)
@@ -160,25 +166,25 @@ def _positional_count(w: ExpressionWriter, node: ast.Call) -> int | None:
 
 
 def by_position(
-    function: Code, parameters: list[Parameter], given: Sequence[Code] = (), tables: Sequence[Code] = (),
-    rest: Parameter | None = None,
+    function: Code, parameters: list[PythonParameter], given: Sequence[Code] = (), tables: Sequence[Code] = (),
+    rest: PythonParameter | None = None,
 ) -> Code:  # fmt: skip
     """``(lambda (a b) (f :a a :b b))``: a function that takes by position what ``function`` takes by name; ``given``
     and ``tables`` are further arguments by name, ``rest`` takes what is over."""
-    variables = [Variable(p.variable.name, None, is_temporary=True) for p in parameters]
+    variables = [PythonVariable(p.variable.name, None, is_temporary=True) for p in parameters]
     items: list[Code] = []
     for parameter, variable in zip(parameters, variables):
         if parameter.variable.is_keyword:
             items.append(ArgumentName(parameter.variable.name))
-        items.append(Ref(variable))
-    over = Variable(rest.variable.name, None, is_temporary=True) if rest is not None else None
-    lists: list[Code] = [*([Ref(over)] if over is not None else []), *tables]
-    call: Code = Form([function, *items, *given])
+        items.append(VariableRef(variable))
+    over = PythonVariable(rest.variable.name, None, is_temporary=True) if rest is not None else None
+    lists: list[Code] = [*([VariableRef(over)] if over is not None else []), *tables]
+    call: Code = FormCode([function, *items, *given])
     if lists:
         tail = lists[0] if len(lists) == 1 else form("append", *lists)
         call = form("apply", function, *items, *given, tail)
-    signature = Form([Ref(v) for v in variables], None, Ref(over) if over is not None else None)
-    return Form([Name("lambda"), signature, call])
+    signature = FormCode([VariableRef(v) for v in variables], None, VariableRef(over) if over is not None else None)
+    return FormCode([Name("lambda"), signature, call])
 
 
 def wrapped(w: ExpressionWriter, function: Function, node: ast.Name) -> Code:
@@ -186,7 +192,7 @@ def wrapped(w: ExpressionWriter, function: Function, node: ast.Name) -> Code:
     plain = [p for p in function.parameters if p.kind == "plain"]
     required = sum(1 for p in plain if p.default is None)
     given = 1 if isinstance(w.parent(node), (ast.Call, ast.keyword)) else 0  # what `loop`, `map` or a key gives
-    return by_position(Ref(w.names.variables[node], w.span(node)), plain[: max(required, given)])
+    return by_position(VariableRef(w.names.variables[node], w.span(node)), plain[: max(required, given)])
 
 
 def _call_value(w: ExpressionWriter, node: ast.Call) -> Code:
@@ -205,4 +211,274 @@ def _call_value(w: ExpressionWriter, node: ast.Call) -> Code:
             items_list = form("keywords", w.expr(keyword.value))
             return form("apply", function, *items, items_list)
         items += [ArgumentName(keyword.arg, w.span(keyword)), w.expr(keyword.value)]
-    return Form([function, *items])
+    return FormCode([function, *items])
+
+
+# Arguments of a call of a known function by the names of its parameters, with the mistakes that a call can make.
+
+
+def arguments_of(w: Writer, node: ast.Call, signature: str, name: str) -> dict[str, ast.expr]:
+    """The arguments by parameter. ``signature`` names the parameters in order; ``?`` marks an optional one."""
+    parameters = signature.split()
+    names = [p.rstrip("?") for p in parameters]
+    found: dict[str, ast.expr] = {}
+    for position, argument in enumerate(expanded(w, node.args)):
+        if isinstance(argument, ast.Starred):
+            raise w.unsupported(f"a star in a call of `{name}`", argument)
+        if position >= len(names):
+            message = (
+                f"`{name}` takes at most {len(names)} argument{'s' if len(names) != 1 else ''}, got {len(node.args)}"
+            )
+            raise w.error("python-call", message, node)
+        found[names[position]] = argument
+    for keyword in node.keywords:
+        if keyword.arg is None:
+            raise w.unsupported(f"`**` in a call of `{name}`", keyword)
+        if keyword.arg not in names:
+            raise w.error(
+                "python-call", f"`{name}` has no parameter `{keyword.arg}`", keyword, suggest(keyword.arg, names)
+            )
+        if keyword.arg in found:
+            raise w.error("python-call", f"`{name}` gets `{keyword.arg}` twice", keyword)
+        found[keyword.arg] = keyword.value
+    for parameter in parameters:
+        if not parameter.endswith("?") and parameter not in found:
+            raise w.error("python-call", f"the call of `{name}` lacks `{parameter}`", node)
+    return found
+
+
+def expanded(w: Writer, arguments: list[ast.expr]) -> list[ast.expr]:
+    """Arguments with ``*xs`` written out where ``xs`` is a variable whose length is known."""
+    found: list[ast.expr] = []
+    for argument in arguments:
+        length = w.known_length(argument.value) if isinstance(argument, ast.Starred) else None
+        if length is None or not isinstance(argument, ast.Starred) or not w.is_simple(argument.value):
+            found.append(argument)
+            continue
+        items = [site.items for site in w.type(argument.value).sites if site.items is not None]
+        for position in range(length):
+            item = ast.copy_location(ast.Subscript(argument.value, ast.Constant(position), ast.Load()), argument)
+            ast.copy_location(item.slice, argument)
+            for types in items:
+                w.facts.types[item] = w.type(item) | types[position]
+            w.facts.types[item.slice] = T_INT
+            found.append(item)
+    return found
+
+
+def is_zero_vector(node: ast.expr | None) -> bool:
+    """``(0, 0, 0)``, also in floats or as ``np.zeros(3)``, or nothing at all."""
+    if node is None:
+        return True
+    if isinstance(node, (ast.Tuple, ast.List)):
+        return len(node.elts) == 3 and all(_is_zero(e) for e in node.elts)
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and len(node.args) == 1:
+        if node.func.attr == "zeros":
+            return isinstance(node.args[0], ast.Constant) and node.args[0].value == 3
+        if node.func.attr == "array":
+            return is_zero_vector(node.args[0])
+    return False
+
+
+def _is_zero(node: ast.expr) -> bool:
+    return isinstance(node, ast.Constant) and type(node.value) in (int, float) and node.value == 0
+
+
+def is_ones(node: ast.expr) -> bool:
+    """``(1, 1, 1)``."""
+    return (
+        isinstance(node, (ast.Tuple, ast.List))
+        and len(node.elts) == 3
+        and all(isinstance(e, ast.Constant) and type(e.value) in (int, float) and e.value == 1 for e in node.elts)
+    )
+
+
+# Small classes and dataclasses: records, their constructors, fields and methods.
+
+
+class Records:
+    """The variables that stand for what a record's definition makes: accessors, setters, methods."""
+
+    def __init__(self) -> None:
+        self._made: dict[tuple[Class, str, str], PythonVariable] = {}
+
+    def part(self, record: Class, kind: str, name: str = "") -> PythonVariable:
+        """``kind``: ``make`` the constructor of a class with ``__init__``, ``get``, ``set``, ``is``, ``method``."""
+        key = (record, kind, name)
+        found = self._made.get(key)
+        if found is None:
+            stem = record.name
+            spelled = {
+                "make": f"make_{stem}", "get": f"{stem}-{name}", "set": f"set-{stem}-{name}!", "is": f"{stem}?",
+                "method": f"{stem}-{name}", "constant": f"{stem}-{name}",
+            }[kind]  # fmt: skip
+            found = self._made[key] = PythonVariable(spelled, record.variable.function, is_temporary=True)
+            found.record = (record.variable, kind, name)
+        return found
+
+
+def _record(w: Writer, node: ast.expr) -> Class:
+    classes = w.type(node).classes
+    if len(classes) != 1:
+        names = ", ".join(sorted(c.name for c in classes)) or "several classes"
+        raise w.unsupported("a value of one of several classes", node, f"it may be one of {names}" if classes else None)
+    return classes[0]
+
+
+def read_field(w: ExpressionWriter, node: ast.Attribute) -> Code:
+    record = _record(w, node.value)
+    if node.attr in record.properties:
+        return FormCode([VariableRef(w.records.part(record, "method", node.attr)), w.expr(node.value)])
+    if node.attr in record.constants:
+        return VariableRef(w.records.part(record, "constant", node.attr))
+    fields = [name for name, _ in record.fields]
+    if node.attr not in fields:
+        hint = suggest(node.attr, [*fields, *record.methods])
+        raise w.error("python-name", f"`{record.name}` has no attribute `{node.attr}`", node, hint)
+    return FormCode([VariableRef(w.records.part(record, "get", node.attr), w.span(node)), w.expr(node.value)])
+
+
+def write_field(w: ExpressionWriter, target: ast.Attribute, value: Code) -> Code:
+    record = _record(w, target.value)
+    return FormCode(
+        [VariableRef(w.records.part(record, "set", target.attr), w.span(target)), w.expr(target.value), value]
+    )
+
+
+def predicate(w: ExpressionWriter, name: ast.expr, value: ast.expr) -> Code:
+    variable = w.variable(name)
+    record = next(c for c in w.names.classes.values() if c.variable is variable)
+    return FormCode([VariableRef(w.records.part(record, "is")), w.expr(value)])
+
+
+def call_record_method(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+    record = _record(w, func.value)
+    method = record.methods.get(func.attr)
+    if method is None:
+        if func.attr in [name for name, _ in record.fields]:
+            return FormCode([w.expr(func), *(w.expr(a) for a in node.args)])
+        raise w.error(
+            "python-name", f"`{record.name}` has no method `{func.attr}`", func, suggest(func.attr, record.methods)
+        )
+    function = VariableRef(w.records.part(record, "method", func.attr), w.span(func))
+    is_class = (
+        any(c.variable is w.variable(func.value) for c in w.names.classes.values()) if w.variable(func.value) else False
+    )
+    first = [] if method.is_static or is_class else [w.expr(func.value)]
+    return call_known(w, node, function, method, first)
+
+
+def construct(w: ExpressionWriter, node: ast.Call, record: Class) -> Code:
+    """``Point(1, y=2)``."""
+    constructor = record.methods.get("__init__")
+    if constructor is not None:
+        function: Code = VariableRef(w.records.part(record, "make"), w.span(node.func))
+        self_less = _without_self(constructor)
+        return call_known(w, node, function, self_less, [])
+    fields = [name for name, _ in record.fields]
+    if len(node.args) > len(fields):
+        raise w.error("python-call", f"`{record.name}` has {len(fields)} fields, got {len(node.args)} values", node)
+    items: list[Code] = [w.expr(a) for a in node.args]
+    given = set(fields[: len(node.args)])
+    for keyword in node.keywords:
+        if keyword.arg is None or keyword.arg not in fields:
+            raise w.error(
+                "python-call",
+                f"`{record.name}` has no field `{keyword.arg}`",
+                keyword,
+                suggest(str(keyword.arg), fields),
+            )
+        given.add(keyword.arg)
+        items += [w.field_key(keyword.arg), w.expr(keyword.value)]
+    missing = [name for name, default in record.fields if default is None and name not in given]
+    if missing:
+        raise w.error("python-call", f"`{record.name}` lacks {', '.join(f'`{m}`' for m in missing)}", node)
+    return FormCode([VariableRef(record.variable, w.span(node.func)), *items])
+
+
+def _without_self(constructor: Function) -> Function:
+    copy = Function(constructor.node, constructor.name, constructor.parent, parameters=constructor.parameters[1:])
+    return copy
+
+
+def default_factory(node: ast.expr | None, *tables: dict[ast.AST, AbstractType]) -> ast.expr | None:
+    """The default of a dataclass's field: the value, or the call that ``field(default_factory=f)`` makes, with the
+    type that ``tables`` have for it."""
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "field":
+        for keyword in node.keywords:
+            if keyword.arg == "default":
+                return keyword.value
+            if keyword.arg == "default_factory":
+                made = ast.copy_location(ast.Call(keyword.value, [], []), node)
+                for table in tables:
+                    table[made] = table.get(node, NOTHING)
+                return made
+        return None
+    return node
+
+
+# A small class as a record: its definition, constructor and methods.
+
+
+def class_items(w: StatementWriter, record: Class) -> list[BlockItem]:
+    """``(define-record name field ...)``, then the constructor and the methods as functions."""
+    _check_class(w, record)
+    constructor = record.methods.get("__init__")
+    fields: list[Code] = []
+    for name, default in record.fields:
+        value = default_factory(default, w.facts.types)
+        if constructor is not None:
+            fields.append(FormCode([w.field_name(name), none()]))
+        elif value is not None:
+            fields.append(FormCode([w.field_name(name), w.expr(value)]))
+        else:
+            fields.append(w.field_name(name))
+    definition = form("define-record", VariableRef(record.variable), *fields, span=w.span(record.node))
+    items = [BlockItem("function", definition, PURE, (record.variable,))]
+    for name, value in record.constants.items():
+        variable = w.records.part(record, "constant", name)
+        items.append(BlockItem("define", w.expr(value), w.effect(value), (variable,), VariableRef(variable)))
+    if constructor is not None:
+        items.append(_constructor(w, record, constructor))
+    for name, method in record.methods.items():
+        if name != "__init__":
+            items.append(_method(w, record, name, method))
+    return items
+
+
+def _check_class(w: StatementWriter, record: Class) -> None:
+    bases = [ast.unparse(base) for base in record.node.bases]
+    if any(base not in ("object", "NamedTuple", "typing.NamedTuple") for base in bases):
+        raise w.unsupported("a class that inherits", record.node, "use a plain class or a dataclass")
+    for name, method in record.methods.items():
+        for decorator in getattr(method.node, "decorator_list", []):
+            if ast.unparse(decorator) not in ("staticmethod", "property"):
+                raise w.unsupported(f"`@{ast.unparse(decorator)}`", decorator)
+        if name.startswith("__") and name not in ("__init__", "__post_init__"):
+            raise w.error("python-forbidden", f"`{name}` reaches Python's own insides", method.node)
+
+
+def _constructor(w: StatementWriter, record: Class, constructor: Function) -> BlockItem:
+    """A function that makes the record and then does what ``__init__`` does."""
+    own, *parameters = constructor.parameters
+    header = w.parameters(Function(constructor.node, "", None, parameters=parameters))
+    variable = w.records.part(record, "make")
+    block = Block()
+    made = FormCode([VariableRef(record.variable)])
+    block.add(BlockItem("define", made, PURE, (own.variable,), VariableRef(own.variable)))
+    body = [*assemble(block.items, None), *w.function_body(constructor), VariableRef(own.variable)]
+    body = [c for c in body if not (type(c) is type(none()) and getattr(c, "value", 0) is None)]
+    code = FormCode(
+        [Name("define"), FormCode([VariableRef(variable), *header.items], None, header.rest), *body],
+        w.span(constructor.node),
+    )
+    return BlockItem("function", code, PURE, (variable,))
+
+
+def _method(w: StatementWriter, record: Class, name: str, method: Function) -> BlockItem:
+    variable = w.records.part(record, "method", name)
+    code = w.define_function(method, variable)
+    note = Code(None)
+    note.before = tuple(docstring_lines(method))
+    note.blank = True
+    return BlockItem("function", code, PURE, (variable,), None, note)

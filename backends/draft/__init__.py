@@ -1,1 +1,0 @@
-"""Draft pictures: the ray caster with light, in numpy alone."""

@@ -1,0 +1,647 @@
+"""What is probably wrong with one frame: things twice in one place, things that hover, that are below the ground, that
+are hidden inside others, and faces that fight for one plane.
+
+Artists let solids overlap on purpose: a trunk goes into its crown, a leg into the board, a rock into the ground. So an
+overlap alone is nothing; the rules below name what is nearly always a mistake.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from scenelang.backends.geometry.distance import Forms, IntArray, Pairs, boxes, depths, distances, neighbours
+from scenelang.backends.geometry.solids import FloatArray, SolidForm, cofactors_of, composed, inverses_of, local_pose
+from scenelang.backends.pictures.appearance import look_of
+from scenelang.grammar.datum import Span
+from scenelang.grammar.diagnostics import Diagnostic, Note
+from scenelang.interpreter.scene.entity import Entity, Scene, descendants, primitive_count
+from scenelang.interpreter.scene.flatten import flatten_entity
+from scenelang.interpreter.scene.shapes import GEOMETRY, PrimitiveKind
+
+# The primitives of one frame as convex bodies in the world's frame, and which of them touch.
+
+
+MOST_PAIRS = 300_000
+_TOUCH = 1e-3  # of the scene's diagonal
+_BATCH = 20_000
+
+
+@dataclass(frozen=True, eq=False)
+class Bodies:
+    """N bodies. ``entity[i]`` is the number of body ``i``'s primitive in ``entities``, ``paths[path[i]]`` the words
+    that lead to it. A mesh file is its box. ``opaque``: nothing behind is seen through it."""
+
+    forms: Forms
+    matrices: FloatArray  # (N, 3, 4)
+    entities: tuple[Entity, ...]
+    entity: IntArray
+    paths: tuple[tuple[str, ...], ...]
+    path: IntArray
+    opaque: npt.NDArray[np.bool_]
+    colors: FloatArray  # (N, 3) linear
+    plain: frozenset[str]  # the bound words of which every entity is one solid
+
+    def __len__(self) -> int:
+        return len(self.forms)
+
+    @cached_property
+    def boxes(self) -> tuple[FloatArray, FloatArray]:
+        return boxes(self.forms, self.matrices)
+
+    @cached_property
+    def size(self) -> float:
+        """The diagonal of the frame's box."""
+        low, high = self.boxes
+        return float(np.linalg.norm(high.max(axis=0) - low.min(axis=0))) if len(self) else 0.0
+
+    @property
+    def touch(self) -> float:
+        """Nearer than this is contact."""
+        return _TOUCH * self.size
+
+    def pairs(self, numbers: IntArray) -> Pairs:
+        a, b = numbers[:, 0], numbers[:, 1]
+        return Pairs(self.forms[a], self.matrices[a], self.forms[b], self.matrices[b])
+
+    def gaps(self, numbers: IntArray) -> FloatArray:
+        """The distances of pairs (M, 2)."""
+        parts = [distances(self.pairs(numbers[i : i + _BATCH])) for i in range(0, len(numbers), _BATCH)]
+        return np.concatenate(parts) if parts else np.zeros(0)
+
+    @cached_property
+    def contacts(self) -> tuple[IntArray, FloatArray, bool]:
+        """The pairs (M, 2) that touch, their distances, and whether all pairs were looked at."""
+        near, complete = neighbours(*self.boxes, self.touch, MOST_PAIRS)
+        gaps = self.gaps(near)
+        close = gaps <= self.touch
+        return near[close], gaps[close], complete
+
+    def words(self, i: int) -> tuple[str, ...]:
+        """The words from the root to a body."""
+        return (*self.paths[self.path[i]], self.entities[self.entity[i]].word)
+
+
+def bodies_of(root: Entity) -> Bodies:
+    """The visible primitives below ``root`` as bodies; those without extent are left out."""
+    frame = flatten_entity(root)
+    poses = [_pose(entity) for entity in frame.primitives]
+    looks = [look_of(entity) for entity in frame.primitives]
+    known = np.array([pose is not None for pose in poses], bool)
+    seen = np.array([look.opacity > 0.0 for look in looks], bool)
+    index = np.asarray(frame.index)
+    chosen = np.flatnonzero((known & seen)[index]) if len(index) else np.zeros(0, np.int64)
+    index = index[chosen]
+    forms = np.array([pose[0] if pose is not None else SolidForm.BLOCK for pose in poses], np.int8)
+    local = np.array([pose[1] if pose is not None else np.zeros((3, 4)) for pose in poses]).reshape(-1, 3, 4)
+    matrices = composed(np.asarray(frame.matrices)[chosen], local[index])
+    solid = np.abs(np.linalg.det(matrices[:, :, :3])) > 1e-30 if len(chosen) else np.zeros(0, bool)
+    chosen, index, matrices = chosen[solid], index[solid], matrices[solid]
+    return Bodies(
+        forms[index],
+        matrices,
+        frame.primitives,
+        index,
+        frame.paths,
+        np.asarray(frame.path_index)[chosen],
+        np.array([look.opacity >= 1.0 for look in looks], bool)[index],
+        np.array([look.color for look in looks], np.float64).reshape(-1, 3)[index],
+        _plain_words(root),
+    )
+
+
+def _plain_words(root: Entity) -> frozenset[str]:
+    counts: dict[str, set[int]] = {}
+    for entity in descendants(root):
+        if not entity.is_primitive:
+            counts.setdefault(entity.word, set()).add(primitive_count(entity))
+    return frozenset(word for word, found in counts.items() if found == {1})
+
+
+def _pose(entity: Entity) -> tuple[SolidForm, FloatArray] | None:
+    """The canonical solid that a primitive is, and its pose (3, 4)."""
+    shape = entity.shape
+    if shape is None or shape.kind in (PrimitiveKind.VOID, PrimitiveKind.CUBOID):
+        return None  # blocks take the place of those before them
+    if shape.kind is not PrimitiveKind.ASSET:
+        return local_pose(shape)
+    if shape.asset is None:
+        return None
+    low, high = np.array(shape.asset.box[:3]), np.array(shape.asset.box[3:])
+    return SolidForm.BLOCK, np.concatenate([np.diag((high - low) / 2.0), ((low + high) / 2.0)[:, None]], axis=1)
+
+
+# The flat faces of posed solids, and how much of two of them lies in one plane.
+
+
+_TURN = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)
+_DOWN = -0.99
+_SQUARE = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
+
+
+def _canonical(form: int) -> Iterator[tuple[int, float, FloatArray]]:
+    """The faces of a canonical solid: the axis that it looks along, the side, its corners (K, 3)."""
+    if form == SolidForm.BLOCK:
+        for axis in range(3):
+            for side in (-1.0, 1.0):
+                corners = np.insert(np.array(_SQUARE), axis, side, axis=1)
+                yield axis, side, corners
+    elif form in (SolidForm.CYLINDER, SolidForm.CONE):
+        for side in (-1.0,) if form == SolidForm.CONE else (-1.0, 1.0):
+            yield 1, side, np.stack([np.cos(_TURN), np.full(len(_TURN), side), np.sin(_TURN)], axis=1)
+
+
+def _faces(form: int, matrix: FloatArray) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Outward unit normals (3,) and corners (K, 3) of a posed solid's flat faces."""
+    cofactors = cofactors_of(matrix[None, :, :3])[0]
+    inside_out = np.sign(np.linalg.det(matrix[:, :3]))
+    for axis, side, corners in _canonical(form):
+        normal = cofactors[:, axis] * side * inside_out
+        length = np.linalg.norm(normal)
+        if length > 0.0:
+            yield normal / length, corners @ matrix[:, :3].T + matrix[:, 3]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SharedFace:
+    """Where a face of one solid and one of another lie in one plane: ``area``, its ``share`` of the smaller face, the
+    middle (3,) and the unit normal (3,) that both look along."""
+
+    area: float
+    share: float
+    center: FloatArray
+    normal: FloatArray
+
+
+def shared_face(forms: Forms, matrices: FloatArray, i: int, j: int, tolerance: float) -> SharedFace | None:
+    """The largest piece that a face of ``i`` and one of ``j`` share, looking the same way in planes nearer than
+    ``tolerance``. Faces that look straight down are left out: who looks from below?"""
+    best: SharedFace | None = None
+    others = list(_faces(int(forms[j]), matrices[j]))
+    for normal, corners in _faces(int(forms[i]), matrices[i]):
+        if normal[1] < _DOWN:
+            continue
+        for other_normal, other in others:
+            if normal @ other_normal < 1.0 - 1e-6 or abs((other[0] - corners[0]) @ normal) > tolerance:
+                continue
+            axes = _axes(normal)
+            first, second = _counter_clockwise(corners @ axes), _counter_clockwise(other @ axes)
+            piece = _clipped(first, second)
+            area, smaller = _area(piece), min(_area(first), _area(second))
+            if smaller > 0.0 and area > (best.area if best is not None else 0.0):
+                center = axes @ piece.mean(axis=0) + normal * (corners[0] @ normal)
+                best = SharedFace(area, area / smaller, center, normal)
+    return best
+
+
+def _axes(normal: FloatArray) -> FloatArray:
+    """Two unit vectors across ``normal`` as columns (3, 2)."""
+    least = np.eye(3)[np.argmin(np.abs(normal))]
+    u = np.cross(normal, least)
+    u /= np.linalg.norm(u)
+    return np.stack([u, np.cross(normal, u)], axis=1)
+
+
+def _signed(polygon: FloatArray) -> float:
+    x, y = polygon[:, 0], polygon[:, 1]
+    return float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum() / 2.0) if len(polygon) > 2 else 0.0
+
+
+def _area(polygon: FloatArray) -> float:
+    return abs(_signed(polygon))
+
+
+def _counter_clockwise(polygon: FloatArray) -> FloatArray:
+    return polygon if _signed(polygon) >= 0.0 else polygon[::-1]
+
+
+def _clipped(subject: FloatArray, clip: FloatArray) -> FloatArray:
+    """The part of a convex polygon inside another (Sutherland and Hodgman); both counter-clockwise."""
+    for start, end in zip(clip, np.roll(clip, -1, axis=0)):
+        edge = end - start
+        side = edge[0] * (subject[:, 1] - start[1]) - edge[1] * (subject[:, 0] - start[0])
+        kept: list[FloatArray] = []
+        for k in range(len(subject)):
+            here, there = side[k], side[(k + 1) % len(subject)]
+            if here >= 0.0:
+                kept.append(subject[k])
+            if (here >= 0.0) != (there >= 0.0):
+                kept.append(subject[k] + (subject[(k + 1) % len(subject)] - subject[k]) * here / (here - there))
+        if not kept:
+            return np.zeros((0, 2))
+        subject = np.array(kept)
+    return subject
+
+
+_SAME = 1e-6  # of the scene's size: poses nearer than that are one
+_DEEP = 0.34  # of the smaller extent: siblings of one word that go deeper into one another are wrong
+_SUNK = 0.4  # of its own height: what goes deeper into the ground was forgotten to be lifted
+_SUNK_BALL = 0.75  # rocks and bushes lie half in the ground
+_BROAD = 0.4  # of the scene's area: what is as broad as that is the ground
+_HOVERING = 2.0  # of its own size: what hovers higher than that is meant to fly
+_MOST_FLYING = 0.34  # of all clusters: when more of them fly, the scene is in the air
+_JOINT = 0.8  # of the outer solid
+_FIGHTING = 0.1  # of the smaller face
+_OTHER_COLOR = 0.08  # linear: neighbouring stones of slightly different tints fight unseen
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """``kind``: twin, buried, deep, hovering, sunk or fighting. ``body`` is what it is about, ``other`` what it is near
+    or in. ``amount`` is a length in the scene's units (an area for faces), ``move`` the vector that would mend it."""
+
+    kind: str
+    body: int
+    other: int | None
+    amount: float
+    move: tuple[float, float, float] | None = None
+
+
+def findings(bodies: Bodies) -> Iterator[Finding]:
+    """Everything suspicious about a frame, kind by kind."""
+    if not len(bodies):
+        return
+    pairs, _, _ = bodies.contacts
+    twins = _twins(bodies, pairs)
+    yield from twins
+    same = {(f.body, f.other) for f in twins}
+    rest = np.array([pair for pair in pairs.tolist() if (pair[1], pair[0]) not in same], np.int64).reshape(-1, 2)
+    hidden = _buried(bodies, rest)
+    yield from hidden
+    inside = {f.body for f in hidden}
+    yield from _deep_siblings(bodies, np.array([p for p in rest.tolist() if inside.isdisjoint(p)]).reshape(-1, 2))
+    yield from _hovering(bodies, pairs)
+    yield from _below_ground(bodies)
+    yield from _fighting_faces(bodies, rest)
+
+
+# --- overlaps --------------------------------------------------------------------------------------------------------
+
+
+def _twins(bodies: Bodies, pairs: IntArray) -> list[Finding]:
+    """Equal solids under equal poses, however they came to be: one of them is too many."""
+    a, b = pairs[:, 0], pairs[:, 1]
+    equal = bodies.forms[a] == bodies.forms[b]
+    near = np.abs(bodies.matrices[a] - bodies.matrices[b]).max(axis=(1, 2)) <= _SAME * bodies.size
+    return [Finding("twin", j, i, _extent(bodies, i)) for i, j in pairs[equal & near].tolist()]
+
+
+def _extent(bodies: Bodies, i: int) -> float:
+    low, high = bodies.boxes
+    return float((high[i] - low[i]).min())
+
+
+def _buried(bodies: Bodies, pairs: IntArray) -> list[Finding]:
+    """Things of which every solid lies inside an opaque one, so that nobody ever sees them. One hidden solid among
+    others, such as a ball in a joint, is craft."""
+    low, high = bodies.boxes
+    found: dict[int, Finding] = {}
+    for first, second in ((0, 1), (1, 0)):
+        inner, outer = pairs[:, first], pairs[:, second]
+        room = 1e-4 * bodies.size
+        boxed = ((low[inner] >= low[outer] - room) & (high[inner] <= high[outer] + room)).all(axis=1)
+        for i, o in pairs[boxed & bodies.opaque[outer]][:, [first, second]].tolist():
+            if i not in found and _lies_in(bodies, i, o):
+                found[i] = Finding("buried", i, o, _extent(bodies, i))
+    things = Counter(_thing(bodies, i) for i in range(len(bodies)))
+    hidden = Counter(_thing(bodies, i) for i in found)
+    return [
+        f for i, f in found.items()
+        if hidden[_thing(bodies, i)] == things[_thing(bodies, i)] or _is_deep_sibling(bodies, i, f.other)
+    ]  # fmt: skip
+
+
+def _is_deep_sibling(bodies: Bodies, i: int, other: int | None) -> bool:
+    """Whether a solid stands deep inside another one of the same thing: more than a joint needs."""
+    assert other is not None
+    return bool(bodies.path[i] == bodies.path[other]) and _lies_in(bodies, i, other, _JOINT)
+
+
+def _thing(bodies: Bodies, i: int) -> tuple[str, ...]:
+    """What a body is a part of: the words to its parent, or to itself where its word says what it is."""
+    words = bodies.words(i)
+    return words[:-1] if words[-1] in GEOMETRY and len(words) > 1 else words
+
+
+def _lies_in(bodies: Bodies, inner: int, outer: int, limit: float = 0.995) -> bool:
+    """Whether a solid lies inside another that is scaled by ``limit`` about its centre."""
+    points = (_hull(int(bodies.forms[inner])) @ bodies.matrices[inner, :, :3].T) + bodies.matrices[inner, :, 3]
+    return _holds(bodies, outer, points, limit)
+
+
+def _holds(bodies: Bodies, outer: int, points: FloatArray, limit: float = 1.0) -> bool:
+    """Whether all points (K, 3) lie in a solid that is scaled by ``limit`` about its centre."""
+    linear = inverses_of(bodies.matrices[outer : outer + 1, :, :3])[0]
+    local = (points - bodies.matrices[outer, :, 3]) @ linear.T
+    form = bodies.forms[outer]
+    if form == SolidForm.BLOCK:
+        return bool((np.abs(local) <= limit).all())
+    if form == SolidForm.BALL:
+        return bool((np.linalg.norm(local, axis=1) <= limit).all())
+    across = np.hypot(local[:, 0], local[:, 2])
+    edge = limit if form == SolidForm.CYLINDER else limit * (1.0 - local[:, 1]) / 2.0
+    return bool(((across <= edge) & (np.abs(local[:, 1]) <= limit)).all())
+
+
+def _hull(form: int) -> FloatArray:
+    """Points of a canonical solid's surface, close enough to tell what holds it."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 32, endpoint=False)
+    ring = np.stack([np.cos(turn), np.zeros(32), np.sin(turn)], axis=1)
+    if form == SolidForm.BLOCK:
+        return np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)
+    if form == SolidForm.BALL:
+        heights = np.linspace(-1.0, 1.0, 17)
+        return np.concatenate([ring * np.sqrt(1.0 - y * y) + np.array([0.0, y, 0.0]) for y in heights])
+    up = np.array([[0.0, 1.0, 0.0]])
+    return np.concatenate([ring - up, up if form == SolidForm.CONE else ring + up])
+
+
+def _deep_siblings(bodies: Bodies, pairs: IntArray) -> Iterator[Finding]:
+    """Things of one word, such as books in a row, that go deep into one another. Balls are leaves, clouds, bubbles."""
+    chosen = [
+        (i, j)
+        for i, j in pairs.tolist()
+        if bodies.entity[i] == bodies.entity[j] and bodies.paths[bodies.path[i]] == bodies.paths[bodies.path[j]]
+        and _is_a_thing(bodies, i) and bodies.forms[i] != SolidForm.BALL
+    ]  # fmt: skip
+    if not chosen:
+        return
+    numbers = np.array(chosen, np.int64)
+    depth, along = depths(bodies.pairs(numbers))
+    for (i, j), deep, way in zip(chosen, depth.tolist(), along):
+        if deep > _DEEP * min(_extent(bodies, i), _extent(bodies, j)):
+            move = tuple(float(x) for x in way * deep)
+            yield Finding("deep", j, i, deep, (move[0], move[1], move[2]))
+
+
+def _is_a_thing(bodies: Bodies, i: int) -> bool:
+    """Whether a body stands for a thing of its own rather than for building material: a word without geometry, or the
+    only solid of a word that the program binds."""
+    words = bodies.words(i)
+    return words[-1] not in GEOMETRY or (len(words) > 1 and words[-2] in bodies.plain)
+
+
+# --- what hovers -----------------------------------------------------------------------------------------------------
+
+
+def _hovering(bodies: Bodies, pairs: IntArray) -> Iterator[Finding]:
+    """Clusters of touching solids that stand a little off the ground and off all else."""
+    cluster = _clusters(len(bodies), pairs)
+    low, _ = bodies.boxes
+    stands_on_zero = bool((np.abs(low[:, 1]) <= 2.0 * bodies.touch).any())
+    ground = 0.0 if stands_on_zero else float(low[:, 1].min())
+    numbers, sizes = np.unique(cluster, return_counts=True)
+    if len(numbers) < 2:
+        return
+    standing = {int(c) for c in cluster[low[:, 1] <= ground + 2.0 * bodies.touch]}
+    standing.add(int(numbers[np.argmax(sizes)]))
+    flying = [int(c) for c in numbers if int(c) not in standing]
+    if len(flying) > max(1.0, _MOST_FLYING * len(numbers)):
+        return
+    for c in flying:
+        members = np.flatnonzero(cluster == c)
+        yield from _gap_of(bodies, members, np.flatnonzero(cluster != c), ground)
+
+
+def _clusters(count: int, pairs: IntArray) -> IntArray:
+    """A number for each body, equal for those that contact joins."""
+    parent = list(range(count))
+
+    def root(i: int) -> int:
+        while parent[i] != i:
+            parent[i] = parent[parent[i]]
+            i = parent[i]
+        return i
+
+    for i, j in pairs.tolist():
+        parent[root(i)] = root(j)
+    return np.array([root(i) for i in range(count)], np.int64)
+
+
+def _gap_of(bodies: Bodies, members: IntArray, others: IntArray, ground: float) -> Iterator[Finding]:
+    """The finding about one cluster, if the gap around it is small."""
+    low, high = bodies.boxes
+    own_low, own_high = low[members].min(axis=0), high[members].max(axis=0)
+    size = float((own_high - own_low).max())
+    apart = np.maximum(np.maximum(low[others] - own_high, own_low - high[others]), 0.0)
+    near = others[np.argsort(np.linalg.norm(apart, axis=1))[:24]]
+    numbers = np.array([(i, j) for i in members[:64].tolist() for j in near.tolist()], np.int64)
+    gaps = bodies.gaps(numbers)
+    best = int(np.argmin(gaps))
+    gap, height = float(gaps[best]), float(own_low[1] - ground)
+    if min(gap, height) >= _HOVERING * size:
+        return
+    i, j = numbers[best].tolist()
+    if height < gap:
+        yield Finding("hovering", i, None, height, (0.0, -height, 0.0))
+    else:
+        _, along = depths(bodies.pairs(numbers[best : best + 1]))
+        move = along[0] * -gap if np.isfinite(along).all() else along[0]
+        yield Finding("hovering", i, j, gap, (-float(move[0]), -float(move[1]), -float(move[2])))
+
+
+# --- the ground ------------------------------------------------------------------------------------------------------
+
+
+def _below_ground(bodies: Bodies) -> Iterator[Finding]:
+    """Where the scene stands on y = 0: what goes deep below it, and is neither the ground nor beside it."""
+    low, high = bodies.boxes
+    room = 2.0 * bodies.touch
+    tall = np.maximum(high[:, 1] - low[:, 1], 1e-12)
+    limit = np.where(bodies.forms == SolidForm.BALL, _SUNK_BALL, _SUNK) * tall
+    below = -low[:, 1] > np.maximum(limit, room)
+    ground = _ground(bodies, below)
+    sunk = np.flatnonzero(below & ~ground)
+    if np.count_nonzero((np.abs(low[:, 1]) <= room) & ~ground) < max(len(sunk), 1):
+        return  # the scene does not stand on y = 0
+    for i in sunk.tolist():
+        if not _is_beside(bodies, i, ground):
+            dip = float(-low[i, 1])
+            yield Finding("sunk", i, None, dip, (0.0, dip, 0.0))
+
+
+def _ground(bodies: Bodies, below: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """The broad bodies that reach below 0, and what is below with them and touches them, such as a board's squares."""
+    low, high = bodies.boxes
+    wide = high.max(axis=0) - low.min(axis=0)
+    ground: npt.NDArray[np.bool_] = below & ((high - low)[:, 0] * (high - low)[:, 2] >= _BROAD * wide[0] * wide[2])
+    pairs, _, _ = bodies.contacts
+    under = below & (high[:, 1] <= 2.0 * bodies.touch)
+    pairs = pairs[(under | ground)[pairs].all(axis=1)]
+    while True:
+        reached = ground.copy()
+        reached[pairs[ground[pairs].any(axis=1)]] = True
+        if (reached == ground).all():
+            return ground
+        ground = reached
+
+
+def _is_beside(bodies: Bodies, i: int, ground: npt.NDArray[np.bool_]) -> bool:
+    """Whether a body touches the ground at its side, as the rim of a board does."""
+    pairs, _, _ = bodies.contacts
+    mine = pairs[(pairs == i).any(axis=1)]
+    mine = mine[ground[mine].any(axis=1)]
+    if not len(mine):
+        return False
+    depth, along = depths(bodies.pairs(mine))
+    return bool(((depth < 0.25 * _extent(bodies, i)) & (np.abs(along[:, 1]) < 0.5)).any())
+
+
+# --- faces -----------------------------------------------------------------------------------------------------------
+
+
+def _fighting_faces(bodies: Bodies, pairs: IntArray) -> Iterator[Finding]:
+    """Faces of different colours that look the same way in one plane and overlap where they can be seen: no renderer
+    can tell which one is in front."""
+    colors = np.abs(bodies.colors[pairs[:, 0]] - bodies.colors[pairs[:, 1]]).max(axis=1)
+    flat = (bodies.forms[pairs] != SolidForm.BALL).all(axis=1)
+    opaque = bodies.opaque[pairs].all(axis=1)
+    for i, j in pairs[flat & opaque & (colors > _OTHER_COLOR)].tolist():
+        shared = shared_face(bodies.forms, bodies.matrices, i, j, 1e-5 * bodies.size)
+        if shared is None or shared.share < _FIGHTING:
+            continue
+        if not _is_covered(bodies, shared, i, j):
+            yield Finding("fighting", j, i, shared.area)
+
+
+def _is_covered(bodies: Bodies, shared: SharedFace, i: int, j: int) -> bool:
+    """Whether a third solid hides the middle of a shared face."""
+    low, high = bodies.boxes
+    point = shared.center + shared.normal * (1e-4 * bodies.size)
+    near = np.flatnonzero(((low <= point) & (high >= point)).all(axis=1))
+    return any(k not in (i, j) and bodies.opaque[k] and _holds(bodies, k, point[None]) for k in near.tolist())
+
+
+# The geometric lint: findings of every frame as warnings at the calls that made the things (``check --geometry``).
+
+
+MOST_PRIMITIVES = 20_000
+_MOST_FRAMES = 6
+_MOST_SHOWN = 20
+
+
+@dataclass(frozen=True, slots=True)
+class _Named:
+    """A finding with the words of what it is about, so that equal ones are told once."""
+
+    finding: Finding
+    words: tuple[str, ...]
+    other: tuple[str, ...]
+    place: Span | None
+    other_place: Span | None
+    frame: int
+
+
+def check_geometry(scene: Scene) -> list[Diagnostic]:
+    """Warnings about the geometry of a scene; of a film, what is so in most of some frames spread over it."""
+    count = len(scene.frames)
+    frames = sorted(
+        {round(i * (count - 1) / max(_MOST_FRAMES - 1, 1)) for i in range(_MOST_FRAMES)} if count > 1 else {0}
+    )
+    found: dict[tuple[str, tuple[str, ...], tuple[str, ...]], list[_Named]] = {}
+    remarks: list[Diagnostic] = []
+    for number in frames:
+        root = scene.frames[number]
+        total = primitive_count(root)
+        if total > MOST_PRIMITIVES:
+            remarks.append(_not_looked_at(f"{total:,} primitives are more than the {MOST_PRIMITIVES:,}", number, count))
+            continue
+        bodies = bodies_of(root)
+        for finding in findings(bodies):
+            named = _named(bodies, finding, number)
+            found.setdefault((finding.kind, named.words, named.other), []).append(named)
+        if len(bodies) and not bodies.contacts[2]:
+            remarks.append(_not_looked_at(f"more than {MOST_PAIRS:,} pairs are near one another", number, count))
+    lasting = [group for group in found.values() if 2 * len({each.frame for each in group}) > len(frames)]
+    shown = [_diagnostic(group, scene.animated) for group in lasting[:_MOST_SHOWN]]
+    if len(lasting) > _MOST_SHOWN:
+        shown.append(Diagnostic("geometry-limit", f"{len(lasting) - _MOST_SHOWN} more findings are not shown"))
+    return [*shown, *remarks[:1]]
+
+
+def _not_looked_at(why: str, frame: int, count: int) -> Diagnostic:
+    where = f"frame {frame}" if count > 1 else "the scene"
+    return Diagnostic("geometry-limit", f"{where} was not looked at whole: {why} that this check takes")
+
+
+def _named(bodies: Bodies, finding: Finding, frame: int) -> _Named:
+    other = finding.other
+    return _Named(
+        finding,
+        bodies.words(finding.body),
+        bodies.words(other) if other is not None else (),
+        _place(bodies, finding.body),
+        _place(bodies, other) if other is not None else None,
+        frame,
+    )
+
+
+def _place(bodies: Bodies, i: int) -> Span | None:
+    places = bodies.entities[bodies.entity[i]].places
+    return places[0] if places else None
+
+
+def _diagnostic(group: Iterable[_Named], animated: bool) -> Diagnostic:
+    """One warning for equal findings, about the one that is farthest off."""
+    every = list(group)
+    named = max(every, key=lambda each: each.finding.amount)
+    finding = named.finding
+    frames = {each.frame for each in every}
+    times = max(sum(1 for each in every if each.frame == frame) for frame in frames)
+    name, tell = _TOLD[finding.kind]
+    message = tell(named) + (f" ({times} times)" if times > 1 else "")
+    if animated:
+        message += f" (frame {min(frames)})"
+    hint = None
+    if finding.move is not None and any(abs(x) > 1e-9 for x in finding.move):
+        hint = f"`(translate [{' '.join(f'{round(x, 6) + 0.0:.3g}' for x in finding.move)}])` would mend it"
+    other = named.other_place
+    notes = (Note("the other thing is made here", other),) if other is not None and other != named.place else ()
+    return Diagnostic(name, message, named.place, hint, notes)
+
+
+def _path(words: tuple[str, ...]) -> str:
+    """The last words of a path; a person knows the rest."""
+    return '"' + "/".join(words[-3:]) + '"'
+
+
+def _twin(named: _Named) -> str:
+    return f"{_path(named.words)} stands twice in the same place"
+
+
+def _buried_message(named: _Named) -> str:
+    return f"{_path(named.words)} is inside {_path(named.other)}, where it cannot be seen"
+
+
+def _deep(named: _Named) -> str:
+    return f"{_path(named.words)} goes {named.finding.amount:.3g} deep into its neighbour of the same word"
+
+
+def _hovering_message(named: _Named) -> str:
+    amount = f"{named.finding.amount:.3g}"
+    if not named.other:
+        return f"{_path(named.words)} touches nothing: it hovers {amount} above the ground"
+    return f"{_path(named.words)} touches nothing: {amount} from {_path(named.other)}"
+
+
+def _sunk(named: _Named) -> str:
+    return f"{_path(named.words)} reaches {named.finding.amount:.3g} below the ground, y = 0"
+
+
+def _fighting(named: _Named) -> str:
+    return f"a face of {_path(named.words)} lies in the plane of one of {_path(named.other)}, in another colour"
+
+
+_TOLD: dict[str, tuple[str, Callable[[_Named], str]]] = {
+    "twin": ("overlap", _twin),
+    "buried": ("overlap", _buried_message),
+    "deep": ("overlap", _deep),
+    "hovering": ("floating", _hovering_message),
+    "sunk": ("below-ground", _sunk),
+    "fighting": ("coincident-faces", _fighting),
+}

@@ -1,1 +1,0 @@
-"""The computation graph of a scene as a drawing."""

@@ -1,0 +1,1 @@
+"""Ground truth for every pixel: instances, depth, normals, boxes, motion, and datasets of them."""

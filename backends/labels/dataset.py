@@ -1,0 +1,621 @@
+"""Sets of labelled pictures: where their files lie, what each holds, and going on where a run stopped.
+
+One shot alone lies in the folder itself; of several each has a folder ``NAME/camera-000/frame-000``, without the parts
+that there is only one of. Every shot's files are complete once its ``shot.json`` is there.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from scenelang.backends.base import Progress, need, part_of
+from scenelang.backends.files import write_json, written_together, written_whole
+from scenelang.backends.geometry.solids import is_semantic
+from scenelang.backends.labels import ground_truth
+from scenelang.backends.labels.ground_truth import (
+    VISIBLE,
+    Boxes,
+    Correspondence,
+    Flow,
+    Tracks,
+    Truth,
+    boxes_in,
+    boxes_of,
+    correspondence_of,
+    truth_of,
+)
+from scenelang.backends.minecraft.models import as_cubes
+from scenelang.backends.pictures.appearance import tint
+from scenelang.backends.pictures.camera import Camera, Viewpoint, camera_to_json
+from scenelang.backends.pictures.film import Painter, PictureBackend, PictureOptions, painters, save_picture, write_exr
+from scenelang.backends.pictures.stage import Shot, box_of, still, unit_size
+from scenelang.backends.pictures.studio import encode
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.scene.entity import Entity, Scene
+from scenelang.interpreter.scene.numbering import frame_numbers, instance_handles
+
+# Annotations in COCO's JSON form: one per instance that is seen, at every level of the hierarchy.
+#
+# Masks are run lengths down the columns, as COCO has them. Beyond COCO's own fields an annotation has ``depth`` (of
+# the
+# hierarchy), ``instance`` and ``parent`` (numbers in the maps), ``path`` (child positions from the root), ``handle``,
+# ``bbox_full`` (also what is hidden or outside the picture, exact), ``box3d`` (the entity's box in its own frame, and
+# the
+# pose of that frame in the world).
+
+
+IntArray = npt.NDArray[np.int64]
+
+
+def annotations_of(truth: Truth, boxes: Boxes, handles: Sequence[str], most: int) -> list[dict[str, Any]]:
+    """The annotations of one shot without ids of their own: ``category`` is a word, ``handles`` those of all
+    instances. The ``most`` instances that are highest in the hierarchy."""
+    ancestry = truth.ancestry
+    seen = np.flatnonzero(boxes.area > 0)[:most]
+    low, high = boxes_of(ancestry, seen)
+    masks = _masks(truth, seen, boxes)
+    found = []
+    for k, instance in enumerate(seen.tolist()):
+        x0, y0, x1, y1 = (int(edge) for edge in boxes.visible[instance])
+        entity = ancestry.entity(instance)
+        full = boxes.full[instance]
+        annotation = {
+            "category": entity.word,
+            "bbox": [x0, y0, x1 - x0, y1 - y0],
+            "area": int(boxes.area[instance]),
+            "segmentation": {"size": [truth.camera.height, truth.camera.width], "counts": masks[k]},
+            "iscrowd": 0,
+            "instance": instance,
+            "parent": int(ancestry.parent[instance]),
+            "depth": int(ancestry.depth[instance]),
+            "path": list(ancestry.path(instance)),
+            "handle": handles[instance],
+            "bbox_full": None if np.isnan(full).any() else _corner_and_size(full),
+            "box3d": {
+                "min": low[k].tolist(),
+                "max": high[k].tolist(),
+                "pose": [*ancestry.poses[instance].tolist(), [0.0, 0.0, 0.0, 1.0]],
+            },
+        }
+        found.append(annotation)
+    return found
+
+
+def _corner_and_size(box: npt.NDArray[np.float64]) -> list[float]:
+    x0, y0, x1, y1 = box.tolist()
+    return [x0, y0, x1 - x0, y1 - y0]
+
+
+def _masks(truth: Truth, seen: IntArray, boxes: Boxes) -> list[list[int]]:
+    """The run lengths of the instances ``seen``, level by level of the hierarchy, each inside its own box."""
+    out: dict[int, list[int]] = {}
+    for depth in range(truth.ancestry.deepest + 1):
+        map_ = truth.at_depth(depth)
+        for instance in seen[truth.ancestry.depth[seen] == depth].tolist():
+            out[instance] = _run_lengths(map_, instance, boxes.visible[instance])
+    return [out[instance] for instance in seen.tolist()]
+
+
+def _run_lengths(map_: IntArray, instance: int, box: IntArray) -> list[int]:
+    """COCO's run lengths of ``map_ == instance`` (H, W), which is false outside ``box``: zeros first, column-wise."""
+    height, width = map_.shape
+    x0, y0, x1, y1 = (int(edge) for edge in box)
+    columns, rows = np.nonzero((map_[y0:y1, x0:x1] == instance).T)
+    places = (columns + x0) * height + rows + y0
+    breaks = np.flatnonzero(np.diff(places) > 1)
+    starts = np.concatenate([places[:1], places[breaks + 1]])
+    ends = np.concatenate([places[breaks], places[-1:]]) + 1
+    edges = np.stack([starts, ends], axis=1).reshape(-1)
+    lengths: list[int] = np.diff(np.concatenate([[0], edges, [height * width]])).tolist()
+    return lengths if lengths[-1] else lengths[:-1]
+
+
+def dataset(images: Sequence[dict[str, Any]], annotations: Sequence[Sequence[dict[str, Any]]]) -> dict[str, Any]:
+    """One COCO document: ``images`` with ``file_name``, ``width``, ``height``, and the annotations of each."""
+    words = sorted({annotation["category"] for one in annotations for annotation in one})
+    number = {word: i + 1 for i, word in enumerate(words)}
+    listed: list[dict[str, Any]] = []
+    for image, one in enumerate(annotations, start=1):
+        for annotation in one:
+            rest = {name: value for name, value in annotation.items() if name != "category"}
+            listed.append(
+                {"id": len(listed) + 1, "image_id": image, "category_id": number[annotation["category"]], **rest}
+            )
+    return {
+        "info": {"description": "maps of scenes, written by scenelang"},
+        "images": [{"id": i, **image} for i, image in enumerate(images, start=1)],
+        "categories": [{"id": i, "name": word, "supercategory": "word"} for word, i in number.items()],
+        "annotations": listed,
+    }
+
+
+# Maps as pictures for people: colours for words, instances, depths and motions; boxes, tracks and legends drawn.
+
+
+Picture = npt.NDArray[np.uint8]
+
+FloatArray = npt.NDArray[np.float64]
+DrawnBox = tuple[Sequence[float], str, tuple[int, int, int]]  # x0, y0, x1, y1 in pixels; a word; a colour
+
+_BLACK = (0, 0, 0)
+_LINE = 18  # pixels of a legend's row
+_MOST_ROWS = 200
+_MOST_BOXES = 400
+
+
+def word_color(word: str) -> tuple[int, int, int]:
+    """A bright colour of a word's own, the same on every machine."""
+    level = hashlib.blake2s(word.encode("utf-8", "surrogatepass"), digest_size=2).digest()
+    saturation, value = (0.40, 0.65, 0.90)[level[0] % 3], (0.60, 0.80, 1.0)[level[1] % 3]
+    red, green, blue = encode(np.array(tint(word, saturation, value))).tolist()
+    return (red, green, blue)
+
+
+def instance_color(number: int) -> tuple[int, int, int]:
+    """A colour of an instance's own: neighbours in number differ."""
+    hue, value = (number * 0.618033988749895) % 1.0, 0.62 + 0.33 * ((number * 0.7548776662466927) % 1.0)
+    angle = 2.0 * math.pi * hue
+    channels = [0.5 + 0.5 * math.cos(angle - shift) for shift in (0.0, 2.0944, 4.1888)]
+    red, green, blue = (round(255 * value * (0.25 + 0.75 * channel)) for channel in channels)
+    return (red, green, blue)
+
+
+def colored(numbers: IntArray, colors: Mapping[int, tuple[int, int, int]]) -> Picture:
+    """Numbers (H, W) as a picture; black where they have no colour."""
+    used, inverse = np.unique(numbers, return_inverse=True)
+    table = np.array([colors.get(int(number), _BLACK) for number in used], np.uint8)
+    return np.asarray(table[inverse.reshape(-1)].reshape(*numbers.shape, 3))
+
+
+def depth_picture(depth: FloatArray) -> Picture:
+    """Depths (H, W) as grey: the nearest is white, the farthest dark, nothing is black."""
+    seen = np.isfinite(depth)
+    grey = np.zeros(depth.shape)
+    if seen.any():
+        near, far = float(depth[seen].min()), float(depth[seen].max())
+        grey[seen] = 1.0 - 0.85 * (depth[seen] - near) / max(far - near, 1e-12 * abs(far), 1e-300)
+    return np.repeat(np.rint(255 * grey).astype(np.uint8)[:, :, None], 3, axis=2)
+
+
+def normal_picture(normal: FloatArray, seen: npt.NDArray[np.bool_]) -> Picture:
+    """World normals (H, W, 3) from [-1, 1] to [0, 255]; black where nothing is seen."""
+    return np.where(seen[:, :, None], np.rint(127.5 * (normal + 1.0)), 0.0).astype(np.uint8)
+
+
+def flow_picture(flow: Flow) -> Picture:
+    """Motions as colours: the direction is the hue, the length the strength; black where something is not."""
+    motion = np.nan_to_num(flow.motion.astype(np.float64))
+    length = np.hypot(motion[:, :, 0], motion[:, :, 1])
+    strength = np.sqrt(np.clip(length / max(float(length.max()), 1e-9), 0.0, 1.0))[:, :, None]
+    angle = np.arctan2(motion[:, :, 1], motion[:, :, 0])[:, :, None]
+    hue = 0.5 + 0.5 * np.cos(angle - np.array([0.0, 2.0944, 4.1888]))
+    known = np.isfinite(flow.motion[:, :, :1])
+    return np.where(known, np.rint(255 * (1.0 - strength * (1.0 - hue))), 0.0).astype(np.uint8)
+
+
+def with_boxes(picture: Picture, boxes: Sequence[DrawnBox]) -> Picture:
+    """A copy of ``picture`` with rectangles x0, y0, x1, y1, their words, in their colours."""
+    image = need("PIL.Image", "pillow").fromarray(picture)
+    pen = need("PIL.ImageDraw", "pillow").Draw(image)
+    font = need("PIL.ImageFont", "pillow").load_default(11)
+    for (x0, y0, x1, y1), word, color in boxes[:_MOST_BOXES]:
+        pen.rectangle((x0, y0, max(x0, x1 - 1), max(y0, y1 - 1)), outline=color)
+        if x1 - x0 > 24:
+            pen.text((x0 + 2, y0 + 1), _plain(word)[:24], fill=color, font=font, stroke_width=1, stroke_fill=_BLACK)
+    return np.asarray(image, np.uint8).copy()
+
+
+def with_tracks(picture: Picture, tracks: Tracks, frame: int, trail: int = 12) -> Picture:
+    """A copy of ``picture``, frame number ``frame`` of a film, with the ways that tracked points came."""
+    image = need("PIL.Image", "pillow").fromarray(picture)
+    pen = need("PIL.ImageDraw", "pillow").Draw(image)
+    first = max(0, frame - trail)
+    size = max(1.0, min(picture.shape[:2]) / 160.0)
+    for point in range(tracks.pixels.shape[1]):
+        color = instance_color(point + 1)
+        way = [tuple(place) for place in tracks.pixels[first : frame + 1, point] if np.isfinite(place).all()]
+        if len(way) > 1:
+            pen.line(way, fill=color, width=max(1, round(size)))
+        if way and tracks.state[frame, point] == VISIBLE:
+            x, y = way[-1]
+            pen.ellipse((x - size, y - size, x + size, y + size), fill=color, outline=_BLACK)
+    return np.asarray(image, np.uint8).copy()
+
+
+def legend_picture(rows: Sequence[tuple[str, tuple[int, int, int]]]) -> Picture:
+    """A legend: a square of each colour beside its name."""
+    module, draw = need("PIL.Image", "pillow"), need("PIL.ImageDraw", "pillow")
+    font = need("PIL.ImageFont", "pillow").load_default(13)
+    shown = list(rows[:_MOST_ROWS])
+    if len(rows) > len(shown):
+        shown.append((f"and {len(rows) - len(shown):,} more", (255, 255, 255)))
+    names = [_plain(name)[:48] for name, _ in shown]
+    widest = max((font.getlength(name) for name in names), default=0.0)
+    image = module.new("RGB", (int(widest) + 36, _LINE * max(1, len(shown)) + 8), (255, 255, 255))
+    pen: Any = draw.Draw(image)
+    for i, (name, (_, color)) in enumerate(zip(names, shown, strict=True)):
+        top = 4 + i * _LINE
+        pen.rectangle((6, top + 2, 20, top + _LINE - 3), fill=color)
+        pen.text((28, top), name, fill=(20, 20, 20), font=font)
+    return np.asarray(image, np.uint8).copy()
+
+
+def _plain(word: str) -> str:
+    return "".join(c if c.isprintable() else " " for c in word)
+
+
+# The files of one labelled picture: PNG for people, NPZ, EXR and JSON for machines.
+
+
+FORMAT, VERSION = "scenelang-maps", 1
+_DEEPEST = 64  # levels of the hierarchy that have maps of their own
+_LEAST_AREA = 24  # pixels of an instance whose box is drawn
+
+
+class ShotMaps:
+    """Gathers what is known of one shot, then writes it."""
+
+    def __init__(self, truth: Truth, picture: Picture) -> None:
+        self.truth = truth
+        self._picture = picture
+        self._boxes = boxes_in(truth)
+        levels = [truth.at_depth(depth) for depth in range(min(truth.ancestry.deepest, _DEEPEST) + 1)]
+        matched = correspondence_of(truth)
+        self._arrays, self._layers = _arrays_of(truth, levels, matched)
+        self._drawn = dict(_pictures_of(truth, levels, matched, self._boxes, picture))
+
+    def add_flow(self, flow: ground_truth.Flow) -> None:
+        """The dense correspondence to the next frame."""
+        self._drawn["flow"] = flow_picture(flow)
+        self._arrays |= {"flow": flow.motion, "flow_world": flow.world, "flow_state": flow.state}
+        self._layers["flow"] = flow.motion
+
+    def add_tracks(self, tracks: ground_truth.Tracks, frame: int, paths: npt.NDArray[np.int64]) -> None:
+        """Tracked points at the ``frame``-th of their places; ``paths`` are the instances' path numbers."""
+        self._drawn["tracks"] = with_tracks(self._picture, tracks, frame)
+        self._arrays |= _identities(self.truth, paths)
+
+    def write(self, folder: Path, handles: Sequence[str], annotations: int) -> None:
+        """Write everything into ``folder``; ``handles`` are those of all instances, of which at most ``annotations``
+        are annotated. Raises SceneError."""
+        save_picture(self._picture, folder / "color.png")
+        for name, drawn in self._drawn.items():
+            save_picture(drawn, folder / f"{name}.png")
+        with open(folder / "maps.npz", "wb") as file:
+            np.savez_compressed(file, **self._arrays)  # type: ignore[arg-type]
+        write_exr(self._layers, folder / "maps.exr", frozenset(("normal", "flow")))
+        write_json(folder / "camera.json", camera_to_json(self.truth.camera))
+        write_json(folder / "legend.json", _legend(self.truth, handles))
+        save_picture(_legend_picture(self.truth), folder / "legend.png")
+        found = annotations_of(self.truth, self._boxes, handles, annotations)
+        write_json(folder / "annotations.json", found)
+
+
+def _pictures_of(
+    truth: Truth, levels: Sequence[IntArray], matched: Correspondence, boxes: Boxes, picture: Picture
+) -> Iterator[tuple[str, Picture]]:
+    """The maps as pictures, by name. ``levels`` are the instances (H, W) at each depth of the hierarchy."""
+    ancestry = truth.ancestry
+    named = {"": truth.instance} | {f"-depth-{depth}": level for depth, level in enumerate(levels)}
+    for ending, instance in named.items():
+        used = np.unique(instance[instance >= 0]).tolist()
+        words = {number: word_color(ancestry.entity(number).word) for number in used}
+        yield f"semantic{ending}", colored(instance, words)
+        yield f"instances{ending}", colored(instance, {n: instance_color(n) for n in used})
+    place = np.rint(255 * matched.place).astype(np.uint8)
+    grey = np.where(truth.seen, 96, 0).astype(np.uint8)[:, :, None]
+    yield "correspondence", np.where((matched.unit >= 0)[:, :, None], place, grey)
+    yield "depth", depth_picture(truth.depth)
+    yield "normals", normal_picture(truth.normal, truth.seen)
+    yield "albedo", encode(truth.albedo)
+    yield "boxes", with_boxes(picture, _drawn_boxes(truth, boxes))
+
+
+def _is_thing(entity: Entity) -> bool:
+    """Whether an entity has a name of its own, rather than being one of the primitives that things are made of."""
+    return not entity.is_primitive or is_semantic(entity)
+
+
+def _drawn_boxes(truth: Truth, boxes: Boxes) -> list[DrawnBox]:
+    """The boxes that are drawn: of things and their parts rather than of the primitives that these are made of."""
+    ancestry = truth.ancestry
+    large = np.flatnonzero((boxes.area > _LEAST_AREA) & (ancestry.depth > 0)).tolist()
+    things = [i for i in large if _is_thing(ancestry.entity(i))] or large
+    words = [ancestry.entity(i).word for i in things]
+    return [(boxes.visible[i].tolist(), word, word_color(word)) for i, word in zip(things, words, strict=True)]
+
+
+def _arrays_of(
+    truth: Truth, levels: Sequence[IntArray], matched: Correspondence
+) -> tuple[dict[str, npt.NDArray[Any]], dict[str, npt.NDArray[np.float32]]]:
+    """The maps as arrays for an NPZ file, and as layers for an EXR file."""
+    words = _words(truth)
+    number = np.array([words[entity.word] for entity in truth.ancestry.nodes], np.int32)
+    instances = np.stack(levels).astype(np.int32)
+
+    def word_of(instance: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
+        own = number[truth.ancestry.node[np.maximum(instance, 0)]]
+        return np.where(instance >= 0, own, 0).astype(np.int32)
+
+    arrays: dict[str, npt.NDArray[Any]] = {
+        "instance": truth.instance.astype(np.int32),
+        "semantic": word_of(truth.instance),
+        "instance_by_depth": instances,
+        "semantic_by_depth": word_of(instances),
+        "correspondence_instance": matched.unit.astype(np.int32),
+        "correspondence_word": word_of(matched.unit),
+        "correspondence_place": matched.place,
+        "depth": truth.depth,
+        "normal": truth.normal.astype(np.float32),
+        "albedo": truth.albedo.astype(np.float32),
+        "position": truth.position,
+    }
+    layers = {name: arrays[name].astype(np.float32) for name in ("depth", "normal", "albedo", "instance", "semantic")}
+    layers[""] = layers.pop("albedo")
+    return arrays, layers
+
+
+def _identities(truth: Truth, paths: npt.NDArray[np.int64]) -> dict[str, npt.NDArray[Any]]:
+    """What is the same in all frames: pixels with equal path numbers and places in the object show the same point."""
+    pixels = np.flatnonzero(truth.seen)
+    places = ground_truth.places_of(truth, paths, pixels)
+    path = np.full(truth.instance.size, -1, np.int32)
+    local = np.zeros((truth.instance.size, 3), np.float32)
+    path[pixels], local[pixels] = places.path, places.local
+    return {"path": path.reshape(truth.instance.shape), "local": local.reshape(*truth.instance.shape, 3)}
+
+
+def _words(truth: Truth) -> dict[str, int]:
+    """Numbers of the words, from 1: 0 is where nothing is seen."""
+    return {word: i + 1 for i, word in enumerate(sorted({entity.word for entity in truth.ancestry.nodes}))}
+
+
+def _legend(truth: Truth, handles: Sequence[str]) -> dict[str, Any]:
+    """What the numbers and colours of the maps mean; of the instances those that are seen, and their ancestors."""
+    ancestry = truth.ancestry
+    shown = sorted(
+        {int(i) for depth in range(ancestry.deepest + 1) for i in np.unique(truth.at_depth(depth)) if i >= 0}
+    )
+    words = _words(truth)
+    return {
+        "format": FORMAT,
+        "version": VERSION,
+        "nothing": {"semantic": 0, "instance": -1, "depth": "inf"},
+        "words": [{"id": i, "word": word, "color": word_color(word)} for word, i in words.items()],
+        "instances": [
+            {
+                "id": i,
+                "word": ancestry.entity(i).word,
+                "handle": handles[i],
+                "depth": int(ancestry.depth[i]),
+                "parent": int(ancestry.parent[i]),
+                "path": list(ancestry.path(i)),
+                "color": instance_color(i),
+            }
+            for i in shown
+        ],
+        "flow_state": {"gone": ground_truth.GONE, "hidden": ground_truth.HIDDEN, "visible": ground_truth.VISIBLE},
+        "axes": "depth along the axis of view, in scene units; normals and positions in the world; pixels from the top "
+        "left corner, their centres at halves",
+    }
+
+
+def _legend_picture(truth: Truth) -> Picture:
+    words = sorted({truth.ancestry.entity(int(i)).word for i in np.unique(truth.ancestry.node)})
+    return legend_picture([(word, word_color(word)) for word in words])
+
+
+@dataclass(frozen=True, slots=True)
+class MapOptions:
+    """``pictures`` says size, light, backend settings, seed and limit; ``views`` are the cameras, of which
+    those that are placed keep their own size unless ``resize``; ``tracks`` how many
+    points of a 4D scene are followed; ``annotations`` how many instances of a shot COCO may list; ``digest`` tells the
+    program and all that it was run with apart from others."""
+
+    pictures: PictureOptions
+    views: tuple[Viewpoint | Camera, ...]
+    resize: bool = True
+    tracks: int = 64
+    annotations: int = 20_000
+    digest: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class DatasetItem:
+    """One shot to make: ``view`` and ``frame`` are numbers, ``folder`` is where it goes."""
+
+    name: str
+    view: int
+    frame: int
+    folder: Path
+
+
+def items_of(folder: Path, name: str, scene: Scene, views: int, alone: bool, frame: int | None) -> list[DatasetItem]:
+    """The shots of one scene, camera by camera; ``alone`` when it is the only scene of its set."""
+    frames = range(len(scene.frames)) if frame is None else [frame]
+    found = []
+    for view in range(views):
+        for number in frames:
+            parts = [] if alone else [name]
+            parts += [f"camera-{view:03d}"] if views > 1 else []
+            parts += [f"frame-{number:03d}"] if len(frames) > 1 else []
+            found.append(DatasetItem(name, view, number, folder.joinpath(*parts)))
+    return found
+
+
+def random_views(count: int, seed: int, like: Viewpoint) -> tuple[Viewpoint, ...]:
+    """``count`` viewpoints all around and above a scene, the same for the same ``seed``."""
+    random = np.random.default_rng(seed)
+    azimuths, elevations = random.uniform(-180.0, 180.0, count), random.uniform(5.0, 65.0, count)
+    pairs = zip(azimuths.tolist(), elevations.tolist(), strict=True)
+    return tuple(replace(like, azimuth=azimuth, elevation=elevation) for azimuth, elevation in pairs)
+
+
+def write_maps(
+    scene: Scene,
+    items: Sequence[DatasetItem],
+    options: MapOptions,
+    backend: PictureBackend,
+    progress: Progress | None = None,
+    skipped: Callable[[DatasetItem], None] | None = None,
+) -> None:
+    """Make the shots ``items`` of one scene that are not there yet; calls ``skipped`` for each that is.
+
+    Raises SceneError, and leaves no shot half-written.
+    """
+    box_of(scene)  # an empty scene is told before anything is written
+    scene = as_cubes(scene, options.pictures.limit, options.pictures.warn)  # what is labelled is what is drawn
+    total = len(items)
+    for view in dict.fromkeys(item.view for item in items):
+        mine = [item for item in items if item.view == view]
+        missing = [item for item in mine if not _is_done(item, options)]
+        for item in mine:
+            if item not in missing and skipped is not None:
+                skipped(item)
+        if missing:
+            start = items.index(mine[0]) / total
+            share = part_of(progress, start, start + len(mine) / total)
+            _write_view(scene, mine, missing, options, backend, share)
+    if progress is not None:
+        progress(1.0)
+
+
+def _is_done(item: DatasetItem, options: MapOptions) -> bool:
+    """Whether a shot is complete and was made of the same program with the same options."""
+    try:
+        found = json.loads((item.folder / "shot.json").read_text("utf-8"))
+    except (OSError, ValueError):
+        return False
+    return isinstance(found, dict) and found.get("digest") == _digest(item, options)
+
+
+def _digest(item: DatasetItem, options: MapOptions) -> str:
+    settings = replace(options.pictures, progress=None, warn=None, camera=Viewpoint())
+    view = options.views[item.view]
+    shown = json.dumps(camera_to_json(view)) if isinstance(view, Camera) else repr(view)
+    own = (options.digest, options.resize, options.tracks, options.annotations)
+    told = repr((FORMAT, VERSION, own, settings, shown, item.frame))
+    return hashlib.sha256(told.encode()).hexdigest()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _View:
+    """What the shots of one camera share."""
+
+    scene: Scene
+    options: MapOptions
+    painter: Painter
+    shots: dict[int, Shot]
+    center: npt.NDArray[np.float64]
+    scale: float
+    paths: ground_truth.PathNumbers
+    numbers: dict[tuple[int, ...], int] | None  # of handles by path; None for a scene of one frame
+    recent: dict[int, Truth] = field(default_factory=dict)
+
+    def truth(self, frame: int) -> Truth:
+        """The truth of a frame; the last two are kept, since every frame is compared with the next."""
+        if frame not in self.recent:
+            for old in list(self.recent)[: len(self.recent) - 1]:
+                del self.recent[old]
+            limit = self.options.pictures.limit
+            self.recent[frame] = truth_of(self.scene, self.shots[frame], limit, self.center, self.scale)
+        return self.recent[frame]
+
+
+def _write_view(
+    scene: Scene,
+    items: Sequence[DatasetItem],
+    missing: Sequence[DatasetItem],
+    options: MapOptions,
+    backend: PictureBackend,
+    progress: Progress | None,
+) -> None:
+    camera = options.views[items[0].view]
+    asked = replace(options.pictures, camera=camera)
+    if isinstance(camera, Camera) and not options.resize:
+        asked = replace(asked, width=camera.width, height=camera.height)
+    shots = {item.frame: still(scene, asked.camera, item.frame, asked.width, asked.height) for item in items}
+    (painter,) = painters(scene, asked, [backend], list(shots.values()))
+    numbers = frame_numbers(scene) if len(scene.frames) > 1 else None
+    view = _View(scene, options, painter, shots, *unit_size(scene), ground_truth.PathNumbers(), numbers)
+    tracks = _tracks(view) if len(shots) > 1 else None
+    for i, item in enumerate(missing):
+        following = item.frame + 1 if item.frame + 1 in shots else None
+        _write_shot(view, item, following, tracks, part_of(progress, i / len(missing), (i + 1) / len(missing)))
+    if tracks is not None:
+        _write_tracks(items[0].folder.parent, tracks)
+
+
+def _tracks(view: _View) -> ground_truth.Tracks:
+    """The ways of points that the first frame shows, through all frames of a camera."""
+    places: ground_truth.Places | None = None
+    found = []
+    for frame in view.shots:
+        truth = view.truth(frame)
+        paths = view.paths.of(truth.ancestry)
+        if places is None:
+            places = ground_truth.start_places(truth, paths, view.options.tracks, view.options.pictures.seed)
+        found.append(ground_truth.found_in(places, truth, paths))
+    return ground_truth.tracks_of(found)
+
+
+def _write_tracks(folder: Path, tracks: ground_truth.Tracks) -> None:
+    with written_whole(folder / "tracks.npz") as temporary, open(temporary, "wb") as file:
+        np.savez_compressed(file, pixels=tracks.pixels, world=tracks.world, state=tracks.state)
+
+
+# --- one shot --------------------------------------------------------------------------------------------------
+
+
+def _write_shot(
+    view: _View, item: DatasetItem, following: int | None, tracks: ground_truth.Tracks | None, progress: Progress | None
+) -> None:
+    picture = view.painter.paint(view.shots[item.frame], part_of(progress, 0.0, 0.7)).picture
+    maps = ShotMaps(view.truth(item.frame), picture)
+    if following is not None:
+        there = view.truth(following)
+        paths = view.paths.of(maps.truth.ancestry), view.paths.of(there.ancestry)
+        maps.add_flow(ground_truth.flow_between(maps.truth, there, *paths))
+    if tracks is not None:
+        maps.add_tracks(tracks, list(view.shots).index(item.frame), view.paths.of(maps.truth.ancestry))
+    handles = instance_handles(view.scene, maps.truth.ancestry, view.numbers)
+    shot = {"format": FORMAT, "version": VERSION, "name": item.name, "camera": item.view, "frame": item.frame}
+    _make_anew(item.folder)
+    with written_together(item.folder) as target:
+        maps.write(target, handles, view.options.annotations)
+    write_json(item.folder / "shot.json", shot | {"digest": _digest(item, view.options)})
+    if progress is not None:
+        progress(1.0)
+
+
+# --- files -----------------------------------------------------------------------------------------------------
+
+
+def _make_anew(folder: Path) -> None:
+    """A folder that does not count as complete."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "shot.json").unlink(missing_ok=True)
+    except OSError as error:
+        raise SceneError("file", f"`{folder}` cannot be written: {error.strerror or error}") from error
+
+
+def write_coco(folder: Path, items: Sequence[DatasetItem]) -> None:
+    """``coco.json`` of all shots of a set, from what each wrote; raises SceneError."""
+    images, annotations = [], []
+    for item in items:
+        camera = json.loads((item.folder / "camera.json").read_text("utf-8"))
+        name = (item.folder / "color.png").relative_to(folder).as_posix()
+        size = {"width": camera["width"], "height": camera["height"]}
+        images.append({"file_name": name, **size, "scene": item.name, "camera": camera, "frame": item.frame})
+        annotations.append(json.loads((item.folder / "annotations.json").read_text("utf-8")))
+    write_json(folder / "coco.json", dataset(images, annotations))

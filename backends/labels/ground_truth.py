@@ -1,0 +1,424 @@
+"""What every pixel of a picture shows: primitive, instances up the hierarchy, depth, normal, albedo and place.
+
+Rays go through pixel centres. What is see-through counts as seen; what is invisible (``:opacity 0``) does not. The
+ground is no part of the scene.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from scenelang.backends.geometry.solids import SolidForm, Solids, inverses_of, normalized, solids_of
+from scenelang.backends.pictures.camera import Camera
+from scenelang.backends.pictures.rays import NEAR, camera_rays, caster_for, first_hit, ids_of
+from scenelang.backends.pictures.stage import Shot, check_size
+from scenelang.interpreter.scene.bounds import entity_box
+from scenelang.interpreter.scene.entity import Scene
+from scenelang.interpreter.scene.flatten import FlatFrame, flatten_entity
+from scenelang.interpreter.scene.numbering import Ancestry, ancestry_of
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+
+NOTHING = -1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Truth:
+    """What the pixels (H, W) of one shot show.
+
+    ``instance`` is the number in ``ancestry`` of the primitive that is seen, NOTHING where none is; ``depth`` the
+    distance along the axis of view in scene units, infinity where nothing is; ``normal`` the unit normal in the world,
+    turned to the camera; ``albedo`` linear sRGB; ``position`` in the world. All (H, W) or (H, W, 3).
+
+    ``solids`` are those of the frame, in the world's frame.
+    """
+
+    camera: Camera
+    frame: FlatFrame
+    ancestry: Ancestry
+    solids: Solids
+    instance: IntArray
+    depth: FloatArray
+    normal: FloatArray
+    albedo: FloatArray
+    position: FloatArray
+
+    @property
+    def seen(self) -> npt.NDArray[np.bool_]:
+        """Whether anything is seen (H, W)."""
+        return np.asarray(self.instance >= 0)
+
+    def at_depth(self, depth: int) -> IntArray:
+        """The instance (H, W) at ``depth`` of the hierarchy that each pixel's primitive is part of, or NOTHING."""
+        up = self.ancestry.at_depth(depth)
+        return np.where(self.seen, up[np.maximum(self.instance, 0)], NOTHING)
+
+
+def truth_of(scene: Scene, shot: Shot, limit: int, center: FloatArray, scale: float) -> Truth:
+    """The truth of one shot. ``center`` (3,) and ``scale`` bring the scene to unit size, for precise arithmetic.
+
+    Raises SceneError, and LimitError when the frame expands to more than ``limit`` primitives.
+    """
+    root = scene.frames[shot.frame]
+    check_size(root, limit)
+    frame, ancestry = flatten_entity(root), ancestry_of(root)
+    world = solids_of(frame)
+    solids = normalized(world, center, scale)
+    camera = shot.camera.rescaled(center, scale)
+    rays = camera_rays(camera)
+    caster = caster_for(solids, rays)
+    ids = ids_of(caster.cast())
+    row, column = np.divmod(np.arange(ids.size), camera.width)
+    origin, direction = rays.at(column + 0.5, row + 0.5)
+    hit = np.flatnonzero(ids.reshape(-1) >= 0)
+    number = ids.reshape(-1)[hit]
+    depth = np.full(ids.size, np.inf)
+    depth[hit] = _exact_depths(solids, number, origin[hit], direction[hit])
+    position, normal, albedo = (np.zeros((ids.size, 3)) for _ in range(3))
+    position[hit] = origin[hit] + direction[hit] * depth[hit, None]
+    normal[hit] = caster.surface(number, position[hit], direction[hit])
+    albedo[hit] = solids.colors[number]
+    instance = np.full(ids.size, NOTHING, np.int64)
+    instance[hit] = ancestry.primitives[solids.instance[number]]
+    position[hit] = position[hit] / scale + center
+    shape = ids.shape
+    return Truth(
+        shot.camera,
+        frame,
+        ancestry,
+        world,
+        instance.reshape(shape),
+        (depth / scale).reshape(shape),
+        normal.reshape(*shape, 3),
+        albedo.reshape(*shape, 3),
+        position.reshape(*shape, 3),
+    )
+
+
+def _exact_depths(solids: Solids, number: IntArray, origin: FloatArray, direction: FloatArray) -> FloatArray:
+    """The ray parameters (N,) at which rays hit the solids ``number`` (N,), in full precision."""
+    used, place = np.unique(number, return_inverse=True)
+    inverse = inverses_of(solids.matrices[used, :, :3])[place]
+    local_origin = np.einsum("nij,nj->ni", inverse, origin - solids.matrices[number, :, 3])
+    local_direction = np.einsum("nij,nj->ni", inverse, direction)
+    out = np.zeros(len(number))
+    forms = solids.forms[number]
+    for form in SolidForm:
+        rows = np.flatnonzero(forms == form)
+        if len(rows):
+            o, d = local_origin[rows].T, local_direction[rows].T
+            with np.errstate(all="ignore"):
+                out[rows] = first_hit(int(form), (o[0], o[1], o[2]), (d[0], d[1], d[2]), NEAR)
+    return out
+
+
+# --- correspondence of repeated instances ----------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Correspondence:
+    """``unit`` (H, W) is the repeated instance that each pixel shows, NOTHING elsewhere, ``place`` (H, W, 3) where in
+    its own box, from 0 to 1 along its own axes. Pixels of instances of one word with equal places correspond."""
+
+    unit: IntArray
+    place: npt.NDArray[np.float32]
+
+
+def correspondence_of(truth: Truth) -> Correspondence:
+    """What corresponds between repeated instances: those, as high in the hierarchy as possible, whose word stands
+    more than once below the root."""
+    ancestry = truth.ancestry
+    instances = np.bincount(ancestry.node[1:], minlength=len(ancestry.nodes))
+    words: Counter[str] = Counter()
+    for entity, count in zip(ancestry.nodes, instances.tolist(), strict=True):
+        words[entity.word] += count
+    repeated = np.array([words[entity.word] > 1 for entity in ancestry.nodes], bool)
+    unit_of = np.full(len(ancestry), NOTHING, np.int64)
+    for depth in range(1, ancestry.deepest + 1):
+        rows = np.flatnonzero(ancestry.depth == depth)
+        above = unit_of[ancestry.parent[rows]]
+        own = np.where(repeated[ancestry.node[rows]], rows, NOTHING)
+        unit_of[rows] = np.where(above >= 0, above, own)
+    unit = np.where(truth.seen, unit_of[np.maximum(truth.instance, 0)], NOTHING)
+    place = np.zeros((*unit.shape, 3), np.float32)
+    at = np.flatnonzero(unit.reshape(-1) >= 0)
+    numbers, inverse = np.unique(unit.reshape(-1)[at], return_inverse=True)
+    low, high = boxes_of(ancestry, numbers)
+    local = into_local(truth.position.reshape(-1, 3)[at], ancestry.poses[numbers], inverse)
+    size = np.where(high > low, high - low, 1.0)
+    place.reshape(-1, 3)[at] = np.clip((local - low[inverse]) / size[inverse], 0.0, 1.0)
+    return Correspondence(unit, place)
+
+
+def boxes_of(ancestry: Ancestry, instances: IntArray) -> tuple[FloatArray, FloatArray]:
+    """The boxes, low and high (K, 3), of instances in their entities' own frames."""
+    found = [entity_box(ancestry.entity(int(i))) or (0.0,) * 6 for i in instances]
+    boxes = np.array(found, np.float64).reshape(-1, 6)
+    return boxes[:, :3], boxes[:, 3:]
+
+
+def into_local(points: FloatArray, poses: FloatArray, which: IntArray) -> FloatArray:
+    """World ``points`` (N, 3) in the frames ``poses[which]`` (K, 3, 4); flat poses count as thick as need be."""
+    inverse = np.linalg.pinv(poses[:, :, :3]) if len(poses) else np.zeros((0, 3, 3))
+    return np.asarray(np.einsum("nij,nj->ni", inverse[which], points - poses[which, :, 3]), np.float64)
+
+
+# Boxes around instances: in the picture, of what is seen and of the whole, and in the world.
+
+
+_CUBE = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+_CORNER = np.array([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [-1.0, 1.0, 0.0]])
+_NEAR = 1e-9
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Boxes:
+    """For each instance (M,): ``visible`` (M, 4) pixel columns and rows x0, y0, x1, y1 (ends excluded) of what is seen
+    of it, ``area`` (M,) how many pixels; ``full`` (M, 4) the exact rectangle of its whole projection in pixels, also
+    beyond the picture, nan where a part of it lies behind the camera."""
+
+    visible: IntArray
+    area: IntArray
+    full: FloatArray
+
+
+def boxes_in(truth: Truth) -> Boxes:
+    """The boxes of every instance of a shot."""
+    ancestry = truth.ancestry
+    count = len(ancestry)
+    rows, columns = np.nonzero(truth.seen)
+    own = truth.instance[rows, columns]
+    visible = np.tile(np.array([truth.camera.width, truth.camera.height, 0, 0]), (count, 1))
+    area = np.bincount(own, minlength=count)
+    for start, values in ((0, columns), (1, rows)):
+        np.minimum.at(visible[:, start], own, values)
+        np.maximum.at(visible[:, start + 2], own, values + 1)
+    full = np.tile(np.array([np.inf, np.inf, -np.inf, -np.inf]), (count, 1))
+    solids = truth.solids
+    rectangles = rectangles_of(solids, truth.camera)
+    number = ancestry.primitives[solids.instance]
+    np.minimum.at(full, number, np.where([True, True, False, False], rectangles, np.inf))
+    np.maximum.at(full, number, np.where([False, False, True, True], rectangles, -np.inf))
+    _gather(ancestry, visible, area, full)
+    full[~np.isfinite(full).all(axis=1)] = np.nan
+    return Boxes(visible, area, full)
+
+
+def _gather(ancestry: Ancestry, visible: IntArray, area: IntArray, full: FloatArray) -> None:
+    """Pass what instances cover to their parents, from the deepest level up."""
+    for depth in range(ancestry.deepest, 0, -1):
+        rows = np.flatnonzero(ancestry.depth == depth)
+        parent = ancestry.parent[rows]
+        np.add.at(area, parent, area[rows])
+        for boxes in (visible, full):
+            np.minimum.at(boxes[:, :2], parent, boxes[rows, :2])
+            np.maximum.at(boxes[:, 2:], parent, boxes[rows, 2:])
+
+
+def rectangles_of(solids: Solids, camera: Camera) -> FloatArray:
+    """The exact rectangles (N, 4) x0, y0, x1, y1 that solids project to, in pixels; nan where one lies partly behind
+    the camera. Ellipsoids and disks by their dual quadrics, the rest by corners."""
+    turn, move = camera.world_to_camera[:3, :3], camera.world_to_camera[:3, 3]
+    linear = turn @ solids.matrices[:, :, :3]
+    center = solids.matrices[:, :, 3] @ turn.T + move
+    out = np.full((len(solids), 4), np.nan)
+    for form in SolidForm:
+        rows = np.flatnonzero(solids.forms == form)
+        if len(rows):
+            out[rows] = _rectangles(form, linear[rows], center[rows], camera)
+    return out
+
+
+def _rectangles(form: SolidForm, linear: FloatArray, center: FloatArray, camera: Camera) -> FloatArray:
+    if form == SolidForm.BALL:
+        return _of_quadrics(np.concatenate([linear, center[:, :, None]], axis=2), camera)
+    if form in (SolidForm.BLOCK, SolidForm.TRIANGLE):
+        hull = _CUBE if form == SolidForm.BLOCK else _CORNER
+        return _of_points(np.einsum("nij,kj->nki", linear, hull) + center[:, None], camera)
+    across = linear[:, :, [0, 2]]
+    bottom = _of_quadrics(np.concatenate([across, (center - linear[:, :, 1])[:, :, None]], axis=2), camera)
+    top = center + linear[:, :, 1]
+    if form == SolidForm.CYLINDER:
+        return _union(bottom, _of_quadrics(np.concatenate([across, top[:, :, None]], axis=2), camera))
+    return _union(bottom, _of_points(top[:, None], camera))
+
+
+def _union(a: FloatArray, b: FloatArray) -> FloatArray:
+    return np.concatenate([np.minimum(a[:, :2], b[:, :2]), np.maximum(a[:, 2:], b[:, 2:])], axis=1)
+
+
+def _of_points(points: FloatArray, camera: Camera) -> FloatArray:
+    """The rectangles of point sets (N, K, 3) in the camera's frame."""
+    depth = points[:, :, 2]
+    safe = np.ones_like(depth) if camera.is_parallel else np.where(depth > _NEAR, depth, np.nan)
+    flat = points[:, :, :2] / safe[:, :, None] * np.array(camera.focal) + np.array(camera.principal)
+    return np.concatenate([flat.min(axis=1), flat.max(axis=1)], axis=1)
+
+
+def _of_quadrics(frames: FloatArray, camera: Camera) -> FloatArray:
+    """The rectangles of ellipsoids or ellipses: ``frames`` (N, 3, K) are K - 1 half axes and the centre.
+
+    Their dual quadric is ``F diag(1, .., 1, -1) F'``; a line l of the picture touches the projection where l' C l = 0.
+    """
+    signs = np.ones(frames.shape[2])
+    signs[-1] = -1.0
+    projected = frames.copy()
+    if camera.is_parallel:  # the third coordinate of a picture point is 1 whatever its depth
+        projected[:, 2], projected[:, 2, -1] = 0.0, 1.0
+    dual = np.einsum("nik,k,njk->nij", projected, signs, projected)
+    nearest = frames[:, 2, -1] - np.sqrt((frames[:, 2, :-1] ** 2).sum(axis=1))
+    before = np.ones(len(frames), bool) if camera.is_parallel else nearest > _NEAR
+    out = np.full((len(frames), 4), np.nan)
+    with np.errstate(all="ignore"):
+        for axis in range(2):
+            middle = dual[:, axis, 2]
+            root = np.sqrt(np.maximum(middle**2 - dual[:, axis, axis] * dual[:, 2, 2], 0.0))
+            ends = np.stack([(middle - root) / dual[:, 2, 2], (middle + root) / dual[:, 2, 2]])
+            pixels = ends * camera.focal[axis] + camera.principal[axis]
+            out[:, axis], out[:, axis + 2] = pixels.min(axis=0), pixels.max(axis=0)
+    out[~before] = np.nan
+    return out
+
+
+# 4D: where what each pixel shows is in other frames, and the ways of tracked points.
+#
+# Entities of two frames correspond when they share a path, the child positions from the root. A point of one goes
+# where
+# the same place in its own frame is.
+
+
+GONE, HIDDEN, VISIBLE = 0, 1, 2  # where a point is in another frame: nowhere, covered or out of view, in view
+_TOLERANCE = 2e-3  # of the distance, by which a point may lie behind what is seen
+
+
+class PathNumbers:
+    """Numbers for paths of child positions, the same in all frames of a film."""
+
+    def __init__(self) -> None:
+        self._numbers: dict[tuple[int, int], int] = {}
+
+    def of(self, ancestry: Ancestry) -> IntArray:
+        """The path number (M,) of every instance; the root's is 0."""
+        out = np.zeros(len(ancestry), np.int64)
+        for depth in range(1, ancestry.deepest + 1):
+            rows = np.flatnonzero(ancestry.depth == depth)
+            above, position = out[ancestry.parent[rows]].tolist(), ancestry.position[rows].tolist()
+            table = self._numbers
+            out[rows] = [table.setdefault(key, len(table) + 1) for key in zip(above, position, strict=True)]
+        return out
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Places:
+    """What N points are stuck to: path numbers (N,) and places in the primitives' own frames (N, 3)."""
+
+    path: IntArray
+    local: FloatArray
+
+
+def places_of(truth: Truth, paths: IntArray, pixels: IntArray) -> Places:
+    """The places that the flat ``pixels`` (N,) of a shot show, all of them of something. ``paths`` are its instances'
+    path numbers."""
+    instance = truth.instance.reshape(-1)[pixels]
+    used, inverse = np.unique(instance, return_inverse=True)
+    local = into_local(truth.position.reshape(-1, 3)[pixels], truth.ancestry.poses[used], inverse)
+    return Places(paths[instance], local)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MotionMatch:
+    """Where N points are in a frame: ``pixels`` (N, 2) from the top left corner, ``world`` (N, 3), both nan where they
+    are not, and ``state`` (N,), GONE, HIDDEN or VISIBLE."""
+
+    pixels: FloatArray
+    world: FloatArray
+    state: npt.NDArray[np.uint8]
+
+
+def found_in(places: Places, truth: Truth, paths: IntArray) -> MotionMatch:
+    """Where ``places`` are in the frame of ``truth``, whose instances have the numbers ``paths`` (M,)."""
+    leaves = truth.ancestry.primitives
+    order = np.argsort(paths[leaves], kind="stable")
+    known = paths[leaves][order]
+    slot = np.searchsorted(known, places.path)
+    slot = np.minimum(slot, max(0, len(known) - 1))
+    exists = known[slot] == places.path if len(known) else np.zeros(len(places.path), bool)
+    world = np.full((len(places.path), 3), np.nan)
+    at = np.flatnonzero(exists)
+    poses = truth.ancestry.poses[leaves[order[slot[at]]]]
+    world[at] = np.einsum("nij,nj->ni", poses[:, :, :3], places.local[at]) + poses[:, :, 3]
+    pixels, depth = truth.camera.project(np.nan_to_num(world))
+    pixels[~exists] = np.nan
+    state = np.where(exists, HIDDEN, GONE).astype(np.uint8)
+    column, row = np.floor(np.nan_to_num(pixels, nan=-1.0)).astype(np.int64).T
+    inside = exists & (column >= 0) & (row >= 0) & (column < truth.camera.width) & (row < truth.camera.height)
+    inside &= depth > 0.0
+    rows = np.flatnonzero(inside)
+    # a pixel's depth is that of its middle: what slopes is compared with the nearest and farthest around it
+    farthest = _farthest_around(truth.depth)[row[rows], column[rows]]
+    state[rows[depth[rows] <= farthest * (1.0 + _TOLERANCE)]] = VISIBLE
+    return MotionMatch(pixels, world, state)
+
+
+def _farthest_around(depth: FloatArray) -> FloatArray:
+    """The greatest finite depth (H, W) among each pixel and its four neighbours."""
+    finite = np.where(np.isfinite(depth), depth, -np.inf)
+    padded = np.pad(finite, 1, constant_values=-np.inf)
+    around = [padded[1:-1, 1:-1], padded[:-2, 1:-1], padded[2:, 1:-1], padded[1:-1, :-2], padded[1:-1, 2:]]
+    return np.asarray(np.max(around, axis=0), np.float64)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Flow:
+    """For every pixel (H, W) of a frame: ``motion`` (H, W, 2) in pixels to where it is in the next frame, nan where it
+    is not, ``world`` (H, W, 3) the motion in the world, ``state`` (H, W)."""
+
+    motion: npt.NDArray[np.float32]
+    world: npt.NDArray[np.float32]
+    state: npt.NDArray[np.uint8]
+
+
+def flow_between(here: Truth, there: Truth, paths_here: IntArray, paths_there: IntArray) -> Flow:
+    """The dense correspondence from one frame to another."""
+    height, width = here.instance.shape
+    pixels = np.flatnonzero(here.seen)
+    found = found_in(places_of(here, paths_here, pixels), there, paths_there)
+    row, column = np.divmod(pixels, width)
+    motion, world = np.full((height * width, 2), np.nan, np.float32), np.full((height * width, 3), np.nan, np.float32)
+    state = np.full(height * width, GONE, np.uint8)
+    motion[pixels] = found.pixels - np.stack([column + 0.5, row + 0.5], axis=1)
+    world[pixels] = found.world - here.position.reshape(-1, 3)[pixels]
+    state[pixels] = found.state
+    return Flow(motion.reshape(height, width, 2), world.reshape(height, width, 3), state.reshape(height, width))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tracks:
+    """The ways of N points through F frames: ``pixels`` (F, N, 2), ``world`` (F, N, 3), ``state`` (F, N)."""
+
+    pixels: FloatArray
+    world: FloatArray
+    state: npt.NDArray[np.uint8]
+
+
+def start_places(truth: Truth, paths: IntArray, count: int, seed: int) -> Places:
+    """``count`` places that a frame shows, spread over what is seen, the same for the same ``seed``."""
+    pixels = np.flatnonzero(truth.seen)
+    random = np.random.default_rng(seed)
+    chosen = random.choice(pixels, size=min(count, len(pixels)), replace=False) if len(pixels) else pixels
+    return places_of(truth, paths, np.sort(chosen))
+
+
+def tracks_of(found: Sequence[MotionMatch]) -> Tracks:
+    """The ways of points that were found in one frame after the other."""
+    return Tracks(
+        np.stack([one.pixels for one in found]),
+        np.stack([one.world for one in found]),
+        np.stack([one.state for one in found]),
+    )

@@ -1,1 +1,0 @@
-"""Maps: what every pixel of a picture shows, exactly."""

@@ -1,1 +1,0 @@
-"""Files of builds that the game and its tools read and write."""

@@ -1,0 +1,271 @@
+"""The game's binary format ("named binary tags") read from bytes that nobody vouches for.
+
+Tags become plain values: numbers are ``int`` and ``float``, texts ``str``, compounds ``dict``, arrays and lists of
+numbers numpy arrays of big-endian numbers, other lists ``list``.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+from struct import Struct, pack
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from scenelang.backends.files import read_regular
+from scenelang.backends.minecraft.voxels import MOST_CELLS
+
+# What is wrong with a file of a build, before it is known which file that is.
+
+
+class Damaged(Exception):
+    """A file is not what it should be; the message says why, as the end of a sentence."""
+
+
+# What the compounds of a file hold, each field of the kind that it must be.
+
+
+Triple = tuple[int, int, int]
+_FARTHEST = 1 << 31  # cells from the origin: what a file's ints can say
+
+
+def compound(tag: Mapping[str, Any], name: str) -> dict[str, Any]:
+    """The compound called ``name``; raises Damaged."""
+    found = tag.get(name)
+    if not isinstance(found, dict):
+        raise Damaged(f"it has no compound `{name}`")
+    return found
+
+
+def whole(tag: Mapping[str, Any], name: str) -> int:
+    """The integer called ``name``; raises Damaged."""
+    found = tag.get(name)
+    if not isinstance(found, int):
+        raise Damaged(f"it has no integer `{name}`")
+    return found
+
+
+def array(tag: Mapping[str, Any], name: str, bits: int) -> npt.NDArray[Any]:
+    """The array of integers of ``bits`` bits called ``name``; raises Damaged."""
+    found = tag.get(name)
+    if not isinstance(found, np.ndarray) or found.dtype.kind != "i" or found.dtype.itemsize * 8 != bits:
+        raise Damaged(f"it has no array `{name}` of numbers of {bits} bits")
+    return found
+
+
+def listed(tag: Mapping[str, Any], name: str) -> list[Any]:
+    """The list of compounds or lists called ``name``; raises Damaged."""
+    found = tag.get(name)
+    if not isinstance(found, list):
+        raise Damaged(f"it has no list `{name}`")
+    return found
+
+
+def how_many(tag: Mapping[str, Any], *names: str) -> int:
+    """The items of all lists of these names that there are."""
+    return sum(len(found) for name in names if isinstance(found := tag.get(name), list))
+
+
+def triple_of_array(tag: Mapping[str, Any], name: str) -> Triple:
+    """The three ints of the array or list called ``name``; raises Damaged."""
+    found = array(tag, name, 32)
+    if len(found) != 3:
+        raise Damaged(f"`{name}` is not three numbers")
+    x, y, z = found.tolist()
+    return x, y, z
+
+
+def triple_of_compound(tag: Mapping[str, Any], name: str) -> Triple:
+    """The ints ``x``, ``y`` and ``z`` of the compound called ``name``; raises Damaged."""
+    found = compound(tag, name)
+    x, y, z = (whole(found, axis) for axis in "xyz")
+    if any(not -_FARTHEST <= n < _FARTHEST for n in (x, y, z)):
+        raise Damaged(f"`{name}` is farther away than a block can be")
+    return x, y, z
+
+
+def checked_size(size: Triple) -> Triple:
+    """``size``, cells along each axis; raises Damaged where a build cannot be so large."""
+    x, y, z = size
+    if min(size) < 0 or x * y * z > MOST_CELLS or max(size) > MOST_CELLS:
+        shown = " x ".join(f"{n:,}" for n in size)
+        raise Damaged(f"its box is {shown} cells, and a build may have {MOST_CELLS:,}")
+    return size
+
+
+# Compounds one after another that differ in their numbers only, as the blocks of a structure: read by numpy.
+
+
+_MOST = 1 << 22  # bytes that are looked at together
+_WIDEST = 16  # fields of a compound that is looked at
+_INT, _LIST_TAG = 3, 9
+
+
+def rows_like(first: Mapping[str, Any], size: int, data: bytes, at: int, count: int) -> list[dict[str, Any]]:
+    """The compounds from the byte ``at`` on, ``count`` at most, that are as ``first``, which took ``size`` bytes: ints
+    and lists of ints under the same names. None where ``first`` has anything else, or too many fields."""
+    values = list(first.values())
+    if len(values) > _WIDEST or not all(type(value) is int or _is_ints(value) for value in values):
+        return []
+    heads = [_head(name, value) for name, value in first.items()]
+    fields: list[Any] = []
+    for i, (head, value) in enumerate(zip(heads, values)):
+        shape = () if type(value) is int else (len(value),)
+        fields += [(f"head{i}", np.uint8, (len(head),)), (f"value{i}", ">i4", shape)]
+    layout = np.dtype([*fields, ("end", np.uint8)])
+    if layout.itemsize != size:
+        return []
+    rows = np.frombuffer(data, layout, min(count, 1 + _MOST // size, (len(data) - at) // size), at)
+    alike = rows["end"] == 0
+    for i, head in enumerate(heads):
+        alike &= (rows[f"head{i}"] == np.frombuffer(head, np.uint8)).all(axis=1)
+    rows = rows[: len(rows) if alike.all() else int(np.argmin(alike))]
+    columns = [_column(rows[f"value{i}"]) for i in range(len(values))]
+    return [dict(zip(first, row)) for row in zip(*columns)]
+
+
+def _column(values: np.ndarray[Any, Any]) -> list[Any]:
+    return values.tolist() if values.ndim == 1 else list(values)
+
+
+def _is_ints(value: Any) -> bool:
+    return isinstance(value, np.ndarray) and value.dtype == np.dtype(">i4") and len(value) > 0
+
+
+def _head(name: str, value: Any) -> bytes:
+    """The bytes before the numbers of a field."""
+    label = name.encode("utf-8", "replace")
+    if type(value) is int:
+        return pack(">bH", _INT, len(label)) + label
+    return pack(">bH", _LIST_TAG, len(label)) + label + pack(">bi", _INT, len(value))
+
+
+LARGEST = 512_000_000  # bytes of a file, and of what it unpacks to
+MOST_TAGS = 8_000_000
+DEEPEST = 200  # lists and compounds within one another; each is a call of Python
+_FEW = 16  # compounds that are read one by one as fast
+_TRIES = 200  # to find more than a few that are alike, in one list
+_STRING, _LIST, _COMPOUND = 8, 9, 10
+_NUMBERS = {1: Struct(">b"), 2: Struct(">h"), 3: Struct(">i"), 4: Struct(">q"), 5: Struct(">f"), 6: Struct(">d")}
+_TYPES = {kind: np.dtype(name) for kind, name in enumerate((">i1", ">i2", ">i4", ">i8", ">f4", ">f8"), 1)}
+_ARRAYS = {7: _TYPES[1], 11: _TYPES[3], 12: _TYPES[4]}
+_COUNT, _LENGTH = Struct(">i"), Struct(">H")
+
+
+def read_nbt(path: Path, largest: int = LARGEST) -> dict[str, Any]:
+    """The root compound of a file, packed by gzip or zlib or not at all.
+
+    Raises Damaged where it is none, and for what is larger than ``largest`` bytes, has more than MOST_TAGS tags or is
+    nested deeper than DEEPEST; OSError where the file cannot be read.
+    """
+    if path.stat().st_size > largest:
+        raise Damaged(f"it is larger than {largest:,} bytes")
+    reader = _Reader(_unpacked(read_regular(path), largest))
+    if reader.kind() != _COMPOUND:
+        raise Damaged("it does not begin as such a file does")
+    reader.text()
+    return reader.compound(0)
+
+
+def _unpacked(data: bytes, largest: int) -> bytes:
+    """``data`` without the packing that its first bytes tell of, and never more than ``largest`` bytes of it."""
+    if data[:2] != b"\x1f\x8b" and data[:1] != b"\x78":
+        return data
+    unpacker = zlib.decompressobj(wbits=47)  # gzip or zlib, whichever it is
+    try:
+        found = unpacker.decompress(data, largest + 1)
+    except zlib.error:
+        raise Damaged("its packing is damaged") from None
+    if len(found) > largest:
+        raise Damaged(f"it unpacks to more than {largest:,} bytes")
+    if not unpacker.eof:
+        raise Damaged("it ends too early")
+    return found
+
+
+class _Reader:
+    """Where reading has come to, and how many tags may still come."""
+
+    def __init__(self, data: bytes) -> None:
+        self._data = data
+        self._at = 0
+        self._tags = MOST_TAGS
+
+    def kind(self) -> int:
+        """The next byte, which says what kind of tag follows."""
+        return self._taken(1)[0]
+
+    def text(self) -> str:
+        """The next text. Names of blocks are ASCII, so the game's own way of writing other letters may be lost."""
+        (length,) = _LENGTH.unpack(self._taken(2))
+        return self._taken(length).decode("utf-8", "replace")
+
+    def compound(self, depth: int) -> dict[str, Any]:
+        """The next compound, ``depth`` levels deep."""
+        found: dict[str, Any] = {}
+        while kind := self.kind():
+            name = self.text()
+            found[name] = self._payload(kind, depth)
+        return found
+
+    def _payload(self, kind: int, depth: int) -> Any:
+        self._tags -= 1
+        if self._tags < 0:
+            raise Damaged(f"it has more than {MOST_TAGS:,} tags")
+        number = _NUMBERS.get(kind)
+        if number is not None:
+            return number.unpack(self._taken(number.size))[0]
+        if kind == _STRING:
+            return self.text()
+        if kind in _ARRAYS:
+            return self._array(_ARRAYS[kind], self._count())
+        if depth >= DEEPEST:
+            raise Damaged(f"it is nested deeper than {DEEPEST} levels")
+        if kind == _COMPOUND:
+            return self.compound(depth + 1)
+        if kind == _LIST:
+            return self._list(depth + 1)
+        raise Damaged(f"it has a tag of the kind {kind}, which there is not")
+
+    def _list(self, depth: int) -> Any:
+        kind, count = self.kind(), self._count()
+        if not count:
+            return []
+        if kind in _TYPES:
+            return self._array(_TYPES[kind], count)
+        if kind == _COMPOUND:
+            return self._compounds(count, depth)
+        return [self._payload(kind, depth) for _ in range(count)]
+
+    def _compounds(self, count: int, depth: int) -> list[dict[str, Any]]:
+        """The next ``count`` compounds; many that are alike are read together, as long as that pays."""
+        found: list[dict[str, Any]] = []
+        tries = _TRIES
+        while len(found) < count:
+            start = self._at
+            found.append(self._payload(_COMPOUND, depth))
+            if tries and count - len(found) > _FEW:
+                size = self._at - start
+                alike = rows_like(found[-1], size, self._data, self._at, count - len(found))
+                tries -= len(alike) < _FEW
+                self._at += size * len(alike)
+                self._tags -= len(alike) * (1 + len(found[-1]))
+                found += alike
+        return found
+
+    def _array(self, dtype: np.dtype[Any], count: int) -> npt.NDArray[Any]:
+        return np.frombuffer(self._taken(count * dtype.itemsize), dtype)
+
+    def _count(self) -> int:
+        return max(0, int(_COUNT.unpack(self._taken(4))[0]))
+
+    def _taken(self, count: int) -> bytes:
+        """The next ``count`` bytes."""
+        end = self._at + count
+        if end > len(self._data):
+            raise Damaged("it ends too early")
+        start, self._at = self._at, end
+        return self._data[start:end]

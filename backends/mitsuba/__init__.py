@@ -1,1 +1,0 @@
-"""Final pictures: path tracing with Mitsuba 3."""

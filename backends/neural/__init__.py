@@ -1,0 +1,1 @@
+"""Everything that runs a neural model: CLIP, diffusion, splats, distillation, inversion, metrics."""

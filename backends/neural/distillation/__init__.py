@@ -1,0 +1,1 @@
+"""Score distillation: Gaussians and poses optimised under a diffusion model."""

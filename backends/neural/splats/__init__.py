@@ -1,0 +1,1 @@
+"""Gaussian splatting: Gaussians of a scene, their rasterisers and files."""

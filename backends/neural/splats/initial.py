@@ -1,0 +1,356 @@
+"""What primitives are as Gaussians before anything is learned: flat ones that cover their surfaces, some inside.
+
+The Gaussians of a primitive entity are made once, in its own frame, and posed for each of its instances.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from scenelang.backends.geometry.assets import load_asset
+from scenelang.backends.geometry.solids import SolidForm, cofactors_of, local_pose, triangle_normals
+from scenelang.backends.neural.splats.gaussians import Gaussians, Splats, joined, posed
+from scenelang.backends.pictures.appearance import Look, look_of
+from scenelang.grammar.diagnostics import LimitError
+from scenelang.interpreter.scene.entity import Entity, primitive_count
+from scenelang.interpreter.scene.flatten import flatten_entity
+from scenelang.interpreter.scene.shapes import PrimitiveKind, PrimitiveShape
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+
+# Points that lie evenly on the surfaces of primitives: the same ones every time.
+#
+# A surface is made of charts, each of which takes the unit square to a part of it without changing ratios of areas. On
+# each the points are a Fibonacci lattice, so that they are neither random nor in rows.
+
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+Place = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
+
+_GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
+_PLASTIC = 1.324717957244746  # its powers do in the plane what the golden ratio does on the line
+
+
+@dataclass(frozen=True, slots=True)
+class Chart:
+    """A part of a surface with this ``area``: ``place(u, v)`` gives points and unit normals (K, 3) for numbers (K,) in
+    [0, 1)."""
+
+    area: float
+    place: Place
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SurfaceSamples:
+    """K points on a surface: ``places`` and unit ``normals`` (K, 3); ``area`` is the whole surface's."""
+
+    places: FloatArray
+    normals: FloatArray
+    area: float
+
+
+def on_solid(form: SolidForm, half: Sequence[float], count: int, seed: int = 0) -> SurfaceSamples:
+    """``count`` points on the canonical solid ``form``, stretched by the three ``half`` sizes; a ball, cylinder or cone
+    must be round, so that its first and last size are equal. ``seed`` shifts the lattice."""
+    charts = [chart for chart in _charts(form, half) if chart.area > 0.0]
+    area = sum(chart.area for chart in charts)
+    if not charts:
+        return SurfaceSamples(np.zeros((0, 3)), np.zeros((0, 3)), 0.0)
+    shares = _shared_out([chart.area for chart in charts], count)
+    # each chart has its own shift, so that the two sides of something flat do not coincide
+    found = [
+        chart.place(*_lattice(share, seed + i)) for i, (chart, share) in enumerate(zip(charts, shares, strict=True))
+    ]
+    return SurfaceSamples(np.concatenate([p for p, _ in found]), np.concatenate([n for _, n in found]), area)
+
+
+def on_triangles(corners: FloatArray, count: int, seed: int = 0) -> tuple[SurfaceSamples, IntArray]:
+    """``count`` points on triangles (F, 3, 3), and on which each lies (K,); none where these have no area."""
+    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2.0
+    reached = np.cumsum(areas)
+    if not len(areas) or not 0.0 < reached[-1] < math.inf:
+        return SurfaceSamples(np.zeros((0, 3)), np.zeros((0, 3)), 0.0), np.zeros(0, np.int64)
+    i = np.arange(count)
+    which = np.searchsorted(reached, (i + 0.5) / count * reached[-1], side="right").clip(max=len(areas) - 1)
+    u, v = np.modf(i / _PLASTIC + seed * _GOLDEN)[0], np.modf(i / _PLASTIC**2 + seed * _GOLDEN)[0]
+    over = u + v > 1.0
+    u, v = np.where(over, 1.0 - u, u)[:, None], np.where(over, 1.0 - v, v)[:, None]
+    a, b, c = (corners[which, k] for k in range(3))
+    return SurfaceSamples(a + u * (b - a) + v * (c - a), triangle_normals(corners)[which], float(reached[-1])), which
+
+
+def _lattice(count: int, seed: int) -> tuple[FloatArray, FloatArray]:
+    i = np.arange(count)
+    return (i + 0.5) / max(count, 1), np.modf(i * _GOLDEN + seed * math.sqrt(2.0))[0]
+
+
+def _shared_out(areas: Sequence[float], count: int) -> list[int]:
+    """``count`` in whole parts as the ``areas`` are, the largest rests rounded up."""
+    exact = np.array(areas) / sum(areas) * count
+    parts = np.floor(exact).astype(np.int64)
+    parts[np.argsort(parts - exact, kind="stable")[: count - int(parts.sum())]] += 1
+    return [int(part) for part in parts]
+
+
+# --- charts ----------------------------------------------------------------------------------------------------
+
+
+def _charts(form: SolidForm, half: Sequence[float]) -> list[Chart]:
+    x, y, _ = half
+    if form is SolidForm.BLOCK:
+        return [_face(half, axis, side) for axis in range(3) for side in (-1.0, 1.0)]
+    if form is SolidForm.BALL:
+        return [_sphere(x)]
+    if form is SolidForm.CYLINDER:
+        return [_tube(x, y), _disc(x, y, 1.0), _disc(x, -y, -1.0)]
+    return [_hat(x, y), _disc(x, -y, -1.0)]
+
+
+def _face(half: Sequence[float], axis: int, side: float) -> Chart:
+    """A face of a block; the lattice's steps go along its longer side."""
+    long, short = sorted((k for k in range(3) if k != axis), key=lambda k: -half[k])
+
+    def place(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        places, normals = np.zeros((2, len(u), 3))
+        places[:, axis], normals[:, axis] = side * half[axis], side
+        places[:, long], places[:, short] = (2.0 * u - 1.0) * half[long], (2.0 * v - 1.0) * half[short]
+        return places, normals
+
+    return Chart(4.0 * half[long] * half[short], place)
+
+
+def _sphere(radius: float) -> Chart:
+    def place(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        y = 1.0 - 2.0 * u
+        normals = _round(np.sqrt(1.0 - y * y), v, y)
+        return radius * normals, normals
+
+    return Chart(4.0 * math.pi * radius * radius, place)
+
+
+def _tube(radius: float, half: float) -> Chart:
+    """The side of a cylinder."""
+
+    def place(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        return _round(radius + 0.0 * u, v, (2.0 * u - 1.0) * half), _round(1.0 + 0.0 * u, v, 0.0 * u)
+
+    return Chart(4.0 * math.pi * radius * half, place)
+
+
+def _hat(radius: float, half: float) -> Chart:
+    """The side of a cone, whose apex is up."""
+    slant = math.hypot(radius, 2.0 * half)
+
+    def place(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        down = np.sqrt(u)
+        normals = _round(2.0 * half / slant + 0.0 * u, v, radius / slant + 0.0 * u)
+        return _round(radius * down, v, half - 2.0 * half * down), normals
+
+    return Chart(math.pi * radius * slant, place)
+
+
+def _disc(radius: float, y: float, up: float) -> Chart:
+    def place(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        return _round(radius * np.sqrt(u), v, y + 0.0 * u), np.tile([0.0, up, 0.0], (len(u), 1))
+
+    return Chart(math.pi * radius * radius, place)
+
+
+def _round(radius: FloatArray, turn: FloatArray, y: FloatArray) -> FloatArray:
+    """Points (K, 3) about the y axis, ``turn`` in full turns."""
+    angle = 2.0 * math.pi * turn
+    return np.stack([radius * np.sin(angle), y, radius * np.cos(angle)], axis=1)
+
+
+MOST = 5_000_000  # Gaussians of one scene
+LEAST = 16  # of one primitive: fewer cover no surface
+_INSIDE = 0.1  # the share that lies below the surface, shrunk towards the middle by up to...
+_DEEPEST, _HIGHEST = 0.3, 0.8
+_WIDTH, _THICKNESS = 0.6, 0.08  # standard deviations along and across the surface, in distances between neighbours
+_LAYERS = 2.0 * np.pi * _WIDTH**2  # how many Gaussians lie over each point of a surface
+_MOST_OPAQUE = 0.98
+_THINNEST = 1e-9  # of the largest size: nothing has no extent at all
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cover:
+    """The Gaussians of one primitive in its own frame, in 64 bits, and their unit ``normals`` (K, 3); ``area`` is what
+    they cover."""
+
+    gaussians: Gaussians
+    normals: FloatArray
+    area: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SceneSplats:
+    """N Gaussians of a scene, posed, in 64 bits. The colours of ``splats`` are reflectance, ``emission`` (N, 3) is
+    radiance, ``normals`` (N, 3) have unit length. ``instance`` (N,): the primitive's number in the flattened scene,
+    which has ``count`` of them."""
+
+    splats: Splats
+    emission: Tensor
+    normals: FloatArray
+    instance: IntArray
+    count: int
+
+
+def gaussians_of(root: Entity, total: int, seed: int = 0) -> SceneSplats:
+    """About ``total`` Gaussians for the scene ``root``, shared out by area, at least LEAST for each primitive.
+
+    Another ``seed`` places them otherwise. Raises SceneError for attributes and files that make no sense, and
+    LimitError where the primitives need more than MOST.
+    """
+    import torch
+
+    count = primitive_count(root)
+    if max(total, count * LEAST) > MOST:
+        wanted = f"{total:,} Gaussians" if total > MOST else f"{count:,} primitives with {LEAST} Gaussians each"
+        raise LimitError("primitives", f"{wanted} are more than the {MOST:,} that fit", hint="draw a part of the scene")
+    frame = flatten_entity(root)
+    sound = np.flatnonzero(np.isfinite(frame.matrices).all(axis=(1, 2)))
+    order = sound[np.argsort(frame.index[sound], kind="stable")]
+    starts = np.searchsorted(frame.index[order], np.arange(len(frame.primitives) + 1))
+    of = [order[a:b] for a, b in pairwise(starts.tolist())]
+    sizes = [_size(frame.matrices[which]) for which in of]
+    covers = [_cover_of_area(primitive, seed) for primitive in frame.primitives]
+    weights = np.array([c.area * s if c is not None else 0.0 for c, s in zip(covers, sizes)])
+    whole = float(weights @ [len(which) for which in of])
+    parts, glow, normals, instance = [], [], [], []
+    for primitive, which, weight in zip(frame.primitives, of, weights.tolist()):
+        if not weight or not len(which):
+            continue
+        cover = cover_of(primitive, max(LEAST, round(total * weight / whole)), seed)
+        if cover is None or not len(cover.gaussians):
+            continue
+        one, turned = _posed(cover, frame.matrices[which])
+        parts.append(one)
+        normals.append(turned)
+        instance.append(np.repeat(which, len(cover.gaussians)))
+        glow.append(torch.tensor(look_of(primitive).emission, dtype=torch.float64).expand(len(one), 3))
+    if not parts:
+        return _nothing(count)
+    return SceneSplats(joined(parts), torch.cat(glow), np.concatenate(normals), np.concatenate(instance), count)
+
+
+def cover_of(entity: Entity, count: int, seed: int = 0) -> Cover | None:
+    """``count`` Gaussians for one primitive; None where there is nothing to see. Raises SceneError."""
+    shape, look = entity.shape, look_of(entity)
+    if shape is None or look.opacity == 0.0 or count < 1:
+        return None
+    if shape.kind is PrimitiveKind.ASSET:
+        return _mesh_cover(entity, look, count, seed) if shape.file is not None else None
+    return _solid_cover(shape, look, count, seed)
+
+
+def _cover_of_area(entity: Entity, seed: int) -> Cover | None:
+    """A cover of one Gaussian, for its area."""
+    return cover_of(entity, 1, seed)
+
+
+def _size(matrices: FloatArray) -> float:
+    """By how much poses (K, 3, 4) make areas larger, about and on average."""
+    return float(np.square(matrices[:, :, :3]).sum(axis=(1, 2)).mean() / 3.0) if len(matrices) else 0.0
+
+
+def _posed(cover: Cover, matrices: FloatArray) -> tuple[Splats, FloatArray]:
+    """The cover under each of the poses (K, 3, 4), one after the other, and the normals there."""
+    import torch
+
+    count, copies = len(cover.gaussians), len(matrices)
+    each = torch.from_numpy(np.repeat(matrices, count, axis=0))
+    splats = posed(cover.gaussians.take(torch.arange(count).repeat(copies)), each[:, :, :3], each[:, :, 3])
+    linear = matrices[:, :, :3]
+    cofactors = cofactors_of(linear)
+    cofactors *= np.where(np.einsum("ni,ni->n", linear[:, :, 0], cofactors[:, :, 0]) < 0.0, -1.0, 1.0)[:, None, None]
+    return splats, _unit(np.einsum("nij,kj->nki", cofactors, cover.normals).reshape(-1, 3))
+
+
+def _unit(vectors: FloatArray) -> FloatArray:
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    up = np.broadcast_to([0.0, 1.0, 0.0], vectors.shape)
+    return np.asarray(np.where(length > 0.0, vectors / np.where(length > 0.0, length, 1.0), up), np.float64)
+
+
+# --- one primitive ---------------------------------------------------------------------------------------------
+
+
+def _solid_cover(shape: PrimitiveShape, look: Look, count: int, seed: int) -> Cover | None:
+    """The Gaussians of a canonical solid: flat ones on its surface, round ones inside."""
+    found = local_pose(shape)
+    if found is None:
+        return None
+    form, pose = found
+    half = np.linalg.norm(pose[:, :3], axis=0)
+    axes = np.where(half > 0.0, pose[:, :3] / np.where(half > 0.0, half, 1.0), np.eye(3))
+    hides = half.min() > 0.0 and look.opacity == 1.0  # through the others one would see what is inside
+    inside = int(count * _INSIDE) if hides else 0
+    surface = on_solid(form, half.tolist(), count - inside, seed)
+    if not len(surface.places):
+        return None
+    within = on_solid(form, half.tolist(), inside, seed + 1)
+    depth = np.linspace(_DEEPEST, _HIGHEST, inside)[:, None]
+    places = np.concatenate([surface.places, depth * within.places])
+    normals = np.concatenate([surface.normals, within.normals])
+    step = np.sqrt(surface.area / max(len(surface.places), 1))
+    flat = [_WIDTH * step, _WIDTH * step, _THICKNESS * step]
+    round_ = [min(_WIDTH * step, 0.1 * float(half.min()))] * 3
+    scales = np.concatenate([np.tile(flat, (len(surface.places), 1)), np.tile(round_, (inside, 1))])
+    turned = SurfaceSamples(places @ axes.T + pose[:, 3], normals @ axes.T, surface.area)
+    return _cover(turned, scales, np.tile(look.color, (count, 1)), look.opacity)
+
+
+def _mesh_cover(entity: Entity, look: Look, count: int, seed: int) -> Cover | None:
+    """The Gaussians of a mesh file, in its own colours unless the primitive has a ``:color``."""
+    assert entity.shape is not None
+    mesh = load_asset(entity.shape.file or "", entity.shape.root)
+    surface, which = on_triangles(mesh.corners, count, seed)
+    if not len(surface.places):
+        return None
+    own = mesh.face_colors is not None and entity.embedding.attributes.get("color") is None
+    colors = mesh.face_colors[which] if own and mesh.face_colors is not None else np.tile(look.color, (count, 1))
+    step = np.sqrt(surface.area / count)
+    return _cover(surface, np.tile([_WIDTH * step, _WIDTH * step, _THICKNESS * step], (count, 1)), colors, look.opacity)
+
+
+def _cover(at: SurfaceSamples, scales: FloatArray, colors: FloatArray, opacity: float) -> Cover:
+    """Gaussians with standard deviations ``scales`` (K, 3), the last along the normal; what lies over a point of the
+    surface has together the ``opacity``."""
+    import torch
+
+    each = min(1.0 - (1.0 - opacity) ** (1.0 / _LAYERS), _MOST_OPAQUE)
+    least = _THINNEST * float(scales.max(initial=0.0)) or _THINNEST
+    made = Gaussians(
+        torch.from_numpy(np.ascontiguousarray(at.places)),
+        torch.from_numpy(np.log(np.maximum(scales, least))),
+        torch.from_numpy(_facing(at.normals)),
+        torch.full((len(at.places),), float(np.log(each / (1.0 - each))), dtype=torch.float64),
+        torch.from_numpy(np.array(colors, np.float64)),
+    )
+    return Cover(made, at.normals, at.area)
+
+
+def _facing(normals: FloatArray) -> FloatArray:
+    """Quaternions (K, 4) of the shortest turns that take z to unit ``normals`` (K, 3)."""
+    x, y, z = normals.T
+    turns = np.stack([1.0 + z, -y, x, np.zeros(len(normals))], axis=1)
+    turns[z < -1.0 + 1e-9] = [0.0, 1.0, 0.0, 0.0]
+    return np.asarray(turns / np.linalg.norm(turns, axis=1, keepdims=True), np.float64)
+
+
+def _nothing(count: int) -> SceneSplats:
+    import torch
+
+    empty = torch.zeros(0, 3, dtype=torch.float64)
+    splats = Splats(empty, torch.zeros(0, 3, 3, dtype=torch.float64), empty[:, 0], empty)
+    return SceneSplats(splats, empty, np.zeros((0, 3)), np.zeros(0, np.int64), count)

@@ -1,0 +1,1 @@
+"""Pictures and films: cameras, light, the ray caster, draft and final quality."""

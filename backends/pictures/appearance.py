@@ -1,0 +1,176 @@
+"""How surfaces look: the material that a primitive's word and attributes mean to the geometric backends.
+
+``:color`` is the share of light that is reflected, in linear sRGB; ``:roughness`` from 0 (polished) to 1, matte without
+it; ``:metallic`` from 0 to 1; ``:opacity`` from 0 to 1, how much of what is behind is hidden; ``:emission`` radiance,
+one number (times the colour) or three; ``:ior`` the index of refraction: its surface is glossy, and what light its
+``:opacity`` lets through is refracted, as by glass.
+"""
+
+from __future__ import annotations
+
+import colorsys
+import hashlib
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from scenelang.backends.pictures.studio import from_srgb
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.scene.entity import Entity, Scene, descendants
+from scenelang.interpreter.scene.shapes import PrimitiveKind, items_of
+
+FloatArray = npt.NDArray[np.float64]
+Point = tuple[float, float, float]
+
+GLASS = 1.5  # the index of refraction of a glossy surface that names none
+_HIGHEST_IOR = 4.0
+
+# What each attribute of the material means, in a line; `color` is the shape's.
+MATERIALS: Mapping[str, str] = MappingProxyType({
+    "emission": "radiance, a number (times the colour) or [r g b]; default 0",
+    "opacity": "from 0 to 1, how much of what is behind is hidden; default 1",
+    "metallic": "from 0 to 1: metals reflect their colour; default 0",
+    "roughness": "from 0, polished, to 1, rough; default matte, without highlights",
+    "ior": "index of refraction, 1 to 4: glossy, refracts what `:opacity` lets through; default none",
+})  # fmt: skip
+READ = tuple(MATERIALS)
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """``color`` and ``emission`` (radiance) in linear sRGB, the rest as the module says. ``roughness`` None is matte,
+    ``ior`` None is not refracting."""
+
+    color: Point
+    emission: Point = (0.0, 0.0, 0.0)
+    opacity: float = 1.0
+    roughness: float | None = None
+    metallic: float = 0.0
+    ior: float | None = None
+
+    @property
+    def is_matte(self) -> bool:
+        """True when the surface scatters light evenly: no highlights, no reflections."""
+        return self.roughness is None and self.metallic == 0.0 and self.ior is None
+
+    @property
+    def gloss(self) -> float:
+        """The roughness of what reflects: the given one, else what the other attributes suggest."""
+        if self.roughness is not None:
+            return self.roughness
+        return 0.05 if self.ior is not None else 0.35 if self.metallic > 0.0 else 1.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Looks:
+    """K looks as columns."""
+
+    rows: tuple[Look, ...]
+    color: FloatArray  # (K, 3)
+    emission: FloatArray  # (K, 3)
+    opacity: FloatArray  # (K,)
+    matte: npt.NDArray[np.bool_]  # (K,)
+    gloss: FloatArray  # (K,)
+    metallic: FloatArray  # (K,)
+    ior: FloatArray  # (K,), that of glass where none is given
+
+
+def looks_of(rows: Iterable[Look]) -> Looks:
+    """The columns of ``rows``."""
+    rows = tuple(rows)
+    count = len(rows)
+    return Looks(
+        rows,
+        np.array([look.color for look in rows], np.float64).reshape(count, 3),
+        np.array([look.emission for look in rows], np.float64).reshape(count, 3),
+        np.array([look.opacity for look in rows], np.float64),
+        np.array([look.is_matte for look in rows], bool),
+        np.array([look.gloss for look in rows], np.float64),
+        np.array([look.metallic for look in rows], np.float64),
+        np.array([look.ior or GLASS for look in rows], np.float64),
+    )
+
+
+def look_of(entity: Entity) -> Look:
+    """The look that a primitive's attributes ask for; raises SceneError("attribute") where they make none.
+
+    Semantic primitives and blocks without ``:color`` have a stable tint of their word or block type.
+    """
+    attributes, shape = entity.embedding.attributes, entity.shape
+    color = shape.color if shape is not None else (1.0, 1.0, 1.0)
+    if attributes.get("color") is None and shape is not None:
+        if shape.kind is PrimitiveKind.BOX:
+            color = tint(entity.word, 0.34, 0.93)
+        elif shape.kind is PrimitiveKind.CUBOID:
+            color = tint(str(attributes.get("block-type", "")), 0.45, 0.80)
+    given = {name: value for name in READ if (value := attributes.get(name)) is not None}
+    if not given:
+        return Look(color)
+    glow = _numbers_in(entity.word, "emission", given.get("emission"), (1, 3), (0.0, 0.0, 0.0))
+    if len(glow) == 1:
+        glow = tuple(glow[0] * channel for channel in color)
+    red, green, blue = (max(0.0, channel) for channel in glow)
+    opacity = _share(entity.word, "opacity", given.get("opacity"))
+    metallic = _share(entity.word, "metallic", given.get("metallic"))
+    return Look(
+        color,
+        (red, green, blue),
+        1.0 if opacity is None else opacity,
+        _share(entity.word, "roughness", given.get("roughness")),
+        metallic or 0.0,
+        _ior(entity.word, given.get("ior")),
+    )
+
+
+def check_seen(scene: Scene) -> None:
+    """Raises SceneError("empty-scene") where all that has geometry has ``:opacity 0``."""
+    solid = (e for e in descendants(*scene.frames) if e.shape is not None and e.shape.has_geometry)
+    if not any(look_of(entity).opacity > 0.0 for entity in solid):
+        message = f'nothing of the scene "{scene.word}" can be seen: all of it has `:opacity 0`'
+        raise SceneError("empty-scene", message)
+
+
+def _share(word: str, name: str, value: Any) -> float | None:
+    """A number clipped to [0, 1]; None where it is not given."""
+    return None if value is None else min(1.0, max(0.0, _numbers_in(word, name, value, (1,), (0.0,))[0]))
+
+
+def _ior(word: str, value: Any) -> float | None:
+    if value is None:
+        return None
+    (ior,) = _numbers_in(word, "ior", value, (1,), (GLASS,))
+    if not 1.0 <= ior <= _HIGHEST_IOR:
+        raise SceneError("attribute", f'the attribute `:ior` of "{word}" must be from 1 to {_HIGHEST_IOR:g}')
+    return ior
+
+
+def tint(text: str, saturation: float, value: float) -> Point:
+    """A colour of ``text``'s own, the same on every machine: linear sRGB of the given HSV saturation and value."""
+    hue = int.from_bytes(hashlib.blake2s(text.encode("utf-8", "surrogatepass"), digest_size=4).digest(), "big") / 2**32
+    red, green, blue = from_srgb(np.array(colorsys.hsv_to_rgb(hue, saturation, value))).tolist()
+    return (red, green, blue)
+
+
+def _numbers_in(
+    word: str, name: str, value: Any, lengths: Iterable[int], default: tuple[float, ...]
+) -> tuple[float, ...]:
+    """The attribute ``value`` as one of ``lengths`` many finite floats."""
+    if value is None:
+        return default
+    if type(value) in (int, float) and 1 in lengths and math.isfinite(value):
+        return (float(value),)
+    listed = items_of(value)
+    numbers = (value,) if listed is None else listed
+    try:
+        floats = tuple(float(number) for number in numbers)
+    except (TypeError, ValueError, OverflowError):
+        floats = ()
+    if len(floats) not in tuple(lengths) or not np.isfinite(floats).all() or any(isinstance(n, str) for n in numbers):
+        wanted = " or ".join("a number" if length == 1 else f"{length} numbers" for length in lengths)
+        raise SceneError("attribute", f'the attribute `:{name}` of "{word}" must be {wanted}')
+    return floats

@@ -1,0 +1,406 @@
+"""The computation graph of a scene: what calls what, how often, under which handles (paper, Figure 2).
+
+Entities of one word whose parts are alike are one node, so that sixty-four squares of two colours are one, while each
+level of a recursion is a node of its own.
+"""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections import Counter, defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from itertools import pairwise
+from pathlib import Path
+
+from scenelang.backends.base import frame_of, need
+from scenelang.backends.files import written_whole
+from scenelang.backends.labels.dataset import word_color
+from scenelang.backends.pictures.film import PictureOptions, render
+from scenelang.grammar.diagnostics import printable
+from scenelang.interpreter.scene.bounds import entity_box
+from scenelang.interpreter.scene.entity import Entity, Scene, descendants, instance_counts
+from scenelang.interpreter.scene.numbering import first_handles
+
+MOST_NODES = 400
+_MOST_HANDLES = 2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Node:
+    """``sample`` is one of the entities that the node stands for, ``distinct`` how many there are, ``instances`` how
+    often they stand in the scene; ``handles`` are those of the first of them."""
+
+    word: str
+    sample: Entity
+    distinct: int
+    instances: int
+    handles: tuple[str, ...]
+
+    @property
+    def is_primitive(self) -> bool:
+        return self.sample.is_primitive
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """One entity of node ``start`` has from ``least`` to ``most`` parts of node ``end``."""
+
+    start: int
+    end: int
+    least: int
+    most: int
+
+    @property
+    def label(self) -> str:
+        """How often, where it is more than once."""
+        if self.least != self.most:
+            return f"×{self.least}–{self.most}"
+        return f"×{self.most:,}" if self.most > 1 else ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CallGraph:
+    """Nodes with the root first, and edges between them in the order of the parts. ``hidden`` nodes lie below the depth
+    that was asked for, or beyond ``MOST_NODES``."""
+
+    nodes: tuple[Node, ...]
+    edges: tuple[Edge, ...]
+    hidden: int
+
+
+def call_graph(scene: Scene, frame: int = 0, depth: int | None = None) -> CallGraph:
+    """The computation graph of one frame, as far as ``depth`` levels below the root."""
+    root = scene.frames[frame]
+    order = list(descendants(root))
+    kind = _kinds(order)
+    instances = instance_counts(order)
+    members: dict[int, list[Entity]] = defaultdict(list)
+    for entity in order:
+        members[kind[id(entity)]].append(entity)
+    shown, hidden = _shown(kind[id(root)], members, kind, depth)
+    number = {one: i for i, one in enumerate(shown)}
+    handles = first_handles(scene, frame)
+    nodes = [_node(members[one], instances, handles) for one in shown]
+    edges = [edge for one in shown for edge in _edges(one, members[one], kind, number)]
+    return CallGraph(tuple(nodes), tuple(edges), hidden)
+
+
+def _kinds(order: list[Entity]) -> dict[int, int]:
+    """A number for every entity by ``id``: equal where words and the kinds of the parts are equal."""
+    numbers: dict[tuple[str, tuple[int, ...]], int] = {}
+    kind: dict[int, int] = {}
+    for entity in order:  # children first
+        parts = tuple(sorted({kind[id(part.car)] for part in entity.children}))
+        kind[id(entity)] = numbers.setdefault((entity.word, parts), len(numbers))
+    return kind
+
+
+def _shown(
+    root: int, members: dict[int, list[Entity]], kind: dict[int, int], depth: int | None
+) -> tuple[list[int], int]:
+    """The kinds that are drawn, level by level from the root, and how many are not."""
+    shown, level = [root], [root]
+    while level and (depth is None or depth > 0) and len(shown) < MOST_NODES:
+        parts = [kind[id(part.car)] for one in level for entity in members[one] for part in entity.children]
+        level = [one for one in dict.fromkeys(parts) if one not in set(shown)][: MOST_NODES - len(shown)]
+        shown += level
+        depth = None if depth is None else depth - 1
+    return shown, len(members) - len(shown)
+
+
+def _node(entities: list[Entity], instances: dict[int, int], handles: dict[int, str]) -> Node:
+    first = tuple(dict.fromkeys(handles[id(entity)] for entity in entities))
+    shown = first[:_MOST_HANDLES] + (("…",) if len(first) > _MOST_HANDLES else ())
+    total = sum(instances[id(entity)] for entity in entities)
+    return Node(entities[0].word, entities[0], len(entities), total, shown)
+
+
+def _edges(start: int, entities: list[Entity], kind: dict[int, int], number: dict[int, int]) -> list[Edge]:
+    counts = [Counter(kind[id(part.car)] for part in entity.children) for entity in entities]
+    ends = dict.fromkeys(end for count in counts for end in count if end in number)
+    return [
+        Edge(number[start], number[end], min(count[end] for count in counts), max(count[end] for count in counts))
+        for end in ends
+    ]
+
+
+# Where the nodes of a computation graph stand: in rows by their distance from the root, with few crossings.
+
+
+GAP_X, GAP_Y = 26.0, 64.0
+_PASSAGE = 4.0  # the width of an edge among nodes
+_SWEEPS = 12
+
+
+@dataclass(frozen=True, slots=True)
+class NodePosition:
+    """The middle of a node, and its size."""
+
+    x: float
+    y: float
+    width: float
+    height: float
+
+
+@dataclass(frozen=True, slots=True)
+class GraphLayout:
+    """``places`` of the nodes; ``ways`` of the edges, the places between nodes that each passes."""
+
+    places: tuple[NodePosition, ...]
+    ways: tuple[tuple[NodePosition, ...], ...]
+
+
+def laid_out(sizes: Sequence[tuple[float, float]], edges: Sequence[tuple[int, int]]) -> GraphLayout:
+    """The layout of nodes of ``sizes`` (width, height), the first of which is the root of the acyclic ``edges``.
+
+    An edge over several rows passes a narrow place of its own in each row between, so that it crosses no node.
+    """
+    row_of = _rows(len(sizes), edges)
+    all_sizes, short, passed = list(sizes), [], []
+    for start, end in edges:
+        between = []
+        for row in range(row_of[start] + 1, row_of[end]):
+            between.append(len(all_sizes))
+            all_sizes.append((_PASSAGE, 0.0))
+            row_of.append(row)
+        chain = [start, *between, end]
+        short += list(pairwise(chain))
+        passed.append(between)
+    places = _placed(all_sizes, short, row_of)
+    ways = tuple(tuple(places[node] for node in between) for between in passed)
+    return GraphLayout(tuple(places[: len(sizes)]), ways)
+
+
+def _placed(
+    sizes: Sequence[tuple[float, float]], edges: Sequence[tuple[int, int]], row_of: Sequence[int]
+) -> list[NodePosition]:
+    rows: list[list[int]] = [[] for _ in range(max(row_of) + 1)]
+    for node, row in enumerate(row_of):
+        rows[row].append(node)
+    above: dict[int, list[int]] = {node: [] for node in range(len(sizes))}
+    below: dict[int, list[int]] = {node: [] for node in range(len(sizes))}
+    for start, end in edges:
+        above[end].append(start)
+        below[start].append(end)
+    for sweep in range(_SWEEPS):
+        down = sweep % 2 == 0
+        for row in range(len(rows)) if down else range(len(rows) - 1, -1, -1):
+            rows[row] = _sorted_by_neighbours(rows[row], above if down else below, _positions(rows))
+    x = _abscissae(rows, sizes, above, below)
+    heights = [max(sizes[node][1] for node in row) for row in rows]
+    tops = [sum(heights[:row]) + GAP_Y * row for row in range(len(rows))]
+    return [
+        NodePosition(x[node], tops[row_of[node]] + heights[row_of[node]] / 2.0, *sizes[node])
+        for node in range(len(sizes))
+    ]
+
+
+def _rows(count: int, edges: Sequence[tuple[int, int]]) -> list[int]:
+    """The longest way from the root to each node, so that all edges point down."""
+    row = [0] * count
+    waiting = [0] * count
+    below: list[list[int]] = [[] for _ in range(count)]
+    for start, end in edges:
+        below[start].append(end)
+        waiting[end] += 1
+    ready = [node for node in range(count) if not waiting[node]]
+    while ready:
+        node = ready.pop()
+        for end in below[node]:
+            row[end] = max(row[end], row[node] + 1)
+            waiting[end] -= 1
+            if not waiting[end]:
+                ready.append(end)
+    return row
+
+
+def _positions(rows: Sequence[Sequence[int]]) -> dict[int, float]:
+    """How far along its row each node stands, from 0 to 1."""
+    return {node: (i + 0.5) / len(row) for row in rows for i, node in enumerate(row)}
+
+
+def _sorted_by_neighbours(
+    row: Sequence[int], neighbours: Mapping[int, Sequence[int]], positions: Mapping[int, float]
+) -> list[int]:
+    def mean(node: int) -> float:
+        known = [positions[other] for other in neighbours[node]]
+        return sum(known) / len(known) if known else positions[node]
+
+    return sorted(row, key=mean)
+
+
+def _abscissae(
+    rows: Sequence[Sequence[int]],
+    sizes: Sequence[tuple[float, float]],
+    above: Mapping[int, Sequence[int]],
+    below: Mapping[int, Sequence[int]],
+) -> dict[int, float]:
+    """The middles of the nodes: near their neighbours' mean, in the order of their rows, without overlap."""
+    x: dict[int, float] = {}
+    for row in rows:
+        at = 0.0
+        for node in row:
+            x[node] = at + sizes[node][0] / 2.0
+            at += sizes[node][0] + GAP_X
+        for node in row:
+            x[node] -= (at - GAP_X) / 2.0
+    for sweep in range(_SWEEPS):
+        for row in rows if sweep % 2 == 0 else rows[::-1]:
+            near = above if sweep % 2 == 0 else below
+            wanted = [sum(x[o] for o in near[n]) / len(near[n]) if near[n] else x[n] for n in row]
+            for node, at in zip(row, _apart(wanted, [sizes[node][0] for node in row]), strict=True):
+                x[node] = at
+    return x
+
+
+def _apart(wanted: Sequence[float], widths: Sequence[float]) -> list[float]:
+    """Places in order, as near to the ``wanted`` ones as not overlapping allows: those that push form blocks, each
+    about its own mean."""
+    blocks: list[list[float]] = []  # [sum of wanted starts, nodes, place of the first]
+    offsets: list[float] = []
+    at = 0.0
+    for i, (place, width) in enumerate(zip(wanted, widths, strict=True)):
+        at += 0.0 if i == 0 else (widths[i - 1] + width) / 2.0 + GAP_X
+        offsets.append(at)
+        blocks.append([place - at, 1.0])
+        while len(blocks) > 1 and blocks[-2][0] / blocks[-2][1] > blocks[-1][0] / blocks[-1][1]:
+            total, count = blocks.pop()
+            blocks[-1][0] += total
+            blocks[-1][1] += count
+    starts = [total / count for total, count in blocks for _ in range(int(count))]
+    return [start + offset for start, offset in zip(starts, offsets, strict=True)]
+
+
+# Computation graphs as SVG: words in boxes, handles below them, arrows with counts.
+
+
+_FONT = 14.0
+_SMALL = 11.0
+_THUMBNAIL = 72
+_MARGIN = 18.0
+_LONGEST = 36
+_HEIGHTS = (0.42, 0.58, 0.74)  # of labels along their arrows
+_FAMILY = "ui-sans-serif, system-ui, 'Segoe UI', 'DejaVu Sans', sans-serif"
+_WIDE = 0.6  # the width of a letter over its height
+
+
+def write_graph(
+    scene: Scene, path: Path | str, frame: int | None = None, depth: int | None = None, thumbnails: bool = False
+) -> None:
+    """Draw the computation graph of one frame as SVG, whole or not at all; with ``thumbnails``, of every node a draft
+    picture. Raises SceneError."""
+    graph = call_graph(scene, frame_of(scene, frame), depth)
+    pictures = [_thumbnail(node) if thumbnails else None for node in graph.nodes]
+    text = drawing(graph, pictures)
+    with written_whole(path) as temporary:
+        temporary.write_text(text, "utf-8")
+
+
+def drawing(graph: CallGraph, pictures: Sequence[str | None]) -> str:
+    """The SVG text; ``pictures`` are the nodes' PNG files in base64, or None."""
+    sizes = [_size(node, picture) for node, picture in zip(graph.nodes, pictures, strict=True)]
+    layout = laid_out(sizes, [(edge.start, edge.end) for edge in graph.edges])
+    places = layout.places
+    left = min(place.x - place.width / 2.0 for place in places) - _MARGIN
+    right = max(place.x + place.width / 2.0 for place in places) + _MARGIN
+    bottom = max(place.y + place.height / 2.0 for place in places) + _MARGIN + (24.0 if graph.hidden else 0.0)
+    box = f"{left:.1f} {-_MARGIN:.1f} {right - left:.1f} {bottom + _MARGIN:.1f}"
+    lines = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{box}" width="{right - left:.0f}" '
+        f'height="{bottom + _MARGIN:.0f}" font-family="{_FAMILY}">',
+        f"<title>{escape(printable(graph.nodes[0].word))}</title>",
+        '<defs><marker id="arrow" viewBox="0 0 8 8" refX="7.5" refY="4" markerWidth="7" markerHeight="7" '
+        'orient="auto-start-reverse"><path d="M0 0.6 L8 4 L0 7.4 z" fill="#6b7280"/></marker></defs>',
+        f'<rect x="{left:.1f}" y="{-_MARGIN:.1f}" width="100%" height="100%" fill="#ffffff"/>',
+    ]
+    lines += [
+        _arrow(places[edge.start], places[edge.end], way, edge.label, number)
+        for number, (edge, way) in enumerate(zip(graph.edges, layout.ways, strict=True))
+    ]
+    for node, place, picture in zip(graph.nodes, places, pictures, strict=True):
+        lines += _box(node, place, picture)
+    if graph.hidden:
+        lines.append(_text(left + _MARGIN, bottom - 8.0, f"and {graph.hidden} more", _SMALL, "#6b7280", "start"))
+    return "\n".join([*lines, "</svg>", ""])
+
+
+def _size(node: Node, picture: str | None) -> tuple[float, float]:
+    letters = max(len(_label(node.word)) * _FONT, len(_handles(node)) * _SMALL) * _WIDE
+    height = 34.0 + (15.0 if node.handles else 0.0) + (_THUMBNAIL + 4.0 if picture else 0.0)
+    return max(letters + 26.0, 58.0, _THUMBNAIL + 16.0 if picture else 0.0), height
+
+
+def _label(word: str) -> str:
+    plain = "".join(c if c.isprintable() else " " for c in word)
+    return plain if len(plain) <= _LONGEST else plain[: _LONGEST - 1] + "…"
+
+
+def _handles(node: Node) -> str:
+    return " ".join(handle if handle == "…" else f"<{handle}>" for handle in node.handles)
+
+
+def _box(node: Node, place: NodePosition, picture: str | None) -> list[str]:
+    x, y = place.x - place.width / 2.0, place.y - place.height / 2.0
+    red, green, blue = word_color(node.word)
+    fill = "#f8fafc" if node.is_primitive else f"rgba({red},{green},{blue},0.22)"
+    radius = 4.0 if node.is_primitive else 10.0
+    said = f"{node.word}: {node.instances:,} instances, {node.distinct:,} distinct"
+    lines = [
+        "<g>",
+        f"<title>{escape(printable(said))}</title>",
+        f'<rect x="{x:.1f}" y="{y:.1f}" width="{place.width:.1f}" height="{place.height:.1f}" rx="{radius}" '
+        f'fill="#ffffff"/>',
+        f'<rect x="{x:.1f}" y="{y:.1f}" width="{place.width:.1f}" height="{place.height:.1f}" rx="{radius}" '
+        f'fill="{fill}" stroke="rgb({red},{green},{blue})" stroke-width="1.5"/>',
+    ]
+    at = y + 22.0
+    if picture:
+        lines.append(
+            f'<image x="{place.x - _THUMBNAIL / 2:.1f}" y="{y + 6:.1f}" width="{_THUMBNAIL}" height="{_THUMBNAIL}" '
+            f'href="data:image/png;base64,{picture}"/>'
+        )
+        at += _THUMBNAIL + 2.0
+    lines.append(_text(place.x, at, _label(node.word), _FONT, "#111827", "middle"))
+    if node.handles:
+        lines.append(_text(place.x, at + 16.0, _handles(node), _SMALL, "#6b7280", "middle"))
+    return [*lines, "</g>"]
+
+
+def _arrow(start: NodePosition, end: NodePosition, way: Sequence[NodePosition], label: str, number: int) -> str:
+    """A curve from the lower edge of one box to the upper edge of the other, upright at the places of ``way``.
+
+    The label stands on the last stretch, at another height for every ``number``, so that neighbours do not overlap.
+    """
+    points = [(start.x, start.y + start.height / 2.0), *((p.x, p.y) for p in way), (end.x, end.y - end.height / 2.0)]
+    path = f"M{points[0][0]:.1f} {points[0][1]:.1f}"
+    for (x0, y0), (x1, y1) in pairwise(points):
+        bend = (y1 - y0) / 2.0
+        path += f" C{x0:.1f} {y0 + bend:.1f} {x1:.1f} {y1 - bend:.1f} {x1:.1f} {y1:.1f}"
+    line = f'<path d="{path}" fill="none" stroke="#9ca3af" stroke-width="1.3" marker-end="url(#arrow)"/>'
+    if not label:
+        return line
+    (x0, y0), (x1, y1) = points[-2:]
+    t = _HEIGHTS[number % len(_HEIGHTS)]
+    share = 3.0 * t * t - 2.0 * t**3
+    x, y = x0 + (x1 - x0) * share, y0 + (y1 - y0) * (1.5 * t * (1.0 - t) + t**3)
+    shown = _text(x, y + 4.0, label, _SMALL, "#374151", "middle")
+    return line + shown.replace("<text ", '<text stroke="#fff" stroke-width="4" paint-order="stroke" ', 1)
+
+
+def _text(x: float, y: float, text: str, size: float, color: str, anchor: str) -> str:
+    shown = escape(printable(text))
+    return f'<text x="{x:.1f}" y="{y:.1f}" font-size="{size:g}" fill="{color}" text-anchor="{anchor}">{shown}</text>'
+
+
+def _thumbnail(node: Node) -> str | None:
+    """A small draft picture of a node's entity, in base64; None where there is nothing to draw."""
+    if entity_box(node.sample) is None:
+        return None
+    side = 2 * _THUMBNAIL
+    picture = render(Scene(node.word, [node.sample], False), PictureOptions(width=side, height=side, labels=False))
+    out = io.BytesIO()
+    need("PIL.Image", "pillow").fromarray(picture).quantize(128).save(out, "PNG", optimize=True)
+    return base64.b64encode(out.getvalue()).decode("ascii")

@@ -1,0 +1,343 @@
+"""Draft pictures: an analytic ray caster with soft shadows and ambient occlusion, in numpy alone.
+
+Four samples per pixel; a sample sees the nearest opaque solid, the ground, or the backdrop, with up to six see-through
+layers before it. Light, ground and film are those of final pictures (``studio``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from scenelang.backends.base import Accepts, Progress, Work
+from scenelang.backends.geometry.solids import Solids
+from scenelang.backends.pictures.draft_light import (
+    GROUND,
+    SKY,
+    Reach,
+    Shadow,
+    ShadowMap,
+    Surface,
+    albedo_of,
+    ground_depths,
+    hidden_share,
+    occlusion,
+    radiance_of,
+    samples_at,
+    shadow_map,
+    sky_light,
+    sky_maps,
+    sky_places,
+    smoothed,
+)
+from scenelang.backends.pictures.film import (
+    STILL_ENDINGS,
+    Image,
+    Painter,
+    PictureBackend,
+    PictureOptions,
+    labelled,
+    write_still,
+)
+from scenelang.backends.pictures.rays import NOTHING, Caster, Keys, Rays, camera_rays, caster_for, depths_of, ids_of
+from scenelang.backends.pictures.stage import Shot, Stage, Staging
+from scenelang.backends.pictures.studio import encode, tone_map
+
+Float32Array = npt.NDArray[np.float32]
+IntArray = npt.NDArray[np.int64]
+T = TypeVar("T")
+
+_SAMPLES = 2  # per pixel and direction
+_BAND = 1 << 17  # samples shaded at once
+_LAYERS = 6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Draft:
+    """A draft picture of H x W pixels.
+
+    ``linear`` (H, W, 3) is after the film's tone curve, linear sRGB in [0, 1], ``radiance`` before it; ``depth`` (H, W)
+    of opaque surfaces along the view, infinity on the backdrop; ``ids`` (H, W) the nearest solids' numbers, GROUND or
+    SKY; ``albedo`` and ``normal`` (H, W, 3) are averaged over each pixel, for denoisers; ``sky`` (H, W) is its share of
+    backdrop.
+    """
+
+    linear: Float32Array
+    radiance: Float32Array
+    depth: Float32Array
+    ids: IntArray
+    albedo: Float32Array
+    normal: Float32Array
+    sky: Float32Array
+
+
+class DraftCache:
+    """What the shots of one film have in common: worked out once, as long as nothing that it depends on changes."""
+
+    def __init__(self) -> None:
+        self._values: dict[str, tuple[Hashable, Any]] = {}
+
+    def get(self, name: str, depends_on: Hashable, make: Callable[[], T]) -> T:
+        """The value called ``name`` for ``depends_on``, made where there is none yet."""
+        found = self._values.get(name)
+        if found is None or found[0] != depends_on:
+            found = self._values[name] = (depends_on, make())
+        value: T = found[1]
+        return value
+
+
+def draw(
+    stage: Stage, progress: Callable[[float], None] | None = None, shaded: bool = True, kept: DraftCache | None = None
+) -> Draft:
+    """Draw ``stage``; without ``shaded`` only geometry (depth, ids, albedo, normal), colours are black.
+
+    ``kept`` carries what the fixed solids look like from one shot of a film to the next.
+    """
+    report = progress or (lambda _: None)
+    kept = kept or DraftCache()
+    rays = camera_rays(stage.camera, _SAMPLES)
+    caster = caster_for(stage.solids, rays)
+    opaque = stage.solids.opacity >= 1.0
+    keys = _opaque_keys(stage, caster, opaque, kept, lambda share: report(0.4 * share))
+    layers = _layers(caster, ~opaque, keys) if not opaque.all() else []
+    shaded = shaded and not stage.studio.environment.unlit
+    shadows = _shadows(stage, kept) if shaded else []
+    report(0.55)
+    first = _surface(stage, caster, rays, keys[::_SAMPLES, ::_SAMPLES], 0, _SAMPLES)
+    size = (stage.height, stage.width)
+    depth = first.depth.reshape(size).astype(np.float32)
+    ambient = _ambient(stage, first, depth, kept) if shaded else np.ones(size, np.float32)
+    report(0.7)
+    outputs = [np.zeros((*size, channels), np.float32) for channels in (3, 3, 3, 3, 1)]
+    rows = max(1, _BAND // (stage.width * _SAMPLES * _SAMPLES))
+    for top in range(0, stage.height, rows):
+        bottom = min(stage.height, top + rows)
+        band = slice(top * _SAMPLES, bottom * _SAMPLES)
+        seen = _surface(stage, caster, rays, keys[band], band.start, 1)
+        over = [_layer(stage, caster, rays, layer[band], band.start) for layer in layers]
+        parts = _band(stage, seen, over, band.start, shadows, ambient, depth)
+        for output, part in zip(outputs, parts, strict=True):
+            output[top:bottom] = _averaged(part, bottom - top, stage.width)
+        report(0.7 + 0.3 * bottom / stage.height)
+    color, radiance, albedo, normal, sky = outputs
+    ids = first.ids.reshape(size)
+    for layer in layers[:1]:
+        ids = np.where(layer[::_SAMPLES, ::_SAMPLES] != NOTHING, ids_of(layer[::_SAMPLES, ::_SAMPLES]), ids)
+    return Draft(color, radiance, depth, ids, albedo, normal, sky[:, :, 0] * _above_horizon(stage, rays))
+
+
+def _opaque_keys(
+    stage: Stage, caster: Caster, opaque: npt.NDArray[np.bool_], kept: DraftCache, progress: Callable[[float], None]
+) -> Keys:
+    """The keys of the opaque solids; of the fixed ones they are cast once per camera."""
+    fixed = np.arange(len(stage.solids)) < stage.fixed
+    if not fixed.any():
+        return caster.cast(opaque, progress=progress)
+    view = (stage.camera.world_to_camera.tobytes(), stage.camera.intrinsics.tobytes(), stage.camera.projection)
+    still = kept.get("keys", view, lambda: caster.cast(opaque & fixed, progress=progress))
+    return np.minimum(still, caster.cast(opaque & ~fixed))
+
+
+def _has_level_horizon(stage: Stage) -> bool:
+    return stage.ground is not None and not stage.camera.is_parallel and abs(float(stage.camera.right[1])) < 1e-9
+
+
+def _above_horizon(stage: Stage, rays: Rays) -> Float32Array:
+    """The share (H, 1) of each row of pixels that looks above the ground's horizon, where that is level: finer than
+    the samples can tell."""
+    if not _has_level_horizon(stage):
+        return np.ones((stage.height, 1), np.float32)
+    y = (np.arange(stage.height * 64, dtype=np.float64) + 0.5) * (_SAMPLES / 64)
+    _, direction = rays.at(np.full(len(y), rays.width / 2.0), y)
+    share: Float32Array = (direction[:, 1] >= 0.0).reshape(-1, 64).mean(axis=1, dtype=np.float32)[:, None]
+    return share
+
+
+def _shadows(stage: Stage, kept: DraftCache) -> list[Shadow]:
+    """The shadows of opaque and of see-through solids."""
+    size = 1024 if max(stage.width, stage.height) <= 640 else 2048
+    direction, opaque = stage.studio.key_direction, stage.solids.opacity >= 1.0
+
+    def cast(solids: Solids) -> ShadowMap:
+        return shadow_map(solids, direction, size)
+
+    (opaque_shadow,) = _parted_maps(stage, kept, "key", direction.tobytes(), lambda solids: [cast(solids)])
+    shadows = [(opaque_shadow, 1.0)]
+    if not opaque.all():
+        clear = stage.solids.take(~opaque)
+        shadows.append((shadow_map(clear, direction, size // 2), float(hidden_share(clear).mean())))
+    return shadows
+
+
+def _parted_maps(
+    stage: Stage, kept: DraftCache, name: str, depends_on: Hashable, cast: Callable[[Solids], list[ShadowMap]]
+) -> list[ShadowMap]:
+    """The maps that ``cast`` makes of the opaque solids; the part of the fixed ones is made once."""
+    opaque = stage.solids.opacity >= 1.0
+    fixed = np.arange(len(stage.solids)) < stage.fixed
+    moving = cast(stage.solids.take(opaque & ~fixed))
+    if not fixed.any():
+        return moving
+    still = kept.get(name, depends_on, lambda: cast(stage.solids.take(opaque & fixed)))
+    return [one.before(other) for one, other in zip(still, moving, strict=True)]
+
+
+def _layers(caster: Caster, which: npt.NDArray[np.bool_], opaque: Keys) -> list[Keys]:
+    """The keys of see-through solids before ``opaque``, nearest layer first."""
+    layers: list[Keys] = []
+    beyond = None
+    for _ in range(_LAYERS):
+        keys = caster.cast(which, beyond)
+        beyond = keys.copy()
+        keys = np.where(keys < opaque, keys, NOTHING)
+        if (keys == NOTHING).all():
+            break
+        layers.append(keys)
+    return layers
+
+
+def _surface(stage: Stage, caster: Caster, rays: Rays, keys: Keys, top: int, step: int) -> Surface:
+    """What the samples of ``keys`` (R, C) see; these lie ``step`` samples apart, from row ``top`` on."""
+    rows, columns = np.divmod(np.arange(keys.size), keys.shape[1])
+    origin, direction = rays.at(columns * step + 0.5, rows * step + top + 0.5)
+    ids = ids_of(keys).reshape(-1)
+    depth = depths_of(keys).reshape(-1).astype(np.float64)
+    ids[ids < 0] = SKY
+    if stage.ground is not None:
+        fall = ground_depths(stage.ground, origin, direction)
+        ground = fall < depth
+        ids[ground], depth[ground] = GROUND, fall[ground]
+    points = origin + direction * np.where(np.isfinite(depth), depth, 0.0)[:, None]
+    normals = np.zeros((len(ids), 3))
+    normals[ids < 0, 1] = 1.0
+    solid = np.flatnonzero(ids >= 0)
+    normals[solid] = caster.surface(ids[solid], points[solid], direction[solid])
+    view = direction / np.linalg.norm(direction, axis=1)[:, None]
+    return Surface(ids, depth, points, normals, view)
+
+
+def _layer(stage: Stage, caster: Caster, rays: Rays, keys: Keys, top: int) -> tuple[IntArray, Surface]:
+    """The samples of a band that a see-through layer covers, and what they see of it."""
+    at = np.flatnonzero(keys.reshape(-1) != NOTHING)
+    return at, _surface(stage, caster, rays, keys, top, 1).take(at)
+
+
+def _ambient(stage: Stage, first: Surface, depth: Float32Array, kept: DraftCache) -> Float32Array:
+    shape = (stage.height, stage.width)
+    focal = stage.camera.focal[1]
+    points = first.points.astype(np.float32).reshape(*shape, 3)
+    normals = first.normals.astype(np.float32).reshape(*shape, 3)
+    reach = np.ones_like(depth) if stage.camera.is_parallel else depth
+    near = occlusion(
+        points, normals, np.where(np.isfinite(depth), reach, depth), (first.ids >= 0).reshape(shape), focal
+    )
+    row, column = np.divmod(np.arange(first.ids.size), stage.width)
+    at = np.flatnonzero(first.ids != SKY)
+    places = sky_places(stage.solids)
+    maps = _parted_maps(stage, kept, "sky", places, lambda solids: sky_maps(solids, places))
+    far = np.ones(first.ids.size, np.float32)
+    far[at] = sky_light(maps, samples_at(first.points[at], first.normals[at], column[at], row[at]))
+    return smoothed(near * far.reshape(shape), depth)
+
+
+def _band(
+    stage: Stage,
+    seen: Surface,
+    layers: list[tuple[IntArray, Surface]],
+    top: int,
+    shadows: list[Shadow],
+    ambient: Float32Array,
+    depth: Float32Array,
+) -> tuple[Float32Array, ...]:
+    """Colour, radiance, albedo, normal (N, 3) and emptiness (N, 1) of the samples of a band of rows, from row ``top``
+    on."""
+    environment = stage.studio.environment
+    albedo = albedo_of(stage, seen)
+    normals = seen.normals.astype(np.float32)
+    empty = (seen.ids < 0 if _has_level_horizon(stage) else seen.ids == SKY).astype(np.float32)[:, None]
+    row, column = np.divmod(np.arange(len(seen.ids)), stage.width * _SAMPLES)
+    row = row + top
+    light = _fetched(ambient, depth, seen.depth, row, column)
+    radiance = radiance_of(stage, seen, albedo, Reach(shadows, light, row, column))
+    color = tone_map(radiance, environment).astype(np.float32)
+    hidden = hidden_share(stage.solids).astype(np.float32) if layers else np.zeros(0, np.float32)
+    for at, part in reversed(layers):
+        own, share = albedo_of(stage, part), hidden[part.ids][:, None]
+        light = np.full(len(at), 0.9, np.float32)
+        shade = radiance_of(stage, part, own, Reach(shadows, light, row[at], column[at]))
+        for under, over in (
+            (color, tone_map(shade, environment).astype(np.float32)),
+            (radiance, shade),
+            (albedo, own),
+            (normals, part.normals.astype(np.float32)),
+        ):
+            under[at] += (over - under[at]) * share
+    return color, radiance, albedo, normals, empty
+
+
+def _fetched(
+    ambient: Float32Array, depth: Float32Array, own: npt.NDArray[np.float64], row: IntArray, column: IntArray
+) -> Float32Array:
+    """``ambient`` at samples (N,), from the four pixels around each, the nearer in depth the more."""
+    height, width = ambient.shape
+    r, c = row // _SAMPLES, column // _SAMPLES
+    total = np.zeros(len(row), np.float32)
+    weight = np.zeros(len(row), np.float32)
+    near = np.where(np.isfinite(own), own, 1e9).astype(np.float32)
+    for dr in (0, 1):
+        for dc in (0, 1):
+            # pixels hold the values of their first samples, so the second lies between two pixels
+            index = np.minimum(r + dr * (row % _SAMPLES), height - 1) * width + np.minimum(
+                c + dc * (column % _SAMPLES), width - 1
+            )
+            other = depth.reshape(-1)[index]
+            other = np.where(np.isfinite(other), other, np.float32(1e9))
+            share = np.float32(1e-4) + np.exp(-np.minimum(np.abs(other - near) / (0.01 * near), 60.0))
+            total += share * ambient.reshape(-1)[index]
+            weight += share
+    return np.asarray(total / weight, np.float32)
+
+
+def _averaged(samples: Float32Array, height: int, width: int) -> Float32Array:
+    grid = samples.reshape(height, _SAMPLES, width, _SAMPLES, -1)
+    average: Float32Array = grid.mean(axis=(1, 3))
+    return average
+
+
+# The backend of draft pictures.
+
+
+class DraftPainter:
+    """Draws shots by casting rays; what the fixed solids look like is kept from shot to shot."""
+
+    def __init__(self, staging: Staging, options: PictureOptions) -> None:
+        self._staging = staging
+        self._labels = options.labels
+        self._kept = DraftCache()
+
+    def paint(self, shot: Shot, progress: Progress | None = None) -> Image:
+        stage = self._staging.stage(shot)
+        drawn = draw(stage, progress, kept=self._kept)
+        picture = encode(drawn.linear)
+        return Image(labelled(picture, stage.solids, drawn.ids) if self._labels else picture, drawn.radiance)
+
+
+def _painter(staging: Staging, options: PictureOptions, shots: int) -> Painter:
+    return DraftPainter(staging, options)
+
+
+DRAFT = PictureBackend(
+    name="draft",
+    doc="quick pictures by an analytic ray caster, with soft shadows and ambient occlusion",
+    work=Work.PICTURE,
+    endings=STILL_ENDINGS,
+    run=write_still("draft"),
+    accepts=Accepts(),
+    packages=("PIL",),
+    install="pillow",
+    painter=_painter,
+)

@@ -1,0 +1,504 @@
+"""Light in draft pictures: a soft key light by a shadow map, and the surrounding light by what hides it.
+
+The surrounding light is the product of two parts: what large things take, by coarse shadow maps from a dozen places of
+the sky, and what near things take, by comparing neighbouring pixels.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from scenelang.backends.geometry.solids import SolidForm, Solids
+from scenelang.backends.pictures.rays import caster_for, depths_of, parallel_rays
+from scenelang.backends.pictures.stage import Stage
+from scenelang.backends.pictures.studio import BRIGHTEST, GROUND_EDGE, ground_colors
+
+FloatArray = npt.NDArray[np.float64]
+Float32Array = npt.NDArray[np.float32]
+IntArray = npt.NDArray[np.int64]
+Turn = tuple[Float32Array, Float32Array]  # cosine and sine of each point's own rotation of the taps
+
+_SEARCH_TAPS = 14
+_SHADOW_TAPS = 16
+_NEAR_TAPS = 16
+_NEAR_REACH = 0.16  # where the scene's half diagonal is 1
+_CHUNK = 1 << 16
+_LIGHT_DISTANCE = 3.0
+_HALF = 1.02  # half the width of a shadow map; the scene lies in the unit ball
+_SKY_SIZE = 128
+_SKY_PLACES, _FEW_SKY_PLACES, _MANY_SOLIDS = 18, 6, 40_000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ShadowMap:
+    """Depths from a light: ``depth`` (size, size), infinity where nothing is; ``axes`` rows right, up, forward (away
+    from the light); the map covers the square of half width ``_HALF`` about ``center``."""
+
+    depth: Float32Array
+    axes: FloatArray
+    center: FloatArray
+
+    @property
+    def size(self) -> int:
+        return int(self.depth.shape[0])
+
+    def before(self, other: ShadowMap) -> ShadowMap:
+        """The map of what both maps of one light hold."""
+        return replace(self, depth=np.minimum(self.depth, other.depth))
+
+    @property
+    def texel(self) -> float:
+        """The width of a texel."""
+        return 2.0 * _HALF / self.size
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Receivers:
+    """Points that a map may shade: texels (``u``, ``v``), ``depth``, and the change of depth per texel along each
+    point's own plane; all (N,). ``radius`` is that of the taps in texels, ``turn`` their rotation."""
+
+    u: Float32Array
+    v: Float32Array
+    depth: Float32Array
+    slope_u: Float32Array
+    slope_v: Float32Array
+    turn: Turn
+    radius: Float32Array
+
+    def take(self, rows: IntArray, radius: Float32Array) -> _Receivers:
+        cosine, sine = self.turn
+        return _Receivers(
+            self.u[rows],
+            self.v[rows],
+            self.depth[rows],
+            self.slope_u[rows],
+            self.slope_v[rows],
+            (cosine[rows], sine[rows]),
+            radius,
+        )
+
+    def above(self, shadow: ShadowMap, dx: float, dy: float) -> Float32Array:
+        """How far (N,) what the map holds at the tap (dx, dy) of the unit disk lies above the points' planes."""
+        cosine, sine = self.turn
+        du, dv = self.radius * (dx * cosine - dy * sine), self.radius * (dx * sine + dy * cosine)
+        plane = self.depth + du * self.slope_u + dv * self.slope_v
+        above: Float32Array = plane - _tap(shadow, self.u + du, self.v + dv)
+        return above
+
+
+def shadow_map(solids: Solids, direction: FloatArray, size: int) -> ShadowMap:
+    """The shadow map of ``solids``, all inside the unit ball, for light from ``direction`` (3,), a unit vector."""
+    forward = -direction
+    right = np.cross(forward, np.eye(3)[int(np.argmin(np.abs(forward)))])
+    right /= np.linalg.norm(right)
+    axes = np.stack([right, np.cross(right, forward), forward])
+    center = direction * _LIGHT_DISTANCE
+    caster = caster_for(solids, parallel_rays(center, axes, _HALF, size))
+    return ShadowMap(depths_of(caster.cast()), axes, center)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Samples:
+    """Surface points to be lit: ``points`` and ``normals`` as coordinates (3, N), and the ``turn`` of their taps."""
+
+    points: Float32Array
+    normals: Float32Array
+    turn: Turn
+
+    def part(self, which: slice) -> Samples:
+        cosine, sine = self.turn
+        return Samples(self.points[:, which], self.normals[:, which], (cosine[which], sine[which]))
+
+
+def samples_at(points: FloatArray, normals: FloatArray, column: IntArray, row: IntArray) -> Samples:
+    """Samples at ``points`` (N, 3); ``column`` and ``row`` (N,) are their places: neighbours get different taps."""
+    angle = (2.0 * math.pi) * _noise(column, row)
+    columns = [np.ascontiguousarray(values.T, np.float32) for values in (points, normals)]
+    return Samples(columns[0], columns[1], (np.cos(angle), np.sin(angle)))
+
+
+def key_light(shadow: ShadowMap, radius: float, samples: Samples) -> Float32Array:
+    """The share (N,) of the key light, seen under twice ``radius`` degrees, that reaches ``samples``; penumbras widen
+    with the blocker's distance."""
+    spread = math.tan(math.radians(radius))  # growth of the penumbra's radius with the blocker's distance
+    out = np.ones(samples.points.shape[1], np.float32)
+    for start in range(0, len(out), _CHUNK):
+        part = slice(start, start + _CHUNK)
+        out[part] = _key_light(shadow, spread, samples.part(part))
+    return out
+
+
+def _key_light(shadow: ShadowMap, spread: float, samples: Samples) -> Float32Array:
+    lit = np.ones(samples.points.shape[1], np.float32)
+    at, receivers = _receivers(shadow, samples, 0.6)
+    if not len(at):
+        return lit
+    per_distance = np.float32(spread / shadow.texel)
+    widest = np.float32(0.11 * shadow.size)
+    reach = np.clip((receivers.depth - np.float32(_LIGHT_DISTANCE - 1.0)) * per_distance, np.float32(2.0), widest)
+    receivers = replace(receivers, radius=reach)
+    distance = _blocker_distance(shadow, receivers)
+    some = np.flatnonzero(distance > 0.0)
+    radius = np.clip(distance[some] * per_distance, np.float32(0.9), widest)
+    lit[at[some]] = _lit_share(shadow, receivers.take(some, radius))
+    return lit
+
+
+def _receivers(shadow: ShadowMap, samples: Samples, lift: float) -> tuple[IntArray, _Receivers]:
+    """The samples that face the light near the map, and where they are in it, ``lift`` texels off their surfaces."""
+    size, texel = shadow.size, np.float32(shadow.texel)
+    axes = shadow.axes.astype(np.float32)
+    tilt = _turned(axes, samples.normals)
+    facing = np.clip(-tilt[2], np.float32(0.0), np.float32(1.0))
+    local = _turned(axes, samples.points) - (axes @ shadow.center.astype(np.float32))[:, None]
+    local += tilt * (texel * np.float32(lift) * (np.float32(1.0) + np.float32(2.0) * np.sqrt(1.0 - facing * facing)))
+    half = np.float32(0.5 * size)
+    u = (local[0] * np.float32(1.0 / _HALF) + np.float32(1.0)) * half - np.float32(0.5)
+    v = (np.float32(1.0) - local[1] * np.float32(1.0 / _HALF)) * half - np.float32(0.5)
+    reach = 0.15 * size
+    at = np.flatnonzero((u > -reach) & (u < size + reach) & (v > -reach) & (v < size + reach) & (facing > 0.0))
+    steep = np.minimum(tilt[2, at], np.float32(-0.2))
+    cosine, sine = samples.turn
+    receivers = _Receivers(
+        u[at],
+        v[at],
+        local[2, at],
+        -tilt[0, at] / steep * texel,
+        tilt[1, at] / steep * texel,
+        (cosine[at], sine[at]),
+        np.zeros(len(at), np.float32),
+    )
+    return at, receivers
+
+
+def _turned(axes: Float32Array, values: Float32Array) -> Float32Array:
+    """``axes`` (K, 3) @ ``values`` (3, N), by hand: the threads of a matrix product cost more than they gain here."""
+    rows = [a[0] * values[0] + a[1] * values[1] + a[2] * values[2] for a in axes]
+    return np.asarray(np.stack(rows), np.float32)
+
+
+def _disk(count: int, power: float = 0.5) -> list[tuple[float, float]]:
+    """Points of the unit disk on Vogel's spiral: evenly spread, or denser in the middle for a ``power`` above 1/2."""
+    golden = math.pi * (3.0 - math.sqrt(5.0))
+    radii = [((i + 0.5) / count) ** power for i in range(count)]
+    return [(r * math.cos(i * golden), r * math.sin(i * golden)) for i, r in enumerate(radii)]
+
+
+def _noise(column: IntArray, row: IntArray) -> Float32Array:
+    """Interleaved gradient noise in [0, 1): neighbours differ, which a small average smooths away."""
+    inner = 0.06711056 * column + 0.00583715 * row
+    return np.asarray(np.modf(52.9829189 * np.modf(inner)[0])[0], np.float32)
+
+
+def _tap(shadow: ShadowMap, u: Float32Array, v: Float32Array) -> Float32Array:
+    """The map's depths at texels (N,), infinity outside."""
+    size = shadow.size
+    column, row = np.rint(u).astype(np.int32), np.rint(v).astype(np.int32)
+    inside = (column >= 0) & (column < size) & (row >= 0) & (row < size)
+    index = np.where(inside, row * size + column, 0)
+    return np.where(inside, shadow.depth.reshape(-1)[index], np.float32(np.inf))
+
+
+def _blocker_distance(shadow: ShadowMap, receivers: _Receivers) -> Float32Array:
+    """The mean distance (N,) from the receivers to what may block the light, 0 where nothing does."""
+    total = np.zeros(len(receivers.u), np.float32)
+    count = np.zeros(len(receivers.u), np.float32)
+    for dx, dy in _disk(_SEARCH_TAPS, 1.6):  # a thin blocker near the receiver must not be missed
+        above = receivers.above(shadow, dx, dy)
+        blocks = above > 1e-4
+        total += np.where(blocks, above, np.float32(0.0))
+        count += blocks
+    return np.asarray(total / np.maximum(count, np.float32(1.0)), np.float32)
+
+
+def _lit_share(shadow: ShadowMap, receivers: _Receivers) -> Float32Array:
+    lit = np.zeros(len(receivers.u), np.float32)
+    for dx, dy in _disk(_SHADOW_TAPS):
+        lit += receivers.above(shadow, dx, dy) <= 1e-4
+    return np.asarray(lit / np.float32(_SHADOW_TAPS), np.float32)
+
+
+# --- surrounding light -----------------------------------------------------------------------------------------
+
+
+def sky_maps(solids: Solids, count: int) -> list[ShadowMap]:
+    """The shadow maps of ``solids`` for light from ``count`` places of the sky."""
+    maps = []
+    for k in range(count):
+        height = 1.0 - (k + 0.5) / count * 0.97
+        turn, flat = k * math.pi * (3.0 - math.sqrt(5.0)), math.sqrt(1.0 - height * height)
+        direction = np.array([flat * math.cos(turn), height, flat * math.sin(turn)])
+        maps.append(shadow_map(solids, direction, _SKY_SIZE))
+    return maps
+
+
+def sky_places(solids: Solids) -> int:
+    """From how many places of the sky so many solids are looked at."""
+    return _SKY_PLACES if len(solids) < _MANY_SOLIDS else _FEW_SKY_PLACES
+
+
+def sky_light(maps: list[ShadowMap], samples: Samples) -> Float32Array:
+    """The share (N,) of the sky's light on ``samples`` that large things let through, seen from places of the sky."""
+    count = samples.points.shape[1]
+    total = np.full(count, 0.1, np.float32)
+    open_ = np.full(count, 0.1, np.float32)
+    for start in range(0, count, _CHUNK):
+        part = slice(start, start + _CHUNK)
+        chunk = samples.part(part)
+        for shadow in maps:
+            weight = np.maximum(-_turned(shadow.axes[2:].astype(np.float32), chunk.normals)[0], np.float32(0.0))
+            lit = np.ones(len(weight), np.float32)
+            at, receivers = _receivers(shadow, chunk, 0.8)
+            receivers = replace(receivers, radius=np.full(len(at), 4.0, np.float32))
+            for dx, dy in ((0.3, 0.0), (-0.9, 0.3)):
+                lit[at] -= np.float32(0.5) * (receivers.above(shadow, dx, dy) > shadow.texel)
+            total[part] += weight
+            open_[part] += weight * lit
+    return np.asarray(open_ / total, np.float32)
+
+
+def occlusion(
+    points: Float32Array, normals: Float32Array, depth: Float32Array, solid: npt.NDArray[np.bool_], focal: float
+) -> Float32Array:
+    """How much of the surrounding light near things let through to each pixel, in (0, 1]: (H, W).
+
+    ``points`` and ``normals`` (H, W, 3) in the frame where the scene's half diagonal is 1, ``depth`` (H, W) infinite
+    on the backdrop, ``solid`` (H, W) marks what hides light (the bright ground does not), ``focal`` is the size in
+    pixels of a unit at depth 1.
+    """
+    height, width = depth.shape
+    seen = np.flatnonzero(np.isfinite(depth).reshape(-1))
+    out = np.ones(height * width, np.float32)
+    flat_points, flat_normals = points.reshape(-1, 3), normals.reshape(-1, 3)
+    flat_depth, flat_solid = depth.reshape(-1), solid.reshape(-1)
+    for start in range(0, len(seen), _CHUNK):
+        part = seen[start : start + _CHUNK]
+        row, column = np.divmod(part, width)
+        p, n = flat_points[part], flat_normals[part]
+        reach = np.minimum(_NEAR_REACH * focal / flat_depth[part], 0.35 * width).astype(np.float32)
+        angle = 2.0 * math.pi * _noise(column, row)
+        cosine, sine = reach * np.cos(angle), reach * np.sin(angle)
+        blocked = np.zeros(len(part), np.float32)
+        for dx, dy in _disk(_NEAR_TAPS, 1.2):  # denser in the middle, where things touch
+            c = np.rint(column + dx * cosine - dy * sine).astype(np.int64)
+            r = np.rint(row + dx * sine + dy * cosine).astype(np.int64)
+            inside = (c >= 0) & (c < width) & (r >= 0) & (r < height)
+            index = np.where(inside, r * width + c, part)
+            away = flat_points[index] - p
+            square = np.einsum("ni,ni->n", away, away) + np.float32(1e-9)
+            rise = np.einsum("ni,ni->n", away, n) / np.sqrt(square)
+            fade = np.maximum(np.float32(0.0), np.float32(1.0) - square / np.float32(_NEAR_REACH**2))
+            blocks = np.maximum(rise - np.float32(0.08), np.float32(0.0)) * fade
+            blocked += np.where(flat_solid[index], blocks, np.float32(0.0))
+        out[part] = np.maximum(np.float32(1.0) - blocked * np.float32(1.5 / _NEAR_TAPS), np.float32(0.15))
+    return out.reshape(height, width)
+
+
+def smoothed(values: Float32Array, depth: Float32Array) -> Float32Array:
+    """A 5 x 5 average of ``values`` (H, W) over pixels of about the same ``depth``."""
+    near = np.where(np.isfinite(depth), depth, np.float32(1e9))
+    for axis in (0, 1):
+        total = values.copy()
+        weight = np.ones_like(values)
+        for shift in (-2, -1, 1, 2):
+            same = (np.abs(np.roll(near, shift, axis=axis) - near) < np.float32(0.03) * near).astype(np.float32)
+            total += same * np.roll(values, shift, axis=axis)
+            weight += same
+        values = total / weight
+    return values
+
+
+# What surfaces radiate towards the eye in draft pictures: even scattering, highlights, reflections of the room.
+
+
+Shadow = tuple[ShadowMap, float]  # and the share of the light that what casts it takes
+
+GROUND = -1
+SKY = -2
+_LEAST_ROUGHNESS = 0.06  # below it the highlight of the key light is as large as the light
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Surface:
+    """What N samples see: numbers, depths, points, unit normals against the view, unit directions of the view."""
+
+    ids: IntArray
+    depth: FloatArray
+    points: FloatArray
+    normals: FloatArray
+    view: FloatArray
+
+    def take(self, rows: IntArray) -> Surface:
+        return Surface(self.ids[rows], self.depth[rows], self.points[rows], self.normals[rows], self.view[rows])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reach:
+    """What light reaches N samples: what ``shadows`` leave of the key light, the share ``ambient`` (N,) of the
+    surrounding light. ``row`` and ``column`` (N,) are the samples' places."""
+
+    shadows: list[Shadow]
+    ambient: Float32Array
+    row: IntArray
+    column: IntArray
+
+
+def hidden_share(solids: Solids) -> FloatArray:
+    """How much of what is behind each solid (N,) it hides: light passes the surface of a closed one twice."""
+    return np.where(solids.forms == SolidForm.TRIANGLE, solids.opacity, 1.0 - (1.0 - solids.opacity) ** 2)
+
+
+def albedo_of(stage: Stage, seen: Surface) -> Float32Array:
+    """The reflectance (N, 3) of what is seen; of the ground where nothing is, so that denoisers see no horizon."""
+    out = np.zeros((len(seen.ids), 3), np.float32)
+    ground = stage.studio.ground
+    if ground is not None:
+        out[:] = ground.mean(axis=0)
+        at = np.flatnonzero(seen.ids == GROUND)
+        out[at] = ground_colors(ground, seen.points[at, 0], seen.points[at, 2])
+    solid = np.flatnonzero(seen.ids >= 0)
+    brightest = 1.0 if stage.studio.environment.unlit else BRIGHTEST
+    out[solid] = stage.solids.colors[seen.ids[solid]] * brightest
+    return out
+
+
+def radiance_of(stage: Stage, seen: Surface, albedo: Float32Array, reach: Reach) -> Float32Array:
+    """The radiance (N, 3) that samples see."""
+    environment = stage.studio.environment
+    solid = np.flatnonzero(seen.ids >= 0)
+    if environment.unlit:
+        color = albedo.copy()
+    else:
+        color = _lit(stage, seen, albedo, reach)
+    color[solid] += stage.solids.emission[seen.ids[solid]].astype(np.float32)
+    color[seen.ids == SKY] = environment.backdrop
+    return color
+
+
+def _lit(stage: Stage, seen: Surface, albedo: Float32Array, reach: Reach) -> Float32Array:
+    environment = stage.studio.environment
+    key, sky = np.array(environment.key, np.float32), np.array(environment.ambient, np.float32)
+    facing = np.maximum(seen.normals @ stage.studio.key_direction, 0.0).astype(np.float32)
+    reached = (facing > 0.0).astype(np.float32)
+    at = np.flatnonzero((seen.ids != SKY) & (facing > 0.0))
+    samples = samples_at(seen.points[at], seen.normals[at], reach.column[at], reach.row[at])
+    for shadow, hidden in reach.shadows:
+        part = key_light(shadow, environment.radius, samples)
+        reached[at] *= 1.0 - np.float32(hidden) * (1.0 - part)
+    facing *= reached
+    solid = seen.ids >= 0
+    around = _surroundings(stage, seen, solid)
+    # what hides the surrounding light is itself lit, the less the deeper it lies, and taken to have the same colour
+    share = reach.ambient[:, None]
+    lit = (np.float32(0.5) * sky + np.float32(0.28) * key) * (np.float32(0.3) + np.float32(0.7) * share)
+    bounced = np.where(solid[:, None], albedo, np.float32(0.4)) * lit
+    color = np.asarray(albedo * (around * share + bounced * (1.0 - share) + key * facing[:, None]), np.float32)
+    _add_gloss(stage, seen, color, albedo, reached, reach.ambient)
+    return color
+
+
+def _surroundings(stage: Stage, seen: Surface, solid: npt.NDArray[np.bool_]) -> Float32Array:
+    """The light (N, 3) that surrounds each sample: from below comes the ground's, but near it lies the solid's own
+    shadow."""
+    environment = stage.studio.environment
+    sky = np.array(environment.ambient, np.float32)
+    if stage.ground is None:
+        return np.broadcast_to(sky, (len(seen.ids), 3))
+    height = np.clip(seen.points[:, 1] - stage.ground, 0.0, 10.0).astype(np.float32)
+    below = np.where(solid, 0.5 - 0.5 * seen.normals[:, 1], 0.0).astype(np.float32)
+    turned_away = (0.5 - 0.5 * seen.normals @ stage.studio.key_direction).astype(np.float32)
+    shaded = np.float32(0.7) * turned_away * np.exp(-height / np.float32(0.35))
+    ground = ground_radiance(stage).astype(np.float32)
+    return np.asarray(sky + below[:, None] * (ground * (1.0 - shaded)[:, None] - sky), np.float32)
+
+
+def ground_depths(height: float, origin: FloatArray, direction: FloatArray) -> FloatArray:
+    """How far along rays (N, 3) the ground at ``height`` lies (N,); infinity for those that do not meet it."""
+    drop = direction[:, 1]
+    falls = drop < -1e-9
+    fall = np.where(falls, (height - origin[:, 1]) / np.where(falls, drop, -1.0), 1e30)
+    across = np.hypot(origin[:, 0] + direction[:, 0] * fall, origin[:, 2] + direction[:, 2] * fall)
+    return np.where((fall > 0.0) & (across < GROUND_EDGE), fall, np.inf)
+
+
+def ground_radiance(stage: Stage) -> FloatArray:
+    """The radiance (3,) of the ground where nothing shades it, the mean of its squares; black without a ground."""
+    if stage.studio.ground is None:
+        return np.zeros(3)
+    environment = stage.studio.environment
+    light = np.array(environment.ambient) + np.array(environment.key) * stage.studio.key_direction[1]
+    return np.asarray(stage.studio.ground.mean(axis=0) * light, np.float64)
+
+
+# --- gloss -----------------------------------------------------------------------------------------------------
+
+
+def _add_gloss(
+    stage: Stage, seen: Surface, color: Float32Array, albedo: Float32Array, reached: Float32Array, ambient: Float32Array
+) -> None:
+    """Replace, in ``color``, a part of the even scattering of surfaces that are not matte by what they reflect.
+
+    A microfacet model (GGX, Schlick's Fresnel term) of the key light, and of a room that is the surrounding light above
+    the horizon and the ground below, both blurred by the roughness.
+    """
+    looks = stage.solids.looks
+    if bool(looks.matte.all()):
+        return
+    solid = np.flatnonzero(seen.ids >= 0)
+    rows = solid[~looks.matte[stage.solids.look[seen.ids[solid]]]]
+    if not len(rows):
+        return
+    part = seen.take(rows)
+    look = stage.solids.look[part.ids]
+    tint, metallic = albedo[rows].astype(np.float64), looks.metallic[look][:, None]
+    base = ((looks.ior[look] - 1.0) / (looks.ior[look] + 1.0)) ** 2
+    normal_reflectance = base[:, None] * (1.0 - metallic) + tint * metallic
+    rough = np.maximum(looks.gloss[look], _LEAST_ROUGHNESS)
+    toward = np.clip(-np.einsum("ni,ni->n", part.normals, part.view), 1e-3, 1.0)
+    fresnel = _schlick(normal_reflectance, toward, rough)
+    room = _room(stage, part, toward, rough) * ambient[rows][:, None]
+    highlight = _highlight(stage, part, normal_reflectance, toward, rough) * reached[rows][:, None]
+    scattered = color[rows] * (1.0 - metallic) * (1.0 - base[:, None])
+    color[rows] = scattered + fresnel * room + highlight
+
+
+def _schlick(reflectance: FloatArray, cosine: FloatArray, rough: FloatArray) -> FloatArray:
+    """The share (N, 3) that is reflected; rough surfaces reflect less at grazing angles."""
+    limit = np.maximum((1.0 - rough)[:, None], reflectance)
+    return np.asarray(reflectance + (limit - reflectance) * ((1.0 - cosine) ** 5)[:, None], np.float64)
+
+
+def _room(stage: Stage, part: Surface, toward: FloatArray, rough: FloatArray) -> FloatArray:
+    """The radiance (N, 3) of the room in the direction of reflection."""
+    environment = stage.studio.environment
+    sky = np.array(environment.ambient)
+    if stage.ground is None:
+        return np.broadcast_to(sky, (len(rough), 3))
+    up = part.view[:, 1] + 2.0 * toward * part.normals[:, 1]
+    share = np.clip(0.5 + 0.5 * up / np.maximum(rough, 0.02), 0.0, 1.0)[:, None]
+    return np.asarray(sky * share + ground_radiance(stage) * (1.0 - share), np.float64)
+
+
+def _highlight(
+    stage: Stage, part: Surface, reflectance: FloatArray, toward: FloatArray, rough: FloatArray
+) -> FloatArray:
+    """The radiance (N, 3) of the key light's highlight."""
+    light = stage.studio.key_direction
+    half = light - part.view
+    half /= np.maximum(np.linalg.norm(half, axis=1), 1e-9)[:, None]
+    alpha2 = rough**4
+    facing = np.clip(part.normals @ light, 0.0, 1.0)
+    straight = np.clip(np.einsum("ni,ni->n", part.normals, half), 0.0, 1.0)
+    spread = alpha2 / (np.pi * (straight**2 * (alpha2 - 1.0) + 1.0) ** 2)
+    masked = 0.5 / np.maximum(
+        facing * np.sqrt(toward**2 * (1.0 - alpha2) + alpha2) + toward * np.sqrt(facing**2 * (1.0 - alpha2) + alpha2),
+        1e-4,
+    )
+    fresnel = _schlick(reflectance, np.clip(half @ light, 0.0, 1.0), rough)
+    # a white matte surface has the radiance `key`, so the irradiance is pi times that
+    strength = np.pi * np.array(stage.studio.environment.key)
+    return np.asarray(fresnel * (spread * masked * facing)[:, None] * strength, np.float64)

@@ -1,0 +1,297 @@
+"""Final pictures: path tracing with Mitsuba 3, denoised with Open Image Denoise where it is installed.
+
+Camera, light, ground and film are those of draft pictures (``studio``), so that both agree. What repeats is placed as
+instances; shapes that later frames of a film share are made once.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from functools import cache
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from scenelang.backends.base import Option, Progress, Work, need, part_of
+from scenelang.backends.geometry.solids import SolidForm, Solids
+from scenelang.backends.pictures.appearance import Look
+from scenelang.backends.pictures.draft import Draft, DraftCache, draw
+from scenelang.backends.pictures.film import (
+    STILL_ENDINGS,
+    Image,
+    Painter,
+    PictureBackend,
+    PictureOptions,
+    labelled,
+    write_still,
+)
+from scenelang.backends.pictures.mitsuba_scene import (
+    FEW,
+    Prototype,
+    is_too_flat,
+    merged_meshes,
+    parts_of,
+    segments_for,
+    sizes_of,
+    surroundings,
+    unit_group,
+)
+from scenelang.backends.pictures.stage import Shot, Stage, Staging
+from scenelang.backends.pictures.studio import encode, tone_map
+from scenelang.grammar.diagnostics import SceneError
+
+# Mitsuba's variants, ways to compute: ``scalar`` always works, ``llvm`` compiles for the CPU, ``cuda`` for a GPU.
+#
+# A compiler of the wrong version ends the whole process, so a variant is tried in a process of its own before it is
+# used.
+
+
+NAMES = {"scalar": "scalar_rgb", "llvm": "llvm_ad_rgb", "cuda": "cuda_ad_rgb"}
+CHOICES = ("auto", *NAMES)
+MANY_SAMPLES = 64 * 1024 * 1024  # of a whole picture, from which compiling pays
+_PATIENCE = 120.0  # seconds
+
+_TRIAL = """
+import sys, mitsuba as mi
+mi.set_variant(sys.argv[1])
+mi.set_log_level(mi.LogLevel.Error)
+film = {"type": "hdrfilm", "width": 4, "height": 4}
+scene = mi.load_dict({"type": "scene", "integrator": {"type": "path"}, "light": {"type": "constant"},
+    "ball": {"type": "sphere", "bsdf": {"type": "principled"}},
+    "sensor": {"type": "perspective", "film": film,
+               "to_world": mi.ScalarTransform4f().look_at(origin=[0, 0, 4], target=[0, 0, 0], up=[0, 1, 0])}})
+print(float(sum(mi.render(scene, spp=2).numpy().ravel())) > 0)
+"""
+
+
+def use(choice: str, samples: int, has_instances: bool) -> Any:
+    """The module mitsuba under the variant that ``choice`` means for a picture of so many samples in all.
+
+    ``auto`` takes llvm for many samples of scenes without instances (its compile time explodes with these), where it
+    works, else scalar. Raises SceneError("backend") where Mitsuba, or the variant that was asked for, does not work.
+    """
+    mi = need("mitsuba", "mitsuba mitsuba-oidn")
+    chosen = choice
+    if choice == "auto":
+        chosen = "llvm" if samples >= MANY_SAMPLES and not has_instances and works("llvm") else "scalar"
+    elif choice != "scalar" and not works(choice):
+        what = "no LLVM that it can use (Debian: libllvm19)" if choice == "llvm" else "no NVIDIA GPU that it can use"
+        raise SceneError("backend", f"Mitsuba's variant `{choice}` does not work here: it finds {what}",
+                         hint="`--variant scalar` works everywhere")  # fmt: skip
+    if mi.variant() != NAMES[chosen]:
+        mi.set_variant(NAMES[chosen])
+    mi.set_log_level(mi.LogLevel.Error)
+    return mi
+
+
+@cache
+def works(name: str) -> bool:
+    """Whether a small picture comes out of the variant ``name`` in another process."""
+    try:
+        # a list of words, no shell: our interpreter or a program by its own name
+        done = subprocess.run(trial_command(name), capture_output=True, text=True, timeout=_PATIENCE)  # noqa: S603  # nosec B603
+    except (OSError, subprocess.TimeoutExpired):
+        return False
+    return done.returncode == 0 and done.stdout.strip() == "True"
+
+
+def trial_command(name: str) -> list[str]:
+    """The command that prints ``True`` where a small picture comes out of the variant ``name``."""
+    return [sys.executable, "-P", "-c", _TRIAL, NAMES[name]]
+
+
+Float32Array = npt.NDArray[np.float32]
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+
+_MOST_GROUPS = 512  # kinds of exact shapes; the solids of rarer kinds are merged into meshes
+
+
+class MitsubaPainter:
+    """Path traces shots of one staging. ``mitsuba`` is the module, under the variant that was chosen."""
+
+    def __init__(self, staging: Staging, options: PictureOptions, shots: int) -> None:
+        self._staging = staging
+        self._options = options
+        self._samples = int(MITSUBA.setting(options, "samples"))
+        self._depth = int(MITSUBA.setting(options, "bounces"))
+        self._denoise = MITSUBA.setting(options, "denoise") == "on"
+        self._guides = DraftCache()
+        total = self._samples * options.width * options.height * shots
+        crowded = any(len(solids) + len(staging.fixed or ()) > FEW for solids in staging.moving.values())
+        choice = MITSUBA.setting(options, "variant")
+        self.mitsuba = use(choice, total, crowded)
+        self._shapes = _Shapes(self.mitsuba, staging, instances=str(self.mitsuba.variant()).startswith("scalar"))
+
+    def paint(self, shot: Shot, progress: Progress | None = None) -> Image:
+        stage = self._staging.stage(shot)
+        unlit = stage.studio.environment.unlit  # without light there is nothing to trace
+        guide = draw(stage, part_of(progress, 0.0, 0.1), shaded=unlit, kept=self._guides)
+        radiance = guide.radiance if unlit else self._traced(stage, shot.frame, guide, part_of(progress, 0.1, 1.0))
+        picture = encode(tone_map(radiance, stage.studio.environment) if not unlit else guide.linear)
+        return Image(labelled(picture, stage.solids, guide.ids) if self._options.labels else picture, radiance)
+
+    def shapes_of(self, frame: int, stage: Stage) -> dict[str, Any]:
+        """Mitsuba's shapes of one frame by name, fine enough for the camera of ``stage``."""
+        return self._shapes.of(frame, stage)
+
+    def _traced(self, stage: Stage, frame: int, guide: Draft, progress: Progress | None) -> Float32Array:
+        """The radiance (H, W, 3) of ``stage``."""
+        mi, report = self.mitsuba, progress or (lambda _: None)
+        scene = mi.load_dict(surroundings(mi, stage, self._depth) | self.shapes_of(frame, stage))
+        report(0.1)
+        total = np.zeros((stage.height, stage.width, 3), np.float64)
+        passes = max(1, self._samples // (8 if self._samples <= 64 else 16))
+        for k in range(passes):
+            share = self._samples // passes + (k < self._samples % passes)
+            image = mi.render(scene, seed=(self._options.seed * 4096 + k) % 2**32, spp=share)
+            total += share * np.array(image, np.float64).reshape(stage.height, stage.width, -1)[:, :, :3]
+            report(0.1 + 0.85 * (k + 1) / passes)
+        radiance = np.nan_to_num(total / self._samples, nan=0.0, posinf=1e4, neginf=0.0)
+        # the light that surrounds the scene is not what the camera sees behind it
+        environment = stage.studio.environment
+        radiance += guide.sky[:, :, None] * (np.array(environment.backdrop) - np.array(environment.ambient))
+        noisy = np.maximum(radiance, 0.0).astype(np.float32)
+        clean = np.where(guide.sky[:, :, None] < 1.0, _denoised(noisy, guide), noisy) if self._denoise else noisy
+        report(1.0)
+        return np.asarray(clean, np.float32)
+
+
+def _denoised(radiance: Float32Array, guide: Draft) -> Float32Array:
+    """``radiance`` without noise, or as it is where the denoiser is not installed."""
+    try:
+        oidn = import_module("mitsuba_oidn")
+    except ImportError:
+        return radiance
+    guides = {"albedo": np.ascontiguousarray(guide.albedo), "normal": np.ascontiguousarray(guide.normal)}
+    clean = oidn.denoise(np.ascontiguousarray(radiance), hdr=True, clean_aux=True, **guides)
+    return np.maximum(np.asarray(clean, np.float32), 0.0)
+
+
+# --- shapes ----------------------------------------------------------------------------------------------------
+
+
+class _Shapes:
+    """Mitsuba's shapes of the frames of a staging, made once where frames share them."""
+
+    def __init__(self, mi: Any, staging: Staging, instances: bool) -> None:
+        self._mi = mi
+        self._staging = staging
+        self._instances = instances
+        self._units: dict[tuple[int, Look], Any] = {}
+        self._groups: dict[int, tuple[Prototype, Any]] = {}  # by the prototype's entity
+        self._fixed: dict[str, Any] | None = None
+        self._frames: dict[int, dict[str, Any]] = {}
+
+    def of(self, frame: int, stage: Stage) -> dict[str, Any]:
+        """The shapes of one frame by name, fine enough for the camera of ``stage``."""
+        if frame not in self._frames:
+            self._frames.clear()  # only the last frame is kept: a film may have many
+            self._frames[frame] = self._made(frame, stage)
+        return self._frames[frame]
+
+    def _made(self, frame: int, stage: Stage) -> dict[str, Any]:
+        # each of few solids is an instance of its exact shape
+        parts = parts_of(self._staging, frame) if self._instances and len(stage.solids) > FEW else None
+        if parts is not None:
+            shapes = dict(self._alone(parts.loose, stage, "loose"))
+            for k, prototype in enumerate(parts.prototypes):
+                shapes |= self._placed(f"p{k}", self._group(prototype, stage), prototype.matrices)
+            return shapes
+        if self._staging.fixed is not None:
+            if self._fixed is None:
+                self._fixed = dict(self._alone(self._staging.fixed, stage, "fixed"))
+            return self._fixed | dict(self._alone(self._staging.moving[frame], stage, "moving"))
+        return dict(self._alone(self._staging.moving[frame], stage, "loose"))
+
+    def _group(self, prototype: Prototype, stage: Stage) -> Any:
+        """The shape group of a prototype; frames whose graphs share its entity share it."""
+        found = self._groups.get(id(prototype.entity))
+        if found is None:
+            largest = float((sizes_of(prototype.matrices) * _pixels_per_unit(prototype.matrices, stage)).max())
+            segments = segments_for(prototype.solids, sizes_of(prototype.solids.matrices) * largest)
+            meshes = {f"m{k}": mesh for k, mesh in enumerate(merged_meshes(self._mi, prototype.solids, segments))}
+            found = self._groups[id(prototype.entity)] = (
+                prototype,
+                self._mi.load_dict({"type": "shapegroup", **meshes}),
+            )
+        return found[1]
+
+    def _alone(self, solids: Solids, stage: Stage, name: str) -> Iterator[tuple[str, Any]]:
+        """Solids in the stage's frame: placed exact shapes of the commonest kinds, the others as merged meshes."""
+        exact = self._exact(solids) if self._instances else np.zeros(len(solids), bool)
+        kinds = np.column_stack([solids.forms.astype(np.int64), solids.look])
+        used, kind = np.unique(kinds[exact], axis=0, return_inverse=True)
+        rows = np.flatnonzero(exact)
+        for k, (form, look) in enumerate(used):
+            unit = self._unit(SolidForm(int(form)), solids.looks.rows[int(look)])
+            yield from self._placed(f"{name}{k}", unit, solids.matrices[rows[kind.reshape(-1) == k]]).items()
+        rest = solids.take(~exact)
+        if len(rest):
+            size = sizes_of(rest.matrices)
+            segments = segments_for(rest, size * _pixels_per_unit(rest.matrices, stage))
+            for k, mesh in enumerate(merged_meshes(self._mi, rest, segments)):
+                yield f"{name}-mesh{k}", mesh
+
+    def _exact(self, solids: Solids) -> npt.NDArray[np.bool_]:
+        """Which solids are placed as exact shapes: no lamps, no triangles, of the commonest kinds."""
+        able = ~solids.emission.any(axis=1) & (solids.forms != SolidForm.TRIANGLE) & ~is_too_flat(solids)
+        kinds = np.column_stack([solids.forms.astype(np.int64), solids.look])
+        _, kind, count = np.unique(kinds, axis=0, return_inverse=True, return_counts=True)
+        if len(count) > _MOST_GROUPS:
+            least = np.sort(count)[-_MOST_GROUPS]
+            common = count > least  # of equally common kinds none, so that the limit holds
+            able &= common[kind.reshape(-1)]
+        return np.asarray(able, bool)
+
+    def _unit(self, form: SolidForm, look: Look) -> Any:
+        key = (int(form), look)
+        if key not in self._units:
+            self._units[key] = unit_group(self._mi, form, look)
+        return self._units[key]
+
+    def _placed(self, name: str, group: Any, matrices: FloatArray) -> dict[str, Any]:
+        """A shape group and its instances under ``matrices`` (N, 3, 4), by name."""
+        transform = self._mi.ScalarTransform4f
+        poses = np.zeros((len(matrices), 4, 4))
+        poses[:, :3], poses[:, 3, 3] = matrices, 1.0
+        shapes = {f"{name}-group": group}
+        for i, pose in enumerate(poses):
+            shapes[f"{name}-{i}"] = {"type": "instance", "shapegroup": group, "to_world": transform(pose)}
+        return shapes
+
+
+def _pixels_per_unit(matrices: FloatArray, stage: Stage) -> FloatArray:
+    """How many pixels (N,) a unit is at the nearest points of solids under ``matrices`` (N, 3, 4)."""
+    focal = stage.camera.focal[1]
+    if stage.camera.is_parallel:
+        return np.full(len(matrices), focal)
+    depth = (matrices[:, :, 3] - stage.camera.eye) @ stage.camera.forward
+    return np.asarray(focal / np.maximum(depth - sizes_of(matrices), 0.02), np.float64)
+
+
+def _painter(staging: Staging, options: PictureOptions, shots: int) -> Painter:
+    return MitsubaPainter(staging, options, shots)
+
+
+MITSUBA = PictureBackend(
+    name="mitsuba",
+    doc="path-traced pictures by Mitsuba 3, denoised",
+    work=Work.PICTURE,
+    endings=STILL_ENDINGS,
+    run=write_still("mitsuba"),
+    options=(
+        Option("samples", "samples per pixel of path-traced pictures", 64, least=1, most=65536),
+        Option("bounces", "the longest path of light, in surfaces", 8, least=1, most=64),
+        Option("denoise", "remove noise with Open Image Denoise", "on", choices=("on", "off")),
+        Option("variant", "how Mitsuba computes; `auto` is scalar, llvm for many samples", "auto",
+               choices=CHOICES),
+    ),
+    packages=("mitsuba", "PIL"),
+    install="mitsuba mitsuba-oidn pillow",
+    painter=_painter,
+)  # fmt: skip

@@ -1,0 +1,236 @@
+"""The shots of a picture or a film: which frame of the scene is seen by which camera."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from scenelang.backends.base import frame_of
+from scenelang.backends.geometry.solids import Solids, normalized, parted, solids_of
+from scenelang.backends.minecraft.models import as_cubes
+from scenelang.backends.pictures.appearance import check_seen
+from scenelang.backends.pictures.camera import Camera, Viewpoint, checked, place
+from scenelang.backends.pictures.studio import Studio, studio_for
+from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
+from scenelang.interpreter.scene.bounds import entity_box
+from scenelang.interpreter.scene.entity import Entity, Scene, primitive_count
+from scenelang.interpreter.scene.flatten import flatten_entity
+
+FloatArray = npt.NDArray[np.float64]
+
+FILM_FRAMES = 48  # of a turntable that does not say how many it has
+MOST_FRAMES = 10_000
+_FARTHEST = 1e152  # squares of coordinates beyond it are no numbers any more
+_ANGLES = 24  # places on a full circle from which a turntable must show the whole scene
+
+
+@dataclass(frozen=True, slots=True)
+class Shot:
+    """Frame number ``frame`` of the scene, seen by ``camera``."""
+
+    frame: int
+    camera: Camera
+
+
+def box_of(scene: Scene) -> tuple[FloatArray, FloatArray]:
+    """The exact box of all frames, low and high (3,) each; raises SceneError("empty-scene") when there is none,
+    or nothing of it can be seen."""
+    boxes = [box for root in scene.frames if (box := entity_box(root)) is not None]
+    if not boxes:
+        raise SceneError("empty-scene", f'the scene "{scene.word}" has no primitives, so there is nothing to draw')
+    every = np.array(boxes)
+    low, high = every[:, :3].min(axis=0), every[:, 3:].max(axis=0)
+    with np.errstate(over="ignore"):
+        sizes = high - low
+    if not np.isfinite(sizes).all() or max(np.abs(low).max(), np.abs(high).max()) > _FARTHEST:
+        raise SceneError("unsupported", "the scene is larger than any number can tell, so it cannot be drawn")
+    check_seen(scene)
+    return low, high
+
+
+def still(scene: Scene, view: Viewpoint | Camera, frame: int | None, width: int, height: int) -> Shot:
+    """The shot of one picture; raises SceneError."""
+    number = frame_of(scene, frame)
+    return Shot(number, _camera(scene, view, number, width, height))
+
+
+def film(
+    scene: Scene, view: Viewpoint | Camera, width: int, height: int, frames: int | None, orbit: float | None
+) -> list[Shot]:
+    """The shots of a film of ``frames`` pictures: the frames of a 4D scene, evenly chosen where there are more or
+    fewer of them (None: each once), while the camera goes ``orbit`` degrees round the scene (None: the viewpoint's
+    own; once round a static scene, not at all round a 4D one). Raises SceneError."""
+    count = frames if frames is not None else len(scene.frames) if scene.animated else FILM_FRAMES
+    if not 1 <= count <= MOST_FRAMES:
+        raise SceneError("value", f"a film has 1 to {MOST_FRAMES:,} frames, not {count}")
+    own = view.orbit if isinstance(view, Viewpoint) else None
+    angle = orbit if orbit is not None else own if own is not None else 0.0 if scene.animated else 360.0
+    if not math.isfinite(angle):
+        raise SceneError("value", "the camera's orbit must be a finite number of degrees")
+    numbers = [i * len(scene.frames) // count for i in range(count)]
+    if not angle:
+        return [still(scene, view, number, width, height) for number in numbers]
+    low, high = box_of(scene)
+    start = _orbiting(view, low, high, angle, width, height)
+    pivot = np.array(view.target) if isinstance(view, Viewpoint) and view.target is not None else (low + high) / 2.0
+    return [Shot(number, turned(start, pivot, angle * i / count)) for i, number in enumerate(numbers)]
+
+
+def _camera(scene: Scene, view: Viewpoint | Camera, frame: int, width: int, height: int) -> Camera:
+    if isinstance(view, Camera):
+        return view if (view.width, view.height) == (width, height) else view.resized(width, height)
+    low, high = box_of(scene)
+    view = checked(view)
+    if view.follow and view.target is None:
+        whole = place(view, low, high, width, height)
+        box = entity_box(scene.frames[frame])
+        middle = (np.array(box[:3]) + np.array(box[3:])) / 2.0 if box is not None else (low + high) / 2.0
+        distance = float(np.dot((low + high) / 2.0 - whole.eye, whole.forward))
+        view = replace(view, target=tuple(middle.tolist()), distance=view.distance or distance)
+    return place(view, low, high, width, height)
+
+
+def _orbiting(
+    view: Viewpoint | Camera, low: FloatArray, high: FloatArray, angle: float, width: int, height: int
+) -> Camera:
+    """The first camera of an orbit, far enough to see the whole scene all the way round."""
+    if isinstance(view, Camera):
+        return view if (view.width, view.height) == (width, height) else view.resized(width, height)
+    view = checked(view)
+    center = view.target if view.target is not None else tuple(((low + high) / 2.0).tolist())
+    if view.distance is not None:
+        return place(replace(view, target=center), low, high, width, height)
+    steps = max(1, math.ceil(abs(angle) / 360.0 * _ANGLES))
+    around = [replace(view, target=center, azimuth=view.azimuth + angle * i / steps) for i in range(steps + 1)]
+    cameras = [place(one, low, high, width, height) for one in around]
+    if view.orthographic:
+        widest = min(cameras, key=lambda camera: camera.focal[0])
+        return replace(cameras[0], intrinsics=widest.intrinsics)
+    middle = np.array(center)
+    distance = max(float(np.linalg.norm(camera.eye - middle)) for camera in cameras)
+    return place(replace(view, target=center, distance=distance), low, high, width, height)
+
+
+def turned(camera: Camera, pivot: FloatArray, angle: float) -> Camera:
+    """``camera`` after ``angle`` degrees round the vertical axis through ``pivot`` (3,), towards +x from +z."""
+    a = math.radians(angle)
+    turn = np.array([[math.cos(a), 0.0, math.sin(a)], [0.0, 1.0, 0.0], [-math.sin(a), 0.0, math.cos(a)]])
+    pose = np.eye(4)
+    pose[:3, :3] = camera.world_to_camera[:3, :3] @ turn.T
+    pose[:3, 3] = -pose[:3, :3] @ (pivot + turn @ (camera.eye - pivot))
+    return replace(camera, world_to_camera=pose)
+
+
+# A scene made ready for drawing: flattened, brought to unit size, with the camera placed and the ground laid.
+
+
+BELOW = 1e-4  # the ground lies this far under the lowest point, so that flat floors hide it
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stage:
+    """Everything a renderer needs, in the frame where the scene's box is centred and has the half diagonal 1.
+
+    The first ``fixed`` solids are the same in all stages of one film. ``ground`` is the ground's height, None where
+    there is none, or the camera looks from below it and would see nothing else. ``center`` (3,) and ``scale`` give that
+    frame: ``p_stage = scale (p_world - center)``.
+    """
+
+    solids: Solids
+    fixed: int
+    camera: Camera
+    studio: Studio
+    ground: float | None
+    center: FloatArray
+    scale: float
+
+    @property
+    def width(self) -> int:
+        return self.camera.width
+
+    @property
+    def height(self) -> int:
+        return self.camera.height
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Staging:
+    """The frames of a scene that one picture or film shows, prepared for any camera.
+
+    ``fixed`` are the solids that are equal in all of them, ``moving`` the others, and ``roots`` the entities, by frame
+    number, blocks as cubes; ``asked`` are the entities as the program made them.
+    """
+
+    asked: dict[int, Entity]
+    roots: dict[int, Entity]
+    fixed: Solids | None
+    moving: dict[int, Solids]
+    lowest: float
+    center: FloatArray
+    scale: float
+    environment: str
+    ground: str | None
+
+    def stage(self, shot: Shot) -> Stage:
+        """The stage of one shot. Everything but the moving solids is the same in all shots of one camera."""
+        camera = shot.camera.rescaled(self.center, self.scale)
+        studio = studio_for(camera, self.environment, self.ground)
+        solids = self.moving[shot.frame]
+        if self.fixed is not None:
+            solids = self.fixed.followed_by(solids)
+        ground = (self.lowest - self.center[1]) * self.scale - BELOW
+        lies = studio.ground is not None and camera.eye[1] > ground + 1e-3
+        fixed = len(self.fixed) if self.fixed is not None else 0
+        return Stage(solids, fixed, camera, studio, ground if lies else None, self.center, self.scale)
+
+
+def staging_of(
+    scene: Scene,
+    frames: Sequence[int],
+    limit: int,
+    environment: str = "studio",
+    ground: str | None = None,
+    warn: Callable[[Diagnostic], None] | None = None,
+) -> Staging:
+    """Prepare the ``frames`` of ``scene``; ``warn`` is told what is not drawn as the program asks.
+
+    The unit size and the ground are those of all frames of the scene together, so that a film does not jump. Raises
+    SceneError, and LimitError when a frame expands to more than ``limit`` primitives.
+    """
+    low, _ = box_of(scene)
+    center, scale = unit_size(scene)
+    shown = list(dict.fromkeys(frames))
+    asked = {frame: scene.frames[frame] for frame in shown}
+    drawn = as_cubes(Scene(scene.word, list(asked.values()), scene.animated), limit, warn).frames
+    solids = [_solids(root, limit, center, scale) for root in drawn]
+    fixed, moving = parted(solids) if len(shown) > 1 else (None, solids)
+    roots = dict(zip(shown, drawn, strict=True))
+    moved = dict(zip(shown, moving, strict=True))
+    return Staging(asked, roots, fixed, moved, float(low[1]), center, scale, environment, ground)
+
+
+def unit_size(scene: Scene) -> tuple[FloatArray, float]:
+    """The centre (3,) and the scale that bring the box of all frames to the half diagonal 1; raises SceneError."""
+    low, high = box_of(scene)
+    half = 0.5 * float(np.linalg.norm(high - low))
+    return (low + high) / 2.0, 1.0 / half if half > 1e-300 else 1.0
+
+
+def _solids(root: Entity, limit: int, center: FloatArray, scale: float) -> Solids:
+    check_size(root, limit)
+    return normalized(solids_of(flatten_entity(root)), center, scale)
+
+
+def check_size(root: Entity, limit: int) -> None:
+    """Raises LimitError where ``root`` expands to more than ``limit`` primitives."""
+    count = primitive_count(root)
+    if count > limit:
+        raise LimitError(
+            "primitives",
+            f"the scene expands to {count:,} primitives, more than the {limit:,} that one picture may have",
+            hint="raise the limit, or draw a part of the scene",
+        )

@@ -1,0 +1,159 @@
+"""The light, the ground and the film that draft and final pictures share, so that they agree.
+
+A uniform surrounding radiance, a soft key light, a backdrop that the camera sees behind everything, and a ground. The
+seamless ground has such a reflectance that, where nothing shades it, it has exactly the radiance of the backdrop: so
+there is no horizon and nothing to fade. Radiance is linear sRGB.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from scenelang.backends.pictures.camera import Camera
+
+FloatArray = npt.NDArray[np.float64]
+AnyFloats = npt.NDArray[np.floating]
+Color = tuple[float, float, float]
+
+BRIGHTEST = 0.92  # no surface reflects all light
+GROUND_EDGE = 5e4  # how far the ground reaches, where the scene's half diagonal is 1
+SHOULDER = 0.7
+
+
+@dataclass(frozen=True, slots=True)
+class Environment:
+    """``doc`` is one line. ``ambient`` surrounds the scene, ``key`` is the radiance of a white surface that faces the
+    key light, from that light alone; the key light stands ``turn`` degrees beside the camera and ``height`` above the
+    horizon and is seen under twice ``radius`` degrees. ``toned`` pictures have a soft shoulder instead of clipping.
+    Where all is ``unlit`` surfaces show their own colours."""
+
+    doc: str
+    backdrop: Color
+    ambient: Color
+    key: Color
+    turn: float = -72.0
+    height: float = 50.0
+    radius: float = 5.0
+    toned: bool = True
+    unlit: bool = False
+    ground: str = "seamless"
+
+
+ENVIRONMENTS = {
+    "studio": Environment(
+        "a bright room with a soft light beside the camera",
+        (0.60, 0.61, 0.625), (0.42, 0.43, 0.445), (0.76, 0.73, 0.68),
+    ),
+    "overcast": Environment(
+        "a white sky and hardly a shadow", (0.68, 0.70, 0.73), (0.66, 0.69, 0.73), (0.14, 0.14, 0.14), radius=20.0
+    ),
+    "sunny": Environment(
+        "a blue sky and a hard sun", (0.42, 0.58, 0.80), (0.30, 0.38, 0.50), (1.05, 0.98, 0.85), -60.0, 55.0, 1.0,
+        ground="meadow",
+    ),
+    "sunset": Environment(
+        "a low warm sun", (0.72, 0.47, 0.32), (0.24, 0.22, 0.30), (1.05, 0.62, 0.32), -65.0, 18.0, 2.5, ground="earth"
+    ),
+    "night": Environment(
+        "moonlight, for scenes with :emission", (0.010, 0.014, 0.030), (0.016, 0.020, 0.036), (0.05, 0.06, 0.09),
+        -50.0, 60.0, 2.0, ground="dark",
+    ),
+    "flat": Environment(
+        "no light and no shadow: every surface has exactly its :color", (1.0, 1.0, 1.0),
+        (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), toned=False, unlit=True, ground="none",
+    ),
+}  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Ground:
+    """``color`` is its reflectance, None for the seamless one; with ``other`` it is a checkerboard of both."""
+
+    doc: str
+    color: Color | None
+    other: Color | None = None
+
+
+GROUNDS = {
+    "seamless": Ground("as bright as the backdrop: no horizon", None),
+    "none": Ground("nothing below the scene", None),
+    "white": Ground("white", (0.8, 0.8, 0.8)),
+    "dark": Ground("nearly black", (0.04, 0.04, 0.045)),
+    "meadow": Ground("grass green", (0.16, 0.26, 0.08)),
+    "earth": Ground("sand and soil", (0.32, 0.22, 0.14)),
+    "checker": Ground("a checkerboard, each square a quarter of the scene's half diagonal", (0.62,) * 3, (0.24,) * 3),
+}
+CHECKER = 0.25  # the side of a square where the scene's half diagonal is 1
+CHECKER_EDGE = 1000.0  # how far the squares reach; beyond lies their mean
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Studio:
+    """The light of one picture. ``key_direction`` (3,): unit, from the scene to the key light. ``ground`` (2, 3): the
+    reflectances of the ground's squares, equal where it is plain; None without a ground."""
+
+    environment: Environment
+    key_direction: FloatArray
+    ground: FloatArray | None
+
+
+def studio_for(camera: Camera, environment: str = "studio", ground: str | None = None) -> Studio:
+    """The studio whose key light stands beside ``camera``, above the scene, by the names of its parts; the ground is
+    the environment's own for None."""
+    chosen = ENVIRONMENTS[environment]
+    turn = math.atan2(-camera.right[2], camera.right[0]) + math.radians(chosen.turn)
+    height = math.radians(chosen.height)
+    flat = math.cos(height)
+    direction = np.array([math.sin(turn) * flat, math.sin(height), math.cos(turn) * flat])
+    name = ground or chosen.ground
+    return Studio(chosen, direction, None if name == "none" else _ground(GROUNDS[name], chosen, direction))
+
+
+def _ground(ground: Ground, environment: Environment, direction: FloatArray) -> FloatArray:
+    if ground.color is None:
+        light = np.array(environment.ambient) + np.array(environment.key) * direction[1]
+        return np.tile(np.minimum(np.array(environment.backdrop) / light, 1.0), (2, 1))
+    return np.array([ground.color, ground.other or ground.color])
+
+
+def ground_colors(ground: FloatArray, x: AnyFloats, z: AnyFloats) -> FloatArray:
+    """The reflectance (N, 3) of the ``ground`` (2, 3) at places (N,)."""
+    if (ground[0] == ground[1]).all():
+        return np.broadcast_to(ground[0], (len(x), 3))
+    second = (np.floor(x / CHECKER) + np.floor(z / CHECKER)) % 2.0 != 0.0
+    colors = ground[second.astype(np.int64)]
+    colors[np.maximum(np.abs(x), np.abs(z)) > CHECKER_EDGE] = ground.mean(axis=0)
+    return np.asarray(colors, np.float64)
+
+
+def tone_map(radiance: AnyFloats, environment: Environment) -> AnyFloats:
+    """Linear radiance to [0, 1], as the film of ``environment`` shows it."""
+    return tone(radiance) if environment.toned else np.clip(radiance, 0.0, 1.0)
+
+
+def tone(linear: AnyFloats) -> AnyFloats:
+    """Linear radiance to [0, 1): the identity up to 0.7, then a soft shoulder instead of clipping."""
+    room = 1.0 - SHOULDER
+    over = np.maximum(linear - SHOULDER, 0.0)
+    return np.where(linear <= SHOULDER, np.maximum(linear, 0.0), 1.0 - room * np.exp(-over / room))
+
+
+def encode(linear: AnyFloats) -> npt.NDArray[np.uint8]:
+    """Linear sRGB in [0, 1] to 8-bit sRGB of the same shape."""
+    return np.asarray(np.rint(to_srgb(linear) * 255.0), np.uint8)
+
+
+def to_srgb(linear: AnyFloats) -> AnyFloats:
+    """Linear sRGB to sRGB, both in [0, 1]."""
+    x = np.clip(linear, 0.0, 1.0)
+    return np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.power(np.maximum(x, 0.0031308), 1.0 / 2.4) - 0.055)
+
+
+def from_srgb(encoded: AnyFloats) -> AnyFloats:
+    """sRGB to linear sRGB, both in [0, 1]."""
+    x = np.clip(encoded, 0.0, 1.0)
+    return np.where(x <= 0.04045, x / 12.92, ((x + 0.055) / 1.055) ** 2.4)

@@ -1,1 +1,0 @@
-"""The analytic ray caster: what rays see of posed solids."""

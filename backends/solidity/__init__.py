@@ -1,1 +1,0 @@
-"""How solids stand to one another: distance, depth, contact; and what is probably wrong with a scene's geometry."""

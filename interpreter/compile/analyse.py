@@ -1,0 +1,370 @@
+"""Analysis of core AST before compilation: which frame holds each variable, which loops need no calls.
+
+A *region* is a piece of program whose variables live together: a function's body, or the body of a loop. A function's
+region has a frame of its own. A loop's region needs one only when a closure made inside captures its variables, since
+each turn then has variables of its own; else its variables live in the frame around it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from scenelang.grammar import ast
+from scenelang.grammar.datum import Span
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.expand.scope import Variable
+from scenelang.interpreter.runtime.procedures import UNDEFINED, Frame, Node
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.runtime.runtime import Runtime
+
+
+class Region:
+    """``parent`` is the region around it; ``has_frame`` is decided by what closures capture."""
+
+    __slots__ = ("has_frame", "is_function", "parent")
+
+    def __init__(self, parent: Region | None, is_function: bool) -> None:
+        self.parent = parent
+        self.is_function = is_function
+        self.has_frame = is_function
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Loop:
+    """A named ``let`` or ``do`` whose function is only ever called in its own tail positions."""
+
+    variable: Variable
+    function: ast.Lambda
+    start: ast.Application
+
+
+@dataclass(slots=True, eq=False)
+class Analysis:
+    """``regions``: by id of Lambda, For or Loop body node. ``loops``: by id of the Body that is a loop."""
+
+    regions: dict[int, Region] = field(default_factory=dict)
+    loops: dict[int, Loop] = field(default_factory=dict)
+
+
+def pattern_variables(target: Any) -> Iterator[Variable]:
+    """The variables of a binding target: a Variable, None, or ``(items, rest)``."""
+    stack = [target]
+    while stack:
+        item = stack.pop()
+        if isinstance(item, Variable):
+            yield item
+        elif isinstance(item, tuple):
+            stack.extend(item[0])
+            if item[1] is not False:
+                stack.append(item[1])
+
+
+def children(node: Any) -> list[Any]:
+    """The direct subexpressions of a node."""
+    kind = type(node)
+    if kind in (ast.Constant, ast.HandleLiteral, ast.Reference):
+        return []
+    return _CHILDREN[kind](node)
+
+
+_CHILDREN: dict[type, Callable[[Any], list[Any]]] = {
+    ast.Assignment: lambda n: [n.value],
+    ast.If: lambda n: [n.test, n.then] if n.otherwise is None else [n.test, n.then, n.otherwise],
+    ast.And: lambda n: list(n.items),
+    ast.Or: lambda n: list(n.items),
+    ast.Lambda: lambda n: [*(p.default for p in n.parameters if p.default is not None), n.body],
+    ast.Define: lambda n: [n.value],
+    ast.Body: lambda n: list(n.items),
+    ast.First: lambda n: list(n.items),
+    ast.Application: lambda n: [n.function, *n.arguments],
+    ast.ArrayLiteral: lambda n: list(n.items),
+    ast.While: lambda n: [n.test, n.body],
+    ast.For: lambda n: [*n.accumulators, *(v for clause in n.clauses for v in clause.values), n.body],
+    ast.LetEscape: lambda n: [n.body],
+    ast.Guard: lambda n: [n.body, n.handler],
+    ast.Bind: lambda n: [n.word, n.function],
+    ast.Call: lambda n: [n.word, *n.arguments],
+    ast.Union: lambda n: list(n.members),
+    ast.UnionLoop: lambda n: [n.count, n.function],
+    ast.Transform: lambda n: [n.part, n.matrix],
+}
+
+
+def walk(*roots: Any) -> Iterator[Any]:
+    """Every node below and including ``roots``."""
+    stack = list(roots)
+    while stack:
+        node = stack.pop()
+        yield node
+        stack.extend(children(node))
+
+
+def mentioned(form: Any) -> Iterator[Variable]:
+    """The variables that a form refers to, changes or defines."""
+    for node in walk(form):
+        if type(node) is ast.Define:
+            yield from pattern_variables(node.target)
+        elif type(node) in (ast.Reference, ast.Assignment) and isinstance(node.target, Variable):
+            yield node.target
+
+
+def analyse(forms: tuple[Any, ...]) -> Analysis:
+    """Analyse the top-level forms of a file; fills in the variables' ``owner`` and ``captured``."""
+    analysis = Analysis()
+    top = Region(None, is_function=True)
+    for form in forms:
+        _Analyser(analysis).visit(form, top)
+    return analysis
+
+
+class _Analyser:
+    def __init__(self, analysis: Analysis) -> None:
+        self.analysis = analysis
+        self._loops = _Loops()
+
+    def visit(self, node: Any, region: Region) -> None:
+        kind = type(node)
+        if kind is ast.Reference:
+            self._use(node.target, region)
+        elif kind is ast.Assignment:
+            self._use(node.target, region)
+            self.visit(node.value, region)
+        elif kind is ast.Lambda:
+            self._function(node, region)
+        elif kind is ast.For:
+            self._for(node, region)
+        elif kind is ast.While:
+            inner = self._region(node, region, False)
+            self.visit(node.test, inner)
+            self.visit(node.body, inner)
+        elif kind is ast.Body:
+            self._body(node, region)
+        elif kind is ast.Define:
+            self._own(node.target, region)
+            self.visit(node.value, region)
+        else:
+            if kind is ast.LetEscape or kind is ast.Guard:
+                self._own(node.target, region)
+            for child in children(node):
+                self.visit(child, region)
+
+    def _region(self, node: Any, parent: Region, is_function: bool) -> Region:
+        region = self.analysis.regions[id(node)] = Region(parent, is_function)
+        return region
+
+    def _own(self, target: Any, region: Region) -> None:
+        for variable in pattern_variables(target):
+            variable.owner = region
+
+    def _use(self, target: Any, region: Region) -> None:
+        if not isinstance(target, Variable) or target.is_global:
+            return
+        owner, inner, crossed = target.owner, region, False
+        while inner is not owner and inner is not None:
+            crossed = crossed or inner.is_function
+            inner = inner.parent  # type: ignore[assignment]
+        if crossed:
+            target.captured = True
+            if owner is not None:
+                owner.has_frame = True
+
+    def _function(self, node: ast.Lambda, region: Region) -> None:
+        inner = self._region(node, region, True)
+        for parameter in node.parameters:
+            self._own(parameter.target, inner)
+        for parameter in node.parameters:
+            if parameter.default is not None:
+                self.visit(parameter.default, inner)
+        self.visit(node.body, inner)
+
+    def _for(self, node: ast.For, region: Region) -> None:
+        for accumulator in node.accumulators:
+            self.visit(accumulator.value, region)
+        inner = self._region(node, region, False)
+        for accumulator in node.accumulators:
+            self._own(accumulator.target, inner)
+        for index, clause in enumerate(node.clauses):
+            for target in clause.targets:
+                self._own(target, inner)
+            for value in clause.values:
+                self.visit(value, region if index == 0 and not node.accumulators else inner)
+        self.visit(node.body, inner)
+
+    def _body(self, node: ast.Body, region: Region) -> None:
+        loop = self._loops.find(node)
+        if loop is not None:
+            self.analysis.loops[id(node)] = loop
+            for argument in loop.start.arguments:
+                self.visit(argument, region)
+            loop.variable.owner = region
+            inner = self._region(loop.function, region, False)
+            for parameter in loop.function.parameters:
+                self._own(parameter.target, inner)
+            self.visit(loop.function.body, inner)
+            return
+        for item in node.items:
+            if type(item) is ast.Define:
+                self._own(item.target, region)
+        _mark_safe(node)
+        for item in node.items:
+            self.visit(item.value if type(item) is ast.Define else item, region)
+
+
+def _mark_safe(node: ast.Body) -> None:
+    """Clear ``recursive`` of variables that surely have a value at every use.
+
+    A body that begins with functions runs nothing before all of these are there; and a variable that nothing mentions
+    up to the end of its definition can only be used after it.
+    """
+    mentioned: set[Any] = set()
+    leading = True
+    for item in node.items:
+        if type(item) is not ast.Define:
+            leading = False
+            mentioned.update(n.target for n in walk(item) if type(n) is ast.Reference)
+            continue
+        leading = leading and type(item.value) is ast.Lambda
+        if not leading:
+            mentioned.update(n.target for n in walk(item.value) if type(n) is ast.Reference)
+        for variable in pattern_variables(item.target):
+            if leading or variable not in mentioned:
+                variable.recursive = False
+
+
+class _Loops:
+    """Finds loops; what was found is kept, since a loop's body is looked at once for each loop around it."""
+
+    def __init__(self) -> None:
+        self._found: dict[int, Loop | None] = {}
+
+    def find(self, node: ast.Body) -> Loop | None:
+        """The loop that ``(letrec ((name (lambda ...))) (name start ...))`` is, or None."""
+        if id(node) not in self._found:
+            self._found[id(node)] = self._loop(node)
+        return self._found[id(node)]
+
+    def _loop(self, node: ast.Body) -> Loop | None:
+        if len(node.items) != 2:
+            return None
+        definition, start = node.items
+        if type(definition) is not ast.Define or type(start) is not ast.Application:
+            return None
+        variable, function = definition.target, definition.value
+        if type(function) is not ast.Lambda or not isinstance(variable, Variable) or variable.is_global:
+            return None
+        plain = all(p.kind == "required" and p.type is None for p in function.parameters)
+        if type(start.function) is not ast.Reference or start.function.target is not variable:
+            return None
+        if not plain or len(start.arguments) != len(function.parameters) or variable.assigned:
+            return None
+        uses = sum(type(n) is ast.Reference and n.target is variable for n in walk(function.body, *start.arguments))
+        if uses != self._tail_calls(function.body, variable, len(function.parameters)):
+            return None
+        return Loop(variable, function, start)
+
+    def _tail_calls(self, body: Any, variable: Variable, count: int) -> int:
+        """How many tail positions of ``body`` call ``variable`` with ``count`` arguments."""
+        found = 0
+        stack = [body]
+        while stack:
+            node = stack.pop()
+            kind = type(node)
+            if kind is ast.Application:
+                head = node.function
+                found += type(head) is ast.Reference and head.target is variable and len(node.arguments) == count
+            elif kind is ast.If:
+                stack.append(node.then)
+                if node.otherwise is not None:
+                    stack.append(node.otherwise)
+            elif kind is ast.Body:
+                inner = self.find(node)
+                stack.append(inner.function.body if inner is not None else node.items[-1])
+            elif kind in (ast.And, ast.Or) and node.items:
+                stack.append(node.items[-1])
+        return found
+
+
+# Where variables live at run time: the slots of a frame, and the steps that read and write them.
+
+
+class FrameLayout:
+    """The slots of one frame."""
+
+    __slots__ = ("parent", "size", "slots")
+
+    def __init__(self, parent: FrameLayout | None) -> None:
+        self.parent = parent
+        self.slots: dict[Variable, int] = {}
+        self.size = 1
+
+    def add(self, variable: Variable | None) -> int:
+        """A slot for ``variable``, or an unnamed one."""
+        index = self.size
+        self.size += 1
+        if variable is not None:
+            self.slots[variable] = index
+        return index
+
+
+def undefined(rt: Runtime, name: str, span: Span) -> SceneError:
+    """The error for a variable that is read too early. Its later definition must undo what saw this."""
+    rt.drew = True
+    return SceneError("undefined-yet", f"`{name}` is used before its definition has run", None, span)
+
+
+def slot_reader(depth: int, slot: int) -> Node:
+    if depth == 0:
+        return lambda f: f[slot]
+    if depth == 1:
+        return lambda f: f[0][slot]
+    if depth == 2:
+        return lambda f: f[0][0][slot]
+
+    def read(f: Frame) -> Any:
+        for _ in range(depth):
+            f = f[0]
+        return f[slot]
+
+    return read
+
+
+def slot_writer(depth: int, slot: int) -> Any:
+    if depth == 0:
+
+        def write_here(f: Frame, value: Any) -> None:
+            f[slot] = value
+
+        return write_here
+
+    def write(f: Frame, value: Any) -> None:
+        for _ in range(depth):
+            f = f[0]
+        f[slot] = value
+
+    return write
+
+
+def cell_reader(rt: Runtime, find: Node, name: str, span: Span) -> Node:
+    def read(f: Frame) -> Any:
+        cell = find(f)
+        if cell.birth < rt.serial:
+            rt.read(cell)
+        value = cell.value
+        if value is UNDEFINED:
+            raise undefined(rt, name, span)
+        return value
+
+    return read
+
+
+def checked_reader(rt: Runtime, find: Node, name: str, span: Span) -> Node:
+    def read(f: Frame) -> Any:
+        value = find(f)
+        if value is UNDEFINED:
+            raise undefined(rt, name, span)
+        return value
+
+    return read

@@ -1,0 +1,808 @@
+"""Compiled calls: of closures by number of arguments, in and out of tail position, of builtins, and loops' turns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+from scenelang.grammar import ast
+from scenelang.grammar.datum import Span
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.compile.analyse import undefined
+from scenelang.interpreter.runtime.procedures import (
+    TAIL,
+    UNDEFINED,
+    Cell,
+    Closure,
+    Frame,
+    Node,
+    bind_arguments,
+    builtin_arity_error,
+    call_builtin,
+    items_of,
+    python_error,
+    type_error,
+)
+from scenelang.interpreter.runtime.show import array_literal, show
+from scenelang.interpreter.runtime.types import BASE_TYPES, Builtin, Mismatch, type_name
+from scenelang.interpreter.runtime.values import (
+    ANONYMOUS,
+    IDENTITY,
+    NIL,
+    Embedding,
+    Keyword,
+    Matrix,
+    Pair,
+    Procedure,
+    Table,
+    Vector,
+    make_list,
+)
+from scenelang.interpreter.scene.entity import Entity
+from scenelang.interpreter.scene.parts import call_embeddings, copy_table, parts_of, transformed
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.compile.analyse import FrameLayout
+    from scenelang.interpreter.compile.compile import Compiler, Context
+    from scenelang.interpreter.runtime.runtime import Runtime
+
+
+_NUMBERS = frozenset((int, float))
+_BLOCK = 2048
+_UNNAMED = ("lambda", "do")
+
+
+class GlobalHead:
+    """The head of a call that is a global variable which nothing assigns."""
+
+    __slots__ = ("cell", "name", "span")
+
+    def __init__(self, cell: Cell, name: str, span: Span) -> None:
+        self.cell = cell
+        self.name = name
+        self.span = span
+
+    def __call__(self, f: Frame) -> Any:
+        return self.cell.value
+
+
+def locate(error: SceneError, function: Any, span: Span) -> None:
+    """Give an error the place of the call at fault, or add a running call to its chain."""
+    if error.span is None:
+        error.span = span
+    elif type(function) is Closure and function.code.name not in _UNNAMED:
+        error.called(f"`{function.code.name}`", span)
+
+
+def _apply(rt: Runtime, function: Any, arguments: Sequence[Any], head: Any, span: Span) -> Any:
+    """A call that has no fast path."""
+    if function is UNDEFINED:
+        raise undefined(rt, head.name, head.span)
+    if not isinstance(function, Procedure):
+        raise rt.not_a_procedure(function, span)
+    return rt.apply(function, arguments)
+
+
+def call(rt: Runtime, head: Any, arguments: Sequence[Node], span: Span) -> Node:
+    """A call whose value is needed here."""
+    if isinstance(head, GlobalHead) and len(arguments) in _GLOBAL_CALLS:
+        return _GLOBAL_CALLS[len(arguments)](rt, head, arguments, span)
+    tick = rt.tick
+
+    def node(f: Frame) -> Any:
+        function = head(f)
+        values = [argument(f) for argument in arguments]
+        try:
+            if type(function) is Closure and function.arity == len(values):
+                tick()
+                result = function.body([function.env, *values])
+                while result is TAIL:
+                    tick()
+                    result = rt.next_body(rt.next_frame)
+                return result
+            return _apply(rt, function, values, head, span)
+        except SceneError as error:
+            locate(error, function, span)
+            raise
+
+    return node
+
+
+def _global_call0(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span: Span) -> Node:
+    cell, tick = head.cell, rt.tick
+
+    def node(f: Frame) -> Any:
+        function = cell.value
+        try:
+            if type(function) is Closure and function.arity == 0:
+                tick()
+                result = function.body([function.env])
+                while result is TAIL:
+                    tick()
+                    result = rt.next_body(rt.next_frame)
+                return result
+            return _apply(rt, function, (), head, span)
+        except SceneError as error:
+            locate(error, function, span)
+            raise
+
+    return node
+
+
+def _global_call1(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span: Span) -> Node:
+    cell, tick = head.cell, rt.tick
+    (a,) = arguments
+
+    def node(f: Frame) -> Any:
+        function = cell.value
+        x = a(f)
+        try:
+            if type(function) is Closure and function.arity == 1:
+                tick()
+                result = function.body([function.env, x])
+                while result is TAIL:
+                    tick()
+                    result = rt.next_body(rt.next_frame)
+                return result
+            return _apply(rt, function, (x,), head, span)
+        except SceneError as error:
+            locate(error, function, span)
+            raise
+
+    return node
+
+
+def _global_call2(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span: Span) -> Node:
+    cell, tick = head.cell, rt.tick
+    a, b = arguments
+
+    def node(f: Frame) -> Any:
+        function = cell.value
+        x = a(f)
+        y = b(f)
+        try:
+            if type(function) is Closure and function.arity == 2:
+                tick()
+                result = function.body([function.env, x, y])
+                while result is TAIL:
+                    tick()
+                    result = rt.next_body(rt.next_frame)
+                return result
+            return _apply(rt, function, (x, y), head, span)
+        except SceneError as error:
+            locate(error, function, span)
+            raise
+
+    return node
+
+
+def _global_call3(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span: Span) -> Node:
+    cell, tick = head.cell, rt.tick
+    a, b, c = arguments
+
+    def node(f: Frame) -> Any:
+        function = cell.value
+        x = a(f)
+        y = b(f)
+        z = c(f)
+        try:
+            if type(function) is Closure and function.arity == 3:
+                tick()
+                result = function.body([function.env, x, y, z])
+                while result is TAIL:
+                    tick()
+                    result = rt.next_body(rt.next_frame)
+                return result
+            return _apply(rt, function, (x, y, z), head, span)
+        except SceneError as error:
+            locate(error, function, span)
+            raise
+
+    return node
+
+
+_GLOBAL_CALLS: dict[int, Callable[..., Node]] = {
+    0: _global_call0,
+    1: _global_call1,
+    2: _global_call2,
+    3: _global_call3,
+}
+
+
+def tail_call(rt: Runtime, head: Any, arguments: Sequence[Node], span: Span) -> Node:
+    """A call in tail position: a closure is handed to whoever called the body."""
+    if isinstance(head, GlobalHead) and len(arguments) in _GLOBAL_TAIL_CALLS:
+        return _GLOBAL_TAIL_CALLS[len(arguments)](rt, head, arguments, span)
+
+    def node(f: Frame) -> Any:
+        function = head(f)
+        values = [argument(f) for argument in arguments]
+        if type(function) is Closure and function.arity == len(values):
+            rt.next_body = function.body
+            rt.next_frame = [function.env, *values]
+            return TAIL
+        return _apply_at(rt, function, values, head, span)
+
+    return node
+
+
+def _apply_at(rt: Runtime, function: Any, values: Sequence[Any], head: Any, span: Span) -> Any:
+    """A call in tail position that has no fast path, with its place for errors."""
+    try:
+        if type(function) is Closure:
+            frame = bind_arguments(rt, function, values)
+            rt.next_body, rt.next_frame = function.body, frame
+            return TAIL
+        return _apply(rt, function, values, head, span)
+    except SceneError as error:
+        locate(error, function, span)
+        raise
+
+
+def tail_apply(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], span: Span) -> Node:
+    """``(apply f ... xs)`` in tail position: a closure is handed to whoever called the body."""
+
+    def node(f: Frame) -> Any:
+        values = [argument(f) for argument in arguments]
+        try:
+            if len(values) < 2 or type(values[0]) is not Closure or not (type(values[-1]) is Pair or values[-1] is NIL):
+                return call_builtin(rt, builtin, values)
+            frame = bind_arguments(rt, values[0], [*values[1:-1], *items_of(rt, values[-1])])
+            rt.next_body, rt.next_frame = values[0].body, frame
+            return TAIL
+        except SceneError as error:
+            locate(error, values[0] if values else None, span)
+            raise
+
+    return node
+
+
+def _global_tail_call1(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span: Span) -> Node:
+    cell = head.cell
+    (a,) = arguments
+
+    def node(f: Frame) -> Any:
+        function = cell.value
+        x = a(f)
+        if type(function) is Closure and function.arity == 1:
+            rt.next_body = function.body
+            rt.next_frame = [function.env, x]
+            return TAIL
+        return _apply_at(rt, function, (x,), head, span)
+
+    return node
+
+
+def _global_tail_call2(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span: Span) -> Node:
+    cell = head.cell
+    a, b = arguments
+
+    def node(f: Frame) -> Any:
+        function = cell.value
+        x = a(f)
+        y = b(f)
+        if type(function) is Closure and function.arity == 2:
+            rt.next_body = function.body
+            rt.next_frame = [function.env, x, y]
+            return TAIL
+        return _apply_at(rt, function, (x, y), head, span)
+
+    return node
+
+
+def _global_tail_call3(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span: Span) -> Node:
+    cell = head.cell
+    a, b, c = arguments
+
+    def node(f: Frame) -> Any:
+        function = cell.value
+        x = a(f)
+        y = b(f)
+        z = c(f)
+        if type(function) is Closure and function.arity == 3:
+            rt.next_body = function.body
+            rt.next_frame = [function.env, x, y, z]
+            return TAIL
+        return _apply_at(rt, function, (x, y, z), head, span)
+
+    return node
+
+
+_GLOBAL_TAIL_CALLS: dict[int, Callable[..., Node]] = {
+    1: _global_tail_call1,
+    2: _global_tail_call2,
+    3: _global_tail_call3,
+}
+
+
+def with_locals(body: Node, count: int) -> Node:
+    """``body`` with room in its frame for ``count`` variables beside the parameters."""
+    if not count:
+        return body
+    room = (None,) * count
+
+    def run(f: Frame) -> Any:
+        f.extend(room)
+        return body(f)
+
+    return run
+
+
+# --- loops -----------------------------------------------------------------------------------------------------
+
+
+def plain_loop(rt: Runtime, mark: Any, starts: Sequence[Node], binders: Sequence[Any], body: Node) -> Node:
+    """A loop whose variables live in the frame around it. Turns are counted in blocks, which is cheaper than ticks."""
+    spend, charge = rt.meter.spend, rt.charge
+    block = range(1, _BLOCK + 1)
+
+    def run(f: Frame) -> Any:
+        values = [start(f) for start in starts]
+        for bind, value in zip(binders, values):
+            bind(f, value)
+        while True:
+            for turn in block:
+                result = body(f)
+                if result is not mark:
+                    charge(turn)
+                    return result
+            spend(_BLOCK)
+
+    return run
+
+
+def framed_loop(
+    rt: Runtime, mark: Any, starts: Sequence[Node], binders: Sequence[Any], body: Node, layout: FrameLayout
+) -> Node:
+    """A loop whose turns have variables of their own, since closures capture them."""
+    tick = rt.tick
+
+    def run(f: Frame) -> Any:
+        values: Any = [start(f) for start in starts]
+        pad = [None] * (layout.size - 1)
+        while True:
+            tick()
+            turn = [f, *pad]
+            for bind, value in zip(binders, values):
+                bind(turn, value)
+            result = body(turn)
+            if result is not mark:
+                return result
+            values = rt.next_frame
+
+    return run
+
+
+def next_framed_turn(rt: Runtime, mark: Any, arguments: Sequence[Node]) -> Node:
+    def node(f: Frame) -> Any:
+        rt.next_frame = [argument(f) for argument in arguments]
+        return mark
+
+    return node
+
+
+def next_counted_turn(mark: Any, count: Node, other: Node, slots: Sequence[int], step: int) -> Node:
+    """The next turn of a loop of two variables, the first of which counts: ``(loop (+ i step) other)``."""
+    i, j = slots
+
+    def node(f: Frame) -> Any:
+        x = f[i]
+        x = x + step if type(x) is int else count(f)
+        f[j] = other(f)
+        f[i] = x
+        return mark
+
+    return node
+
+
+def next_turn(mark: Any, arguments: Sequence[Node], slots: Sequence[int], depth: int) -> Node:
+    """Set the loop's variables, all at once, and ask for the next turn."""
+    if depth == 0 and len(arguments) == 1:
+        (a,), (i,) = arguments, slots
+
+        def one(f: Frame) -> Any:
+            f[i] = a(f)
+            return mark
+
+        return one
+    if depth == 0 and len(arguments) == 2:
+        (a, b), (i, j) = arguments, slots
+
+        def two(f: Frame) -> Any:
+            x = a(f)
+            f[j] = b(f)
+            f[i] = x
+            return mark
+
+        return two
+
+    def node(f: Frame) -> Any:
+        values = [argument(f) for argument in arguments]
+        for _ in range(depth):
+            f = f[0]
+        for slot, value in zip(slots, values):
+            f[slot] = value
+        return mark
+
+    return node
+
+
+# --- builtins --------------------------------------------------------------------------------------------------
+
+_ARITHMETIC = (ArithmeticError, MemoryError)
+
+
+def slow_call(rt: Runtime, builtin: Builtin, span: Span) -> Callable[[list[Any]], Any]:
+    """Call ``builtin`` with evaluated arguments; errors get this place."""
+
+    def run(values: list[Any]) -> Any:
+        try:
+            return call_builtin(rt, builtin, values)
+        except SceneError as error:
+            if error.span is None:
+                error.span = span
+            raise
+
+    return run
+
+
+def builtin_call(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], span: Span) -> Node:
+    """A call of a builtin. Types are checked inline for a fixed number of positional arguments."""
+    signature = builtin.signature
+    parameters = (*signature.required, *signature.optional)
+    count = len(arguments)
+    keywords = bool(signature.keywords)
+    if not keywords and (count < len(signature.required) or (count > len(parameters) and signature.rest is None)):
+        error_hint = builtin_arity_error(builtin, count)
+        return _raiser(arguments, error_hint.name, error_hint.message, error_hint.hint, span)
+    if keywords or count > 3 or (signature.rest is not None and count > len(parameters)):
+        slow = slow_call(rt, builtin, span)
+        return lambda f: slow([argument(f) for argument in arguments])
+    checks = tuple([p.type.checker(rt) if p.type is not BASE_TYPES["Any"] else None for p in parameters[:count]])
+    return _FIXED[count](rt, builtin, arguments, checks, span)
+
+
+def _raiser(arguments: Sequence[Node], name: str, message: str, hint: str | None, span: Span) -> Node:
+    def node(f: Frame) -> Any:
+        for argument in arguments:
+            argument(f)
+        raise SceneError(name, message, hint, span)
+
+    return node
+
+
+def _builtin0(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: Sequence[Any], span: Span) -> Node:
+    function = builtin.function
+
+    def node(f: Frame) -> Any:
+        try:
+            return function(rt)
+        except (SceneError, *_ARITHMETIC) as error:
+            raise _placed(builtin, error, span) from None
+
+    return node
+
+
+def _builtin1(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: Sequence[Any], span: Span) -> Node:
+    function = builtin.function
+    (a,), (check_a,) = arguments, checks
+
+    def node(f: Frame) -> Any:
+        x = given = a(f)
+        try:
+            if check_a is not None:
+                x = check_a(given)
+            return function(rt, x)
+        except Mismatch:
+            raise _mismatch(builtin, checks, (given,), span) from None
+        except (SceneError, *_ARITHMETIC) as error:
+            raise _placed(builtin, error, span) from None
+
+    return node
+
+
+def _builtin2(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: Sequence[Any], span: Span) -> Node:
+    function = builtin.function
+    (a, b), (check_a, check_b) = arguments, checks
+
+    def node(f: Frame) -> Any:
+        x = first = a(f)
+        y = second = b(f)
+        try:
+            if check_a is not None:
+                x = check_a(first)
+            if check_b is not None:
+                y = check_b(second)
+            return function(rt, x, y)
+        except Mismatch:
+            raise _mismatch(builtin, checks, (first, second), span) from None
+        except (SceneError, *_ARITHMETIC) as error:
+            raise _placed(builtin, error, span) from None
+
+    return node
+
+
+def _builtin3(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: Sequence[Any], span: Span) -> Node:
+    function = builtin.function
+
+    def node(f: Frame) -> Any:
+        given = [argument(f) for argument in arguments]
+        try:
+            x, y, z = [value if check is None else check(value) for check, value in zip(checks, given)]
+            return function(rt, x, y, z)
+        except Mismatch:
+            raise _mismatch(builtin, checks, given, span) from None
+        except (SceneError, *_ARITHMETIC) as error:
+            raise _placed(builtin, error, span) from None
+
+    return node
+
+
+_FIXED: dict[int, Callable[..., Node]] = {0: _builtin0, 1: _builtin1, 2: _builtin2, 3: _builtin3}
+
+
+def _mismatch(builtin: Builtin, checks: Sequence[Any], values: Sequence[Any], span: Span) -> SceneError:
+    """The error for the first argument that has another type."""
+    signature = builtin.signature
+    error: SceneError | None = None
+    for parameter, check, value in zip((*signature.required, *signature.optional), checks, values):
+        try:
+            if check is not None:
+                check(value)
+        except Mismatch:
+            error = type_error(builtin, parameter, value)
+            break
+    if error is None:
+        error = SceneError("type", f"`{builtin.name}` got a value of another type", f"its signature is {builtin.usage}")
+    error.span = span
+    return error
+
+
+def _placed(builtin: Builtin, error: Exception, span: Span) -> SceneError:
+    if not isinstance(error, SceneError):
+        error = python_error(builtin.name, error)
+    if error.span is None:
+        error.span = span
+    return error
+
+
+def array_node(rt: Runtime, items: Sequence[Node], span: Span) -> Node:
+    """``[item ...]``."""
+    if len(items) == 3:
+        a, b, c = items
+
+        def three(f: Frame) -> Any:
+            x, y, z = a(f), b(f), c(f)
+            s, t, u = type(x), type(y), type(z)
+            if s is t is u and (s is float or s is int):
+                return Vector((x, y, z))
+            if s in _NUMBERS and t in _NUMBERS and u in _NUMBERS:
+                try:
+                    return Vector((float(x), float(y), float(z)))
+                except OverflowError:
+                    pass  # an integer too large for a float: the general case says so
+            return _array(rt, (x, y, z), span)
+
+        return three
+    return lambda f: _array(rt, [item(f) for item in items], span)
+
+
+def _array(rt: Runtime, values: Sequence[Any], span: Span) -> Any:
+    try:
+        return array_literal(values, rt)
+    except SceneError as error:
+        if error.span is None:
+            error.span = span
+        raise
+
+
+# Compiled call sites of ``bind``, ``call``, ``union``, ``union-loop`` and ``transform``.
+#
+# They do what the prelude's definitions do (``stdlib/prelude.scene``), tested equal to them, without the detour.
+
+
+def _located(error: SceneError, span: Span) -> SceneError:
+    if error.span is None:
+        error.span = span
+    return error
+
+
+def compile_bind(compiler: Compiler, node: ast.Bind, context: Context) -> Node:
+    word = compiler.compile(node.word, context.inner)
+    function = compiler.compile(node.function, context.inner)
+    rt, span = compiler.rt, node.span
+
+    def bind(f: Frame) -> None:
+        name = word(f)
+        value = function(f)
+        try:
+            rt.bind_word(name, value, span)
+        except SceneError as error:
+            raise _located(error, span) from None
+
+    return bind
+
+
+# --- call ------------------------------------------------------------------------------------------------------
+
+
+def compile_call(compiler: Compiler, node: ast.Call, context: Context) -> Node:
+    rt, span = compiler.rt, node.span
+    word = compiler.compile(node.word, context.inner)
+    plan = _attributes_only(node.arguments)
+    if plan is None:
+        return _general_call(rt, word, compiler.compile_all(node.arguments, context.inner), span)
+    names, values = plan
+    if all(_is_constant(value) for value in values):
+        nodes = compiler.compile_all(values, context.inner)
+        z = Embedding(None, None, {name: value([]) for name, value in zip(names, nodes)}) if names else ANONYMOUS
+        return _constant_call(rt, word, z, frozenset(names), span)
+    nodes = compiler.compile_all(values, context.inner)
+    return _attribute_call(rt, word, tuple(zip(names, nodes)), span)
+
+
+def _is_constant(node: ast.Expr) -> bool:
+    """True for literals: numbers, strings, arrays of numbers."""
+    if type(node) is ast.ArrayLiteral:
+        return bool(node.items) and all(type(i) is ast.Constant and type(i.value) in (int, float) for i in node.items)
+    return type(node) is ast.Constant
+
+
+def _attributes_only(arguments: tuple[ast.Expr, ...]) -> tuple[list[str], list[ast.Expr]] | None:
+    """Names and values when all arguments are literal ``:name value`` pairs, no name twice; else None."""
+    names: list[str] = []
+    values: list[ast.Expr] = []
+    if len(arguments) % 2:
+        return None
+    for index in range(0, len(arguments), 2):
+        name = arguments[index]
+        if type(name) is not ast.Constant or type(name.value) is not Keyword or str(name.value) in names:
+            return None
+        names.append(str(name.value))
+        values.append(arguments[index + 1])
+    return names, values
+
+
+def _constant_call(rt: Runtime, word: Node, z: Embedding, written: frozenset[str], span: Span) -> Node:
+    def call(f: Frame) -> Any:
+        name = word(f)
+        try:
+            if type(name) is not str:
+                call_embeddings(rt, name, [])
+            return rt.call_word(name, z, NIL, written, span)
+        except SceneError as error:
+            raise _located(error, span)
+
+    return call
+
+
+def _attribute_call(rt: Runtime, word: Node, attributes: tuple[tuple[str, Node], ...], span: Span) -> Node:
+    written = frozenset(name for name, _ in attributes)
+
+    def call(f: Frame) -> Any:
+        name = word(f)
+        given = {}
+        for key, node in attributes:
+            value = node(f)
+            given[key] = copy_table(rt, value) if type(value) is Table else value
+        try:
+            if type(name) is not str:
+                call_embeddings(rt, name, [])
+            return rt.call_word(name, Embedding(None, None, given), NIL, written, span)
+        except SceneError as error:
+            raise _located(error, span)
+
+    return call
+
+
+def _general_call(rt: Runtime, word: Node, arguments: tuple[Node, ...], span: Span) -> Node:
+    def call(f: Frame) -> Any:
+        name = word(f)
+        values = [argument(f) for argument in arguments]
+        try:
+            z, rest, written = call_embeddings(rt, name, values)
+            return rt.call_word(name, z, make_list(rest), written, span)
+        except SceneError as error:
+            raise _located(error, span)
+
+    return call
+
+
+# --- union -----------------------------------------------------------------------------------------------------
+
+
+def add_parts(rt: Runtime, out: list[Any], value: Any, span: Span) -> None:
+    """Append the parts that ``value`` is."""
+    if type(value) is Pair and type(value.cdr) is Matrix and type(value.car) is Entity:
+        out.append(value)
+    elif type(value) is Entity:
+        out.append(Pair(value, IDENTITY))
+    else:
+        try:
+            out.extend(parts_of(rt, value))
+        except SceneError as error:
+            raise _located(error, span) from None
+
+
+def compile_union(compiler: Compiler, node: ast.Union, context: Context) -> Node:
+    rt = compiler.rt
+    members = tuple(zip(compiler.compile_all(node.members, context.inner), [m.span for m in node.members]))
+
+    def union(f: Frame) -> Any:
+        values = [(member(f), span) for member, span in members]
+        out: list[Any] = []
+        for value, span in values:
+            add_parts(rt, out, value, span)
+        return make_list(out)
+
+    return union
+
+
+def compile_union_loop(compiler: Compiler, node: ast.UnionLoop, context: Context) -> Node:
+    rt, span = compiler.rt, node.span
+    count = compiler.compile(node.count, context.inner)
+    function = compiler.compile(node.function, context.inner)
+    tick = rt.tick
+
+    def loop(f: Frame) -> Any:
+        turns = count(f)
+        body = function(f)
+        values: list[Any] = []
+        add = values.append
+        try:
+            turns = _turns(turns)
+            if not isinstance(body, Procedure):
+                raise rt.not_a_procedure(body)
+            if type(body) is Closure and body.arity == 1:
+                run, env = body.body, body.env
+                for i in range(turns):
+                    tick()
+                    value = run([env, i])
+                    while value is TAIL:
+                        tick()
+                        value = rt.next_body(rt.next_frame)
+                    add(value)
+            else:
+                for i in range(turns):
+                    add(rt.apply(body, (i,)))
+        except SceneError as error:
+            if type(body) is Closure and error.span is not None and body.code.name != "lambda":
+                error.called(f"`{body.code.name}`", span)
+            raise _located(error, span)
+        out: list[Any] = []
+        for value in values:
+            add_parts(rt, out, value, span)
+        return make_list(out)
+
+    return loop
+
+
+def _turns(count: Any) -> int:
+    if type(count) is int:
+        return count
+    if type(count) is float and count.is_integer():
+        return int(count)
+    message = f"`union-loop` wants an Integer for the number of turns, got {type_name(count)}: {show(count, 60)}"
+    raise SceneError("type", message, hint="round it: `(round n)`, `(floor n)`")
+
+
+# --- transform -------------------------------------------------------------------------------------------------
+
+
+def compile_transform(compiler: Compiler, node: ast.Transform, context: Context) -> Node:
+    rt, span = compiler.rt, node.span
+    part = compiler.compile(node.part, context.inner)
+    matrix = compiler.compile(node.matrix, context.inner)
+
+    def transform(f: Frame) -> Any:
+        p = part(f)
+        m = matrix(f)
+        if type(p) is Entity and type(m) is Matrix and isfinite(sum(m)):
+            return Pair(p, m)
+        try:
+            return transformed(rt, p, m)
+        except SceneError as error:
+            raise _located(error, span) from None
+
+    return transform

@@ -1,0 +1,651 @@
+"""Core AST -> Python closures over lexically addressed frames: the only evaluator.
+
+A compiled expression is a function of the frame. A frame is a list: the enclosing frame, then one slot per variable.
+In tail position a call may return ``TAIL`` with the callee in the runtime; whoever called the body makes the call. The
+loop of a named ``let`` returns its own mark to start the next turn.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from scenelang.grammar import ast
+from scenelang.grammar.datum import Span
+from scenelang.grammar.diagnostics import LimitError, SceneError
+from scenelang.interpreter.compile import calls, comprehension, intrinsics
+from scenelang.interpreter.compile.analyse import (
+    Analysis,
+    FrameLayout,
+    Loop,
+    Region,
+    analyse,
+    cell_reader,
+    checked_reader,
+    pattern_variables,
+    slot_reader,
+    slot_writer,
+    undefined,
+)
+from scenelang.interpreter.expand.scope import Variable
+from scenelang.interpreter.runtime.limits import STEPS_OF_ERROR
+from scenelang.interpreter.runtime.procedures import (
+    UNDEFINED,
+    Cell,
+    Closure,
+    ClosureCode,
+    CodeParameter,
+    Escape,
+    EscapeSignal,
+    Frame,
+    Node,
+    items_of,
+)
+from scenelang.interpreter.runtime.runtime import Runtime, raised_value
+from scenelang.interpreter.runtime.show import array_literal
+from scenelang.interpreter.runtime.types import Builtin
+from scenelang.interpreter.runtime.values import Pair, make_list
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LoopPlan:
+    """How a running loop is told to take its next turn: the mark its body returns, and where its variables live."""
+
+    mark: Any
+    layout: FrameLayout
+    slots: tuple[int, ...]
+    own_frame: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Context:
+    """``tail``: the value is the function's; ``loops``: loops whose next turn may be started here."""
+
+    layout: FrameLayout
+    tail: bool = False
+    loops: tuple[tuple[Variable, LoopPlan], ...] = ()
+
+    @property
+    def inner(self) -> Context:
+        """The same frame, in the middle of a computation."""
+        return Context(self.layout) if self.tail or self.loops else self
+
+
+def compile_forms(rt: Runtime, globals_: dict[Variable, Cell], forms: Sequence[Any]) -> list[Node]:
+    """Compile the top-level forms of a file; run each with an empty frame of its own (see ``run_form``)."""
+    analysis = analyse(tuple(forms))
+    return [Compiler(rt, globals_, analysis).top_level(form) for form in forms]
+
+
+class Compiler:
+    """Compiles for one run: nodes hold the runtime and the cells of global variables."""
+
+    def __init__(self, rt: Runtime, globals_: dict[Variable, Cell], analysis: Analysis) -> None:
+        self.rt = rt
+        self.globals = globals_
+        self.analysis = analysis
+
+    def top_level(self, form: Any) -> Node:
+        """A node that makes its own frame; the frame that it is given is ignored."""
+        layout = FrameLayout(None)
+        context = Context(layout)
+        body = self.define(form, context) if type(form) is ast.Define else self.compile(form, context)
+        pad = [None] * (layout.size - 1)
+        return lambda f: body([None, *pad])
+
+    def global_cell(self, variable: Variable) -> Cell:
+        cell = self.globals.get(variable)
+        if cell is None:
+            cell = self.globals[variable] = Cell(UNDEFINED, 0)
+        return cell
+
+    def compile(self, node: Any, context: Context) -> Node:
+        """The closure for an expression."""
+        compiled: Node = _COMPILERS[type(node)](self, node, context)
+        return compiled
+
+    def compile_all(self, nodes: Sequence[Any], context: Context) -> tuple[Node, ...]:
+        return tuple([self.compile(node, context) for node in nodes])
+
+    # --- values and variables ----------------------------------------------------------------------------------
+
+    def constant(self, node: ast.Constant, context: Context) -> Node:
+        value = node.value
+        return lambda f: value
+
+    def handle(self, node: ast.HandleLiteral, context: Context) -> Node:
+        value = self.rt.handle(node.name)
+        return lambda f: value
+
+    def address(self, variable: Variable, layout: FrameLayout) -> tuple[int, int]:
+        """Frames to go out, and the slot there."""
+        depth = 0
+        while variable not in layout.slots:
+            depth += 1
+            assert layout.parent is not None, f"{variable.name} has no slot"
+            layout = layout.parent
+        return depth, layout.slots[variable]
+
+    def in_cell(self, variable: Variable) -> bool:
+        """Assigned variables that a closure shares live in cells; others that are assigned need none."""
+        return variable.assigned and variable.captured
+
+    def reference(self, node: ast.Reference, context: Context) -> Node:
+        target = node.target
+        if not isinstance(target, Variable):
+            return lambda f: target
+        if target.is_global:
+            return self._global_reference(target, node.span)
+        depth, slot = self.address(target, context.layout)
+        if self.in_cell(target):
+            return cell_reader(self.rt, slot_reader(depth, slot), target.name, node.span)
+        if target.recursive:
+            return checked_reader(self.rt, slot_reader(depth, slot), target.name, node.span)
+        return slot_reader(depth, slot)
+
+    def _global_reference(self, variable: Variable, span: Span) -> Node:
+        cell = self.global_cell(variable)
+        if variable.assigned:
+            return cell_reader(self.rt, lambda f: cell, variable.name, span)
+        rt, name = self.rt, variable.name
+
+        def node(f: Frame) -> Any:
+            value = cell.value
+            if value is UNDEFINED:
+                raise undefined(rt, name, span)
+            return value
+
+        return node
+
+    def assignment(self, node: ast.Assignment, context: Context) -> Node:
+        value = self.compile(node.value, context.inner)
+        store = self.store(node.target, context.layout, node.span)
+
+        def assign(f: Frame) -> None:
+            store(f, value(f))
+
+        return assign
+
+    def store(self, variable: Variable, layout: FrameLayout, span: Span) -> Any:
+        """``store(frame, value)`` for an assignment of a variable that exists."""
+        rt, name = self.rt, variable.name
+        if variable.is_global or self.in_cell(variable):
+            if variable.is_global:
+                cell = self.global_cell(variable)
+                find: Node = lambda f: cell
+            else:
+                find = slot_reader(*self.address(variable, layout))
+
+            def store_cell(f: Frame, value: Any) -> None:
+                target = find(f)
+                if target is None or target.value is UNDEFINED:
+                    raise undefined(rt, name, span)
+                rt.write(target)
+                target.value = value
+
+            return store_cell
+        return slot_writer(*self.address(variable, layout))
+
+    def binder(self, target: Any, layout: FrameLayout, span: Span) -> Any:
+        """``bind(frame, value)`` for a definition: a variable, or a pattern that is taken apart."""
+        if target is None:
+            return lambda f, value: None
+        if isinstance(target, tuple):
+            return self._pattern_binder(target, layout, span)
+        if target.is_global:
+            return self._global_binder(target)
+        if target not in layout.slots:
+            layout.add(target)
+        slot = layout.slots[target]
+        if self.in_cell(target):
+            rt = self.rt
+
+            def bind_cell(f: Frame, value: Any) -> None:
+                cell = f[slot]
+                if type(cell) is Cell and cell.value is UNDEFINED:
+                    cell.value = value
+                else:
+                    f[slot] = Cell(value, rt.clock)
+
+            return bind_cell
+        return slot_writer(0, slot)
+
+    def plain_slot(self, target: Any, layout: FrameLayout) -> int | None:
+        """The slot of a binding target that is one variable of this very frame, kept without a cell."""
+        if not isinstance(target, Variable) or target.is_global or self.in_cell(target):
+            return None
+        return layout.slots.get(target)
+
+    def _global_binder(self, variable: Variable) -> Any:
+        cell = self.global_cell(variable)
+        rt = self.rt
+
+        def bind_global(f: Frame, value: Any) -> None:
+            rt.write(cell)
+            cell.value = value
+
+        return bind_global
+
+    def _pattern_binder(self, pattern: Any, layout: FrameLayout, span: Span) -> Any:
+        items, rest = pattern
+        binders = [self.binder(item, layout, span) for item in items]
+        rest_binder = None if rest is False else self.binder(rest, layout, span)
+        rt, count = self.rt, len(binders)
+
+        def bind(f: Frame, value: Any) -> None:
+            if count == 1 and rest_binder is not None and type(value) is Pair:
+                binders[0](f, value.car)
+                rest_binder(f, value.cdr)
+                return
+            members = items_of(rt, value)
+            if len(members) < count or (rest_binder is None and len(members) > count):
+                wanted = f"{count}" if rest_binder is None else f"at least {count}"
+                message = f"the pattern takes {wanted} items apart, but the sequence has {len(members)}"
+                raise SceneError("pattern", message, span=span)
+            for binder, member in zip(binders, members):
+                binder(f, member)
+            if rest_binder is not None:
+                rest_binder(f, make_list(members[count:]))
+
+        return bind
+
+    def define(self, node: ast.Define, context: Context) -> Node:
+        value = self.compile(node.value, context.inner)
+        bind = self.binder(node.target, context.layout, node.span)
+        span = node.span
+        slot = self.plain_slot(node.target, context.layout)
+        if slot is not None:
+
+            def set_slot(f: Frame) -> None:
+                f[slot] = value(f)
+
+            return set_slot
+
+        def run(f: Frame) -> None:
+            result = value(f)
+            try:
+                bind(f, result)
+            except SceneError as error:
+                if error.span is None:
+                    error.span = span
+                raise
+
+        return run
+
+    # --- control -----------------------------------------------------------------------------------------------
+
+    def conditional(self, node: ast.If, context: Context) -> Node:
+        then = self.compile(node.then, context)
+        otherwise = self.compile(node.otherwise, context) if node.otherwise is not None else _none
+        return self._choice(node.test, then, otherwise, context)
+
+    def _choice(self, condition: Any, then: Node, otherwise: Node, context: Context) -> Node:
+        name, operands = self._intrinsic_use(condition)
+        if name == "not" and len(operands) == 1:
+            return self._choice(operands[0], otherwise, then, context)
+        if name in intrinsics.TESTS and len(operands) == 2 and type(operands[1]) is ast.Constant:
+            slot, number = self._local_slot(operands[0], context), operands[1].value
+            if slot is not None and type(number) in (int, float):
+                slow = calls.slow_call(self.rt, condition.function.target, condition.span)
+                return intrinsics.TESTS[name](slot, number, lambda x, y: slow([x, y]), then, otherwise)
+        test = self.compile(condition, context.inner)
+        if name in intrinsics.PREDICATES:
+
+            def choose_boolean(f: Frame) -> Any:
+                if test(f):
+                    return then(f)
+                return otherwise(f)
+
+            return choose_boolean
+
+        def choose(f: Frame) -> Any:
+            value = test(f)
+            if value is False or value is None:
+                return otherwise(f)
+            return then(f)
+
+        return choose
+
+    @staticmethod
+    def _intrinsic_use(node: Any) -> tuple[str, tuple[Any, ...]]:
+        """The operation and operands of a call of a builtin that has a fast path; an empty name for anything else."""
+        if type(node) is ast.Application and type(node.function) is ast.Reference:
+            builtin = node.function.target
+            if isinstance(builtin, Builtin) and builtin.intrinsic is not None:
+                return builtin.intrinsic, node.arguments
+        return "", ()
+
+    def conjunction(self, node: ast.And, context: Context) -> Node:
+        if not node.items:
+            return lambda f: True
+        *tests, last = [*self.compile_all(node.items[:-1], context.inner), self.compile(node.items[-1], context)]
+        if not tests:
+            return last
+
+        def all_of(f: Frame) -> Any:
+            for test in tests:
+                value = test(f)
+                if value is False or value is None:
+                    return value
+            return last(f)
+
+        return all_of
+
+    def disjunction(self, node: ast.Or, context: Context) -> Node:
+        if not node.items:
+            return lambda f: False
+        *tests, last = [*self.compile_all(node.items[:-1], context.inner), self.compile(node.items[-1], context)]
+
+        def any_of(f: Frame) -> Any:
+            for test in tests:
+                value = test(f)
+                if value is not False and value is not None:
+                    return value
+            return last(f)
+
+        return any_of if tests else last
+
+    def body(self, node: ast.Body, context: Context) -> Node:
+        loop = self.analysis.loops.get(id(node))
+        if loop is not None:
+            return self._loop(loop, context)
+        for item in node.items:
+            if type(item) is ast.Define:
+                for variable in pattern_variables(item.target):
+                    if not variable.is_global:
+                        context.layout.add(variable)
+        prepare = self._prepare(node, context)
+        last = len(node.items) - 1
+        steps = []
+        for index, item in enumerate(node.items):
+            if type(item) is ast.Define:
+                steps.append(self.define(item, context))
+            else:
+                steps.append(self.compile(item, context if index == last else context.inner))
+        return _sequence([*prepare, *steps])
+
+    def _prepare(self, node: ast.Body, context: Context) -> list[Node]:
+        """Steps that mark variables as undefined where something might read them early."""
+        early = [
+            (context.layout.slots[variable], self.in_cell(variable))
+            for item in node.items
+            if type(item) is ast.Define
+            for variable in pattern_variables(item.target)
+            if not variable.is_global and (variable.recursive or self.in_cell(variable))
+        ]
+        if not early:
+            return []
+        rt = self.rt
+
+        def prepare(f: Frame) -> None:
+            for slot, in_cell in early:
+                f[slot] = Cell(UNDEFINED, rt.clock) if in_cell else UNDEFINED
+
+        return [prepare]
+
+    def _loop(self, loop: Loop, context: Context) -> Node:
+        function = loop.function
+        region = self.analysis.regions[id(function)]
+        layout = FrameLayout(context.layout) if region.has_frame else context.layout
+        slots = tuple([layout.add(parameter.target) for parameter in function.parameters])
+        starts = self.compile_all(loop.start.arguments, context.inner)
+        plan = LoopPlan(object(), layout, slots, region.has_frame)
+        inner = Context(layout, context.tail, (*context.loops, (loop.variable, plan)))
+        binders = [self.binder(p.target, layout, loop.start.span) for p in function.parameters]
+        body = self.compile(function.body, inner)
+        if region.has_frame:
+            return calls.framed_loop(self.rt, plan.mark, starts, binders, body, layout)
+        return calls.plain_loop(self.rt, plan.mark, starts, binders, body)
+
+    def while_loop(self, node: ast.While, context: Context) -> Node:
+        region = self.analysis.regions[id(node)]
+        layout = FrameLayout(context.layout) if region.has_frame else context.layout
+        inner = Context(layout)
+        test = self.compile(node.test, inner)
+        body = self.compile(node.body, inner)
+        tick = self.rt.tick
+
+        def run(f: Frame) -> None:
+            try:
+                while True:
+                    tick()
+                    turn = [f, *([None] * (layout.size - 1))] if region.has_frame else f
+                    value = test(turn)
+                    if value is False or value is None:
+                        return
+                    body(turn)
+            except SceneError as error:
+                error.span = error.span or node.span
+                raise
+
+        return run
+
+    def first(self, node: ast.First, context: Context) -> Node:
+        head, *rest = self.compile_all(node.items, context.inner)
+
+        def run(f: Frame) -> Any:
+            value = head(f)
+            for step in rest:
+                step(f)
+            return value
+
+        return run
+
+    def let_escape(self, node: ast.LetEscape, context: Context) -> Node:
+        bind = self.binder(node.target, context.layout, node.span)
+        body = self.compile(node.body, context.inner)
+        name = node.name
+
+        def run(f: Frame) -> Any:
+            escape = Escape(name)
+            bind(f, escape)
+            try:
+                return body(f)
+            except EscapeSignal as signal:
+                if signal.escape is escape:
+                    return signal.value
+                raise
+            finally:
+                escape.active = False
+
+        return run
+
+    def guard(self, node: ast.Guard, context: Context) -> Node:
+        body = self.compile(node.body, context.inner)
+        bind = self.binder(node.target, context.layout, node.span)
+        handler = self.compile(node.handler, context)
+        charge = self.rt.charge
+
+        def run(f: Frame) -> Any:
+            try:
+                return body(f)
+            except LimitError:
+                raise
+            except SceneError as error:
+                caught = error
+            charge(STEPS_OF_ERROR)
+            bind(f, raised_value(caught))
+            return handler(f)
+
+        return run
+
+    # --- functions ---------------------------------------------------------------------------------------------
+
+    def function(self, node: ast.Lambda, context: Context) -> Node:
+        layout = FrameLayout(context.layout)
+        slots = [layout.add(parameter.target) for parameter in node.parameters]
+        inner = Context(layout)
+        parameters = tuple([
+            CodeParameter(
+                p.name, p.kind, slot, p.type,
+                self.compile(p.default, inner) if p.default is not None else None,
+                p.target is not None and self.in_cell(p.target),
+            )
+            for p, slot in zip(node.parameters, slots)
+        ])  # fmt: skip
+        body = self.compile(node.body, Context(layout, tail=True))
+        plain = all(p.kind == "required" and p.type is None and not p.in_cell for p in parameters)
+        arity = len(parameters) if plain else -1
+        body = calls.with_locals(body, layout.size - 1 - len(parameters))
+        code = ClosureCode(node.name, parameters, node.usage, arity, body)
+        return lambda f: Closure(code, f)
+
+    def application(self, node: ast.Application, context: Context) -> Node:
+        head = node.function
+        if type(head) is ast.Reference:
+            target = head.target
+            if isinstance(target, Builtin):
+                return self._builtin_call(target, node, context)
+            for variable, plan in context.loops:
+                if variable is target:
+                    return self._next_turn(plan, node, context)
+        arguments = self.compile_all(node.arguments, context.inner)
+        function = self._head(head, context.inner)
+        factory = calls.tail_call if context.tail else calls.call
+        return factory(self.rt, function, arguments, node.span)
+
+    def _head(self, head: Any, context: Context) -> Node:
+        """The function of a call. An undefined global goes through, since calling it fails anyhow."""
+        if type(head) is ast.Reference and isinstance(head.target, Variable):
+            variable = head.target
+            if variable.is_global and not variable.assigned:
+                return calls.GlobalHead(self.global_cell(variable), variable.name, head.span)
+        return self.compile(head, context)
+
+    def _next_turn(self, plan: LoopPlan, node: ast.Application, context: Context) -> Node:
+        arguments = self.compile_all(node.arguments, context.inner)
+        if plan.own_frame:
+            return calls.next_framed_turn(self.rt, plan.mark, arguments)
+        depth, layout = 0, context.layout
+        while layout is not plan.layout:
+            depth += 1
+            assert layout.parent is not None
+            layout = layout.parent
+        step = self._step(node.arguments[0], plan, context) if len(arguments) == 2 and depth == 0 else None
+        if step is not None:
+            return calls.next_counted_turn(plan.mark, arguments[0], arguments[1], plan.slots, step)
+        return calls.next_turn(plan.mark, arguments, plan.slots, depth)
+
+    def _step(self, argument: Any, plan: LoopPlan, context: Context) -> int | None:
+        """The constant that ``(+ i constant)`` adds to the loop's first variable, or None for anything else."""
+        name, operands = self._intrinsic_use(argument)
+        if name != "add" or len(operands) != 2 or type(operands[1]) is not ast.Constant:
+            return None
+        step = operands[1].value
+        return step if type(step) is int and self._local_slot(operands[0], context) == plan.slots[0] else None
+
+    def _builtin_call(self, builtin: Builtin, node: ast.Application, context: Context) -> Node:
+        intrinsic = builtin.intrinsic
+        if intrinsic is not None:
+            fast = self._intrinsic(builtin, intrinsic, node, context)
+            if fast is not None:
+                return fast
+        arguments = self.compile_all(node.arguments, context.inner)
+        if builtin.name == "apply" and context.tail:
+            return calls.tail_apply(self.rt, builtin, arguments, node.span)
+        return calls.builtin_call(self.rt, builtin, arguments, node.span)
+
+    def _intrinsic(self, builtin: Builtin, name: str, node: ast.Application, context: Context) -> Node | None:
+        operands = node.arguments
+        if len(operands) == 1 and name in intrinsics.UNARY:
+            slow_one = calls.slow_call(self.rt, builtin, node.span)
+            return intrinsics.UNARY[name](self.compile(operands[0], context.inner), lambda x: slow_one([x]))
+        if name not in intrinsics.BINARY:
+            return None
+        if len(operands) > 2 and name in ("add", "mul", "matmul"):
+            nested = ast.Application(node.function, operands[:-1], node.span)
+            return self._intrinsic(
+                builtin, name, ast.Application(node.function, (nested, operands[-1]), node.span), context
+            )
+        if len(operands) != 2:
+            return None
+        slow_call = calls.slow_call(self.rt, builtin, node.span)
+        slow = lambda x, y: slow_call([x, y])
+        left = self._local_slot(operands[0], context)
+        number = operands[1].value if type(operands[1]) is ast.Constant else None
+        if left is not None and type(number) in (int, float) and name in intrinsics.SLOT_CONSTANT:
+            return intrinsics.SLOT_CONSTANT[name](left, number, slow)
+        right = self._local_slot(operands[1], context)
+        if left is not None and right is not None and name in intrinsics.SLOTS:
+            return intrinsics.SLOTS[name](left, right, slow)
+        a, b = self.compile_all(operands, context.inner)
+        return intrinsics.BINARY[name](a, b, slow)
+
+    def _local_slot(self, node: Any, context: Context) -> int | None:
+        """The slot of a plain variable of this very frame."""
+        if type(node) is ast.Reference and isinstance(node.target, Variable):
+            variable = node.target
+            if not (variable.is_global or variable.recursive or self.in_cell(variable)):
+                return context.layout.slots.get(variable)
+        return None
+
+    def array(self, node: ast.ArrayLiteral, context: Context) -> Node:
+        items = self.compile_all(node.items, context.inner)
+        span = node.span
+        if all(type(item) is ast.Constant for item in node.items):
+            try:
+                value = array_literal([item.value for item in node.items])  # type: ignore[union-attr]
+            except SceneError:
+                pass  # it fails when it runs, where a `guard` may stand
+            else:
+                return lambda f: value
+        return calls.array_node(self.rt, items, span)
+
+    def for_loop(self, node: ast.For, context: Context) -> Node:
+        return comprehension.compile_for(self, node, context)
+
+    def bind(self, node: ast.Bind, context: Context) -> Node:
+        return calls.compile_bind(self, node, context)
+
+    def call(self, node: ast.Call, context: Context) -> Node:
+        return calls.compile_call(self, node, context)
+
+    def union(self, node: ast.Union, context: Context) -> Node:
+        return calls.compile_union(self, node, context)
+
+    def union_loop(self, node: ast.UnionLoop, context: Context) -> Node:
+        return calls.compile_union_loop(self, node, context)
+
+    def transform(self, node: ast.Transform, context: Context) -> Node:
+        return calls.compile_transform(self, node, context)
+
+    def region(self, node: Any) -> Region:
+        return self.analysis.regions[id(node)]
+
+
+_COMPILERS: dict[type, Any] = {
+    ast.Constant: Compiler.constant, ast.HandleLiteral: Compiler.handle, ast.Reference: Compiler.reference,
+    ast.Assignment: Compiler.assignment, ast.If: Compiler.conditional, ast.And: Compiler.conjunction,
+    ast.Or: Compiler.disjunction, ast.Lambda: Compiler.function, ast.Body: Compiler.body, ast.First: Compiler.first,
+    ast.Application: Compiler.application, ast.ArrayLiteral: Compiler.array, ast.While: Compiler.while_loop,
+    ast.For: Compiler.for_loop, ast.LetEscape: Compiler.let_escape, ast.Guard: Compiler.guard, ast.Bind: Compiler.bind,
+    ast.Call: Compiler.call, ast.Union: Compiler.union, ast.UnionLoop: Compiler.union_loop,
+    ast.Transform: Compiler.transform,
+}  # fmt: skip
+
+
+def _none(f: Frame) -> None:
+    return None
+
+
+def _sequence(steps: list[Node]) -> Node:
+    """Steps one after the other; the value of the last."""
+    if len(steps) == 1:
+        return steps[0]
+    if len(steps) == 2:
+        first, second = steps
+
+        def two(f: Frame) -> Any:
+            first(f)
+            return second(f)
+
+        return two
+    *before, last = steps
+
+    def many(f: Frame) -> Any:
+        for step in before:
+            step(f)
+        return last(f)
+
+    return many

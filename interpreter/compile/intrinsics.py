@@ -1,0 +1,365 @@
+"""Fast paths for arithmetic and comparison where nothing shadows the builtin; anything unusual goes to the builtin.
+
+Each factory gets compiled operands and ``slow``, which calls the builtin itself. Results that are integers are kept
+within a bound, so that no program can grow them without end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from scenelang.interpreter.runtime.procedures import Frame, Node
+from scenelang.interpreter.runtime.values import NIL, Matrix, Pair
+from scenelang.interpreter.scene.pose import compose
+
+Slow = Callable[[Any, Any], Any]
+_NUMBERS = frozenset((int, float))
+_LIMIT = 1 << 4000  # beyond this the builtin checks the size
+
+
+def add(a: Node, b: Node, slow: Slow) -> Node:
+    limit, floor = _LIMIT, -_LIMIT
+
+    def node(f: Frame) -> Any:
+        x = a(f)
+        y = b(f)
+        kind = type(x)
+        if kind is type(y):
+            if kind is float:
+                return x + y
+            if kind is int:
+                r = x + y
+                if floor < r < limit:
+                    return r
+        elif kind in _NUMBERS and type(y) in _NUMBERS:
+            r = _mixed_add(x, y)
+            if r is not None:
+                return r
+        return slow(x, y)
+
+    return node
+
+
+def add_slot_constant(slot: int, y: Any, slow: Slow) -> Node:
+    kind = type(y)
+
+    def node(f: Frame) -> Any:
+        x = f[slot]
+        if type(x) is kind:
+            return x + y  # grows by a constant a step, so the limit on steps bounds it
+        return slow(x, y)
+
+    return node
+
+
+def add_slots(i: int, j: int, slow: Slow) -> Node:
+    limit, floor = _LIMIT, -_LIMIT
+
+    def node(f: Frame) -> Any:
+        x = f[i]
+        y = f[j]
+        kind = type(x)
+        if kind is type(y):
+            if kind is float:
+                return x + y
+            if kind is int:
+                r = x + y
+                if floor < r < limit:
+                    return r
+        return slow(x, y)
+
+    return node
+
+
+def lt_slots(i: int, j: int, slow: Slow) -> Node:
+    def node(f: Frame) -> Any:
+        x = f[i]
+        y = f[j]
+        if type(x) is type(y) and type(x) in _NUMBERS:
+            return x < y
+        return slow(x, y)
+
+    return node
+
+
+def sub(a: Node, b: Node, slow: Slow) -> Node:
+    limit, floor = _LIMIT, -_LIMIT
+
+    def node(f: Frame) -> Any:
+        x = a(f)
+        y = b(f)
+        kind = type(x)
+        if kind is type(y):
+            if kind is float:
+                return x - y
+            if kind is int:
+                r = x - y
+                if floor < r < limit:
+                    return r
+        elif kind in _NUMBERS and type(y) in _NUMBERS:
+            r = _mixed_sub(x, y)
+            if r is not None:
+                return r
+        return slow(x, y)
+
+    return node
+
+
+def sub_slot_constant(slot: int, y: Any, slow: Slow) -> Node:
+    kind = type(y)
+
+    def node(f: Frame) -> Any:
+        x = f[slot]
+        if type(x) is kind:
+            return x - y  # grows by a constant a step, so the limit on steps bounds it
+        return slow(x, y)
+
+    return node
+
+
+def mul(a: Node, b: Node, slow: Slow) -> Node:
+    limit, floor = _LIMIT, -_LIMIT
+
+    def node(f: Frame) -> Any:
+        x = a(f)
+        y = b(f)
+        kind = type(x)
+        if kind is type(y):
+            if kind is float:
+                return x * y
+            if kind is int and floor < x < limit and floor < y < limit:
+                r = x * y
+                if floor < r < limit:
+                    return r
+        elif kind in _NUMBERS and type(y) in _NUMBERS:
+            r = _mixed_mul(x, y)
+            if r is not None:
+                return r
+        return slow(x, y)
+
+    return node
+
+
+def _mixed_add(x: Any, y: Any) -> Any:
+    """The sum of an Integer and a Float; None when the Integer is too large for one."""
+    try:
+        return x + y
+    except OverflowError:
+        return None
+
+
+def _mixed_sub(x: Any, y: Any) -> Any:
+    try:
+        return x - y
+    except OverflowError:
+        return None
+
+
+def _mixed_mul(x: Any, y: Any) -> Any:
+    try:
+        return x * y
+    except OverflowError:
+        return None
+
+
+def div(a: Node, b: Node, slow: Slow) -> Node:
+    def node(f: Frame) -> Any:
+        x = a(f)
+        y = b(f)
+        if type(x) in _NUMBERS and type(y) in _NUMBERS and y:
+            try:
+                return x / y
+            except OverflowError:
+                return slow(x, y)
+        return slow(x, y)
+
+    return node
+
+
+def floordiv(a: Node, b: Node, slow: Slow) -> Node:
+    def node(f: Frame) -> Any:
+        x = a(f)
+        y = b(f)
+        if type(x) is int and type(y) is int and y:
+            return x // y
+        return slow(x, y)
+
+    return node
+
+
+def mod(a: Node, b: Node, slow: Slow) -> Node:
+    def node(f: Frame) -> Any:
+        x = a(f)
+        y = b(f)
+        if type(x) is int and type(y) is int and y:
+            return x % y
+        return slow(x, y)
+
+    return node
+
+
+def matmul(a: Node, b: Node, slow: Slow) -> Node:
+    def node(f: Frame) -> Any:
+        x = a(f)
+        y = b(f)
+        if type(x) is Matrix and type(y) is Matrix:
+            return compose(x, y)
+        return slow(x, y)
+
+    return node
+
+
+def lt(a: Node, b: Node, slow: Slow) -> Node:
+    def node(f: Frame) -> Any:
+        x = a(f)
+        y = b(f)
+        if type(x) in _NUMBERS and type(y) in _NUMBERS:
+            return x < y
+        return slow(x, y)
+
+    return node
+
+
+def lt_slot_constant(slot: int, y: Any, slow: Slow) -> Node:
+    kind = type(y)
+
+    def node(f: Frame) -> Any:
+        x = f[slot]
+        if type(x) is kind:
+            return x < y
+        return slow(x, y)
+
+    return node
+
+
+def gt(a: Node, b: Node, slow: Slow) -> Node:
+    def node(f: Frame) -> Any:
+        x = a(f)
+        y = b(f)
+        if type(x) in _NUMBERS and type(y) in _NUMBERS:
+            return x > y
+        return slow(x, y)
+
+    return node
+
+
+def le(a: Node, b: Node, slow: Slow) -> Node:
+    def node(f: Frame) -> Any:
+        x = a(f)
+        y = b(f)
+        if type(x) in _NUMBERS and type(y) in _NUMBERS:
+            return x <= y
+        return slow(x, y)
+
+    return node
+
+
+def ge(a: Node, b: Node, slow: Slow) -> Node:
+    def node(f: Frame) -> Any:
+        x = a(f)
+        y = b(f)
+        if type(x) in _NUMBERS and type(y) in _NUMBERS:
+            return x >= y
+        return slow(x, y)
+
+    return node
+
+
+def eq(a: Node, b: Node, slow: Slow) -> Node:
+    def node(f: Frame) -> Any:
+        x = a(f)
+        y = b(f)
+        if type(x) in _NUMBERS and type(y) in _NUMBERS:
+            return x == y
+        return slow(x, y)
+
+    return node
+
+
+def eq_slot_constant(slot: int, y: Any, slow: Slow) -> Node:
+    kind = type(y)
+
+    def node(f: Frame) -> Any:
+        x = f[slot]
+        if type(x) is kind:
+            return x == y
+        return slow(x, y)
+
+    return node
+
+
+BINARY: dict[str, Callable[[Node, Node, Slow], Node]] = {
+    "add": add, "sub": sub, "mul": mul, "div": div, "lt": lt, "gt": gt, "le": le, "ge": ge, "eq": eq,
+    "floordiv": floordiv, "mod": mod, "matmul": matmul,
+}  # fmt: skip
+SLOT_CONSTANT: dict[str, Callable[[int, Any, Slow], Node]] = {
+    "add": add_slot_constant, "sub": sub_slot_constant, "lt": lt_slot_constant, "eq": eq_slot_constant,
+}  # fmt: skip
+
+
+def negation(a: Node, slow: Callable[[Any], Any]) -> Node:
+    def node(f: Frame) -> Any:
+        x = a(f)
+        return x is False or x is None
+
+    return node
+
+
+def car(a: Node, slow: Callable[[Any], Any]) -> Node:
+    def node(f: Frame) -> Any:
+        x = a(f)
+        return x.car if type(x) is Pair else slow(x)
+
+    return node
+
+
+def cdr(a: Node, slow: Callable[[Any], Any]) -> Node:
+    def node(f: Frame) -> Any:
+        x = a(f)
+        return x.cdr if type(x) is Pair else slow(x)
+
+    return node
+
+
+def is_null(a: Node, slow: Callable[[Any], Any]) -> Node:
+    def node(f: Frame) -> Any:
+        x = a(f)
+        return True if x is NIL else (False if type(x) is Pair else slow(x))
+
+    return node
+
+
+SLOTS: dict[str, Callable[[int, int, Slow], Node]] = {"add": add_slots, "lt": lt_slots}
+
+
+def if_slot_equals(slot: int, y: Any, slow: Slow, then: Node, otherwise: Node) -> Node:
+    """``(if (= variable number) then otherwise)`` in one step."""
+    kind = type(y)
+
+    def node(f: Frame) -> Any:
+        x = f[slot]
+        if (x == y) if type(x) is kind else slow(x, y):
+            return then(f)
+        return otherwise(f)
+
+    return node
+
+
+def if_slot_less(slot: int, y: Any, slow: Slow, then: Node, otherwise: Node) -> Node:
+    kind = type(y)
+
+    def node(f: Frame) -> Any:
+        x = f[slot]
+        if (x < y) if type(x) is kind else slow(x, y):
+            return then(f)
+        return otherwise(f)
+
+    return node
+
+
+TESTS: dict[str, Callable[[int, Any, Slow, Node, Node], Node]] = {"eq": if_slot_equals, "lt": if_slot_less}
+UNARY: dict[str, Callable[[Node, Callable[[Any], Any]], Node]] = {
+    "not": negation, "car": car, "cdr": cdr, "null?": is_null,
+}  # fmt: skip
+PREDICATES = frozenset({"lt", "gt", "le", "ge", "eq", "not", "null?", "pair?"})  # always give a boolean

@@ -1,0 +1,478 @@
+"""Special forms in expressions: each is checked here and lowered to core forms."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from scenelang.grammar.ast import Head
+from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Span, Symbol
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.expand import expand
+from scenelang.interpreter.expand.expand import Expander, core, is_identifier, opaque, syntax_error
+from scenelang.interpreter.expand.forms import FORMS
+from scenelang.interpreter.expand.macros import quoted_value
+from scenelang.interpreter.expand.scope import Scope, Variable, base_name
+
+Handler = Callable[[Expander, ListDatum, Scope], Datum]
+HANDLERS: dict[str, Handler] = {}
+
+
+def handles(*names: str) -> Callable[[Handler], Handler]:
+    def register(handler: Handler) -> Handler:
+        HANDLERS.update(dict.fromkeys(names, handler))
+        return handler
+
+    return register
+
+
+def _misplaced(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    name = base_name(datum.items[0].value)
+    where = {"scene": "at the top level of the main file", "param": "at top level", "import": "at top level"}
+    hint = f"`{name}` may only stand {where.get(name, 'in a body or at top level')}"
+    raise SceneError("misplaced", f"`{name}` stands where an expression is wanted", hint, datum.span)
+
+
+HANDLERS.update(
+    dict.fromkeys(
+        ("define", "define-values", "define-record", "define-syntax", "define-macro", "import", "scene", "param",
+         "syntax-rules"),
+        _misplaced,
+    )
+)  # fmt: skip
+
+
+@handles("let-syntax", "letrec-syntax")
+def expand_let_syntax(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    return expander.expand_body([datum], scope, datum.span)
+
+
+def none(span: Span) -> Datum:
+    return Atom(None, span)
+
+
+def _count(datum: ListDatum, least: int, most: int | None = None) -> None:
+    """Check the number of operands of a form."""
+    given = len(datum.items) - 1
+    name = base_name(datum.items[0].value)
+    if given < least:
+        raise syntax_error(name, f"`{name}` ends too early", datum.span)
+    if most is not None and given > most:
+        raise syntax_error(name, f"`{name}` has no place for this", datum.items[most + 1].span)
+
+
+@handles("quote")
+def expand_quote(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    _count(datum, 1, 1)
+    return core("QUOTE", [opaque("DATUM", quoted_value(datum.items[1]), datum.span)], datum.span)
+
+
+@handles("quasiquote")
+def expand_quasiquote(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    _count(datum, 1, 1)
+    return expand.expand_template(expander, datum.items[1], scope)
+
+
+@handles("if", "and", "or", "set!")
+def expand_plain(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    """Core forms whose operands are all expressions; the core grammar counts them."""
+    head = base_name(datum.items[0].value)
+    operands = expander.expand_all(datum.items[1:], scope)
+    if head == "set!":
+        _check_assignment(datum, operands)
+    terminal = {"if": "IF", "and": "AND", "or": "OR", "set!": "SET"}[head]
+    return ListDatum((Atom(Head(terminal), datum.items[0].span), *operands), None, datum.span)
+
+
+def _check_assignment(datum: ListDatum, operands: Sequence[Datum]) -> None:
+    _count(datum, 2, 2)
+    target = operands[0]
+    variable = target.value if isinstance(target, Atom) else None
+    if not isinstance(variable, Variable):
+        if is_identifier(datum.items[1]):
+            name = base_name(datum.items[1].value)
+            raise syntax_error(
+                "set!", f"`{name}` is built in and cannot be assigned", datum.items[1].span, "define your own"
+            )
+        hint = "an item of a list or table is changed with `(set-ref! xs i value)`"
+        raise syntax_error("set!", "`set!` assigns a variable", datum.items[1].span, hint)
+    variable.assigned = True
+
+
+@handles("lambda")
+def expand_lambda(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    _count(datum, 2)
+    return expander.expand_lambda(datum.items[1], datum.items[2:], scope, datum.span)
+
+
+@handles("begin")
+def expand_begin(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    _count(datum, 1)
+    items = [expander.expand(item, scope) for item in datum.items[1:]]
+    return items[0] if len(items) == 1 else core("BODY", items, datum.span)
+
+
+@handles("begin0")
+def expand_begin0(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    _count(datum, 1)
+    return core("FIRST", [expander.expand(item, scope) for item in datum.items[1:]], datum.span)
+
+
+@handles("bind")
+def expand_bind(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    _count(datum, 2, 2)
+    literal = datum.items[1]
+    if is_identifier(literal) and scope.lookup(literal.value) is None:
+        hint = f'write it in quotes: `(bind "{base_name(literal.value)}" ...)`'
+        raise SceneError("word", "a word is a string", hint, literal.span)
+    word = expander.expand(literal, scope)
+    spelled = literal.value if isinstance(literal, Atom) and type(literal.value) is str else "entity function"
+    function = expand.expand_named(expander, datum.items[2], scope, f'"{spelled}"')
+    return core("BIND", [word, function], datum.span)
+
+
+# --- local names ---------------------------------------------------------------------------------------------------
+
+
+def _bindings(datum: ListDatum, operand: Datum, form: str) -> list[tuple[Datum, Datum]]:
+    """The ``((target value) ...)`` of a ``let``."""
+    if isinstance(operand, ArrayDatum):
+        raise SceneError("bracket", f"the bindings of `{form}` stand in ( ), not [ ]", None, operand.span)
+    if not isinstance(operand, ListDatum) or operand.tail is not None:
+        raise syntax_error(form, f"`{form}` needs ((name value) ...)", operand.span)
+    pairs = []
+    for binding in operand.items:
+        if isinstance(binding, ArrayDatum):
+            raise SceneError("bracket", "a binding stands in ( ), not [ ]", None, binding.span)
+        if not isinstance(binding, ListDatum) or len(binding.items) != 2 or binding.tail is not None:
+            hint = "each binding is `(name value)`; the bindings together stand in one more pair of parentheses"
+            raise syntax_error(form, "this is no binding", binding.span, hint)
+        pairs.append((binding.items[0], binding.items[1]))
+    return pairs
+
+
+def _check_distinct(pairs: Sequence[tuple[Datum, Datum]]) -> None:
+    seen = set()
+    for target, _ in pairs:
+        if is_identifier(target) and base_name(target.value) != "_":
+            if target.value in seen:
+                raise SceneError("duplicate", f"`{base_name(target.value)}` is bound twice here", None, target.span)
+            seen.add(target.value)
+
+
+def _named_value(expander: Expander, target: Datum, value: Datum, scope: Scope) -> Datum:
+    name = base_name(target.value) if is_identifier(target) else "lambda"
+    return expand.expand_named(expander, value, scope, name)
+
+
+@handles("let", "let-values")
+def expand_let(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    _count(datum, 2)
+    if is_identifier(datum.items[1]):
+        return _named_let(expander, datum, scope)
+    pairs = _bindings(datum, datum.items[1], base_name(datum.items[0].value))
+    _check_distinct(pairs)
+    values = [_named_value(expander, target, value, scope) for target, value in pairs]
+    inner = Scope(scope)
+    items = []
+    for (target, _), value in zip(pairs, values):
+        items.append(core("DEFINE", [expander.declare_target(target, inner), value], target.span))
+    body = expander.expand_body(datum.items[2:], inner, datum.span)
+    return core("BODY", [*items, body], datum.span) if items else body
+
+
+@handles("let*", "let*-values")
+def expand_let_star(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    _count(datum, 2)
+    items = []
+    for target, value in _bindings(datum, datum.items[1], base_name(datum.items[0].value)):
+        expanded = _named_value(expander, target, value, scope)
+        scope = Scope(scope)
+        items.append(core("DEFINE", [expander.declare_target(target, scope), expanded], target.span))
+    body = expander.expand_body(datum.items[2:], scope, datum.span)
+    return core("BODY", [*items, body], datum.span) if items else body
+
+
+@handles("letrec", "letrec*")
+def expand_letrec(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    _count(datum, 2)
+    pairs = _bindings(datum, datum.items[1], base_name(datum.items[0].value))
+    _check_distinct(pairs)
+    inner = Scope(scope)
+    targets = [expander.declare_target(target, inner, recursive=True) for target, _ in pairs]
+    items = [
+        core("DEFINE", [target, _named_value(expander, name, value, inner)], name.span)
+        for target, (name, value) in zip(targets, pairs)
+    ]
+    body = expander.expand_body(datum.items[2:], inner, datum.span)
+    return core("BODY", [*items, body], datum.span) if items else body
+
+
+def _named_let(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    _count(datum, 3)
+    name = datum.items[1]
+    pairs = _bindings(datum, datum.items[2], "let")
+    values = [expander.expand(value, scope) for _, value in pairs]
+    inner = Scope(scope)
+    loop = expander.declare(name, inner, recursive=True)
+    parameters = ListDatum(tuple(target for target, _ in pairs), None, datum.items[2].span)
+    function = expander.expand_lambda(parameters, datum.items[3:], inner, datum.span, base_name(name.value))
+    return _loop(loop, function, values, datum.span)
+
+
+def _loop(loop: Variable, function: Datum, values: Sequence[Datum], span: Span) -> Datum:
+    definition = core("DEFINE", [Atom(loop, span), function], span)
+    start = ListDatum((Atom(loop, span), *values), None, span)
+    return core("BODY", [definition, start], span)
+
+
+@handles("do")
+def expand_do(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    _count(datum, 2)
+    specs, ending = datum.items[1], datum.items[2]
+    if not isinstance(specs, ListDatum) or not isinstance(ending, ListDatum) or not ending.items:
+        raise syntax_error("do", "`do` needs ((name init step) ...) and (test result ...)", datum.span)
+    for spec in specs.items:
+        if not isinstance(spec, ListDatum) or len(spec.items) not in (2, 3):
+            raise syntax_error("do", "this is no `do` variable", spec.span)
+    span = datum.span
+    inits = [expander.expand(spec.items[1], scope) for spec in specs.items]
+    outer = Scope(scope)
+    loop = expander.declare(Atom(Symbol("do"), span), Scope(None), recursive=True)
+    inner = Scope(outer)
+    parameters, _ = expander._lambda_list(
+        ListDatum(tuple(spec.items[0] for spec in specs.items), None, specs.span), inner
+    )
+    test = expander.expand(ending.items[0], inner)
+    result = expander.expand_body(ending.items[1:], inner, span) if len(ending.items) > 1 else none(span)
+    steps = [expander.expand(spec.items[-1] if len(spec.items) == 3 else spec.items[0], inner) for spec in specs.items]
+    again: Datum = ListDatum((Atom(loop, span), *steps), None, span)
+    if len(datum.items) > 3:
+        again = core("BODY", [expander.expand_body(datum.items[3:], inner, span), again], span)
+    head = opaque("PARAMETERS", ("do", tuple(parameters), "those of the loop"), specs.span)
+    function = core("LAMBDA", [head, ListDatum((), None, span), core("IF", [test, result, again], span)], span)
+    return _loop(loop, function, inits, span)
+
+
+# --- choices ---------------------------------------------------------------------------------------------------
+
+
+@handles("when", "unless")
+def expand_when(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    _count(datum, 2)
+    test = expander.expand(datum.items[1], scope)
+    body = expander.expand_body(datum.items[2:], scope, datum.span)
+    if base_name(datum.items[0].value) == "unless":
+        return core("IF", [test, none(datum.span), body], datum.span)
+    return core("IF", [test, body], datum.span)
+
+
+@handles("cond")
+def expand_cond(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    _count(datum, 1)
+    return _cond_clauses(expander, datum.items[1:], scope, datum.span, none(datum.span))
+
+
+def _cond_clauses(expander: Expander, clauses: Sequence[Datum], scope: Scope, span: Span, otherwise: Datum) -> Datum:
+    """Nested conditionals, built from the last clause."""
+    result = otherwise
+    for index in range(len(clauses) - 1, -1, -1):
+        clause = clauses[index]
+        if isinstance(clause, ArrayDatum):
+            raise SceneError("bracket", "a clause stands in ( ), not [ ]", None, clause.span)
+        if not isinstance(clause, ListDatum) or not clause.items or clause.tail is not None:
+            raise syntax_error("cond", "this is no clause", clause.span)
+        if expander.is_literal(clause.items[0], "else", scope):
+            if index != len(clauses) - 1:
+                raise syntax_error("cond", "`else` must be the last clause", clause.span)
+            result = expander.expand_body(clause.items[1:], scope, clause.span)
+            continue
+        result = _cond_clause(expander, clause, scope, result)
+    return result
+
+
+def _cond_clause(expander: Expander, clause: ListDatum, scope: Scope, otherwise: Datum) -> Datum:
+    span = clause.span
+    test = expander.expand(clause.items[0], scope)
+    if len(clause.items) == 1:
+        return core("OR", [test, otherwise], span)
+    if expander.is_literal(clause.items[1], "=>", scope):
+        if len(clause.items) != 3:
+            raise syntax_error("cond", "`=>` is followed by one function", span)
+        receiver = expander.expand(clause.items[2], scope)
+        value = Variable("value", span)
+        chosen = ListDatum((receiver, Atom(value, span)), None, span)
+        definition = core("DEFINE", [Atom(value, span), test], span)
+        return core("BODY", [definition, core("IF", [Atom(value, span), chosen, otherwise], span)], span)
+    return core("IF", [test, expander.expand_body(clause.items[1:], scope, span), otherwise], span)
+
+
+@handles("case")
+def expand_case(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    _count(datum, 2)
+    span = datum.span
+    key = Variable("key", span)
+    member, equal = (expander.builtin(name, span, scope) for name in ("member", "equal?"))
+    result: Datum = none(span)
+    for index in range(len(datum.items) - 1, 1, -1):
+        clause = datum.items[index]
+        if not isinstance(clause, ListDatum) or len(clause.items) < 2:
+            raise syntax_error("case", "this is no clause", clause.span)
+        if expander.is_literal(clause.items[0], "else", scope) and index == len(datum.items) - 1:
+            result = _case_body(expander, clause, scope, key)
+            continue
+        if not isinstance(clause.items[0], ListDatum):
+            raise syntax_error("case", "a clause begins with a list of constants", clause.items[0].span)
+        constants = core("QUOTE", [opaque("DATUM", quoted_value(clause.items[0]), span)], span)
+        test = ListDatum((member, Atom(key, span), constants, equal), None, clause.span)
+        result = core("IF", [test, _case_body(expander, clause, scope, key), result], clause.span)
+    definition = core("DEFINE", [Atom(key, span), expander.expand(datum.items[1], scope)], span)
+    return core("BODY", [definition, result], span)
+
+
+def _case_body(expander: Expander, clause: ListDatum, scope: Scope, key: Variable) -> Datum:
+    if expander.is_literal(clause.items[1], "=>", scope) and len(clause.items) == 3:
+        return ListDatum((expander.expand(clause.items[2], scope), Atom(key, clause.span)), None, clause.span)
+    return expander.expand_body(clause.items[1:], scope, clause.span)
+
+
+# --- control -------------------------------------------------------------------------------------------------------
+
+
+@handles("while")
+def expand_while(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    _count(datum, 1)
+    test = expander.expand(datum.items[1], scope)
+    body = expander.expand_body(datum.items[2:], scope, datum.span) if len(datum.items) > 2 else none(datum.span)
+    return core("WHILE", [test, body], datum.span)
+
+
+@handles("let/ec")
+def expand_let_escape(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    _count(datum, 2)
+    inner = Scope(scope)
+    variable = expander.declare(datum.items[1], inner)
+    body = expander.expand_body(datum.items[2:], inner, datum.span)
+    return core("LET_ESCAPE", [Atom(variable, datum.items[1].span), body], datum.span)
+
+
+@handles("guard")
+def expand_guard(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    _count(datum, 2)
+    clauses = datum.items[1]
+    if not isinstance(clauses, ListDatum) or not clauses.items or not is_identifier(clauses.items[0]):
+        raise syntax_error("guard", "`guard` needs (name clause ...) first", datum.span)
+    inner = Scope(scope)
+    variable = expander.declare(clauses.items[0], inner)
+    span = datum.span
+    again = ListDatum((expander.builtin("raise", span, scope), Atom(variable, span)), None, span)
+    handler = _cond_clauses(expander, clauses.items[1:], inner, span, again)
+    body = expander.expand_body(datum.items[2:], scope, span)
+    return core("GUARD", [Atom(variable, clauses.items[0].span), body, handler], span)
+
+
+@handles("assert")
+def expand_assert(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    _count(datum, 1, 2)
+    span = datum.span
+    test = expander.expand(datum.items[1], scope)
+    if len(datum.items) > 2:
+        message = expander.expand(datum.items[2], scope)
+    else:
+        message = Atom(f"the assertion does not hold: {' '.join(datum.items[1].span.text.split())[:200]}", span)
+    failed = ListDatum((expander.builtin("assertion-failed", span, scope), message), None, span)
+    return core("IF", [test, none(span), failed], span)
+
+
+# --- comprehensions --------------------------------------------------------------------------------------------
+
+
+def _for_handler(name: str) -> Handler:
+    nested = name.startswith("for*")
+    kind = name.partition("/")[2] or "each"
+
+    def handler(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+        return _expand_for(expander, datum, scope, kind, nested)
+
+    return handler
+
+
+HANDLERS.update({name: _for_handler(name) for name in FORMS if name == "for" or name.startswith(("for/", "for*"))})
+
+
+def _expand_for(expander: Expander, datum: ListDatum, scope: Scope, kind: str, nested: bool) -> Datum:
+    form = base_name(datum.items[0].value)
+    first = 2 if kind == "fold" else 1
+    _count(datum, first + 1)
+    span = datum.span
+    inner = Scope(scope)
+    accumulators: list[Datum] = []
+    if kind == "fold":
+        pairs = _bindings(datum, datum.items[1], form)
+        values = [expander.expand(value, scope) for _, value in pairs]
+        accumulators = [
+            core("DEFINE", [Atom(expander.declare(target, inner), target.span), value], target.span)
+            for (target, _), value in zip(pairs, values)
+        ]
+    clauses, inner = _clauses(expander, datum.items[first], inner, form, nested)
+    body = expander.expand_body(datum.items[first + 1 :], inner, span)
+    lists = [ListDatum(tuple(items), None, span) for items in (accumulators, clauses)]
+    return core("FOR", [opaque("KIND", kind, span), *lists, body], span)
+
+
+def _clauses(expander: Expander, operand: Datum, scope: Scope, form: str, nested: bool) -> tuple[list[Datum], Scope]:
+    """Core clauses, and the scope that sees all their variables."""
+    if isinstance(operand, ArrayDatum):
+        raise SceneError("bracket", f"the clauses of `{form}` stand in ( ), not [ ]", None, operand.span)
+    if not isinstance(operand, ListDatum) or operand.tail is not None:
+        raise syntax_error(form, f"`{form}` needs ((name sequence) ...)", operand.span)
+    clauses: list[Datum] = []
+    group: list[tuple[Datum, Datum]] = []
+    items = list(operand.items)
+    while items or group:
+        item = items[0] if items else None
+        is_test = isinstance(item, Atom) and isinstance(item.value, Keyword)
+        if group and (item is None or is_test or nested):
+            scope = _close_group(expander, group, clauses, scope)
+            group = []
+            continue
+        if item is None:
+            break
+        if is_test:
+            clauses.append(_test_clause(expander, items, scope, form))
+            continue
+        group.append(_sequence_clause(items.pop(0), form))
+    return clauses, scope
+
+
+def _sequence_clause(item: Datum, form: str) -> tuple[Datum, Datum]:
+    if isinstance(item, ArrayDatum):
+        raise SceneError("bracket", "a clause stands in ( ), not [ ]", None, item.span)
+    if not isinstance(item, ListDatum) or len(item.items) != 2 or item.tail is not None:
+        hint = "a clause is `(name sequence)`; the clauses together stand in one more pair of parentheses"
+        raise syntax_error(form, "this is no clause", item.span, hint)
+    return item.items[0], item.items[1]
+
+
+def _close_group(expander: Expander, group: list[tuple[Datum, Datum]], clauses: list[Datum], scope: Scope) -> Scope:
+    _check_distinct(group)
+    values = [expander.expand(value, scope) for _, value in group]
+    scope = Scope(scope)
+    operands: list[Datum] = []
+    for (target, _), value in zip(group, values):
+        operands += (expander.declare_target(target, scope), value)
+    clauses.append(core("CLAUSE", operands, group[0][0].span))
+    return scope
+
+
+def _test_clause(expander: Expander, items: list[Datum], scope: Scope, form: str) -> Datum:
+    keyword = items.pop(0)
+    assert isinstance(keyword, Atom)
+    kind = str(keyword.value)
+    if kind not in ("when", "unless", "break"):
+        raise syntax_error(
+            form, f"`:{kind}` means nothing here", keyword.span, "there are `:when`, `:unless`, `:break`"
+        )
+    if not items:
+        raise syntax_error(form, f"`:{kind}` is followed by no test", keyword.span)
+    test = expander.expand(items.pop(0), scope)
+    return ListDatum((opaque("CLAUSE", kind, keyword.span), test), None, keyword.span)

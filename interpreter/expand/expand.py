@@ -1,0 +1,796 @@
+"""Expansion: datums -> core datums. Heads are resolved where they stand, macros expanded, derived forms lowered.
+
+The output is read by ``core.lark``: heads are ``core.Head``, identifiers are what they resolved to. Derived forms are
+in ``derived``, macros in ``macros``; this file has names, bodies, functions and applications.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, TypeGuard
+
+from scenelang.grammar import ast
+from scenelang.grammar.ast import Head, Opaque
+from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Span, Symbol
+from scenelang.grammar.diagnostics import (
+    Diagnostic,
+    LimitError,
+    Note,
+    SceneError,
+    did_you_mean,
+    near_names,
+    renamings,
+    suggest,
+)
+from scenelang.interpreter.expand import macros
+from scenelang.interpreter.expand.forms import ABSENT, FORMS
+from scenelang.interpreter.expand.macros import BRACKETS, quoted_value
+from scenelang.interpreter.expand.scope import (
+    Alias,
+    Annotated,
+    ConstantBinding,
+    Macro,
+    PaperForm,
+    Scope,
+    Special,
+    TemplateKeyword,
+    Variable,
+    base_name,
+    make_alias,
+)
+from scenelang.interpreter.runtime.procedures import MAKE_RECORD, record_procedure_names
+from scenelang.interpreter.runtime.types import BASE_TYPES, Builtin, Type, parse_type, record_type
+
+# Runs a macro's function on operands as data: the value, and whether the same run would give it again.
+RunMacro = Callable[[Datum, list[Any]], tuple[Any, bool]]
+
+MAX_EXPANSIONS = 100_000
+MAX_EXPANDED = 200_000
+MAX_MACRO_DEPTH = 1_000
+
+_PLACES = {
+    "else": "`else` begins the last clause of `cond` or `case`",
+    "=>": "`=>` stands in a clause of `cond`: `(test => function)`",
+    "_": "as a parameter or in a pattern, `_` takes a value and binds nothing",
+    "unquote": "`,` stands inside a quasiquote: `` `(a ,b) ``",
+    "unquote-splicing": "`,@` stands inside a quasiquote: `` `(a ,@b) ``",
+}
+
+
+def core(head: str, items: Iterable[Datum], span: Span) -> ListDatum:
+    """A core form."""
+    return ListDatum((Atom(Head(head), span), *items), None, span)
+
+
+def opaque(terminal: str, value: Any, span: Span) -> Atom:
+    """A datum that the core grammar takes whole."""
+    return Atom(Opaque(terminal, value), span)
+
+
+def is_identifier(datum: Any) -> TypeGuard[Atom]:
+    return isinstance(datum, Atom) and isinstance(datum.value, Symbol)
+
+
+def syntax_error(form: str, message: str, span: Span, hint: str | None = None) -> SceneError:
+    """A malformed use of a special form; the hint is its shape."""
+    usage = FORMS[form].usage if form in FORMS else None
+    return SceneError("syntax", message, hint or (f"its shape is {usage}" if usage else None), span)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Use:
+    """An identifier where it stands, and what it means there; ``defines``: it is bound there."""
+
+    span: Span
+    binding: Any
+    defines: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pending:
+    """A form of a body that was found but not expanded yet: first every definition of the body is declared."""
+
+    finish: Callable[[], Datum]
+    defines: bool
+    datum: Datum
+
+
+_MOST_SEARCHES = 100
+
+
+class Expander:
+    """Expands one file. ``fallback`` resolves builtins and prelude names; ``run_macro`` evaluates a macro's body."""
+
+    def __init__(self, run_macro: RunMacro) -> None:
+        self.run_macro = run_macro
+        self.diagnostics: list[Diagnostic] = []
+        self.record_names: set[str] = set()
+        self.found_records: set[str] = set()  # those of the form that is being scanned
+        self.expansions = 0
+        self.expanded = 0
+        self.searches = 0  # for names that are like one that is not defined
+        self.template_scope: Scope | None = None  # set while a define-macro's body is expanded or runs
+        self.template_aliases: dict[Symbol, Symbol] = {}
+        self.uses: list[Use] | None = None  # where editors want to know what every identifier means
+
+    # --- identifiers -------------------------------------------------------------------------------------------
+
+    def resolve(self, atom: Atom, scope: Scope) -> Any:
+        """The binding of an identifier; raises SceneError with a suggestion when there is none."""
+        binding = scope.lookup(atom.value)
+        if binding is None:
+            raise self.unbound(atom, scope)
+        self.note_use(atom, binding)
+        return binding
+
+    def note_use(self, atom: Datum, binding: Any, defines: bool = False) -> None:
+        """Keep what an identifier of the text means, if somebody wants to know."""
+        if self.uses is not None and atom.span.expansion is None:
+            self.uses.append(Use(atom.span, binding, defines))
+
+    def unbound(self, atom: Atom, scope: Scope) -> SceneError:
+        name = base_name(atom.value)
+        if name in ABSENT:
+            return SceneError("absent", f"`{name}` does not exist in this language", ABSENT[name], atom.span)
+        if name in _PLACES:
+            return SceneError("misplaced", f"`{name}` stands where it means nothing", _PLACES[name], atom.span)
+        if name in self.bound_words():
+            return SceneError("unbound", f"`{name}` is no function", f'a word is called: `(call "{name}")`', atom.span)
+        module = self.importable_from(name)
+        near: list[str] = []
+        hint: str | None
+        if "::" in name:
+            hint = "annotations belong to parameters: `(lambda (x::Type) ...)`"
+        elif name.startswith("..."):
+            hint = "`...` stands for something left out; write it"
+        elif module is not None:
+            hint = f'`(import "{module}")` brings it'
+        else:
+            near = self._near(name, scope)
+            hint = did_you_mean(near)
+        fixes = renamings(atom.span, name, near)
+        return SceneError("unbound", f"`{name}` is not defined", hint, atom.span, fixes=fixes)
+
+    def _near(self, name: str, scope: Scope) -> list[str]:
+        """Names that ``name`` may be a misspelling of. A search takes a millisecond or more, so that a text of nothing
+        but unknown names gets them for the first ones alone."""
+        self.searches += 1
+        if self.searches > _MOST_SEARCHES:
+            return []
+        return near_names(name, {*scope.names(), *self.known_names(), *FORMS})
+
+    def known_names(self) -> Iterable[str]:
+        """Names of builtins and prelude, for suggestions; the program's loader overrides this."""
+        return ()
+
+    def importable_from(self, name: str) -> str | None:
+        """The file to import for a name of the library that programs do not have by themselves, for hints."""
+        return None
+
+    def bound_words(self) -> Iterable[str]:
+        """The words that the program binds, for hints."""
+        return ()
+
+    def declare_record(self, name: str) -> None:
+        """A record is defined, so its name is a type."""
+        self.record_names.add(name)
+        self.found_records.add(name)
+
+    def note_chance(self) -> None:
+        """A macro drew random numbers, so the expansion going on depends on more than its form."""
+
+    def binding_of(self, datum: Any, scope: Scope) -> Any:
+        """The binding of ``datum`` if it is an identifier that has one, else None."""
+        binding = scope.lookup(datum.value) if is_identifier(datum) else None
+        if isinstance(binding, (Special, Macro, PaperForm)):
+            self.note_use(datum, binding)
+        return binding
+
+    def is_literal(self, datum: Any, name: str, scope: Scope) -> bool:
+        """True for an identifier spelled ``name`` that no variable shadows, such as ``else``."""
+        return is_identifier(datum) and base_name(datum.value) == name and scope.lookup(datum.value) is None
+
+    def builtin(self, name: str, span: Span, scope: Scope) -> Atom:
+        """A reference to a builtin that nothing shadows."""
+        binding = scope.lookup(Symbol(f"std/{name}"))
+        return Atom(binding.variable if isinstance(binding, PaperForm) else binding, span)
+
+    def declare(self, atom: Datum, scope: Scope, *, is_global: bool = False, recursive: bool = False) -> Variable:
+        """Bind an identifier to a new variable in ``scope``."""
+        if not is_identifier(atom):
+            raise self.not_a_name(atom)
+        assert isinstance(atom, Atom)
+        name = base_name(atom.value)
+        existing = scope.lookup(atom.value)
+        local = not is_global and name in ("scene", "param")  # they are forms only at the top level
+        if isinstance(existing, Special) and name in FORMS and not local:
+            raise SceneError("reserved", f"`{name}` is reserved and cannot be bound", None, atom.span)
+        if "::" in name:
+            raise SceneError("lambda-list", "annotations belong to parameters only", None, atom.span)
+        if isinstance(existing, PaperForm):
+            message = f"this hides the paper's `{name}`; forms that begin with it are plain calls here"
+            self.diagnostics.append(Diagnostic("shadowed-macro", message, atom.span))
+        hidden = isinstance(atom.value, Alias) and not atom.value.soft
+        if is_global and not hidden:
+            variable = self.global_variable(name, atom.span)
+        else:
+            variable = Variable(name, atom.span, is_global, recursive)
+        variable.from_macro = isinstance(atom.value, Alias)
+        variable.shadows = isinstance(existing, (Builtin, PaperForm))
+        scope.bind(atom.value, variable)
+        self.note_use(atom, variable, defines=True)
+        return variable
+
+    def global_variable(self, name: str, span: Span) -> Variable:
+        """The variable for a name of the top level."""
+        return Variable(name, span, is_global=True, recursive=True)
+
+    def not_a_name(self, datum: Datum) -> SceneError:
+        if isinstance(datum, ArrayDatum):
+            return SceneError("bracket", "a name or pattern is wanted here, not an array", "write ( )", datum.span)
+        return SceneError("syntax", "a name is wanted here", None, datum.span)
+
+    def template_alias(self, symbol: Symbol) -> Symbol:
+        """The alias of a template's symbol in the running expansion of a ``define-macro``."""
+        alias = self.template_aliases.get(symbol)
+        if alias is None:
+            assert self.template_scope is not None
+            alias = self.template_aliases[symbol] = make_alias(symbol, self.template_scope, soft=True)
+        return alias
+
+    # --- patterns ----------------------------------------------------------------------------------------------
+
+    def declare_target(self, datum: Datum, scope: Scope, *, recursive: bool = False, is_global: bool = False) -> Datum:
+        """Declare the names of a pattern; the core datum for it: a variable, or an opaque pattern."""
+        if is_identifier(datum):
+            if base_name(datum.value) == "_":
+                return opaque("PATTERN", None, datum.span)
+            variable = self.declare(datum, scope, recursive=recursive, is_global=is_global)
+            return Atom(variable, datum.span)
+        return opaque("PATTERN", self._pattern(datum, scope, recursive, is_global), datum.span)
+
+    def _pattern(self, datum: Datum, scope: Scope, recursive: bool, is_global: bool) -> Any:
+        """A pattern as data: None for ``_``, a Variable, or ``(items, rest)``."""
+        if is_identifier(datum):
+            if base_name(datum.value) == "_":
+                return None
+            return self.declare(datum, scope, recursive=recursive, is_global=is_global)
+        if not isinstance(datum, ListDatum):
+            raise self.not_a_name(datum)
+        items = tuple(self._pattern(item, scope, recursive, is_global) for item in datum.items)
+        rest = self._pattern(datum.tail, scope, recursive, is_global) if datum.tail is not None else False
+        return items, rest
+
+    # --- expressions -------------------------------------------------------------------------------------------
+
+    def expand(self, datum: Datum, scope: Scope) -> Datum:
+        """The core datum of an expression."""
+        while True:
+            if isinstance(datum, Atom):
+                return self._expand_atom(datum, scope)
+            if isinstance(datum, ArrayDatum):
+                return ArrayDatum(tuple(self.expand_all(datum.items, scope)), datum.span)
+            if datum.span.expansion is not None:
+                self.expanded += 1
+                if self.expanded > MAX_EXPANDED:
+                    message = f"macros made more than {MAX_EXPANDED:,} forms"
+                    raise LimitError("expansion", message, "do they double their operands?", _outermost(datum.span))
+            if datum.tail is not None:
+                raise SceneError("bad-dot", "a pair cannot be evaluated", "quote it: `'(a . b)`", datum.span)
+            if not datum.items:
+                message = "`()` cannot be evaluated"
+                raise SceneError("empty-application", message, "the empty list is `'()` or `(list)`", datum.span)
+            binding = self.binding_of(datum.items[0], scope)
+            if isinstance(binding, Special):
+                from scenelang.interpreter.expand.derived import HANDLERS
+
+                return HANDLERS[binding.name](self, datum, scope)
+            if isinstance(binding, Macro):
+                datum = self.expand_macro(binding, datum, scope)
+                continue
+            if binding is None and is_identifier(datum.items[0]):
+                raise self.unbound(datum.items[0], scope)
+            if isinstance(binding, PaperForm):
+                return core(binding.terminal, self.expand_all(datum.items[1:], scope), datum.span)
+            head = self.expand(datum.items[0], scope)  # first: after a misspelt form the operands mean nothing
+            operands = self.expand_all(datum.items[1:], scope)
+            return ListDatum((head, *operands), None, datum.span)
+
+    def expand_all(self, datums: Sequence[Datum], scope: Scope) -> list[Datum]:
+        """The core datums of several expressions; the mistakes of all of them are found."""
+        return self._each([lambda datum=datum: self.expand(datum, scope) for datum in datums])  # type: ignore[misc]
+
+    def _each(self, steps: Sequence[Callable[[], Datum]]) -> list[Datum]:
+        """The values of steps that do not depend on one another. Raises the last mistake, the others are noted."""
+        found: list[Datum] = []
+        mistake: SceneError | None = None
+        for step in steps:
+            try:
+                found.append(step())
+            except LimitError:
+                raise
+            except SceneError as error:
+                if mistake is not None:
+                    self.diagnostics.append(mistake.diagnostic)
+                mistake = error
+        if mistake is not None:
+            raise mistake
+        return found
+
+    def _expand_atom(self, atom: Atom, scope: Scope) -> Datum:
+        value = atom.value
+        if not isinstance(value, Symbol):
+            if isinstance(value, Annotated):
+                raise SceneError("lambda-list", "annotations belong to parameters only", None, atom.span)
+            return Atom(Keyword(value), atom.span) if isinstance(value, TemplateKeyword) else atom
+        binding = self.resolve(atom, scope)
+        if isinstance(binding, PaperForm):
+            return Atom(binding.variable, atom.span)
+        if isinstance(binding, ConstantBinding):
+            return core("QUOTE", [opaque("DATUM", binding.value, atom.span)], atom.span)
+        if isinstance(binding, (Special, Macro)):
+            name = base_name(value)
+            kind = "a special form" if isinstance(binding, Special) else "a macro"
+            raise SceneError(
+                "misplaced", f"`{name}` is {kind}, so it must stand at the head of a form", None, atom.span
+            )
+        return Atom(binding, atom.span)
+
+    def expand_macro(self, macro: Macro, datum: ListDatum, scope: Scope) -> Datum:
+        """The replacement of one macro use."""
+        self.expansions += 1
+        expansion = datum.span.expansion
+        depth = 0
+        while expansion is not None:
+            depth += 1
+            expansion = expansion.outer
+        if self.expansions > MAX_EXPANSIONS or depth > MAX_MACRO_DEPTH:
+            hint = "does it expand into itself without end?"
+            notes = (Note("the macro is defined here", macro.span),)
+            raise LimitError(
+                "expansion", f"the macro `{macro.name}` expands too often", hint, _outermost(datum.span), notes
+            )
+        replacement: Datum = macro.transform(datum, scope)
+        return replacement
+
+    # --- bodies ------------------------------------------------------------------------------------------------
+
+    def expand_body(self, datums: Sequence[Datum], scope: Scope, span: Span, new_scope: bool = True) -> Datum:
+        """A body: definitions and expressions in any order, all definitions visible throughout."""
+        inner = Scope(scope) if new_scope else scope
+        pending: list[Pending] = []
+        for datum in datums:
+            self.scan(datum, inner, pending)
+        if not pending:
+            raise SceneError("syntax", "the body is empty", None, span)
+        items = self._each([item.finish for item in pending])
+        if pending[-1].defines:
+            items.append(Atom(None, span))
+        return items[0] if len(items) == 1 else core("BODY", items, span)
+
+    def scan(self, datum: Datum, scope: Scope, pending: list[Pending]) -> None:
+        """Find the definitions that a form of a body makes, expanding macros at its head."""
+
+        while isinstance(datum, ListDatum) and datum.items and datum.tail is None:
+            binding = self.binding_of(datum.items[0], scope)
+            if isinstance(binding, Macro):
+                datum = self.expand_macro(binding, datum, scope)
+                continue
+            if isinstance(binding, Special):
+                if binding.name == "begin":
+                    for item in datum.items[1:]:
+                        self.scan(item, scope, pending)
+                    return
+                scanner = SCANNERS.get(binding.name)
+                if scanner is not None:
+                    scanner(self, datum, scope, pending)
+                    return
+            break
+        form = datum
+        pending.append(Pending(lambda: self.expand(form, scope), False, form))
+
+    # --- functions ---------------------------------------------------------------------------------------------
+
+    def expand_lambda(
+        self, parameters: Datum, body: Sequence[Datum], scope: Scope, span: Span, name: str = "lambda"
+    ) -> Datum:
+        """A function: parameters of every kind, then a body."""
+        inner = Scope(scope)
+        plain, defaults = self._lambda_list(parameters, inner)
+        usage = _usage(parameters)
+        opaque_parameters = opaque("PARAMETERS", (name, tuple(plain), usage), parameters.span)
+        default_list = ListDatum(tuple(defaults), None, span)
+        body_datum = self.expand_body(body, inner, span)
+        return core("LAMBDA", [opaque_parameters, default_list, body_datum], span)
+
+    def _lambda_list(self, datum: Datum, scope: Scope) -> tuple[list[ast.Parameter], list[Datum]]:
+        if is_identifier(datum):
+            items: tuple[Datum, ...] = ()
+            tail: Datum | None = datum
+        elif isinstance(datum, ListDatum):
+            items, tail = datum.items, datum.tail
+        elif isinstance(datum, ArrayDatum):
+            raise SceneError("bracket", "parameters stand in ( ), not [ ]", None, datum.span)
+        else:
+            raise SceneError("lambda-list", "a list of parameters is wanted here", None, datum.span)
+        plain: list[ast.Parameter] = []
+        defaults: list[Datum] = []
+        position = 0
+        while position < len(items):
+            item = items[position]
+            if is_identifier(item) and base_name(item.value) == "&keys":
+                if position + 1 >= len(items):
+                    raise SceneError("lambda-list", "`&keys` needs a name after it", None, item.span)
+                position += 1
+                self._add(plain, self._parameter(items[position], scope, "keys"), items[position].span)
+            else:
+                self._one_parameter(item, scope, plain, defaults)
+            position += 1
+        if tail is not None:
+            self._add(plain, self._parameter(tail, scope, "rest"), tail.span)
+        return plain, defaults
+
+    def _one_parameter(self, item: Datum, scope: Scope, plain: list[ast.Parameter], defaults: list[Datum]) -> None:
+        if isinstance(item, ListDatum):
+            if len(item.items) != 2 or item.tail is not None:
+                hint = "an optional parameter is `(name default)` or `(:name default)`"
+                raise SceneError("lambda-list", "this is no parameter", hint, item.span)
+            default = self.expand(item.items[1], scope)
+            kind = "keyword" if _is_keyword(item.items[0]) else "optional"
+            parameter = self._parameter(item.items[0], scope, kind)
+            defaults.append(default)
+            self._add(plain, replace(parameter, default=ast.Constant(None, item.span)), item.span)
+            return
+        kind = "keyword" if _is_keyword(item) else "required"
+        self._add(plain, self._parameter(item, scope, kind), item.span)
+
+    def _add(self, plain: list[ast.Parameter], parameter: ast.Parameter, span: Span) -> None:
+        if parameter.kind == "required" and any(p.kind == "optional" for p in plain):
+            hint = "optional parameters come after the required ones"
+            raise SceneError("lambda-list", f"`{parameter.name}` comes too late", hint, span)
+        if parameter.name != "_" and any(p.name == parameter.name and p.target == parameter.target for p in plain):
+            raise SceneError("duplicate", f"the parameter `{parameter.name}` is there twice", None, span)
+        plain.append(parameter)
+
+    def _parameter(self, datum: Datum, scope: Scope, kind: str) -> ast.Parameter:
+        name, annotation = self._annotation(datum)
+        spelled = base_name(name)
+        kind_type = self.annotated_type(annotation, datum.span) if annotation is not None else None
+        if spelled == "_":
+            return ast.Parameter(None, "_", kind, kind_type)
+        if scope.bindings.get(name) is not None:
+            raise SceneError("duplicate", f"the parameter `{spelled}` is there twice", None, datum.span)
+        variable = self.declare(Atom(name, datum.span), scope)
+        return ast.Parameter(variable, spelled, kind, kind_type)
+
+    def _annotation(self, datum: Datum) -> tuple[Symbol, str | None]:
+        value = datum.value if isinstance(datum, Atom) else None
+        if isinstance(value, Annotated):
+            return value.name, value.type
+        if isinstance(value, TemplateKeyword):
+            return value.alias, None
+        if isinstance(value, (Symbol, Keyword)):
+            text = base_name(value) if isinstance(value, Symbol) else str(value)
+            name, sign, annotation = text.partition("::")
+            if not sign:
+                return (value if isinstance(value, Symbol) else Symbol(name)), None
+            if name and annotation:
+                return Symbol(name), annotation
+        if isinstance(datum, ArrayDatum):
+            raise SceneError("bracket", "a parameter is a name, not an array", "write ( )", datum.span)
+        raise SceneError(
+            "lambda-list", "this is no parameter", "a parameter is `name`, `(name default)`, `:name`", datum.span
+        )
+
+    def annotated_type(self, text: str, span: Span) -> Type:
+        """The type that an annotation names."""
+        if text in self.record_names:
+            return record_type(text)
+        try:
+            return parse_type(text)
+        except KeyError as unknown:
+            name = str(unknown.args[0])
+            hint = suggest(name, {*BASE_TYPES, *self.record_names})
+            raise SceneError("type-name", f"there is no type `{name}`", hint, span) from None
+
+
+def _is_keyword(datum: Datum) -> bool:
+    value = datum.value if isinstance(datum, Atom) else None
+    return isinstance(value, Keyword) or (isinstance(value, Annotated) and value.keyword)
+
+
+def _usage(parameters: Datum) -> str:
+    text = " ".join(parameters.span.text.split())
+    return text if parameters.span.expansion is None and len(text) < 200 else "those of its definition"
+
+
+def _outermost(span: Span) -> Span:
+    return Span(span.source, span.start, span.end)
+
+
+# Forms that define names in a body or at top level: how each is found before anything is expanded.
+
+
+Scanner = Callable[[Expander, ListDatum, Scope, list[Pending]], None]
+SCANNERS: dict[str, Scanner] = {}
+
+
+def scans(name: str) -> Callable[[Scanner], Scanner]:
+    def register(scanner: Scanner) -> Scanner:
+        SCANNERS[name] = scanner
+        return scanner
+
+    return register
+
+
+def _definition(target: Datum, value: Callable[[], Datum], datum: Datum) -> Pending:
+    return Pending(lambda: core("DEFINE", [target, value()], datum.span), True, datum)
+
+
+def _is_global(scope: Scope) -> bool:
+    """True for the scope of a file's top level: its parent is the one that knows the builtins."""
+    return scope.parent is not None and scope.parent.fallback is not None
+
+
+@scans("define")
+def scan_define(expander: Expander, datum: ListDatum, scope: Scope, pending: list[Pending]) -> None:
+    items = datum.items
+    if len(items) < 2:
+        raise syntax_error("define", "`define` needs a name and a value", datum.span)
+    head = items[1]
+    if isinstance(head, ListDatum) and head.items:
+        if len(items) < 3:
+            raise syntax_error("define", "the function has no body", datum.span)
+        name = head.items[0]
+        if not is_identifier(name):
+            raise expander.not_a_name(name)
+        target = _target(expander, name, scope)
+        rest = head.items[1:]
+        if rest or head.tail is None:
+            parameters: Datum = ListDatum(rest, head.tail, head.span)
+        else:
+            parameters = head.tail
+        spelled = base_name(name.value)
+        value = lambda: expander.expand_lambda(parameters, items[2:], scope, datum.span, spelled)
+    else:
+        if len(items) != 3:
+            what = "has no value" if len(items) == 2 else "has more than one value"
+            raise syntax_error("define", f"this `define` {what}", datum.span)
+        if not is_identifier(head):
+            raise syntax_error("define", "`define` needs a name", head.span)
+        target = _target(expander, head, scope)
+        spelled = base_name(head.value)
+        value = lambda: expand_named(expander, items[2], scope, spelled)
+    pending.append(_definition(target, value, datum))
+
+
+def expand_named(expander: Expander, datum: Datum, scope: Scope, name: str) -> Datum:
+    """A value; a function written here gets ``name``."""
+    if isinstance(datum, ListDatum) and len(datum.items) > 2 and datum.tail is None:
+        binding = expander.binding_of(datum.items[0], scope)
+        if getattr(binding, "name", None) == "lambda":
+            return expander.expand_lambda(datum.items[1], datum.items[2:], scope, datum.span, name)
+    return expander.expand(datum, scope)
+
+
+def _target(expander: Expander, name: Datum, scope: Scope) -> Datum:
+    return expander.declare_target(name, scope, recursive=True, is_global=_is_global(scope))
+
+
+@scans("define-values")
+def scan_define_values(expander: Expander, datum: ListDatum, scope: Scope, pending: list[Pending]) -> None:
+    if len(datum.items) != 3:
+        raise syntax_error("define-values", "`define-values` needs names and one value", datum.span)
+    target = _target(expander, datum.items[1], scope)
+    pending.append(_definition(target, lambda: expander.expand(datum.items[2], scope), datum))
+
+
+@scans("define-syntax")
+def scan_define_syntax(expander: Expander, datum: ListDatum, scope: Scope, pending: list[Pending]) -> None:
+    if len(datum.items) != 3 or not is_identifier(datum.items[1]):
+        raise syntax_error("define-syntax", "`define-syntax` needs a name and `syntax-rules`", datum.span)
+    name = datum.items[1]
+    _refuse_reserved(expander, name, scope)
+    try:
+        macro = macros.syntax_rules(expander, datum.items[2], scope, base_name(name.value), datum.span)
+    except SceneError:
+        scope.bind(name.value, macros.broken(base_name(name.value), datum.span))
+        raise
+    scope.bind(name.value, macro)
+    expander.note_use(name, macro, defines=True)
+
+
+@scans("define-macro")
+def scan_define_macro(expander: Expander, datum: ListDatum, scope: Scope, pending: list[Pending]) -> None:
+    head = datum.items[1] if len(datum.items) > 2 else None
+    if not isinstance(head, ListDatum) or not head.items or not is_identifier(head.items[0]):
+        raise syntax_error("define-macro", "`define-macro` needs (name parameter ...) and a body", datum.span)
+    name = head.items[0]
+    _refuse_reserved(expander, name, scope)
+    parameters: Datum = ListDatum(head.items[1:], head.tail, head.span)
+    if len(head.items) == 1 and head.tail is not None:
+        parameters = head.tail
+    try:
+        macro = macros.procedural(expander, base_name(name.value), parameters, datum.items[2:], scope, datum.span)
+    except SceneError:
+        scope.bind(name.value, macros.broken(base_name(name.value), datum.span))
+        raise
+    scope.bind(name.value, macro)
+    expander.note_use(name, macro, defines=True)
+
+
+def _refuse_reserved(expander: Expander, name: Datum, scope: Scope) -> None:
+    """Declare and forget: the same checks as for a variable."""
+    uses, expander.uses = expander.uses, None
+    expander.declare(name, Scope(scope))
+    expander.uses = uses
+
+
+@scans("define-record")
+def scan_define_record(expander: Expander, datum: ListDatum, scope: Scope, pending: list[Pending]) -> None:
+    if len(datum.items) < 2 or not is_identifier(datum.items[1]):
+        raise syntax_error("define-record", "`define-record` needs a name and fields", datum.span)
+    name = datum.items[1]
+    spelled = base_name(name.value)
+    expander.declare_record(spelled)
+    fields, types, defaults = _fields(datum)
+    names = record_procedure_names(spelled, fields)
+    targets = [name, *(Atom(Symbol(text), name.span) for text in names[1:])]
+    target = expander.declare_target(
+        ListDatum(tuple(targets), None, name.span), scope, recursive=True, is_global=_is_global(scope)
+    )
+
+    def value() -> Datum:
+        def default_function(index: int) -> Datum:
+            default = defaults[index]
+            if default is None:
+                return Atom(False, datum.span)
+            earlier = ListDatum(tuple(Atom(Symbol(f), datum.span) for f in fields[:index]), None, datum.span)
+            return expander.expand_lambda(earlier, [default], scope, default.span, f"{spelled}-{fields[index]}")
+
+        declared = tuple(expander.annotated_type(t, datum.span) if t else None for t in types)
+        facts = core("QUOTE", [opaque("DATUM", (spelled, tuple(fields), declared), datum.span)], datum.span)
+        operands = [default_function(index) for index in range(len(fields))]
+        return ListDatum((Atom(MAKE_RECORD, datum.span), facts, *operands), None, datum.span)
+
+    pending.append(_definition(target, value, datum))
+
+
+def _fields(datum: ListDatum) -> tuple[list[str], list[str], list[Datum | None]]:
+    fields: list[str] = []
+    types: list[str] = []
+    defaults: list[Datum | None] = []
+    for item in datum.items[2:]:
+        default: Datum | None = None
+        if isinstance(item, ListDatum) and len(item.items) == 2 and item.tail is None:
+            item, default = item.items
+        if not is_identifier(item):
+            hint = "a field is `name` or `(name default)`"
+            raise syntax_error("define-record", "this is no field", item.span, hint)
+        name, _, annotation = base_name(item.value).partition("::")
+        if name in fields:
+            raise SceneError("duplicate", f"the field `{name}` is there twice", None, item.span)
+        if default is None and any(defaults):
+            raise syntax_error(
+                "define-record", f"the field `{name}` needs a default, as one before it has one", item.span
+            )
+        fields.append(name)
+        types.append(annotation)
+        defaults.append(default)
+    return fields, types, defaults
+
+
+@scans("let-syntax")
+@scans("letrec-syntax")
+def scan_let_syntax(expander: Expander, datum: ListDatum, scope: Scope, pending: list[Pending]) -> None:
+    if len(datum.items) < 3 or not isinstance(datum.items[1], ListDatum):
+        raise syntax_error("let-syntax", "`let-syntax` needs ((name (syntax-rules ...)) ...) and a body", datum.span)
+    inner = Scope(scope)
+    for binding in datum.items[1].items:
+        if not isinstance(binding, ListDatum) or len(binding.items) != 2 or not is_identifier(binding.items[0]):
+            raise syntax_error("let-syntax", "this is no macro binding", binding.span)
+        name, rules = binding.items
+        inner.bind(name.value, macros.syntax_rules(expander, rules, inner, base_name(name.value), binding.span))
+    pending.append(Pending(lambda: expander.expand_body(datum.items[2:], inner, datum.span), False, datum))
+
+
+# Quasiquote: a template is lowered to ``cons`` and ``append``; constant parts stay constants.
+#
+# Inside a ``define-macro`` body the symbols of a template become aliases, one set per expansion, so that they keep the
+# meaning that they have where the macro is defined (see ``scope.Alias``).
+
+
+def expand_template(expander: Expander, datum: Datum, scope: Scope) -> Datum:
+    """The core datum that builds the value of a quasiquoted template."""
+    return _Template(expander, scope).build(datum, 1)
+
+
+class _Template:
+    def __init__(self, expander: Expander, scope: Scope) -> None:
+        self.expander = expander
+        self.scope = scope
+
+    def build(self, datum: Datum, level: int) -> Datum:
+        if self._is_constant(datum):
+            return core("QUOTE", [opaque("DATUM", quoted_value(datum), datum.span)], datum.span)
+        if isinstance(datum, Atom):
+            return self._alias(datum)
+        if isinstance(datum, ArrayDatum):
+            return self._array(datum, level)
+        head = self._keyword(datum)
+        if head == "unquote" and level == 1:
+            return self.expander.expand(datum.items[1], self.scope)
+        if head == "unquote-splicing" and level == 1:
+            raise syntax_error("quasiquote", "`,@` splices into a list, and there is none around it", datum.span)
+        if head is not None:
+            level += 1 if head == "quasiquote" else -1
+        return self._list(datum.items, datum.tail, datum.span, level)
+
+    def _list(self, items: tuple[Datum, ...], tail: Datum | None, span: Span, level: int) -> Datum:
+        dotted = len(items) > 2 and is_identifier(items[-2]) and base_name(items[-2].value) == "unquote"
+        if tail is None and dotted:  # (a . ,b) reads as (a unquote b)
+            result = self.build(ListDatum(items[-2:], None, span), level)
+            items = items[:-2]
+        else:
+            empty = core("QUOTE", [opaque("DATUM", quoted_value(ListDatum((), None, span)), span)], span)
+            result = self.build(tail, level) if tail is not None else empty
+        for item in reversed(items):
+            if isinstance(item, ListDatum) and self._keyword(item) == "unquote-splicing" and level == 1:
+                result = self._call("append", span, self.expander.expand(item.items[1], self.scope), result)
+            else:
+                result = self._call("cons", span, self.build(item, level), result)
+        return result
+
+    def _array(self, datum: ArrayDatum, level: int) -> Datum:
+        if self.expander.template_scope is not None:
+            mark = core("QUOTE", [opaque("DATUM", BRACKETS, datum.span)], datum.span)
+            return self._call("cons", datum.span, mark, self._list(datum.items, None, datum.span, level))
+        splices = any(isinstance(i, ListDatum) and self._keyword(i) == "unquote-splicing" for i in datum.items)
+        if splices:
+            return self._call("array", datum.span, self._list(datum.items, None, datum.span, level))
+        return ArrayDatum(tuple([self.build(item, level) for item in datum.items]), datum.span)
+
+    def _call(self, name: str, span: Span, *operands: Datum) -> Datum:
+        return ListDatum((self.expander.builtin(name, span, self.scope), *operands), None, span)
+
+    def _alias(self, atom: Atom) -> Datum:
+        """A symbol of a macro's template: looked up among the aliases of the running expansion."""
+        symbol = atom.value
+
+        def alias(rt: Any) -> Any:
+            return self.expander.template_alias(symbol)
+
+        maker = Builtin("template-symbol", "", "Symbol", alias, "A template's symbol.", None, "macros")
+        return ListDatum((Atom(maker, atom.span),), None, atom.span)
+
+    @staticmethod
+    def _keyword(datum: ListDatum) -> str | None:
+        """``unquote`` and so on, when the datum is such a form."""
+        if len(datum.items) == 2 and datum.tail is None and is_identifier(datum.items[0]):
+            name = base_name(datum.items[0].value)
+            if name in ("unquote", "unquote-splicing", "quasiquote"):
+                return name
+        return None
+
+    def _is_constant(self, datum: Datum) -> bool:
+        """True when nothing is unquoted within (nor, in a macro's template, any symbol needs an alias)."""
+        aliased = self.expander.template_scope is not None
+        stack = [datum]
+        while stack:
+            item = stack.pop()
+            if isinstance(item, Atom):
+                if aliased and isinstance(item.value, Symbol):
+                    return False
+                continue
+            if isinstance(item, ListDatum):
+                if self._keyword(item) is not None or (
+                    any(is_identifier(i) and base_name(i.value) == "unquote" for i in item.items)
+                ):
+                    return False
+                if item.tail is not None:
+                    stack.append(item.tail)
+            elif aliased:
+                return False
+            stack.extend(item.items)
+        return True

@@ -1,0 +1,472 @@
+"""The special forms: shape, doc and indentation of each. Expansion, help, formatter and docs read this table."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from types import MappingProxyType
+
+from scenelang.grammar.export.model import (
+    Expression,
+    Grammar,
+    Literal,
+    Ref,
+    choice,
+    literals,
+    parse_expression,
+    parse_rules,
+    sequence,
+    strict_rules,
+    tokens,
+    used_terminals,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """``indent``: how many operands stand on the head's line before the body is indented by two; None: aligned."""
+
+    name: str
+    usage: str
+    doc: str
+    indent: int | None = 1
+
+
+_CLAUSES = "((x xs) ... :when test :unless test :break test)"
+
+
+def _comprehensions() -> list[Form]:
+    kinds = {
+        "": ("the value is `none`", "Run the body for its effects"),
+        "/list": ("a list of the body's values", "Collect"),
+        "/union": ("parts, as `union` makes them", "Unite entities"),
+        "/append": ("the body's lists, joined", "Join lists"),
+        "/sum": ("a number", "Add up the body's values"),
+        "/and": ("the last value, or `#f` at the first false one", "Test all"),
+        "/or": ("the first true value, or `#f`", "Test whether any"),
+        "/first": ("the body's first value, or `#f` when there is none", "Find the first"),
+        "/table": ("a table; the body gives `(list key value)`", "Build a table"),
+        "/set": ("a set of the body's values", "Build a set"),
+    }
+    forms = []
+    for star in ("", "*"):
+        how = "sequences run nested" if star else "sequences run side by side, nested after a test"
+        for suffix, (value, what) in kinds.items():
+            name = f"for{star}{suffix}"
+            forms.append(Form(name, f"({name} {_CLAUSES} body ...)", f"{what}: {value}; {how}."))
+        name = f"for{star}/fold"
+        doc = f"Carry accumulators through the loop; the body gives their next values (a list when several); {how}."
+        forms.append(Form(name, f"({name} ((acc init) ...) {_CLAUSES} body ...)", doc, 2))
+    return forms
+
+
+_FORMS = [
+    Form("quote", "(quote datum)", "The datum itself, as data: `'x`.", None),
+    Form("quasiquote", "(quasiquote template)", "A template: `` `(a ,x ,@xs) ``.", None),
+    Form("if", "(if test then [else])", "Choose: `#f` and `none` are false, all else is true.", 1),
+    Form("lambda", "(lambda (parameter ...) body ...)", "A function."),
+    Form(
+        "define", "(define name value) or (define (name parameter ...) body ...)", "Define a name, here or in a body."
+    ),
+    Form("define-values", "(define-values (name ...) value)", "Take a sequence apart and define its items."),
+    Form(
+        "define-record",
+        "(define-record name field (field default) ...)",
+        "A record: constructor `(name 1 :field 2)`, `name?`, `name-field`, `set-name-field!`.",
+    ),
+    Form("define-syntax", "(define-syntax name (syntax-rules ...))", "A hygienic macro."),
+    Form("syntax-rules", "(syntax-rules (literal ...) (pattern template) ...)", "Rules of a hygienic macro.", 1),
+    Form("define-macro", "(define-macro (name parameter ...) body ...)", "A macro computed from its operands as data."),
+    Form("let-syntax", "(let-syntax ((name (syntax-rules ...)) ...) body ...)", "Local macros."),
+    Form(
+        "letrec-syntax", "(letrec-syntax ((name (syntax-rules ...)) ...) body ...)", "Local macros that see each other."
+    ),
+    Form("bind", '(bind "word" function)', "Define and bind an entity function (paper, appendix A)."),
+    Form("import", '(import "file.scene" [:prefix name/])', "Use another file's definitions, words and macros.", None),
+    Form("scene", '(scene "word" argument ...)', "Name the root of the scene; arguments as in `call`.", None),
+    Form("param", '(param name value "doc" [:min a] [:max b])', "A constant that the command line may override."),
+    Form("set!", "(set! name value)", "Assign a variable that exists.", 1),
+    Form(
+        "let", "(let ((name value) ...) body ...) or (let loop ((name value) ...) body ...)", "Local names, or a loop."
+    ),
+    Form("let*", "(let* ((name value) ...) body ...)", "Local names, each seeing those before it."),
+    Form("letrec", "(letrec ((name value) ...) body ...)", "Local names that see one another."),
+    Form("letrec*", "(letrec* ((name value) ...) body ...)", "Local names that see one another, in order."),
+    Form("let-values", "(let-values (((name ...) value) ...) body ...)", "Local names from sequences."),
+    Form("let*-values", "(let*-values (((name ...) value) ...) body ...)", "Local names from sequences, in order."),
+    Form("begin", "(begin expression ...)", "One after the other; the value is the last one's.", 0),
+    Form("begin0", "(begin0 expression ...)", "One after the other; the value is the first one's.", 0),
+    Form("cond", "(cond (test body ...) (test => function) ... (else body ...))", "The first true test decides.", 0),
+    Form(
+        "case",
+        "(case key ((datum ...) body ...) ... (else body ...))",
+        "Choose by an equal constant, as `equal?` has it: 1 and 1.0 differ.",
+    ),
+    Form("when", "(when test body ...)", "Run the body if the test is true."),
+    Form("unless", "(unless test body ...)", "Run the body if the test is false."),
+    Form("and", "(and expression ...)", "The first false value, or the last one.", None),
+    Form("or", "(or expression ...)", "The first true value, or the last one.", None),
+    Form("do", "(do ((name init step) ...) (test result ...) body ...)", "Scheme's loop.", 2),
+    Form("while", "(while test body ...)", "Run the body as long as the test is true."),
+    Form("let/ec", "(let/ec name body ...)", "Call `(name value)` to leave the body early."),
+    Form("guard", "(guard (name (test handler ...) ...) body ...)", "Catch errors that the body raises."),
+    Form("assert", '(assert test ["message"])', "Raise an error unless the test is true.", None),
+    *_comprehensions(),
+]
+
+FORMS: dict[str, Form] = {form.name: form for form in _FORMS}
+
+INDENTS: Mapping[str, int | None] = {form.name: form.indent for form in _FORMS}  # as layout and formatter take them
+
+# Scheme's features that are left out on purpose, with what to do instead.
+ABSENT: dict[str, str] = {
+    "call/cc": "leave early with `let/ec`",
+    "call-with-current-continuation": "leave early with `let/ec`",
+    "dynamic-wind": "catch errors with `guard`",
+    "eval": "nothing evaluates data; use functions or macros",
+    "delay": "wrap it in `(lambda () ...)`",
+    "force": "call the function instead",
+    "make-promise": "wrap it in `(lambda () ...)`",
+    "call-with-values": "`values` makes a list; take it apart with `let-values`",
+    "define-record-type": "write `(define-record name field ...)`",
+    "read": "programs cannot read input; use `param`",
+    "read-line": "programs cannot read input; use `param`",
+    "open-input-file": 'programs cannot open files; use `import` or "asset"',
+    "open-output-file": "programs cannot open files",
+    "with-output-to-file": "programs cannot open files",
+    "display": "use `print`",
+    "newline": "use `print`",
+    "write": "use `print`",
+    "string-set!": "strings do not change; build a new one",
+    "vector-ref": "`(ref xs i)` reads any sequence",
+    "vector-set!": "`(set-ref! xs i value)` changes a mutable list or array",
+    "make-vector": "use `(make-list n x)`, `(zeros n)` or `(mutable-list ...)`",
+    "hash-table-ref": "`(ref table key default)` reads a table",
+    "set-car!": "pairs do not change; use `(mutable-list ...)`",
+    "set-cdr!": "pairs do not change; use `(mutable-list ...)`",
+    "char?": "characters are strings of length 1",
+}
+
+
+# An example of every special form: a small program, and the value of its last expression (None: it has none).
+
+
+FORM_EXAMPLES: Mapping[str, tuple[str, str | None]] = {
+    "quote": ('(quote (a 1 "b"))', '(a 1 "b")'),
+    "quasiquote": ("(let ((x 2)) `(x is ,x and then ,@(list 3 4)))", "(x is 2 and then 3 4)"),
+    "if": ('(let ((x 2)) (if (> x 1) "more" "less"))', '"more"'),
+    "lambda": ("((lambda (x (:by 2)) (* x by)) 5 :by 3)", "15"),
+    "define": ("(define (square x)\n  (define factor x)\n  (* factor x))\n(square 4)", "16"),
+    "define-values": ("(define-values (width height) (list 3 4))\n(* width height)", "12"),
+    "define-record": ("(define-record leg (height .7) (count 4))\n(leg-height (leg :count 3))", "0.7"),
+    "define-syntax": (
+        "(define-syntax twice\n"
+        "  (syntax-rules ()\n"
+        "    ((_ part offset) (union part (transform part (translate offset))))))\n"
+        '(length (twice (call "cube") [2 0 0]))',
+        "2",
+    ),
+    "syntax-rules": (
+        "(define-syntax sum-of\n"
+        "  (syntax-rules (to)\n"
+        "    ((_ a to b) (for/sum ((n (range a (+ b 1)))) n))))\n"
+        "(sum-of 1 to 4)",
+        "10",
+    ),
+    "define-macro": (
+        '(define-macro (repeat n expression)\n  `(for/list ((_ (iota ,n))) ,expression))\n(repeat 3 "x")',
+        '("x" "x" "x")',
+    ),
+    "let-syntax": ("(let-syntax ((double (syntax-rules () ((_ x) (* 2 x))))) (double 21))", "42"),
+    "letrec-syntax": (
+        "(letrec-syntax ((any (syntax-rules () ((_) #f) ((_ x . more) (if x #t (any . more))))))\n  (any #f 3 #f))",
+        "#t",
+    ),
+    "bind": (
+        '(bind "ball" (lambda ((:size 1)) (call "sphere" :radius (/ size 2))))\n(bind "pair"\n  (lambda ()\n'
+        '    (union (call "ball") (transform (call "ball" :size 2) (translate [2 0 0])))))',
+        None,
+    ),
+    "import": ('(import "std/python.scene" :prefix py/)\n(py/py-+ "a" "b")', '"ab"'),
+    "scene": ('(bind "tree" (lambda ((:height 2)) (call "cone" :p1 [0 height 0])))\n(scene "tree" :height 5)', None),
+    "param": (
+        '(param floors 3 "how many floors" :min 1 :max 9)\n(bind "house"\n  (lambda ()\n'
+        '    (union-loop floors (lambda (i) (transform (call "cube") (translate [0 i 0]))))))',
+        None,
+    ),
+    "set!": ("(let ((n 1)) (set! n (+ n 1)) n)", "2"),
+    "let": ("(let loop ((n 5) (product 1)) (if (= n 0) product (loop (- n 1) (* n product))))", "120"),
+    "let*": ("(let* ((x 3) (y (* x x))) (+ x y))", "12"),
+    "letrec": (
+        "(letrec ((even (lambda (n) (if (= n 0) #t (odd (- n 1)))))\n"
+        "         (odd (lambda (n) (if (= n 0) #f (even (- n 1))))))\n  (even 10))",
+        "#t",
+    ),
+    "letrec*": ("(letrec* ((two 2) (double (lambda (x) (* two x)))) (double 4))", "8"),
+    "let-values": ("(let-values (((x y) (list 1 2))) (+ x y))", "3"),
+    "let*-values": ("(let*-values (((x y) (list 1 2)) ((z) (list (+ x y)))) z)", "3"),
+    "begin": ("(begin 1 2 3)", "3"),
+    "begin0": ("(let ((n 1)) (begin0 n (set! n 9)))", "1"),
+    "cond": ('(let ((x 0)) (cond ((> x 0) "plus") ((< x 0) "minus") (else "nought")))', '"nought"'),
+    "case": ('(case "rook" (("rook" "bishop") 1) (("king") 2) (else 0))', "1"),
+    "when": ('(let ((x 2)) (when (> x 1) "more"))', '"more"'),
+    "unless": ('(let ((x 2)) (unless (> x 1) "less"))', "none"),
+    "and": ("(let ((x 2)) (and (> x 1) (* 2 x)))", "4"),
+    "or": ("(let ((x none)) (or x 3))", "3"),
+    "do": ("(do ((i 0 (+ i 1)) (sum 0 (+ sum i))) ((= i 5) sum))", "10"),
+    "while": ("(let ((n 100)) (while (> n 10) (set! n (/ n 2))) n)", "6.25"),
+    "let/ec": ('(let/ec leave (for ((x \'(1 2 7 4))) (when (> x 5) (leave x))) "none found")', "7"),
+    "guard": ('(guard (e ((error-is? e "zero-division") "endless")) (/ 1 0))', '"endless"'),
+    "assert": ('(let ((x 3)) (guard (e (#t (error-message e))) (assert (< x 2) "too large")))', '"too large"'),
+    "for": ("(let ((n 0)) (for ((x '(1 2 3))) (set! n (+ n x))) n)", "6"),
+    "for/list": ("(for/list ((x '(1 2 3)) :when (odd? x)) (* x x))", "(1 9)"),
+    "for/union": ('(length (for/union ((x \'(-1 1))) (transform (call "cube") (translate [x 0 0]))))', "2"),
+    "for/append": ("(for/append ((n '(1 2 3))) (make-list n n))", "(1 2 2 3 3 3)"),
+    "for/sum": ("(for/sum ((x '(1 2 3)) (y '(10 20 30))) (* x y))", "140"),
+    "for/and": ("(for/and ((x '(1 3 5))) (odd? x))", "#t"),
+    "for/or": ("(for/or ((x '(2 3 4))) (and (odd? x) (* 10 x)))", "30"),
+    "for/first": ("(for/first ((x '(5 8 9)) :when (even? x)) x)", "8"),
+    "for/table": ('(ref (for/table ((name \'("king" "queen")) (height \'(2 1.8))) (list name height)) "queen")', "1.8"),
+    "for/set": ("(length (for/set ((x '(1 -1 2))) (abs x)))", "2"),
+    "for/fold": ("(for/fold ((total 0) (largest 0)) ((x '(3 9 4))) (list (+ total x) (max largest x)))", "(16 9)"),
+    "for*": ("(let ((n 0)) (for* ((x '(1 2)) (y '(10 20))) (set! n (+ n (* x y)))) n)", "90"),
+    "for*/list": ("(for*/list ((x '(1 2)) (y (iota x))) (list x y))", "((1 0) (2 0) (2 1))"),
+    "for*/union": (
+        "(length\n  (for*/union ((x '(-1 0 1)) (z '(-1 0 1)) :unless (= x z 0))\n"
+        '    (transform (call "cube") (translate [x 0 z]))))',
+        "8",
+    ),
+    "for*/append": ("(for*/append ((x '(1 2)) (y '(3 4))) (list x y))", "(1 3 1 4 2 3 2 4)"),
+    "for*/sum": ("(for*/sum ((x '(1 2)) (y '(10 20))) (* x y))", "90"),
+    "for*/and": ("(for*/and ((row '((1 2) (3 4))) (x row)) (> x 0))", "#t"),
+    "for*/or": ("(for*/or ((row '((1 2) (3 4))) (x row)) (> x 3))", "#t"),
+    "for*/first": ("(for*/first ((x (range 1 20)) (y (range 1 x)) :when (= (* x y) 42)) (list x y))", "(7 6)"),
+    "for*/table": ("(length (for*/table ((x '(1 2 3)) (y '(1 2))) (list (* x y) (list x y))))", "5"),
+    "for*/set": ("(length (for*/set ((x '(1 2)) (y '(1 2))) (+ x y)))", "3"),
+    "for*/fold": (
+        '(for*/fold ((longest "")) ((row \'(("a" "oak") ("fir" "birch"))) (s row))\n'
+        "  (if (> (length s) (length longest)) s longest))",
+        '"birch"',
+    ),
+}
+
+
+# The shapes of the special forms as grammar: what may follow the head of each, and the parts that they share.
+#
+# Notation: Lark's, over datums: `"("` is a bracket, capitals are tokens of ``grammar/export/tokens``. ``derived``,
+# ``definitions``, ``macros`` and ``program`` check the same shapes with messages for people; tests compare the two.
+
+
+_LET = "bindings body"
+_LOOP = "binder loop_bindings body"
+_FOR = "clauses body"
+
+# Forms that are expressions, by head.
+EXPRESSIONS: Mapping[str, str] = MappingProxyType({
+    "quote": "datum",
+    "quasiquote": "template",
+    "if": "expr expr expr?",
+    "lambda": "parameters body",
+    "let-syntax": "macro_bindings body",
+    "letrec-syntax": "macro_bindings body",
+    "bind": "expr expr",
+    "set!": "name expr",
+    "let": f"{_LET} | {_LOOP}",
+    "let*": _LET,
+    "letrec": _LET,
+    "letrec*": _LET,
+    "let-values": f"{_LET} | {_LOOP}",
+    "let*-values": _LET,
+    "begin0": "expr+",
+    "cond": "cond_clauses",
+    "case": "expr case_clauses",
+    "when": "expr body",
+    "unless": "expr body",
+    "and": "expr*",
+    "or": "expr*",
+    "do": '"(" do_variable* ")" "(" expr body? ")" body?',
+    "while": "expr body?",
+    "let/ec": "binder body",
+    "guard": '"(" binder cond_clauses? ")" body',
+    "assert": "expr expr?",
+    **{name: _FOR for name in FORMS if name.startswith("for") and not name.endswith("/fold")},
+    **dict.fromkeys(("for/fold", "for*/fold"), f"accumulators {_FOR}"),
+})  # fmt: skip
+
+# Forms of bodies and of the top level that define names.
+DEFINITIONS: Mapping[str, str] = MappingProxyType({
+    "define": 'NAME expr | "(" NAME parameter_list? rest? ")" body',
+    "define-values": "target expr",
+    "define-record": "NAME field* default_field*",
+})  # fmt: skip
+
+# Those that define macros; a body of nothing else is empty.
+MACROS: Mapping[str, str] = MappingProxyType({
+    "define-syntax": "NAME rules",
+    "define-macro": '"(" NAME parameter_list? rest? ")" body',
+})  # fmt: skip
+
+# Forms that stand at top level only.
+TOP_LEVEL: Mapping[str, str] = MappingProxyType({
+    "import": 'STRING (":prefix" SYMBOL)?',
+    "scene": "expr+",
+    "param": 'NAME expr STRING? (":min" NUMBER | ":max" NUMBER)*',
+})  # fmt: skip
+
+# Forms that the rules below spell out: where `begin` stands decides what it may hold, `syntax-rules` is no expression.
+SPELLED_OUT = frozenset({"begin", "syntax-rules"})
+
+RULES = """
+start: top*
+top: plain | "(" "begin" top* ")" | definition | macro_definition | top_form
+
+expr: plain | begin
+begin: "(" "begin" expr+ ")"
+plain: name | literal | array | form | application | quotation
+name: NAME | "@" | "scene" | "param"
+binder: name | "_"
+literal: NUMBER | STRING | BOOLEAN | NONE | KEYWORD | ANNOTATED_KEYWORD | HANDLE
+array: "[" expr* "]"
+application: "(" callee operand* ")"
+callee: NAME | "@" | literal | array | form | begin | application | quotation
+operand: expr | definition | "else" | "=>"
+
+body: silent* loud (silent | loud)*
+silent: macro_definition | "(" "begin" silent+ ")"
+loud: plain | definition | "(" "begin" body ")"
+
+parameters: bare_parameter | "(" ")" | "(" parameter_list rest? ")"
+parameter_list: early+ | early* optional late*
+early: bare_parameter | keyword_parameter
+late: optional | keyword_parameter
+bare_parameter: binder | ANNOTATED
+optional: "(" bare_parameter expr ")"
+keyword_parameter: bare_keyword | "(" bare_keyword expr ")" | "&keys" bare_parameter
+bare_keyword: KEYWORD | ANNOTATED_KEYWORD
+rest: "." bare_parameter
+
+target: binder | "(" target* ")" | "(" target+ "." target ")"
+bindings: "(" binding* ")"
+binding: "(" target expr ")"
+loop_bindings: "(" optional* ")"
+accumulators: "(" accumulator* ")"
+accumulator: "(" binder expr ")"
+clauses: "(" clause* ")"
+clause: binding | (":when" | ":unless" | ":break") expr
+do_variable: "(" bare_parameter expr expr? ")"
+
+cond_clauses: cond_clause+ else_clause? | else_clause
+cond_clause: "(" expr ")" | "(" expr "=>" expr ")" | "(" expr body ")"
+else_clause: "(" "else" body ")"
+case_clauses: case_clause+ case_else? | case_else
+case_clause: "(" "(" datum* ")" ("=>" expr | body) ")"
+case_else: "(" "else" ("=>" expr | body) ")"
+
+field: name | ANNOTATED
+default_field: "(" field expr ")"
+
+macro_bindings: "(" macro_binding* ")"
+macro_binding: "(" NAME rules ")"
+rules: "(" "syntax-rules" literals rule* ")" | "(" "syntax-rules" NAME literals free_rule* ")"
+literals: "(" datum* ")"
+rule: "(" pattern_list datum ")"
+free_rule: "(" list datum ")"
+pattern_list: "(" ")" | "(" pattern_items ("." PATTERN_SYMBOL)? ")"
+pattern_items: pattern+ | pattern+ "..." pattern*
+pattern: PATTERN_SYMBOL | ANNOTATED | literal | pattern_list | "[" pattern_items? "]" | "'" pattern
+
+datum: SYMBOL | ANNOTATED | literal | list | "[" datum* "]"
+     | "'" datum | "`" datum | "," datum | ",@" datum
+list: "(" datum* ")" | "(" datum+ "." datum ")"
+
+quotation: "'" datum | "`" template
+template: TEMPLATE_SYMBOL | ANNOTATED | literal | "[" member* "]" | "'" template | "`" inner_template
+        | "," unquoted | "(" "unquote" expr ")" | "(" "quasiquote" inner_template ")"
+        | "(" member* ")" | "(" member+ "." template ")"
+inner_template: TEMPLATE_SYMBOL | ANNOTATED | literal | "[" inner_template* "]" | "'" inner_template | "," template
+      | ",@" template | "(" inner_template* ")" | "(" inner_template+ "." inner_template ")"
+unquoted: NAME | "scene" | "param" | literal | array | form | begin | application | quotation
+member: template | ",@" expr | "(" "unquote-splicing" expr ")"
+"""
+
+
+# The shape of a form as a snippet that editors fill in: `(if ${1:test} ${2:then})`.
+
+
+_KEPT = frozenset({"else", "=>", "syntax-rules", "_"})  # words of a shape that stand in programs as they are
+_RULES = "(syntax-rules () ((_ pattern) template))"
+_TOKEN = re.compile(r'"[^"]*"|[()]|[^\s()"]+|\s+')
+
+
+def snippet(form: Form) -> str:
+    """The first shape of ``form`` without what may be left out, its parts numbered, the last place `$0`."""
+    usage = form.usage.split(" or ")[0].replace("(syntax-rules ...)", _RULES)
+    usage = re.sub(r"\s*\[[^\]]*\]", "", usage)  # optional parts
+    usage = re.sub(r"\s+:\w+ test", "", usage)
+    usage = re.sub(r" \([^()]*\) \.\.\.(?= \()", "", usage).replace(" ...", "")
+    number = 0
+    pieces = []
+    for position, token in enumerate(_TOKEN.findall(usage)):
+        name = token.strip('"')
+        if position == 1 or token in ("(", ")") or token.isspace() or name in _KEPT or name.startswith(":"):
+            pieces.append(token)
+            continue
+        number += 1
+        place = f"${{{number}:{name}}}"
+        pieces.append(f'"{place}"' if token.startswith('"') else place)
+    return "".join(pieces) + "$0"
+
+
+# The grammar of programs as text, full and strict: the forms' shapes and the paper's rules in one model.
+
+
+_GROUPS: Mapping[str, Mapping[str, str]] = MappingProxyType({
+    "form": EXPRESSIONS,
+    "definition": DEFINITIONS,
+    "macro_definition": MACROS,
+    "top_form": TOP_LEVEL,
+})  # fmt: skip
+
+
+@cache
+def full_grammar() -> Grammar:
+    """Programs that read and whose special forms have the right shape."""
+    rules = parse_rules(RULES)
+    for group, shapes in _GROUPS.items():
+        rules |= _forms(group, shapes)
+    return _grammar(rules, literals(rules), "The Scene Language")
+
+
+@cache
+def strict_grammar() -> Grammar:
+    """Programs of exactly the paper's grammar, as ``check --strict`` has it."""
+    full = full_grammar().rules
+    rules = {**strict_rules(), **{name: full[name] for name in ("datum", "list", "literal")}}  # what `#;` hides
+    reserved = literals(rules) | literals(full)
+    return _grammar(rules, reserved, "The Scene Language, exactly the paper's grammar")
+
+
+def _grammar(rules: Mapping[str, Expression], reserved: frozenset[str], title: str) -> Grammar:
+    used = used_terminals(rules)
+    known = {name: token for name, token in tokens(reserved).items() if name in used}
+    return Grammar("start", MappingProxyType(dict(rules)), MappingProxyType(known), title)
+
+
+def _forms(group: str, shapes: Mapping[str, str]) -> dict[str, Expression]:
+    """A rule for each shape, named by the first form that has it, and the rule that offers them all."""
+    heads: dict[str, list[str]] = {}
+    for head, shape in shapes.items():
+        heads.setdefault(shape, []).append(head)
+    rules: dict[str, Expression] = {}
+    for shape, names in heads.items():
+        word = choice(*(Literal(name) for name in names))
+        rules[_rule_name(names[0])] = sequence(Literal("("), word, parse_expression(shape), Literal(")"))
+    return {group: choice(*(Ref(name) for name in rules)), **rules}
+
+
+def _rule_name(head: str) -> str:
+    """``let*-values`` as a rule's name."""
+    spelled = head.replace("*", "_star").replace("!", "").replace("/", "_").replace("-", "_")
+    return f"{spelled}_form"

@@ -1,0 +1,468 @@
+"""Macros: ``syntax-rules`` by matching datums, ``define-macro`` by running a function on operands as data.
+
+What a template makes carries the span of the macro's use, with a note of the expansion.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Expansion, Handle, Keyword, ListDatum, Span, Symbol
+from scenelang.grammar.diagnostics import LimitError, Note, SceneError
+from scenelang.interpreter.expand.scope import (
+    Alias,
+    Annotated,
+    Macro,
+    Scope,
+    Special,
+    TemplateKeyword,
+    base_name,
+    make_alias,
+)
+from scenelang.interpreter.runtime.show import array_literal
+from scenelang.interpreter.runtime.types import type_name
+from scenelang.interpreter.runtime.values import NIL, Embedding, MutableList, Pair, Vector, make_list
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.expand.expand import Expander
+
+
+# Between datums and values: quoted constants, and programs as data for macros.
+
+
+# The head of a list that stands for brackets where a macro sees its operands as data.
+BRACKETS = Symbol("[ ]")
+MAX_ITEMS = 1_000_000  # what macros make may share its parts, and so be exponentially larger than it looks
+
+
+class _Budget:
+    """How many items of a macro's data or of a constant may still be walked."""
+
+    __slots__ = ("left",)
+
+    def __init__(self) -> None:
+        self.left = MAX_ITEMS
+
+    def spend(self) -> None:
+        self.left -= 1
+        if self.left < 0:
+            raise LimitError("expansion", f"what a macro made has more than {MAX_ITEMS:,} items")
+
+
+def quoted_value(datum: Datum) -> Any:
+    """The constant that ``(quote datum)`` stands for; macros' aliases become plain symbols."""
+    return _value(datum, _constant, lambda datum, items: array_literal(items), _Budget())
+
+
+def syntax_value(datum: Datum, origins: dict[int, Datum]) -> Any:
+    """``datum`` as data for a macro; ``origins`` remembers which datum each pair came from, by identity."""
+
+    def brackets(datum: Datum, items: list[Any]) -> Any:
+        return Pair(BRACKETS, make_list(items))
+
+    return _value(datum, _operand, brackets, _Budget(), origins)
+
+
+def _constant(value: Any) -> Any:
+    if isinstance(value, Alias):
+        return Symbol(base_name(value))
+    if type(value) is Annotated:
+        return Symbol(f"{base_name(value.name)}::{value.type}")
+    if type(value) is TemplateKeyword:
+        return Keyword(value)
+    return Embedding(str(value)) if type(value) is Handle else value
+
+
+def _operand(value: Any) -> Any:
+    return Keyword(value) if type(value) is TemplateKeyword else value
+
+
+def _value(
+    datum: Datum,
+    atom: Callable[[Any], Any],
+    array: Callable[[Datum, list[Any]], Any],
+    budget: _Budget,
+    origins: dict[int, Datum] | None = None,
+) -> Any:
+    budget.spend()
+    if isinstance(datum, Atom):
+        return atom(datum.value)
+    items = [_value(item, atom, array, budget, origins) for item in datum.items]
+    if isinstance(datum, ArrayDatum):
+        result = array(datum, items)
+    else:
+        tail = _value(datum.tail, atom, array, budget, origins) if datum.tail is not None else NIL
+        result = make_list(items, tail)
+    if origins is not None and type(result) is Pair:
+        origins[id(result)] = datum
+    return result
+
+
+def datum_of(value: Any, span: Span, origins: dict[int, Datum]) -> Datum:
+    """The datum that a macro's value is; parts of the macro's operands keep their own places."""
+    return _datum_of(value, span, origins, _Budget())
+
+
+def _datum_of(value: Any, span: Span, origins: dict[int, Datum], budget: _Budget) -> Datum:
+    budget.spend()
+    if type(value) is Pair:
+        if id(value) in origins:
+            return origins[id(value)]
+        return _list_datum(value, span, origins, budget)
+    if value is NIL:
+        return ListDatum((), None, span)
+    if isinstance(value, MutableList):
+        return ListDatum(tuple([_datum_of(item, span, origins, budget) for item in value.items]), None, span)
+    if type(value) is Vector:
+        return ArrayDatum(tuple(Atom(item, span) for item in value), span)
+    if type(value) is Embedding and value.handle is not None:
+        return Atom(Handle(value.handle), span)
+    if value is None or isinstance(value, (bool, int, float, str, Symbol, Keyword, Annotated)):
+        return Atom(value, span)
+    raise SceneError("macro", f"a macro gave {type_name(value)}, which is no piece of program", span=span)
+
+
+def _list_datum(value: Pair, span: Span, origins: dict[int, Datum], budget: _Budget) -> Datum:
+    items: list[Datum] = []
+    rest: Any = value
+    while type(rest) is Pair:
+        origin = origins.get(id(rest))
+        if items and isinstance(origin, ListDatum):
+            return ListDatum((*items, *origin.items), origin.tail, span)
+        items.append(_datum_of(rest.car, span, origins, budget))
+        rest = rest.cdr
+    if value.car is BRACKETS:
+        return ArrayDatum(tuple(items[1:]), span)
+    tail = None if rest is NIL else _datum_of(rest, span, origins, budget)
+    return ListDatum(tuple(items), tail, span)
+
+
+MAX_EXPANDED_ITEMS = 200_000
+
+
+def use_span(use: Datum, name: str, definition: Span | None) -> Span:
+    """The span of what a macro makes: the use's, with the expansion noted."""
+    span = use.span
+    return Span(span.source, span.start, span.end, Expansion(name, definition, span.expansion))
+
+
+# --- define-macro --------------------------------------------------------------------------------------------------
+
+
+def procedural(
+    expander: Expander, name: str, parameters: Datum, body: Sequence[Datum], scope: Scope, span: Span
+) -> Macro:
+    """The macro of ``(define-macro (name . parameters) body ...)``. Its body sees builtins and earlier macros."""
+    visible = _macro_scope(scope)
+    outer, expander.template_scope = expander.template_scope, scope
+    try:
+        function = expander.expand_lambda(parameters, body, visible, span, name)
+    finally:
+        expander.template_scope = outer
+
+    def transform(use: Datum, use_scope: Scope) -> Datum:
+        origins: dict[int, Datum] = {}
+        assert isinstance(use, ListDatum)
+        place = use_span(use, name, span)
+        saved, expander.template_aliases = expander.template_aliases, {}
+        saved_scope, expander.template_scope = expander.template_scope, scope
+        try:
+            arguments = [syntax_value(item, origins) for item in use.items[1:]]
+            value, repeatable = expander.run_macro(function, arguments)
+            if not repeatable:
+                expander.note_chance()
+            return datum_of(value, place, origins)
+        except LimitError as error:
+            notes: tuple[Note, ...] = (Note("the macro is defined here", span),)
+            hint = "is there a loop or recursion without end? a macro's body runs under limits of its own"
+            raise SceneError(
+                "expansion", f"expanding `{name}` failed: {error.message}", hint, use.span, notes
+            ) from None
+        except SceneError as error:
+            notes = (Note("the macro is defined here", span), *error.notes)
+            raise SceneError(
+                error.name, f"in the macro `{name}`: {error.message}", error.hint, use.span, notes
+            ) from None
+        finally:
+            expander.template_aliases = saved
+            expander.template_scope = saved_scope
+
+    return Macro(name, transform, span)
+
+
+def _macro_scope(scope: Scope) -> Scope:
+    """The part of ``scope`` that a macro's body may use: builtins, forms and macros, no variables of the program."""
+    chain: list[Scope] = []
+    base: Scope | None = scope
+    while base is not None and base.fallback is None:
+        chain.append(base)
+        base = base.parent
+    visible = Scope(base)
+    for region in reversed(chain):
+        for symbol, binding in region.bindings.items():
+            if isinstance(binding, (Macro, Special)):
+                visible.bindings[symbol] = binding
+    return visible
+
+
+def broken(name: str, span: Span) -> Macro:
+    """What stands for a macro whose definition is wrong, so that its uses are not called wrong too."""
+    return Macro(name, lambda use, scope: Atom(None, use.span), span)
+
+
+# --- syntax-rules --------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Rules:
+    """``ellipsis`` is the identifier that the macro names for it, None for the usual ``...``. It and the ``literals``
+    are identifiers, not names: what another macro inserts may have their name and be something else."""
+
+    name: str
+    ellipsis: Symbol | None
+    literals: frozenset[Symbol]
+    rules: tuple[tuple[Datum, Datum], ...]
+    scope: Scope
+    span: Span
+
+    def is_ellipsis(self, datum: Datum) -> bool:
+        """Whether ``datum`` repeats what stands before it; a literal of the same name does not (R7RS 4.3.2)."""
+        if not isinstance(datum, Atom) or not isinstance(datum.value, Symbol) or datum.value in self.literals:
+            return False
+        if self.ellipsis is not None:
+            return _is_same(datum.value, self.ellipsis)
+        return base_name(datum.value) == "..." and self.scope.lookup(datum.value) is None
+
+    @property
+    def dots(self) -> str:
+        """The ellipsis as it is written."""
+        return "..." if self.ellipsis is None else base_name(self.ellipsis)
+
+
+def _is_same(a: Symbol, b: Symbol) -> bool:
+    """Whether two identifiers of one form are the same."""
+    return a is b if isinstance(a, Alias) or isinstance(b, Alias) else a == b
+
+
+def syntax_rules(expander: Expander, datum: Datum, scope: Scope, name: str, span: Span) -> Macro:
+    """The macro of ``(syntax-rules (literal ...) (pattern template) ...)``."""
+    items = datum.items if isinstance(datum, ListDatum) else ()
+    head = expander.binding_of(items[0], scope) if items else None
+    if not isinstance(head, Special) or head.name != "syntax-rules" or len(items) < 2:
+        raise SceneError(
+            "macro", f"the macro `{name}` needs `(syntax-rules (literal ...) (pattern template) ...)`", None, span
+        )
+    rest = items[1:]
+    ellipsis: Symbol | None = None
+    if isinstance(rest[0], Atom) and isinstance(rest[0].value, Symbol):
+        ellipsis, rest = rest[0].value, rest[1:]
+    if not rest or not isinstance(rest[0], ListDatum):
+        raise SceneError("macro", "the literals of `syntax-rules` stand in a list", None, datum.span)
+    literals = frozenset(
+        item.value for item in rest[0].items if isinstance(item, Atom) and isinstance(item.value, Symbol)
+    )
+    known = _Rules(name, ellipsis, literals, (), scope, span)
+    rules = []
+    for rule in rest[1:]:
+        if not isinstance(rule, ListDatum) or len(rule.items) != 2 or not isinstance(rule.items[0], ListDatum):
+            raise SceneError("macro", "a rule is `(pattern template)`", None, rule.span)
+        _check_pattern(known, rule.items[0])
+        rules.append((rule.items[0], rule.items[1]))
+    known = replace(known, rules=tuple(rules))
+    return Macro(name, lambda use, use_scope: _apply_rules(known, use, use_scope), span)
+
+
+def _name(datum: Datum) -> str | None:
+    return base_name(datum.value) if isinstance(datum, Atom) and isinstance(datum.value, Symbol) else None
+
+
+def _check_pattern(known: _Rules, pattern: Datum) -> None:
+    if isinstance(pattern, Atom):
+        return
+    dots = [index for index, item in enumerate(pattern.items) if known.is_ellipsis(item)]
+    if len(dots) > 1 or dots[:1] == [0]:
+        raise SceneError("macro", f"`{known.dots}` may stand once in a list, after a pattern", None, pattern.span)
+    for item in pattern.items:
+        _check_pattern(known, item)
+
+
+def _apply_rules(known: _Rules, use: Datum, scope: Scope) -> Datum:
+    assert isinstance(use, ListDatum)
+    for pattern, template in known.rules:
+        bound: dict[Any, Any] = {}
+        assert isinstance(pattern, ListDatum)
+        operands = ListDatum(use.items[1:], use.tail, use.span)
+        shape = ListDatum(pattern.items[1:], pattern.tail, pattern.span)
+        if _match(known, shape, operands, scope, bound):
+            span = use_span(use, known.name, known.span)
+            return _Instance(known, span).build(template, bound)
+    usages = " or ".join(_usage(known.name, pattern) for pattern, _ in known.rules[:3])
+    note = Note(f"the macro `{known.name}` is defined here", known.span)
+    raise SceneError(
+        "macro", f"no rule of the macro `{known.name}` fits this use", f"it wants {usages}", use.span, (note,)
+    )
+
+
+def _usage(name: str, pattern: Datum) -> str:
+    """How a use of the macro looks by one of its patterns."""
+    text = " ".join(pattern.span.text.split())
+    return re.sub(r"^\(\s*[^\s()]+", f"`({name}", text) + "`"
+
+
+def _match(known: _Rules, pattern: Datum, datum: Datum, scope: Scope, bound: dict[Any, Any]) -> bool:
+    if isinstance(pattern, Atom):
+        return _match_atom(known, pattern, datum, scope, bound)
+    if type(pattern) is not type(datum):
+        return False
+    assert not isinstance(datum, Atom)
+    items, tail = list(pattern.items), getattr(pattern, "tail", None)
+    given, rest = list(datum.items), getattr(datum, "tail", None)
+    dots = next((i for i, item in enumerate(items) if known.is_ellipsis(item)), None)
+    if dots is None:
+        return _match_fixed(known, items, tail, given, rest, datum, scope, bound)
+    before, repeated, after = items[: dots - 1], items[dots - 1], items[dots + 1 :]
+    repeats = len(given) - len(before) - len(after)
+    if repeats < 0 or (tail is None and rest is not None):
+        return False
+    captures = []
+    for item in given[len(before) : len(before) + repeats]:
+        one: dict[Any, Any] = {}
+        if not _match(known, repeated, item, scope, one):
+            return False
+        captures.append(one)
+    for variable in _pattern_variables(known, repeated):
+        bound[variable] = [one[variable] for one in captures]
+    pairs = [*zip(before, given), *zip(after, given[len(before) + repeats :])]
+    for each_pattern, each_datum in pairs:
+        if not _match(known, each_pattern, each_datum, scope, bound):
+            return False
+    return tail is None or _match(known, tail, rest or ListDatum((), None, datum.span), scope, bound)
+
+
+def _match_fixed(
+    known: _Rules, items: list[Datum], tail: Datum | None, given: list[Datum], rest: Datum | None, datum: Datum,
+    scope: Scope, bound: dict[Any, Any],
+) -> bool:  # fmt: skip
+    if len(given) < len(items) or (tail is None and (len(given) > len(items) or rest is not None)):
+        return False
+    for position, item in enumerate(items):
+        if not _match(known, item, given[position], scope, bound):
+            return False
+    if tail is None:
+        return True
+    remaining = given[len(items) :]
+    if not remaining and rest is not None:
+        return _match(known, tail, rest, scope, bound)
+    return _match(known, tail, ListDatum(tuple(remaining), rest, datum.span), scope, bound)
+
+
+def _match_atom(known: _Rules, pattern: Atom, datum: Datum, scope: Scope, bound: dict[Any, Any]) -> bool:
+    value = pattern.value
+    if not isinstance(value, Symbol):
+        return isinstance(datum, Atom) and type(datum.value) is type(value) and bool(datum.value == value)
+    name = base_name(value)
+    if value in known.literals:
+        if _name(datum) != name or not isinstance(datum, Atom):
+            return False
+        return scope.lookup(datum.value) is known.scope.lookup(value)
+    if name != "_":
+        bound[value] = datum
+    return True
+
+
+def _pattern_variables(known: _Rules, pattern: Datum) -> list[Any]:
+    found: list[Any] = []
+    stack = [pattern]
+    while stack:
+        item = stack.pop()
+        if isinstance(item, Atom):
+            if not isinstance(item.value, Symbol) or item.value in known.literals or known.is_ellipsis(item):
+                continue
+            if base_name(item.value) != "_":
+                found.append(item.value)
+        else:
+            stack.extend(item.items)
+            if isinstance(item, ListDatum) and item.tail is not None:
+                stack.append(item.tail)
+    return found
+
+
+class _Instance:
+    """One expansion of a template: its symbols that are no pattern variables become fresh aliases."""
+
+    def __init__(self, known: _Rules, span: Span) -> None:
+        self.known = known
+        self.span = span
+        self.aliases: dict[Symbol, Alias] = {}
+        self.size = 0
+
+    def build(self, template: Datum, bound: dict[Any, Any], escaped: bool = False) -> Datum:
+        self.size += 1
+        if self.size > MAX_EXPANDED_ITEMS:
+            raise LimitError("expansion", f"an expansion of `{self.known.name}` is too large", None, self.span)
+        if isinstance(template, Atom):
+            return self._atom(template, bound)
+        items = template.items
+        if not escaped and len(items) == 2 and self.known.is_ellipsis(items[0]):
+            return self.build(items[1], bound, True)  # (... template) takes `...` literally
+        built: list[Datum] = []
+        position = 0
+        while position < len(items):
+            item, depth = items[position], 0
+            while not escaped and position + 1 < len(items) and self.known.is_ellipsis(items[position + 1]):
+                depth, position = depth + 1, position + 1
+            built += self._repeat(item, bound, depth) if depth else [self.build(item, bound, escaped)]
+            position += 1
+        if isinstance(template, ArrayDatum):
+            return ArrayDatum(tuple(built), self.span)
+        if template.tail is None:
+            return ListDatum(tuple(built), None, self.span)
+        tail = self.build(template.tail, bound, escaped)
+        if isinstance(tail, ListDatum):
+            return ListDatum((*built, *tail.items), tail.tail, self.span)
+        return ListDatum(tuple(built), tail, self.span)
+
+    def _atom(self, atom: Atom, bound: dict[Any, Any]) -> Datum:
+        value = atom.value
+        if not isinstance(value, (Symbol, Keyword)):
+            return Atom(value, self.span)
+        if isinstance(value, Symbol) and value in bound:
+            found = bound[value]
+            if isinstance(found, list):
+                name = base_name(value)
+                raise SceneError("macro", f"`{name}` needs `{self.known.dots}` after it here", None, atom.span)
+            return found  # type: ignore[no-any-return]
+        if isinstance(value, Keyword) and "::" not in value:
+            return Atom(TemplateKeyword(value, self._fresh(Symbol(value))), self.span)
+        return Atom(self._alias(value), self.span)
+
+    def _alias(self, value: Symbol | Keyword) -> Any:
+        text = str(value) if isinstance(value, Keyword) else base_name(value)
+        name, sign, annotation = text.partition("::")
+        if sign and name and annotation:
+            return Annotated(self._fresh(Symbol(name)), annotation, isinstance(value, Keyword))
+        return self._fresh(value)  # type: ignore[arg-type]
+
+    def _fresh(self, symbol: Symbol) -> Alias:
+        alias = self.aliases.get(symbol)
+        if alias is None:
+            alias = self.aliases[symbol] = make_alias(symbol, self.known.scope, soft=False)
+        return alias
+
+    def _repeat(self, item: Datum, bound: dict[Any, Any], depth: int) -> list[Datum]:
+        variables = [v for v in _pattern_variables(self.known, item) if isinstance(bound.get(v), list)]
+        if not variables:
+            message = f"nothing before `{self.known.dots}` repeats in this template"
+            raise SceneError("macro", message, None, item.span)
+        lengths = {len(bound[v]) for v in variables}
+        if len(lengths) > 1:
+            message = "pattern variables that repeat together matched different numbers of items"
+            raise SceneError("macro", message, None, self.span)
+        out: list[Datum] = []
+        for index in range(lengths.pop()):
+            one = {**bound, **{v: bound[v][index] for v in variables}}
+            out += self._repeat(item, one, depth - 1) if depth > 1 else [self.build(item, one)]
+        return out

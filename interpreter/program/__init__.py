@@ -1,0 +1,1 @@
+"""A program's files, imports, top-level forms and params; versions of a program that is being edited."""

@@ -1,0 +1,703 @@
+"""A top level that goes on: forms are read, expanded and run one after another, and names may be defined anew.
+
+A form either does all that it says or nothing: what a failing form has bound or changed is taken back. All global
+variables count as assigned, so that a shared call that read one holds only until it changes. When a name comes to mean
+something else than a variable's new value (a macro, a record, a name of the library), the functions whose expansion
+looked it up are expanded and made anew.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from scenelang.grammar import ast
+from scenelang.grammar.datum import Atom, Datum, Expansion, ListDatum, Source, Span, Symbol
+from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError
+from scenelang.grammar.reader import Chunk, read, split_again
+from scenelang.interpreter.expand.expand import RunMacro
+from scenelang.interpreter.expand.scope import Scope, Variable, base_name
+from scenelang.interpreter.lint.lint import WHOLE_FILE, new_form_warnings
+from scenelang.interpreter.lint.rules import FactBook
+from scenelang.interpreter.program.program import (
+    Import,
+    LookupRecord,
+    Mark,
+    Prelude,
+    Program,
+    ProgramState,
+    SourceFile,
+    TopForm,
+    assembled,
+    collect,
+    finish_program,
+    go_back,
+    mark_of,
+    prelude_of,
+    top_forms,
+)
+from scenelang.interpreter.runtime.evaluate import ProgramRun
+from scenelang.interpreter.runtime.procedures import Cell
+from scenelang.interpreter.runtime.runtime import Runtime, raised_value
+from scenelang.interpreter.runtime.types import Library
+from scenelang.interpreter.runtime.values import Mutable, Stream
+from scenelang.interpreter.scene.entity import Scene
+
+# Versions of one program while it is being edited: only what an edit may have changed is looked at again.
+#
+# The main file is cut into its top-level pieces (``grammar.chunks``). A piece whose text stood in the last version
+# keeps
+# its datums; its scan and expansion are kept while every name that they looked up means the same (``ledger``). So
+# places
+# inside a piece are relative to it; ``Version.place`` gives those of the whole text. The result is what an analysis
+# from
+# scratch gives.
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Piece:
+    """A piece of the text and the form that it is; ``source`` holds only its text, with blanks for its column."""
+
+    text: str
+    source: Source
+    form: TopForm
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Version:
+    """One version of the text, analysed. ``pieces`` come with where the text of their sources begins."""
+
+    source: Source
+    pieces: tuple[tuple[int, Piece], ...]
+    program: Program
+    file: SourceFile
+    offsets: Mapping[int, int]
+
+    def place(self, span: Span) -> Span:
+        """A span in the whole text, or in another file as it was."""
+        expansion = span.expansion
+        if expansion is not None:
+            definition = expansion.definition
+            outer = Span(span.source, span.start, span.end, expansion.outer)
+            moved = None if definition is None else self.place(definition)
+            expansion = Expansion(expansion.macro, moved, self.place(outer).expansion)
+        offset = self.offsets.get(id(span.source))
+        if offset is None:
+            return Span(span.source, span.start, span.end, expansion)
+        return Span(self.source, span.start + offset, span.end + offset, expansion)
+
+    def diagnostic(self, diagnostic: Diagnostic) -> Diagnostic:
+        """A diagnostic with places in the whole text."""
+        if diagnostic.span is None and not diagnostic.notes:
+            return diagnostic
+        notes = tuple(Note(note.message, note.span and self.place(note.span)) for note in diagnostic.notes)
+        fixes = tuple(
+            replace(fix, edits=tuple(replace(edit, span=self.place(edit.span)) for edit in fix.edits))
+            for fix in diagnostic.fixes
+        )
+        return replace(diagnostic, span=diagnostic.span and self.place(diagnostic.span), notes=notes, fixes=fixes)
+
+
+class Versions:
+    """The versions of one main file, one after the other."""
+
+    def __init__(self, prelude: Prelude) -> None:
+        self._prelude = prelude
+        self._text = ""
+        self._chunks: tuple[Chunk, ...] = ()
+        self._pieces: tuple[tuple[int, Piece], ...] = ()
+        self._state: ProgramState | None = None
+        self._file: SourceFile | None = None
+        self._book = FactBook()
+
+    def analyse(self, source: Source, load: Callable[[str, Source, Span], Source], run_macro: RunMacro) -> Version:
+        """The next version. ``load`` and ``run_macro`` are those of ``load_program``."""
+        kept = self._state.files if self._state is not None else {}
+        state = ProgramState(self._prelude, load, {}, run_macro, kept=kept, book=self._book, keeps_uses=True)
+        file = self._file
+        if file is None or file.source.name != source.name:
+            file = SourceFile(source, self._prelude.scope, state, is_main=True)
+        file.source, file.state, file.expander.run_macro = source, state, run_macro
+        self._chunks = chunks = split_again(source.text, self._text, self._chunks)
+        self._text = source.text
+        self._pieces = pieces = self._next_pieces(source, chunks)
+        file.forms = [piece.form for _, piece in pieces]
+        self._state, self._file = state, file
+        offsets = {id(piece.source): start for start, piece in pieces}
+        return Version(source, pieces, finish_program(file), file, offsets)
+
+    def _next_pieces(self, source: Source, chunks: Sequence[Chunk]) -> tuple[tuple[int, Piece], ...]:
+        """The pieces of a text; one whose text stood in the last version, at the same column, is taken from there."""
+        known: defaultdict[str, list[Piece]] = defaultdict(list)
+        for _, piece in reversed(self._pieces):
+            known[piece.text].append(piece)
+        found = []
+        for chunk in chunks:
+            text = " " * chunk.column + chunk.text
+            found.append((chunk.start - chunk.column, known[text].pop() if known[text] else _piece(source.name, text)))
+        return tuple(found)
+
+
+def _piece(name: str, text: str) -> Piece:
+    source = Source(name, text)
+    result = read(source)
+    return Piece(text, source, TopForm(result.forms, result.diagnostics))
+
+
+# A run whose changes can be taken back: what an evaluation that fails has changed is put back as it was before.
+
+
+_OWN = ("birth", "observed")
+_CONTAINERS = (list, dict, np.ndarray)
+
+
+class JournaledRuntime(Runtime):
+    """Keeps, from ``begin`` on, the first state of every older thing that is about to change."""
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self._journal: dict[int, tuple[Mutable, dict[str, Any]]] = {}
+        self._start = 0
+        self._streams = self.streams.snapshot()
+
+    def begin(self) -> None:
+        """Start a journal: from here on changes can be taken back."""
+        self._journal = {}
+        self.clock += 1
+        self._start = self.clock
+        self._streams = self.streams.snapshot()
+        self.drew = False
+
+    @property
+    def has_changed(self) -> bool:
+        """Whether anything older than the journal has changed, or a random number was drawn."""
+        return bool(self._journal) or self.drew
+
+    @property
+    def has_written(self) -> bool:
+        """Whether anything older than the journal has changed."""
+        return bool(self._journal)
+
+    def take_back(self) -> None:
+        """Put everything back as it was when the journal was begun."""
+        for thing, state in self._journal.values():
+            for name, value in state.items():
+                setattr(thing, name, value)
+        self._journal = {}
+        self.streams.restore(self._streams)
+        self.forget_calls()
+
+    def write(self, thing: Mutable) -> None:
+        if 0 <= thing.birth < self._start and id(thing) not in self._journal:
+            self._journal[id(thing)] = thing, _state(thing)
+        super().write(thing)
+
+
+def _state(thing: Mutable) -> dict[str, Any]:
+    """What a mutable thing holds: containers and generators copied, values as they are, for they have an identity."""
+    state = {name: getattr(thing, name) for name in type(thing).__slots__ if name not in _OWN}
+    if isinstance(thing, Stream):
+        return {name: copy.deepcopy(value) for name, value in state.items()}
+    return {name: copy.copy(value) if isinstance(value, _CONTAINERS) else value for name, value in state.items()}
+
+
+# The last values of a top level that goes on, ``*1 *2 *3``, and its last error, ``*e``, as variables.
+
+
+VALUES = ("*1", "*2", "*3")
+ERROR = "*e"
+
+
+class Latest:
+    """Binds the names in ``scope``; all hold none at first."""
+
+    def __init__(self, run: ProgramRun, scope: Scope) -> None:
+        self._rt = run.rt
+        self._cells: dict[str, Cell] = {}
+        for name in (*VALUES, ERROR):
+            variable = Variable(name, None, is_global=True)
+            variable.assigned = True  # so that a call that reads it is shared only until it changes
+            scope.bind(Symbol(name), variable)
+            self._cells[name] = run.globals[variable] = Cell(None, 0)
+
+    @property
+    def value(self) -> Any:
+        """``*1``."""
+        return self._cells[VALUES[0]].value
+
+    def remember(self, value: Any) -> None:
+        """Make a value ``*1``; what that was becomes ``*2``, and so on."""
+        cells = [self._cells[name] for name in VALUES]
+        for cell, each in zip(cells, [value, *(cell.value for cell in cells[:-1])]):
+            self._put(cell, each)
+
+    def remember_error(self, error: SceneError) -> None:
+        """Make an error the value of ``*e``."""
+        self._put(self._cells[ERROR], raised_value(error))
+
+    def _put(self, cell: Cell, value: Any) -> None:
+        if cell.observed:  # a stored call read it
+            self._rt.forget_calls()
+            cell.observed = False
+        cell.value = value
+
+
+# Forms of a top level that goes on: what each defines, which replaces which, which are taken together.
+
+
+_DEFINING = frozenset(
+    ["define", "define-values", "define-record", "define-syntax", "define-macro", "bind", "import", "param", "scene"]
+)  # forms that may see one another when they are given together
+
+
+def source_of(form: TopForm) -> Source:
+    return form.datums[0].span.source
+
+
+def names_of(form: TopForm) -> set[str]:
+    """The names that a form defines and the words that it binds; words in quotes."""
+    bound = form.scan.record.bound if form.scan is not None and not form.imports else {}
+    return {base_name(symbol) for symbol in bound} | {f'"{word}"' for word, _ in form.words}
+
+
+def fresh(form: TopForm) -> TopForm:
+    """The form as it was read."""
+    return TopForm(form.datums, form.read)
+
+
+def replaces(new: TopForm, old: TopForm, defined: set[str]) -> bool:
+    """Whether all that an old form made is made by a new one."""
+    if new.scene is not None and old.scene is not None:
+        return True
+    if new.imports or old.imports:
+        return bool(new.imports and old.imports) and _text(new) == _text(old)
+    made = names_of(old)
+    return bool(made) and made <= defined
+
+
+def is_assignment(form: TopForm) -> bool:
+    """Whether a form is ``(define name value)``, which can be said again as ``(set! name value)``."""
+    datum = form.datums[0]
+    return (
+        len(form.datums) == 1
+        and isinstance(datum, ListDatum)
+        and len(datum.items) == 3
+        and datum.items[0].span.text == "define"
+        and isinstance(datum.items[1], Atom)
+    )
+
+
+def computes(form: TopForm) -> bool:
+    """Whether evaluating a form runs anything: not for functions, macros and records."""
+    trees = [tree for tree in form.asts if not isinstance(tree, Import)]
+    head = form.datums[0].items[0] if isinstance(form.datums[0], ListDatum) and form.datums[0].items else None
+    is_record = head is not None and head.span.text == "define-record"
+    return not is_record and not all(makes_function(tree) for tree in trees)
+
+
+def _text(form: TopForm) -> str:
+    return " ".join(datum.span.text for datum in form.datums)
+
+
+def makes_function(tree: Any) -> bool:
+    value = tree.value if type(tree) is ast.Define else tree.function if type(tree) is ast.Bind else None
+    return type(value) is ast.Lambda
+
+
+def groups(forms: Sequence[TopForm]) -> Iterator[list[TopForm]]:
+    """Definitions that stand side by side and define different names; every other form alone."""
+    group: list[TopForm] = []
+    names: set[str] = set()
+    for form in forms:
+        name = _defined_name(form.datums[0])
+        if name is None or name in names:
+            if group:
+                yield group
+            group, names = [], set()
+        if name is None:
+            yield [form]
+        else:
+            group.append(form)
+            names.add(name)
+    if group:
+        yield group
+
+
+def _defined_name(datum: Datum) -> str | None:
+    """What a form seems to define, None for an expression."""
+    if not isinstance(datum, ListDatum) or len(datum.items) < 2:
+        return None
+    head, target = datum.items[0], datum.items[1]
+    if not isinstance(head, Atom) or str(head.value) not in _DEFINING or not isinstance(head.value, Symbol):
+        return None
+    while isinstance(target, ListDatum) and target.items:
+        target = target.items[0]
+    return str(target.span.text)
+
+
+def placed(forms: Sequence[TopForm], form: TopForm) -> list[TopForm]:
+    """The forms that made what there is, with a new one among them, so that they make it again in their order.
+
+    What computes nothing by itself (functions, macros, records) takes the place of what it replaces. A value comes
+    last; if something was computed since the old value was, which may have used it, both stay.
+    """
+    defined = names_of(form)
+    replaced = [i for i, old in enumerate(forms) if replaces(form, old, defined)]
+    if replaced and is_assignment(form) and any(computes(old) for old in forms[replaced[-1] + 1 :]):
+        replaced = []
+    kept = [old for i, old in enumerate(forms) if i not in replaced]
+    kept.insert(replaced[0] if replaced and not computes(form) else len(kept), form)
+    return kept
+
+
+_MOST_ROUNDS = 10
+
+
+@dataclass(frozen=True, slots=True)
+class Given:
+    """What one form came to. ``value`` is None for a definition."""
+
+    value: Any
+    is_expression: bool
+
+
+class TopLevel:
+    """``load(path, importing source, span)`` finds an imported file; ``new_macros`` gives what runs macros' bodies in
+    the next evaluation; ``overrides`` are the datums of params. ``forms`` are those that made what there is now, in
+    order: definitions, and expressions that changed something or drew a random number."""
+
+    def __init__(
+        self,
+        library: Library,
+        runtime: JournaledRuntime,
+        main: Source,
+        load: Callable[[str, Source, Span], Source],
+        new_macros: Callable[[], RunMacro],
+        overrides: dict[str, Datum],
+    ) -> None:
+        self.rt = runtime
+        self.run = ProgramRun(library, runtime)
+        self.main = main
+        self._new_macros = new_macros
+        prelude = prelude_of(library)
+        self.state = ProgramState(prelude, load, overrides, new_macros())
+        self.file = SourceFile(main, prelude.scope, self.state, is_main=True)
+        self.latest = Latest(self.run, self.file.scope)
+        self.forms: list[TopForm] = []
+        self._drew: set[int] = set()  # forms, by id, that drew random numbers and did nothing else that stays
+        self._ran: set[int] = set()  # imported files, by id
+        self._known: list[SourceFile] = []  # so that ids stay theirs
+
+    # --- evaluating --------------------------------------------------------------------------------------------
+
+    def evaluate(
+        self, source: Source, give: Callable[[Given], None], warn: Callable[[Diagnostic], None], whole: bool = False
+    ) -> None:
+        """Evaluate the forms of a text; ``give`` gets each form's value as soon as it is there.
+
+        ``whole``: the text is a file, all of whose definitions see one another. Raises SceneError for the first form
+        that fails; those before it have been evaluated, and it has left nothing behind.
+        """
+        forms = top_forms(source)
+        for diagnostic in forms[0].read:
+            if diagnostic.is_error:
+                raise error_of(diagnostic)
+        given_forms = [form for form in forms if form.datums]
+        self.file.source = source if whole else self.main  # where imports are looked for
+        self.state.run_macro = self.file.expander.run_macro = self._new_macros()
+        self.file.expander.searches = 0
+        batches = [given_forms] if whole else list(groups(given_forms))
+        for group in batches:
+            if len(group) == 1 or whole or self._expands(group):
+                self._evaluate_group(group, give, warn, whole)
+            else:
+                for form in group:
+                    self._evaluate_group([fresh(form)], give, warn, whole)
+
+    def _expands(self, group: Sequence[TopForm]) -> bool:
+        """Whether forms can be taken in together; otherwise the first one at fault is to be found."""
+        mark = self._mark()
+        problems = self._take_in([fresh(form) for form in group])
+        self._go_back(mark)
+        return not any(d.is_error for d in problems)
+
+    def _evaluate_group(
+        self, group: Sequence[TopForm], give: Callable[[Given], None], warn: Callable[[Diagnostic], None], whole: bool
+    ) -> None:
+        before = self._mark()
+        try:
+            problems = self._take_in(group)
+        except BaseException:  # such as a recursion too deep: nothing of it may stay
+            self._go_back(before)
+            raise
+        errors = [d for d in problems if d.is_error]
+        if errors:
+            self._go_back(before)
+            for diagnostic in errors[:-1]:
+                warn(diagnostic)
+            raise error_of(errors[-1])
+        for diagnostic in self._warnings(group, problems, whole):
+            warn(diagnostic)
+        self._run_group(group, before, give)
+
+    def _run_group(self, group: Sequence[TopForm], before: Mark, give: Callable[[Given], None]) -> None:
+        for number, form in enumerate(group):
+            self.rt.begin()
+            ran = set(self._ran)
+            try:
+                given = self._run_form(form)
+            except BaseException:
+                self.rt.take_back()
+                self._ran = ran
+                self._keep_only(before, group[:number])
+                raise
+            self._accept(form, before)
+            for each in given:
+                give(each)
+
+    def _run_form(self, form: TopForm) -> list[Given]:
+        given = []
+        for tree in form.asts:
+            if isinstance(tree, Import):
+                self._run_import(tree)
+                continue
+            is_definition = type(tree) in (ast.Define, ast.Bind)
+            given.append(Given(self.run.run_form(tree), not is_definition))
+        return given
+
+    def _run_import(self, item: Import) -> None:
+        """Run an imported file and its imports, if they are new or have changed."""
+        forms: list[Any] = []
+        claimed = frozenset(word for form in self.forms for word, _ in form.words)
+        collect(item.file, claimed, forms, self._ran)
+        for form in forms:
+            self.run.run_form(form)
+
+    def _take_in(self, group: Sequence[TopForm]) -> list[Diagnostic]:
+        """Scan and expand forms; imported files are looked at again."""
+        state, file = self.state, self.file
+        state.kept = {**state.kept, **state.files}
+        state.files = {file.source.name: file}
+        state.loading = [file.source.name]
+        file.scene = None
+        file.is_incomplete = False
+        scene = self._scene()
+        file.take_in(group)
+        state.loading = []
+        file.scene = file.scene or scene
+        found = [d for form in group for step in (form.scan, form.expansion) if step for d in step.problems]
+        for each in state.files.values():
+            if each is not file:
+                each.finish()
+                found += each.diagnostics()
+        self._count_as_assigned(group)
+        self._note_changed_files()
+        found += [d for d in file.problems if d.name != "bound-twice"]
+        return [d for d in found if not (file.is_incomplete and d.name == "unbound")]
+
+    def _scene(self) -> ListDatum | None:
+        return next((form.scene for form in reversed(self.forms) if form.scene is not None), None)
+
+    def _count_as_assigned(self, group: Sequence[TopForm]) -> None:
+        """Whatever is global may change here, by a later form."""
+        tables = [form.scan.record.bound for form in group if form.scan is not None]
+        for file in self.state.files.values():
+            tables.append(dict(dict.items(file.names)))
+        for table in tables:
+            for binding in table.values():
+                if isinstance(binding, Variable):
+                    binding.assigned = True
+
+    def _note_changed_files(self) -> None:
+        """A file that imports one that has not run in this version must run again too."""
+        self._known += [file for file in self.state.files.values() if file is not self.file]
+        changed = True
+        while changed:
+            changed = False
+            for file in self._known:
+                if id(file) in self._ran and any(id(each) not in self._ran for each in file.imports):
+                    self._ran.discard(id(file))
+                    changed = True
+
+    # --- what is kept ------------------------------------------------------------------------------------------
+
+    def _accept(self, form: TopForm, before: Mark) -> None:
+        """A form was evaluated: it replaces those that defined the same, and what depends on it is made anew."""
+        defined = names_of(form)
+        if not defined and not form.imports and not form.scene:
+            if not self.rt.has_changed:
+                return
+            if not self.rt.has_written:
+                self._drew.add(id(form))
+        self.forms = placed(self.forms, form)
+        file = self.file
+        file.forms = self.forms
+        file.words = {word: span for each in self.forms for word, span in each.words}
+        file.imports = [each for old in self.forms for each in old.imports]
+        self.state.params = [param for each in self.forms for param in each.params]
+        if defined or form.imports:
+            self.rt.forget_calls()
+            self._make_anew(before)
+
+    def _make_anew(self, before: Mark) -> None:
+        """Expand and run again the functions that looked up a name which now means something else."""
+        for _ in range(_MOST_ROUNDS):
+            stale = [form for form in self.forms if self._is_stale(form)]
+            for form in stale:
+                self._remake(form)
+            if not stale:
+                return
+
+    def _is_stale(self, form: TopForm) -> bool:
+        find = dict.get
+        records: list[LookupRecord] = [step.record for step in (form.scan, form.expansion) if step is not None]
+        own = {symbol for record in records for symbol in record.bound}
+        return not form.imports and any(
+            find(self.file.names, symbol) is not found
+            for record in records
+            for symbol, found in record.seen.items()
+            if symbol not in own
+        )
+
+    def _remake(self, form: TopForm) -> None:
+        """A form that does not expand any more keeps what it made."""
+        again = fresh(form)
+        mark = self._mark()
+        problems = self._take_in([again])
+        if any(d.is_error for d in problems):
+            self._go_back(mark)
+            for step in (form.scan, form.expansion):
+                if step is not None:
+                    step.record.seen = {s: dict.get(self.file.names, s) for s in step.record.seen}
+            return
+        self.forms[self.forms.index(form)] = again
+        for tree in again.asts:
+            if not isinstance(tree, Import) and makes_function(tree) and self._is_latest(again):
+                self.run.run_form(tree)
+
+    def _is_latest(self, form: TopForm) -> bool:
+        return all(self.definition_of(name) is form for name in names_of(form))
+
+    def _mark(self) -> Mark:
+        return mark_of(self.file, self._ran)
+
+    def _go_back(self, mark: Mark) -> None:
+        go_back(self.file, mark)
+        self._ran = set(mark.ran)
+
+    def _keep_only(self, before: Mark, done: Sequence[TopForm]) -> None:
+        """Of a group whose rest failed, keep the names of the forms that are done."""
+        ran = set(self._ran)
+        words = dict(self.file.words)
+        self._go_back(before)
+        for form in done:
+            if form.scan is not None:
+                self.file.names.replay(form.scan.record.bound)
+            self.file.expander.record_names |= form.records
+        self._ran = ran
+        if done:
+            self.file.words = words
+            self.state.params = [param for each in self.forms for param in each.params]
+
+    def forget_versions(self, source: Source) -> None:
+        """Forget what other versions of a file defined and the version ``source`` does not."""
+        old = [form for form in self.forms if source_of(form).name == source.name and source_of(form) is not source]
+        self.forms = self.file.forms = [form for form in self.forms if form not in old]
+        kept = {name for form in self.forms for name in names_of(form)}
+        for form in old:
+            for symbol in list(form.scan.record.bound if form.scan is not None else ()):
+                if base_name(symbol) not in kept:
+                    dict.pop(self.file.names, symbol, None)
+            for word, _ in form.words:
+                if f'"{word}"' not in kept:
+                    self.rt.words[word].function = None
+        self.file.words = {word: span for form in self.forms for word, span in form.words}
+        self.rt.forget_calls()
+
+    # --- for whoever looks at it -------------------------------------------------------------------------------
+
+    def lasting_forms(self) -> list[TopForm]:
+        """``forms`` without those that only drew random numbers after which nothing was computed."""
+        found: list[TopForm] = []
+        matters = False
+        for form in reversed(self.forms):
+            if id(form) not in self._drew or matters:
+                found.append(form)
+                matters = matters or computes(form)
+        return found[::-1]
+
+    def program(self) -> Program:
+        """All that makes what there is now, as a program."""
+        file = self.file
+        file.scene = self._scene()
+        file.problems = []
+        self.state.files = {each.source.name: each for each in [file, *file.imports]}
+        return assembled(file, file.finish_scene())
+
+    def run_root(self, program: Program, word: str, seed: int) -> Scene:
+        """The scene of the root ``word``, as a run of the program makes it; the random streams go on afterwards."""
+        streams = self.rt.streams.snapshot()
+        self.rt.begin()
+        try:
+            return self.run.run_root(program, word, seed)
+        except BaseException:
+            self.rt.take_back()
+            raise
+        finally:
+            self.rt.streams.restore(streams)
+
+    def expansion(self, source: Source) -> list[Any]:
+        """The core AST of the forms of a text, of which nothing stays. Raises SceneError."""
+        result = read(source)
+        for diagnostic in result.diagnostics:
+            raise error_of(diagnostic)
+        mark = self._mark()
+        forms = [TopForm((datum,)) for datum in result.forms]
+        try:
+            for diagnostic in self._take_in(forms):
+                if diagnostic.is_error:
+                    raise error_of(diagnostic)
+        finally:
+            self._go_back(mark)
+        return [tree for form in forms for tree in form.asts if not isinstance(tree, Import)]
+
+    def names(self) -> Iterator[tuple[str, Any]]:
+        """The names that the session defined or imported, with their bindings."""
+        for symbol, binding in dict.items(self.file.names):
+            yield base_name(symbol), binding
+
+    def value_of(self, name: str) -> Any:
+        """The value of a name that is bound to a variable; raises KeyError."""
+        binding = dict.get(self.file.names, Symbol(name))
+        if not isinstance(binding, Variable) or binding not in self.run.globals:
+            raise KeyError(name)
+        return self.run.globals[binding].value
+
+    def definition_of(self, name: str) -> TopForm | None:
+        """The form that defines a name or binds a word, in the session or in what it imports."""
+        files = [file for file in self._known if id(file) in self._ran]
+        for forms in (self.forms, *(file.forms for file in reversed(files))):
+            for form in reversed(forms):
+                if name in names_of(form):
+                    return form
+        return None
+
+    def _warnings(self, group: Sequence[TopForm], problems: Sequence[Diagnostic], whole: bool) -> list[Diagnostic]:
+        trees = tuple(tree for form in group for tree in form.asts if not isinstance(tree, Import))
+        words = {**{word: span for form in self.forms for word, span in form.words}, **self.file.words}
+        imported = {word: span for file in self.state.files.values() for word, span in file.words.items()}
+        found = [*problems, *new_form_warnings(self.main, trees, words, {**imported, **words})]
+        return [d for d in found if whole or d.name not in WHOLE_FILE]
+
+
+def error_of(diagnostic: Diagnostic) -> SceneError:
+    """A diagnostic as an error again."""
+    return SceneError(
+        diagnostic.name, diagnostic.message, diagnostic.hint, diagnostic.span, diagnostic.notes, list(diagnostic.chain),
+        fixes=diagnostic.fixes,
+    )  # fmt: skip

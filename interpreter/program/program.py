@@ -1,0 +1,792 @@
+"""Programs: the files that one holds, and their core AST in running order."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache
+from typing import Any
+
+from scenelang.grammar import ast
+from scenelang.grammar.ast import parse_core
+from scenelang.grammar.datum import Atom, Datum, Keyword, ListDatum, Source, Span, Symbol
+from scenelang.grammar.diagnostics import Diagnostic, SceneError, suggest
+from scenelang.grammar.reader import read_pieces
+from scenelang.interpreter.expand.expand import (
+    MAX_EXPANDED,
+    MAX_EXPANSIONS,
+    Expander,
+    Pending,
+    RunMacro,
+    Use,
+    core,
+    is_identifier,
+    syntax_error,
+)
+from scenelang.interpreter.expand.forms import FORMS
+from scenelang.interpreter.expand.scope import ConstantBinding, Macro, PaperForm, Scope, Special, Variable, base_name
+from scenelang.interpreter.lint.rules import FactBook, Facts
+from scenelang.interpreter.runtime.types import STD, Builtin, Library
+
+# The expander of one file, which knows the program around it.
+
+
+_PLAIN_TYPES = frozenset(("Embedding", "List[Embedding]", "Integer", "Float", "Number", "Vector", "Matrix", "Entity"))
+
+
+class FileExpander(Expander):
+    """An expander that knows the program around its file, for hints."""
+
+    def __init__(self, file: SourceFile, run_macro: RunMacro) -> None:
+        super().__init__(run_macro)
+        self._file = file
+        self._globals: dict[str, Variable] = {}
+        self.declared: set[str] = set()  # in this version of the file
+
+    def begin(self) -> None:
+        """Start with a new version of the file."""
+        self.record_names.clear()
+        self.expansions = self.expanded = 0
+        self.declared.clear()
+
+    def known_names(self) -> Iterable[str]:
+        state = self._file.state
+        return state.prelude.names() if state is not None else ()
+
+    def importable_from(self, name: str) -> str | None:
+        state = self._file.state
+        module = state.prelude.library.module_of(name.removeprefix(STD)) if state is not None else None
+        return f"{STD}{module}" if module is not None else None
+
+    def bound_words(self) -> Iterable[str]:
+        state = self._file.state
+        return [word for file in (self._file, *(state.files.values() if state else ())) for word in file.words]
+
+    def unbound(self, atom: Atom, scope: Scope) -> SceneError:
+        self._file.names.record.open_ended = True  # the hint depends on every name
+        return super().unbound(atom, scope)
+
+    def note_chance(self) -> None:
+        self._file.names.record.open_ended = True
+
+    def annotated_type(self, text: str, span: Span) -> Any:
+        if text not in _PLAIN_TYPES:
+            self._file.names.record.open_ended = True  # it depends on the program's records
+        return super().annotated_type(text, span)
+
+    def global_variable(self, name: str, span: Span) -> Variable:
+        """The variable that a name had in the last version too; a second definition in one file has its own."""
+        known = None if name in self.declared else self._globals.get(name)
+        variable = known or super().global_variable(name, span)
+        if name not in self.declared:
+            self._globals[name] = variable
+        self.declared.add(name)
+        variable.span = span
+        return variable
+
+
+# The names of a file's top level, with a record of who looked them up: what an analysis of one form depends on.
+
+
+@dataclass(slots=True)
+class LookupRecord:
+    """What a piece of work looked up, with what it found (None: nothing), and what it bound.
+
+    ``macros``: every macro there was, where the work asked for all of them. ``open_ended``: it depends on more than can
+    be listed, such as all names when a misspelling is looked for.
+    """
+
+    seen: dict[Symbol, Any] = field(default_factory=dict)
+    bound: dict[Symbol, Any] = field(default_factory=dict)
+    macros: tuple[Any, ...] | None = None
+    open_ended: bool = False
+
+
+class Ledger(dict[Symbol, Any]):
+    """Bindings by symbol. ``record`` notes the work that is going on."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.record = LookupRecord()
+
+    def begin(self) -> LookupRecord:
+        """Start a new record and return it."""
+        self.record = LookupRecord()
+        return self.record
+
+    def get(self, key: Symbol, default: Any = None) -> Any:
+        found = super().get(key, default)
+        record = self.record
+        if key not in record.seen and key not in record.bound:
+            record.seen[key] = found
+        return found
+
+    def __setitem__(self, key: Symbol, value: Any) -> None:
+        self.record.bound[key] = value
+        super().__setitem__(key, value)
+
+    def items(self) -> Any:
+        """Every binding; the running work depends on each macro among them."""
+        self.record.macros = self._macros()
+        return super().items()
+
+    def _macros(self) -> tuple[Any, ...]:
+        found = super().items()
+        return tuple((symbol, binding) for symbol, binding in found if isinstance(binding, Macro))
+
+    def agrees(self, record: LookupRecord) -> bool:
+        """Whether work with this record would find the same again."""
+        if record.open_ended or (record.macros is not None and record.macros != self._macros()):
+            return False
+        find = super().get
+        return all(find(symbol) is found for symbol, found in record.seen.items())
+
+    def replay(self, bound: Mapping[Symbol, Any]) -> None:
+        """Bind what finished work had bound."""
+        self.update(bound)
+
+
+# Params: the constants of a program that the command line may override.
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Param:
+    """A ``(param name default "doc" :min a :max b)`` of a program."""
+
+    name: str
+    default: str
+    doc: str
+    minimum: float | None
+    maximum: float | None
+    span: Span
+
+
+def read_param(datum: ListDatum, name: str) -> Param:
+    """The ``(param name value "doc" :min a :max b)`` that ``datum`` is; raises SceneError for anything else in it."""
+    rest = list(datum.items[3:])
+    doc = ""
+    if rest and isinstance(rest[0], Atom) and type(rest[0].value) is str:
+        doc = rest.pop(0).value
+    ends: dict[str, float] = {}
+    while rest:
+        key = rest.pop(0)
+        known = isinstance(key, Atom) and isinstance(key.value, Keyword) and str(key.value) in ("min", "max")
+        if not known or not rest or not isinstance(rest[0], Atom) or type(rest[0].value) not in (int, float):
+            raise syntax_error("param", "`param` has no place for this", key.span)
+        ends[str(key.value)] = rest.pop(0).value
+    default = " ".join(datum.items[2].span.text.split())
+    return Param(name, default, doc, ends.get("min"), ends.get("max"), datum.span)
+
+
+def checked_value(param: Param, value: Any, span: Span) -> Datum:
+    """The datum that takes the place of a param's default."""
+    datum: Datum = value
+    number = datum.value if isinstance(datum, Atom) and type(datum.value) in (int, float) else None
+    for bound, sign, word in ((param.minimum, 1, "least"), (param.maximum, -1, "most")):
+        if number is None and bound is not None:
+            raise SceneError("param", f"`{param.name}` must be a number, at {word} {bound}", None, param.span)
+        if number is not None and bound is not None and sign * number < sign * bound:
+            raise SceneError("param", f"`{param.name}` must be at {word} {bound}, got {number}", None, param.span)
+    return datum
+
+
+# The top-level forms of a file, each with all that was found in it.
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Import:
+    """A top-level ``import``: the file that it brings, in its place among the forms."""
+
+    file: SourceFile
+
+
+@dataclass(slots=True)
+class Step:
+    """One of the two steps of a form, scanning or expansion: what it looked up, what went wrong, what macros cost, and
+    for editors what the identifiers mean."""
+
+    record: LookupRecord
+    problems: list[Diagnostic]
+    expansions: int
+    expanded: int
+    uses: list[Use]
+
+
+class TopForm:
+    """A top-level form, or several that touch, with all that was found in it."""
+
+    __slots__ = ("asts", "datums", "expansion", "imports", "params", "pending", "read", "records", "scan", "scene",
+                 "words")  # fmt: skip
+
+    def __init__(self, datums: Sequence[Datum], read: Sequence[Diagnostic] = ()) -> None:
+        self.datums = tuple(datums)
+        self.read = tuple(read)  # what the reader found wrong
+        self.scan: Step | None = None
+        self.expansion: Step | None = None
+        self.forget()
+
+    def forget(self) -> None:
+        """Nothing has been scanned yet."""
+        self.scan = self.expansion = None
+        self.pending: list[Pending | Import] = []
+        self.words: list[tuple[str, Span]] = []
+        self.records: set[str] = set()
+        self.params: list[Param] = []
+        self.imports: list[SourceFile] = []
+        self.scene: ListDatum | None = None
+        self.asts: list[Any] = []  # core AST and Imports
+
+
+def top_forms(source: Source) -> list[TopForm]:
+    """The forms of a text, read at once."""
+    result = read_pieces(source)
+    return [TopForm((), result.diagnostics), *(TopForm((datum,)) for datum in result.forms)]
+
+
+# One file of a program on its way: scanned for definitions first, then expanded form by form into core AST.
+#
+# Each top-level form keeps what was found in it and what it looked up (``ledger``), so that a later version of the
+# file
+# can use it again (``incremental``).
+
+
+@dataclass(slots=True, eq=False)
+class ProgramState:
+    """What the files of one program share while they are loaded. ``kept`` are files of an earlier version;
+    ``keeps_uses``: editors want to know what every identifier means."""
+
+    prelude: Prelude
+    load: Callable[[str, Source, Span], Source]
+    overrides: Mapping[str, Any]
+    run_macro: RunMacro
+    files: dict[str, SourceFile] = field(default_factory=dict)
+    loading: list[str] = field(default_factory=list)
+    params: list[Param] = field(default_factory=list)
+    kept: Mapping[str, SourceFile] = field(default_factory=dict)
+    book: FactBook = field(default_factory=FactBook)
+    keeps_uses: bool = False
+
+
+_MISSING = ("file", "import-cycle", "import-outside")
+_UNREADABLE = ("unclosed", "extra-close", "nesting", "bad-dot", "syntax")
+
+
+class SourceFile:
+    """A file of a program. ``scan`` and ``finish`` may be repeated, with other ``forms`` for a new version of its
+    text; without a ``state`` the file is one of the library's own."""
+
+    def __init__(self, source: Source, parent: Scope, state: ProgramState | None = None, is_main: bool = False) -> None:
+        self.source = source
+        self.names = Ledger()
+        self.scope = Scope(parent)
+        self.scope.bindings = self.names
+        self.state = state
+        self.is_main = is_main
+        self.expander = FileExpander(self, state.run_macro if state is not None else _no_macros)
+        self.forms: list[TopForm] = []
+        self.begin()
+
+    def begin(self) -> None:
+        """Forget what was found, but for the forms themselves and the identity of variables."""
+        self.names.clear()
+        self.expander.begin()
+        self.problems: list[Diagnostic] = []  # those of the whole file
+        self.words: dict[str, Span] = {}
+        self.imports: list[SourceFile] = []
+        self.brought: dict[Symbol, tuple[str, Any]] = {}  # names that an import gave: the file's name, the binding
+        self.scene: ListDatum | None = None
+        self.is_incomplete = False  # something that may define names could not be read
+        if self.state is not None and self.source.name.startswith(STD):
+            self._bring(self.state.prelude.library.imported.get(self.source.name[len(STD) :], {}))
+
+    def _bring(self, builtins: Mapping[str, Builtin]) -> None:
+        """Give the file builtins that programs have only by importing it."""
+        for name, builtin in builtins.items():
+            self.names[Symbol(name)] = self.names[Symbol(STD + name)] = builtin
+
+    # --- scanning ----------------------------------------------------------------------------------------------
+
+    def scan(self) -> None:
+        """Find definitions, macros and imports; of a form whose last scan still holds that is taken over."""
+        self.begin()
+        for form in self.forms:
+            self._scan_top(form)
+
+    def take_in(self, forms: Sequence[TopForm]) -> None:
+        """Scan and expand further forms, which may define names anew; the file's own ``forms`` stay as they are."""
+        records = set(self.expander.record_names)
+        self.expander.begin()
+        self.expander.record_names |= records
+        self.problems = []
+        for form in forms:
+            self._scan_top(form)
+        for form in forms:
+            form.expansion = self._step(lambda form=form: self._finish_form(form))  # type: ignore[misc]
+
+    def _scan_top(self, form: TopForm) -> None:
+        if self._holds(form.scan) and not form.imports:
+            assert form.scan is not None
+            self._take_over(form.scan)
+        else:
+            form.forget()
+            form.scan = self._step(lambda: self._scan_all(form))
+        self._take(form)
+
+    def _take_over(self, step: Step) -> None:
+        """Do what a finished step did to the file's names and to the account of macros."""
+        self.names.replay(step.record.bound)
+        self.expander.declared |= {b.name for b in step.record.bound.values() if isinstance(b, Variable)}
+        self.expander.expansions += step.expansions
+        self.expander.expanded += step.expanded
+
+    def _scan_all(self, form: TopForm) -> None:
+        self.expander.found_records = form.records
+        for datum in form.datums:
+            self._guarded(lambda datum=datum: self._scan_form(datum, form))  # type: ignore[misc]
+
+    def _holds(self, step: Step | None) -> bool:
+        """Whether a step's result can be used again."""
+        if step is None or not self.names.agrees(step.record):
+            return False
+        expander = self.expander
+        return (
+            expander.expansions + step.expansions <= MAX_EXPANSIONS
+            and expander.expanded + step.expanded <= MAX_EXPANDED
+        )
+
+    def _step(self, action: Callable[[], Any]) -> Step:
+        """Do one step of a form and keep account of it."""
+        expander = self.expander
+        expansions, expanded = expander.expansions, expander.expanded
+        record = self.names.begin()
+        problems: list[Diagnostic] = []
+        expander.diagnostics = problems
+        uses: list[Use] = []
+        expander.uses = uses if self.state is not None and self.state.keeps_uses else None
+        action()
+        return Step(record, problems, expander.expansions - expansions, expander.expanded - expanded, uses)
+
+    def _take(self, form: TopForm) -> None:
+        """Add to the file what a scanned form holds."""
+        for word, span in form.words:
+            if word in self.words:
+                message = f'"{word}" is bound twice in this file; the last binding wins'
+                self.problems.append(Diagnostic("bound-twice", message, span))
+            self.words[word] = span
+        self.expander.record_names |= form.records
+        self.imports += form.imports
+        assert form.scan is not None
+        if any(d.name in _MISSING for d in form.scan.problems) or any(d.name in _UNREADABLE for d in form.read):
+            self.is_incomplete = True
+        if self.state is not None:
+            self.state.params += form.params
+        if form.scene is not None and self.scene is not None:
+            self.problems.append(Diagnostic("duplicate", "there are two `(scene ...)` forms", form.scene.span))
+        elif form.scene is not None:
+            self.scene = form.scene
+
+    def _guarded(self, action: Callable[[], Any]) -> Any:
+        """Run a step; what goes wrong in it is noted, so that the other forms are still looked at."""
+        try:
+            return action()
+        except SceneError as error:
+            if error.name == "syntax" and isinstance(error.value, str):
+                error.hint = error.hint or _usage_hint(error.value)
+            self.expander.diagnostics.append(error.diagnostic)
+            return None
+
+    def _scan_form(self, datum: Datum, form: TopForm) -> None:
+        while isinstance(datum, ListDatum) and datum.items and datum.tail is None:
+            binding = self.expander.binding_of(datum.items[0], self.scope)
+            if isinstance(binding, Macro):
+                datum = self.expander.expand_macro(binding, datum, self.scope)
+                continue
+            name = binding.name if isinstance(binding, Special) else None
+            if name == "begin":
+                for item in datum.items[1:]:
+                    self._scan_form(item, form)
+                return
+            handler = {"import": self._scan_import, "scene": self._scan_scene, "param": self._scan_param}.get(
+                name or ""
+            )
+            if handler is not None and self.state is not None:
+                handler(datum, form)
+                return
+            if name == "bind":
+                word = datum.items[1] if len(datum.items) > 1 else None
+                if isinstance(word, Atom) and type(word.value) is str:
+                    form.words.append((word.value, word.span))
+            break
+        found: list[Pending] = []
+        self.expander.scan(datum, self.scope, found)
+        form.pending.extend(found)
+
+    def _scan_import(self, datum: ListDatum, form: TopForm) -> None:
+        path = datum.items[1] if len(datum.items) > 1 else None
+        if not isinstance(path, Atom) or type(path.value) is not str:
+            raise syntax_error("import", "`import` needs the name of a file, a string", datum.span)
+        prefix = _import_prefix(datum)
+        file = self._load(path.value, path.span)
+        form.pending.append(Import(file))
+        form.imports.append(file)
+        for symbol, binding in file.scope.bindings.items():
+            name = Symbol(prefix + base_name(symbol))
+            if isinstance(binding, Builtin) and symbol.startswith(STD):
+                name = symbol  # the original of a builtin is always `std/name`
+            if isinstance(binding, (Variable, Macro, Builtin)) and self._may_bring(name, file):
+                self.scope.bindings[name] = binding
+                self.brought[name] = (file.source.name, binding)
+        form.records |= file.expander.record_names
+
+    def _may_bring(self, name: Symbol, file: SourceFile) -> bool:
+        """Whether an import may bind a name: nothing else does, or an earlier version of the same file did."""
+        if name not in self.scope.bindings:
+            return True
+        origin, binding = self.brought.get(name, ("", None))
+        return origin == file.source.name and dict.get(self.names, name) is binding
+
+    def _load(self, path: str, span: Span) -> SourceFile:
+        state = self.state
+        assert state is not None
+        if path.startswith(STD):
+            text = state.prelude.library.modules.get(path[len(STD) :])
+            if text is None:
+                hint = suggest(path, (STD + name for name in state.prelude.library.modules))
+                raise SceneError("file", f"the standard library has no `{path}`", hint, span)
+            source = Source(path, text)
+        else:
+            source = state.load(path, self.source, span)
+        if source.name in state.loading:
+            circle = " -> ".join([*state.loading[state.loading.index(source.name) :], source.name])
+            raise SceneError("import-cycle", f"these files import one another: {circle}", None, span)
+        if source.name not in state.files:
+            file = state.kept.get(source.name)
+            if file is None or file.source.text != source.text:
+                file = SourceFile(source, state.prelude.scope, state)
+                file.forms = top_forms(source)
+            file.state = state
+            state.files[source.name] = file
+            state.loading.append(source.name)
+            file.scan()
+            state.loading.pop()
+        return state.files[source.name]
+
+    def _scan_scene(self, datum: ListDatum, form: TopForm) -> None:
+        if not self.is_main:
+            return
+        if len(datum.items) < 2:
+            raise syntax_error("scene", "`scene` needs a word", datum.span)
+        if form.scene is not None:
+            raise SceneError("duplicate", "there are two `(scene ...)` forms", None, datum.span)
+        form.scene = datum
+
+    def _scan_param(self, datum: ListDatum, form: TopForm) -> None:
+        state = self.state
+        assert state is not None
+        if len(datum.items) < 3 or not is_identifier(datum.items[1]):
+            raise syntax_error("param", "`param` needs a name and a value", datum.span)
+        name = datum.items[1]
+        spelled = base_name(name.value)
+        param = read_param(datum, spelled)
+        form.params.append(param)
+        target = self.expander.declare_target(name, self.scope, recursive=True, is_global=True)
+        value = datum.items[2]
+        if isinstance(value, Atom) and type(value.value) in (int, float):
+            checked_value(param, value, value.span)  # the default must be in range too
+        if spelled in state.overrides:
+            value = checked_value(param, state.overrides[spelled], value.span)
+        finish = lambda: core("DEFINE", [target, self.expander.expand(value, self.scope)], datum.span)
+        form.pending.append(Pending(finish, True, datum))
+
+    # --- expanding ---------------------------------------------------------------------------------------------
+
+    def finish(self) -> None:
+        """Expand and parse every form; one whose expansion still holds keeps it."""
+        for form in self.forms:
+            step = form.expansion
+            if step is not None and self._holds(step):
+                self._take_over(step)
+                continue
+            form.asts = []
+            form.expansion = self._step(lambda form=form: self._finish_form(form))  # type: ignore[misc]
+
+    def _finish_form(self, form: TopForm) -> None:
+        for item in form.pending:
+            if isinstance(item, Import):
+                form.asts.append(item)
+                continue
+            for tree in self._guarded(lambda item=item: parse_core([item.finish()])) or ():  # type: ignore[misc]
+                form.asts.append(replace(tree, top_level=True) if type(tree) is ast.Bind else tree)
+
+    def finish_scene(self) -> ast.Call | None:
+        """The ``(scene word argument ...)`` of the main file as a call."""
+        scene = self.scene
+        if scene is None:
+            return None
+        expand = lambda: parse_core(
+            [core("CALL", [self.expander.expand(item, self.scope) for item in scene.items[1:]], scene.span)]
+        )
+        found: list[Any] = []
+        step = self._step(lambda: found.extend(self._guarded(expand) or ()))
+        self.problems += step.problems
+        return found[0] if found else None
+
+    # --- what was found ----------------------------------------------------------------------------------------
+
+    def asts(self) -> Iterator[Any]:
+        """The core AST of every form, and Imports, in order."""
+        for form in self.forms:
+            yield from form.asts
+
+    def diagnostics(self) -> list[Diagnostic]:
+        """What is wrong with the file. Where something is missing, names without definition say nothing."""
+        found = list(self.problems)
+        for form in self.forms:
+            found += form.read
+            for step in (form.scan, form.expansion):
+                found += step.problems if step is not None else ()
+        return [d for d in found if not (self.is_incomplete and d.name == "unbound")]
+
+
+def _no_macros(function: Datum, arguments: list[Any]) -> tuple[Any, bool]:
+    raise SceneError("macro", "the prelude defines no procedural macros")
+
+
+def _usage_hint(name: str) -> str | None:
+    if name in FORMS:
+        return f"its shape is {FORMS[name].usage}"
+    return _PAPER_USAGE.get(name)
+
+
+_PAPER_USAGE = {
+    "call": 'its shape is (call word embedding-or-attribute ...), such as (call "cube" :color [1 0 0])',
+    "union": "its shape is (union part ...)",
+    "union-loop": "its shape is (union-loop count function)",
+    "transform": "its shape is (transform part matrix)",
+}
+
+
+def _import_prefix(datum: ListDatum) -> str:
+    if len(datum.items) == 2:
+        return ""
+    key = datum.items[2]
+    if len(datum.items) == 4 and isinstance(key, Atom) and isinstance(key.value, Keyword) and key.value == "prefix":
+        if is_identifier(datum.items[3]):
+            return base_name(datum.items[3].value)
+    raise syntax_error("import", "`import` has no place for this", key.span)
+
+
+# The names of a file at one moment, to go back to when what came after fails.
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """What a file knew: bindings, words, records, params, the files that it imports; ``ran`` are those that have run,
+    by id."""
+
+    names: dict[Symbol, Any]
+    brought: dict[Symbol, tuple[str, Any]]
+    words: dict[str, Span]
+    records: frozenset[str]
+    scene: ListDatum | None
+    params: tuple[Param, ...]
+    files: dict[str, SourceFile]
+    ran: frozenset[int]
+
+
+def mark_of(file: SourceFile, ran: Iterable[int]) -> Mark:
+    """The mark of a main file as it is now."""
+    state = file.state
+    assert state is not None
+    return Mark(
+        dict(dict.items(file.names)), dict(file.brought), dict(file.words), frozenset(file.expander.record_names),
+        file.scene, tuple(state.params), dict(state.files), frozenset(ran),
+    )  # fmt: skip
+
+
+def go_back(file: SourceFile, mark: Mark) -> None:
+    """Make a main file know what it knew at the mark."""
+    state = file.state
+    assert state is not None
+    file.names.clear()
+    file.names.replay(mark.names)
+    file.brought, file.words, file.scene = dict(mark.brought), dict(mark.words), mark.scene
+    file.expander.record_names.clear()
+    file.expander.record_names |= mark.records
+    state.params, state.files, state.loading = list(mark.params), dict(mark.files), []
+
+
+# What every program sees without defining it: forms, builtins, constants, the library's modules in the language.
+
+
+PAPER_FORMS = {"call": "CALL", "union": "UNION", "union-loop": "UNION_LOOP", "transform": "TRANSFORM"}
+_DEFINED = re.compile(r"^\(define \(?([^\s()]+)", re.M)
+
+
+class Prelude:
+    """The definitions that every program sees, from the library's modules, expanded once per process and only when a
+    program uses a name that is neither a form nor a builtin."""
+
+    def __init__(self, library: Library) -> None:
+        self.library = library
+        self.scope = Scope(None, self._lookup)
+        self.definitions: dict[Variable, ast.Define] = {}
+        self._exports: dict[str, Any] = {}
+        self._pending = list(library.prelude)
+        self._homes = {name: module for module in library.prelude for name in _DEFINED.findall(library.modules[module])}
+        self._loading = False
+
+    def _lookup(self, name: str) -> Any:
+        if name in FORMS:
+            return Special(name)
+        if name.startswith(STD):
+            name = name[len(STD) :]
+        builtin = self.library.builtins.get(name)
+        if builtin is not None:
+            return builtin
+        if name in self.library.constants:
+            return ConstantBinding(self.library.constants[name])
+        module = self._homes.get(name)
+        while module in self._pending and not self._loading:
+            self._load(self._pending.pop(0))
+        return self._exports.get(name)
+
+    def _load(self, module: str) -> None:
+        self._loading = True
+        source = Source(f"{STD}{module}", self.library.modules[module])
+        unit = SourceFile(source, self.scope)
+        unit.forms = top_forms(source)
+        unit.scan()
+        unit.finish()
+        for form in unit.asts():
+            assert isinstance(form, ast.Define)
+            self.definitions[form.target] = form
+        errors = [d for d in unit.diagnostics() if d.is_error]
+        assert not errors, errors[0].message
+        for symbol, binding in unit.scope.bindings.items():
+            name = str(symbol)
+            if name in PAPER_FORMS:
+                binding = PaperForm(PAPER_FORMS[name], binding)
+            self._exports[name] = binding
+        self._loading = False
+
+    def names(self) -> Iterator[str]:
+        """Every name that programs see without defining it."""
+        while self._pending and not self._loading:
+            self._load(self._pending.pop(0))
+        yield from self.library.builtins
+        yield from self.library.constants
+        yield from (name for name in self._exports if not name.startswith("%"))  # those are the library's own
+
+
+@lru_cache(maxsize=4)
+def prelude_of(library: Library) -> Prelude:
+    return Prelude(library)
+
+
+@dataclass(frozen=True, eq=False)
+class Program:
+    """A program ready to run. ``forms`` are the top-level forms of every file in running order.
+
+    ``scene`` is the main file's ``(scene ...)``; ``words`` maps each word that the main file binds at top level to the
+    place of its (last) binding; ``all_words`` does so for all files.
+    """
+
+    main: Source
+    sources: tuple[Source, ...]
+    forms: tuple[Any, ...]
+    scene: ast.Call | None
+    words: Mapping[str, Span]
+    all_words: Mapping[str, Span]
+    params: tuple[Param, ...]
+    diagnostics: tuple[Diagnostic, ...]
+    book: FactBook
+
+    @cached_property
+    def facts(self) -> list[Facts]:
+        """What lints know of each of ``forms``."""
+        return self.book.of(self.forms)
+
+    @property
+    def ok(self) -> bool:
+        return not any(d.is_error for d in self.diagnostics)
+
+
+def load_program(
+    main: Source,
+    library: Library,
+    load: Callable[[str, Source, Span], Source],
+    run_macro: RunMacro,
+    overrides: Mapping[str, Any] | None = None,
+    datums: Sequence[Datum] | None = None,
+) -> Program:
+    """Read, expand and parse ``main`` and all that it imports. Never raises for a mistake in a program.
+
+    ``load(path, importing source, span)`` finds an imported file or raises SceneError; ``overrides`` maps names of
+    params to datums; ``datums`` are the main file's forms when it is written in something else.
+    """
+    state = ProgramState(prelude_of(library), load, dict(overrides or {}), run_macro)
+    file = SourceFile(main, state.prelude.scope, state, is_main=True)
+    file.forms = top_forms(main) if datums is None else [TopForm((datum,)) for datum in datums]
+    return finish_program(file)
+
+
+def finish_program(file: SourceFile) -> Program:
+    """The program of a main file whose forms are known."""
+    state = file.state
+    assert state is not None
+    state.files[file.source.name] = file
+    state.loading.append(file.source.name)
+    file.scan()
+    state.loading.pop()
+    for each in list(state.files.values()):
+        each.finish()
+    return assembled(file, file.finish_scene())
+
+
+def assembled(file: SourceFile, scene: ast.Call | None) -> Program:
+    """The program of a main file that is expanded, with all that it imports."""
+    state = file.state
+    assert state is not None
+    files = _in_order(file)
+    diagnostics = [d for each in files for d in each.diagnostics()]
+    for name in state.overrides.keys() - {param.name for param in state.params}:
+        hint = suggest(name, (p.name for p in state.params)) or _known_params(state.params)
+        diagnostics.append(Diagnostic("param", f"the program has no `param` named `{name}`", None, hint))
+    forms: list[Any] = []
+    collect(file, frozenset(), forms, set())
+    all_words = {word: span for each in reversed(files) for word, span in each.words.items()}
+    return Program(
+        file.source, tuple(each.source for each in files), tuple(forms), scene, dict(file.words), all_words,
+        tuple(state.params), tuple(diagnostics), state.book,
+    )  # fmt: skip
+
+
+def _known_params(params: Sequence[Param]) -> str | None:
+    return "it has " + ", ".join(f"`{p.name}`" for p in params) if params else None
+
+
+def _in_order(file: SourceFile) -> list[SourceFile]:
+    """The files of a program, each before those that it imports."""
+    found: dict[int, SourceFile] = {}
+    stack = [file]
+    while stack:
+        each = stack.pop()
+        if id(each) not in found:
+            found[id(each)] = each
+            stack.extend(reversed(each.imports))
+    return list(found.values())
+
+
+def collect(file: SourceFile, claimed: frozenset[str], forms: list[Any], done: set[int]) -> None:
+    """Forms in running order. A word that an importing file binds belongs to it: the imported binding is left out.
+    ``done``: files, by id, that have run already."""
+    if id(file) in done:
+        return
+    done.add(id(file))
+    for form in file.asts():
+        if isinstance(form, Import):
+            collect(form.file, claimed | file.words.keys(), forms, done)
+        elif type(form) is not ast.Bind or type(form.word) is not ast.Constant or form.word.value not in claimed:
+            forms.append(form)

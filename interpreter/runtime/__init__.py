@@ -1,0 +1,1 @@
+"""Values, types, procedures, the state of one run, limits, random streams and printing."""

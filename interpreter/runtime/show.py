@@ -1,0 +1,433 @@
+"""How values print, without recursion and in time that depends on the length asked for alone."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from itertools import chain
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scenelang.grammar.datum import atom_text, number_text, string_text
+from scenelang.grammar.diagnostics import CODES, SceneError
+from scenelang.interpreter.runtime.types import TypeReader, numbers_of, type_name
+from scenelang.interpreter.runtime.values import (
+    NIL,
+    Array,
+    Condition,
+    Embedding,
+    HandleList,
+    Keyword,
+    Matrix,
+    Mutable,
+    MutableArray,
+    MutableList,
+    Pair,
+    Procedure,
+    Record,
+    RecordType,
+    Set,
+    Stream,
+    Symbol,
+    Table,
+    Vector,
+    make_list,
+    table_key,
+)
+from scenelang.interpreter.scene import pose
+from scenelang.interpreter.scene.entity import Entity, Frames
+from scenelang.interpreter.scene.shapes import default_attributes
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+
+LONGEST = 10_000
+Read = Callable[[Mutable], None]
+
+
+def _unread(_: Mutable) -> None:
+    """For text that no program sees."""
+
+
+def display(value: Any, limit: int = LONGEST, read: Read = _unread) -> str:
+    """``value`` as ``print`` and ``format`` show it: strings without quotes, and whole."""
+    return value if type(value) is str else show(value, limit, read)
+
+
+def show(value: Any, limit: int = LONGEST, read: Read = _unread) -> str:
+    """``value`` as the REPL prints it, cut to about ``limit`` characters with ``...``.
+
+    ``read`` is told of every mutable thing whose content is looked at; a program that sees the text has read it."""
+    if type(value) in _PLAIN:
+        text = atom_text(value)
+        return text if len(text) <= limit else text[: max(0, limit - 3)] + "..."
+    out: list[str] = []
+    size = 0
+    stack: list[Iterator[Any]] = [iter((value,))]
+    while stack:
+        item = next(stack[-1], _END)
+        if item is _END:
+            stack.pop()
+            continue
+        text = item.text if type(item) is _Text else _piece(item, stack, limit - size, read)
+        out.append(text)
+        size += len(text)
+        if size > limit:
+            return "".join(out)[: max(0, limit - 3)] + "..."
+    return "".join(out)
+
+
+_END = object()
+_PLAIN = frozenset((int, float, bool, type(None)))
+
+
+class _Text:
+    """A piece of output between the items."""
+
+    __slots__ = ("text",)
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+
+
+_CLOSE = _Text(")")
+_BRACKET = _Text("]")
+_SPACE = _Text(" ")
+_DOT = _Text(" . ")
+
+
+def _piece(item: Any, stack: list[Iterator[Any]], room: int, read: Read) -> str:
+    """The text that begins ``item``; what follows is pushed on ``stack``. No more than about ``room`` is looked at."""
+    if type(item) is Pair:
+        stack.append(_list_pieces(item))
+        return "("
+    if item is NIL:
+        return "()"
+    if isinstance(item, Mutable):
+        read(item)
+    sequence = _sequence_parts(item)
+    if sequence is not None:
+        opening, members = sequence
+        stack.append(_call_pieces(members, opening == "("))
+        return opening
+    if type(item) is Vector:
+        stack.append(_row_pieces(item))
+        return "["
+    if type(item) is Array or type(item) is _Rows:
+        return _array_piece(item.data, stack)
+    if type(item) is MutableArray:
+        stack.append(iter((_CLOSE,)))
+        return "(mutable-array " + _array_piece(item.data, stack)
+    return _leaf(item, room)
+
+
+def _list_pieces(pair: Pair) -> Iterator[Any]:
+    yield pair.car
+    rest = pair.cdr
+    while type(rest) is Pair:
+        yield _SPACE
+        yield rest.car
+        rest = rest.cdr
+    if rest is not NIL:
+        yield _DOT
+        yield rest
+    yield _CLOSE
+
+
+def _call_pieces(members: Iterator[Any], first: bool) -> Iterator[Any]:
+    """``members`` behind the name of what makes the value; ``first``: there is no name."""
+    for member in members:
+        if not first:
+            yield _SPACE
+        first = False
+        yield member
+    yield _CLOSE
+
+
+def _row_pieces(members: Iterator[Any] | Vector) -> Iterator[Any]:
+    between = False
+    for member in members:
+        if between:
+            yield _SPACE
+        between = True
+        yield member
+    yield _BRACKET
+
+
+def _array_piece(data: Any, stack: list[Iterator[Any]]) -> str:
+    if data.ndim == 0:
+        return number_text(data.item())
+    stack.append(_row_pieces(_rows(data)))
+    return "["
+
+
+def _rows(data: Any) -> Iterator[Any]:
+    for row in data:
+        yield row.item() if data.ndim == 1 else _Rows(row)
+
+
+class _Rows:
+    """A part of an array that is being printed."""
+
+    __slots__ = ("data",)
+
+    def __init__(self, data: Any) -> None:
+        self.data = data
+
+
+def _sequence_parts(item: Any) -> tuple[str, Iterator[Any]] | None:
+    kind = type(item)
+    if kind is MutableList:
+        return "(mutable-list", iter(item.items)
+    if kind is Table:
+        return "(table", chain.from_iterable(item.entries.values())
+    if kind is Set:
+        return "(set", iter(item.entries.values())
+    if kind is Record:
+        return f"({item.type.name[:LONGEST]}", iter(item.values)
+    if kind is Embedding:
+        return "(embedding", _embedding_parts(item)
+    return None
+
+
+def _embedding_parts(item: Embedding) -> Iterator[Any]:
+    if item.handle is not None:
+        yield _Text(f"<{item.handle[:LONGEST]}>")
+    if item.text is not None:
+        yield item.text
+    for name, value in item.attributes.items():
+        yield _Text(f":{name[:LONGEST]}")
+        yield value
+
+
+def _leaf(item: Any, room: int) -> str:
+    kind = type(item)
+    if kind is str:
+        return string_text(_cut(item, room))
+    if kind is Symbol or kind is Keyword:
+        return atom_text(kind(_cut(item, room)))
+    if kind is Matrix:
+        rows = [item[0:4], item[4:8], item[8:12], (0.0, 0.0, 0.0, 1.0)]
+        return "[" + " ".join("[" + " ".join(map(number_text, row)) + "]" for row in rows) + "]"
+    if kind is Entity:
+        return f'<entity "{_cut(item.word, room)}">'
+    if kind is Frames:
+        return f"<{len(item.frames)} frames>"
+    if kind is HandleList:
+        return f"(<z{item.start}> <z{item.start + 1}> ...)"
+    if isinstance(item, Procedure):
+        return f"<procedure {_cut(item.name, room)}>"
+    if kind is Condition:
+        return f"<error {CODES[item.error.name].code}>"
+    if kind is Stream:
+        return f"<random stream {item.kind}>"
+    if kind is RecordType:
+        return f"<record type {_cut(item.name, room)}>"
+    return atom_text(item)
+
+
+def _cut(text: str, room: int) -> str:
+    """``text``, or so much of it that what is shown is cut."""
+    return text if len(text) <= room + 8 else text[: max(0, room) + 8]
+
+
+# Array values: literals, and the way between the language's array types and numpy's.
+
+
+def from_numpy(data: Any) -> Any:
+    """The value that a numpy array is: a number, a Vector, a Matrix when it is a pose, else an Array."""
+    data = np.asarray(data)
+    if data.dtype.kind == "f":
+        data = data.astype(np.float64, copy=False)
+    elif data.dtype.kind in "biu":
+        data = data.astype(np.int64, copy=False)
+    if data.ndim == 0:
+        return data.item()
+    if data.ndim == 1:
+        return Vector(data.tolist())
+    if data.shape == (4, 4):
+        matrix = pose.from_array(data)
+        if matrix is not None:
+            return matrix
+    return Array(data.copy() if data.base is not None else data)
+
+
+def numbers_to_numpy(numbers: Any) -> npt.NDArray[Any]:
+    """Python numbers, nested or not, as int64 when all are integers that fit, else float64."""
+    data = np.array(numbers)
+    if data.dtype.kind in "iu" and data.dtype != np.uint64:
+        return data.astype(np.int64, copy=False)
+    if data.dtype == np.float64:
+        return data
+    try:
+        return np.array(numbers, dtype=np.float64)
+    except OverflowError:
+        raise SceneError("domain", "an integer is too large to stand in an array") from None
+
+
+def array_literal(items: Sequence[Any], reader: TypeReader | None = None) -> Any:
+    """The value of ``[item ...]``: numbers, or arrays of one shape. Raises SceneError for anything else. ``reader`` is
+    told of the mutable things among the items; a constant has none."""
+    kinds = {type(item) for item in items}
+    if kinds <= {float} or kinds == {int}:
+        return Vector(items)
+    for item in items:
+        if type(item) not in (int, float) and not isinstance(
+            item, (Vector, Matrix, Array, MutableArray, Pair, MutableList)
+        ):
+            what = f"an array holds numbers, got {type_name(item)}: {show(item, 60)}"
+            raise SceneError("type", what, hint="a list of anything is `(list ...)`")
+    try:
+        if kinds == {int, float}:
+            return Vector([float(item) for item in items])
+        return from_numpy(numbers_to_numpy([_row(item, reader) for item in items]))
+    except OverflowError:
+        raise SceneError("domain", "an integer is too large to stand in an array of floats") from None
+    except ValueError:
+        raise SceneError("value", "the rows of an array must have one shape") from None
+
+
+def _row(item: Any, reader: TypeReader | None) -> Any:
+    if isinstance(item, (Array, MutableArray)):
+        if reader is not None:
+            reader.charge(item.data.size >> 5)
+            if isinstance(item, MutableArray):
+                reader.read(item)
+        return item.data.tolist()
+    if type(item) is Matrix:
+        return pose.to_array(item).tolist()
+    if type(item) in (int, float):
+        return item
+    numbers = numbers_of(item, reader)
+    if numbers is None:
+        raise SceneError("type", f"a row of an array holds numbers, got {show(item, 60)}")
+    return numbers
+
+
+# Attributes as plain data, for JSON and files: numbers, arrays, strings, booleans, lists, tables (language.md, 4).
+
+
+MAX_DEPTH = 100
+MAX_ITEMS = 1_000_000
+
+
+class NotPlain(Exception):
+    """The value holds something that no file can: a function, an entity, nan, or nesting without end."""
+
+
+def plain_value(value: Any, tagged: bool = False) -> Any:
+    """``value`` as JSON data. ``tagged`` keeps arrays, tables and embeddings apart from lists, to read them back."""
+    return _plain(value, tagged, 0, [MAX_ITEMS])
+
+
+def _plain(value: Any, tagged: bool, depth: int, room: list[int]) -> Any:
+    kind = type(value)
+    room[0] -= 1
+    if depth > MAX_DEPTH or room[0] < 0:
+        raise NotPlain
+    if value is None or kind in (str, int, bool):
+        return value
+    if kind is float:
+        if not math.isfinite(value):
+            raise NotPlain
+        return value
+    if kind in (Symbol, Keyword):
+        return str(value)
+    array = _array(value)
+    if array is not None:
+        return {"array": array} if tagged else array
+
+    def inner(item: Any) -> Any:
+        return _plain(item, tagged, depth + 1, room)
+
+    if kind is Pair or value is NIL or kind is MutableList:
+        return [inner(item) for item in _items(value)]
+    if kind is Table:
+        if tagged:
+            return {"table": [[inner(key), inner(item)] for key, item in value.entries.values()]}
+        return {str(inner(key)): inner(item) for key, item in value.entries.values()}
+    if kind is Embedding:
+        attributes = {name: inner(item) for name, item in value.attributes.items()}
+        if tagged:
+            return {"embedding": [value.handle, value.text, attributes]}
+        return {"handle": value.handle, "text": value.text, "attributes": attributes}
+    raise NotPlain
+
+
+def _array(value: Any) -> Any:
+    if type(value) is Vector:
+        return list(value)
+    if type(value) is Matrix:
+        return pose.to_array(value).tolist()
+    if isinstance(value, (Array, MutableArray)):
+        return value.data.tolist()
+    return None
+
+
+def _items(value: Any) -> list[Any]:
+    if type(value) is MutableList:
+        return list(value.items)
+    items = []
+    while type(value) is Pair:
+        items.append(value.car)
+        value = value.cdr
+    if value is not NIL:
+        items.append(value)
+    return items
+
+
+def plain_attributes(entity: Entity) -> dict[str, Any]:
+    """An entity's attributes as JSON data; what is not plain is left out."""
+    found: dict[str, Any] = {}
+    for name, value in entity.embedding.attributes.items():
+        try:
+            found[name] = plain_value(value)
+        except NotPlain:
+            continue
+    return found
+
+
+def primitive_attributes(entity: Entity) -> dict[str, Any]:
+    """A primitive's attributes as JSON data, its geometry's defaults filled in; what is not plain is left out."""
+    found = plain_attributes(entity)
+    if entity.shape is not None:
+        defaults = default_attributes(entity.shape)
+        found = {**{k: v for k, v in defaults.items() if k not in found or k != "fill"}, **_kept(found, defaults)}
+    return found
+
+
+def _kept(found: dict[str, Any], defaults: dict[str, Any]) -> dict[str, Any]:
+    """The given attributes that geometry does not normalise (``fill`` is the program's own)."""
+    return {name: value for name, value in found.items() if name not in defaults or name == "fill"}
+
+
+# Tagged plain data as the language's values again: the inverse of ``plain.plain_value(value, tagged=True)``.
+
+
+def value_of(plain: Any, depth: int = 0) -> Any:
+    """The value that tagged JSON data stands for; raises ValueError where it stands for none."""
+    if depth > MAX_DEPTH:
+        raise ValueError("an attribute is nested too deeply")
+    if isinstance(plain, list):
+        return make_list([value_of(item, depth + 1) for item in plain])
+    if not isinstance(plain, dict):
+        return plain
+    if "array" in plain:
+        return _read_array(plain["array"])
+    if "table" in plain:
+        pairs = [(value_of(key, depth + 1), value_of(item, depth + 1)) for key, item in plain["table"]]
+        return Table({table_key(key): (key, item) for key, item in pairs}, -1)
+    if "embedding" in plain:
+        handle, text, attributes = plain["embedding"]
+        return Embedding(handle, text, {name: value_of(item, depth + 1) for name, item in attributes.items()})
+    raise ValueError("an attribute is malformed")
+
+
+def _read_array(data: Any) -> Any:
+    if not isinstance(data, list):
+        raise ValueError("an array is no list")
+    if all(isinstance(x, (int, float)) for x in data):
+        return array_literal(data)
+    return from_numpy(np.array(data))

@@ -1,0 +1,479 @@
+"""Types of parameters: the paper's annotations and what builtins ask for. A typed argument is checked and converted."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cache, cached_property, partial
+from itertools import islice
+from typing import Any, Protocol
+
+import numpy as np
+
+from scenelang.interpreter.runtime.values import (
+    NIL,
+    Array,
+    Condition,
+    Embedding,
+    HandleList,
+    Keyword,
+    Matrix,
+    Mutable,
+    MutableArray,
+    MutableList,
+    Pair,
+    Procedure,
+    Record,
+    RecordType,
+    Set,
+    Stream,
+    Symbol,
+    Table,
+    Vector,
+    iterate_list,
+    list_items,
+    make_list,
+)
+from scenelang.interpreter.scene import pose
+from scenelang.interpreter.scene.entity import Entity, Frames
+
+
+class Mismatch(Exception):
+    """The value has another type; whoever knows the parameter turns this into a diagnostic."""
+
+
+class TypeReader(Protocol):
+    """Who is told of what a conversion reads and how much work it is: the runtime."""
+
+    def read(self, thing: Mutable) -> None:
+        """Note that ``thing`` is read."""
+
+    @property
+    def charge(self) -> Callable[[int], None]: ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Type:
+    """``checker(reader)`` gives the function that makes a value one of this type or raises Mismatch; ``name`` is what
+    people read. A type whose values are looked into has ``walk``, which tells the reader; any other has ``convert``."""
+
+    name: str
+    convert: Callable[[Any], Any]
+    walk: Callable[[TypeReader, Any], Any] | None = None
+
+    def checker(self, reader: TypeReader) -> Callable[[Any], Any]:
+        return self.convert if self.walk is None else partial(self.walk, reader)
+
+
+def type_name(value: Any) -> str:
+    """The name of a value's type, with an article, for messages: ``a String``, ``an Entity``."""
+    kind = type(value)
+    if kind in _NAMES:
+        return _NAMES[kind]
+    if isinstance(value, Procedure):
+        return "a Function"
+    if kind is Record:
+        return f"a {value.type.name}"
+    return f"a {kind.__name__}"
+
+
+_NAMES: dict[type, str] = {
+    bool: "a Boolean", int: "an Integer", float: "a Float", str: "a String", type(None): "`none`",
+    Symbol: "a symbol", Keyword: "a keyword", Pair: "a List", type(NIL): "the empty list", Vector: "a Vector",
+    Matrix: "a Matrix", Array: "an Array", MutableArray: "a mutable array", MutableList: "a mutable list",
+    Table: "a table", Set: "a set", Stream: "a random stream", Embedding: "an Embedding", Entity: "an Entity",
+    Frames: "frames", Condition: "an error", HandleList: "the root's list of handles", RecordType: "a record type",
+}  # fmt: skip
+
+
+def _instance(*kinds: type) -> Callable[[Any], Any]:
+    def convert(value: Any) -> Any:
+        if isinstance(value, kinds):
+            return value
+        raise Mismatch
+
+    return convert
+
+
+def _integer(value: Any) -> int:
+    if type(value) is int:
+        return value
+    if type(value) is float and value.is_integer():
+        return int(value)
+    raise Mismatch
+
+
+def _float(value: Any) -> int | float:
+    """An Integer passes as Float unchanged."""
+    if type(value) is float or type(value) is int:
+        return value
+    raise Mismatch
+
+
+def _string(value: Any) -> str:
+    if type(value) is str:
+        return value
+    raise Mismatch
+
+
+def _boolean(value: Any) -> bool:
+    if type(value) is bool:
+        return value
+    raise Mismatch
+
+
+def _symbol(value: Any) -> Any:
+    if type(value) is Symbol:
+        return value
+    raise Mismatch
+
+
+def _keyword(value: Any) -> Any:
+    if type(value) is Keyword:
+        return value
+    raise Mismatch
+
+
+def _embedding(value: Any) -> Embedding:
+    if type(value) is Embedding:
+        return value
+    if type(value) is str:
+        return Embedding(text=value)
+    raise Mismatch
+
+
+def numbers_of(value: Any, reader: TypeReader | None = None) -> list[Any] | None:
+    """The items of a Vector, one-dimensional array or list when all are numbers, else None."""
+    if type(value) is Vector:
+        if reader is not None:
+            reader.charge(len(value) >> 4)
+        return list(value)
+    if reader is not None:
+        _note(reader, value)
+    if type(value) is Pair:
+        items = list_items(value)
+    elif isinstance(value, MutableList):
+        items = value.items
+    elif isinstance(value, MutableArray) and value.data.ndim == 1:
+        items = value.data.tolist()
+    else:
+        return None
+    if reader is not None:
+        reader.charge(len(items) >> 4)
+    return list(items) if all(type(item) in (int, float) for item in items) else None
+
+
+def _note(reader: TypeReader, value: Any) -> None:
+    if isinstance(value, Mutable):
+        reader.read(value)
+
+
+def _vector(reader: TypeReader, value: Any) -> Vector:
+    if type(value) is Vector:
+        return value
+    numbers = numbers_of(value, reader)
+    if numbers is None:
+        raise Mismatch
+    return vector_of(numbers)
+
+
+def vector_of(numbers: list[Any]) -> Vector:
+    """A Vector of ``numbers``: integers stay integers when all of them are, else all become floats."""
+    if all(type(n) is int for n in numbers):
+        return Vector(numbers)
+    try:
+        return Vector([float(n) for n in numbers])
+    except OverflowError:
+        raise Mismatch from None
+
+
+def _point(reader: TypeReader, value: Any) -> Vector:
+    vector = _vector(reader, value)
+    if len(vector) != 3:
+        raise Mismatch
+    return vector
+
+
+def matrix_or_none(reader: TypeReader, value: Any) -> Matrix | None:
+    """The pose that ``value`` (Matrix, 4x4 array, nested list) is, or None."""
+    if type(value) is Matrix:
+        return value
+    _note(reader, value)
+    if isinstance(value, (Array, MutableArray)):
+        return pose.from_array(value.data)
+    if isinstance(value, (Pair, MutableList)):
+        members = value.items if isinstance(value, MutableList) else list(islice(iterate_list(value), 5))
+        if len(members) != 4:
+            return None
+        rows = [numbers_of(row, reader) for row in members]
+        if all(row is not None and len(row) == 4 for row in rows):
+            return pose.from_array(np.array(rows, float))
+    return None
+
+
+def _matrix(reader: TypeReader, value: Any) -> Matrix:
+    matrix = matrix_or_none(reader, value)
+    if matrix is None:
+        raise Mismatch
+    return matrix
+
+
+def _list(value: Any) -> Any:
+    if type(value) is Pair or value is NIL or isinstance(value, (MutableList, HandleList)):
+        return value
+    raise Mismatch
+
+
+def _list_of(item: Type) -> Callable[[TypeReader, Any], Any]:
+    def walk(reader: TypeReader, value: Any) -> Any:
+        _list(value)
+        if isinstance(value, HandleList):
+            return value
+        _note(reader, value)
+        members = value.items if isinstance(value, MutableList) else list_items(value)
+        reader.charge(1 + (len(members) >> 3))
+        check = item.checker(reader)
+        converted = [check(member) for member in members]
+        return value if isinstance(value, MutableList) else make_list(converted)
+
+    return walk
+
+
+def _tuple_of(items: tuple[Type, ...]) -> Callable[[TypeReader, Any], Any]:
+    def walk(reader: TypeReader, value: Any) -> Any:
+        if type(value) is Pair and len(items) == 2 and type(value.cdr) is not Pair and value.cdr is not NIL:
+            return Pair(items[0].checker(reader)(value.car), items[1].checker(reader)(value.cdr))
+        _note(reader, _list(value))
+        most = len(items) + 1
+        members = value.items if isinstance(value, MutableList) else list(islice(iterate_list(value), most))
+        if len(members) != len(items):
+            raise Mismatch
+        reader.charge(1)
+        converted = [kind.checker(reader)(member) for kind, member in zip(items, members)]
+        return value if isinstance(value, MutableList) else make_list(converted)
+
+    return walk
+
+
+# an entity and the root's handles pass, since the functions on sequences say best why these are none
+_SEQUENCES = (Pair, type(NIL), MutableList, Vector, Matrix, Array, MutableArray, Table, Set, HandleList, Entity)
+
+
+def _sequence(value: Any) -> Any:
+    if isinstance(value, _SEQUENCES) or type(value) is str:
+        return value
+    raise Mismatch
+
+
+def _identity(value: Any) -> Any:
+    return value
+
+
+BASE_TYPES: Mapping[str, Type] = {
+    kind.name: kind
+    for kind in (
+        Type("Any", _identity),
+        Type("Word", _string),
+        Type("String", _string),
+        Type("Embedding", _embedding),
+        Type("Matrix", _identity, _matrix),
+        Type("Vector", _identity, _vector),
+        Type("Point", _identity, _point),
+        Type("Array", _instance(Vector, Matrix, Array, MutableArray)),
+        Type("Entity", _instance(Entity)),
+        Type("Parts", _instance(Entity, Pair, type(NIL), MutableList)),
+        Type("Integer", _integer),
+        Type("Float", _float),
+        Type("Number", _float),
+        Type("Boolean", _boolean),
+        Type("Function", _instance(Procedure)),
+        Type("List", _list),
+        Type("Sequence", _sequence),
+        Type("Symbol", _symbol),
+        Type("Keyword", _keyword),
+        Type("Pair", _instance(Pair, HandleList)),
+        Type("MutableList", _instance(MutableList)),
+        Type("MutableArray", _instance(MutableArray)),
+        Type("Table", _instance(Table)),
+        Type("Set", _instance(Set)),
+        Type("Stream", _instance(Stream)),
+        Type("Record", _instance(Record)),
+    )
+}
+_GENERIC = re.compile(r"(\w+)\[(.*)\]\Z", re.S)
+
+
+def _split_arguments(text: str) -> list[str]:
+    depth, start, parts = 0, 0, []
+    for i, c in enumerate(text):
+        depth += (c == "[") - (c == "]")
+        if c == "," and depth == 0:
+            parts.append(text[start:i])
+            start = i + 1
+    return [part.strip() for part in (*parts, text[start:])]
+
+
+@cache
+def parse_type(text: str) -> Type:
+    """The type that an annotation names; raises KeyError with the unknown name."""
+    text = text.strip()
+    if text in BASE_TYPES:
+        return BASE_TYPES[text]
+    match = _GENERIC.match(text)
+    if match and match[1] in ("List", "Array", "Tuple"):
+        arguments = tuple(parse_type(part) for part in _split_arguments(match[2]))
+        name = f"{match[1]}[{', '.join(argument.name for argument in arguments)}]"
+        if match[1] == "Tuple":
+            return Type(name, _identity, _tuple_of(arguments))
+        if len(arguments) == 1:
+            if match[1] == "List":
+                return Type(name, _identity, _list_of(arguments[0]))
+            return Type(name, BASE_TYPES["Array"].convert)
+    raise KeyError(text)
+
+
+def record_type(name: str) -> Type:
+    """The type of the records that ``(define-record name ...)`` makes."""
+
+    def convert(value: Any) -> Any:
+        if type(value) is Record and value.type.name == name:
+            return value
+        raise Mismatch
+
+    return Type(name, convert)
+
+
+# The interface through which the interpreter is given builtins: it never imports ``stdlib``.
+#
+# A builtin's signature, types, doc and example are written once, in its entry; help, reference documentation,
+# completion and prompts come from there. Signatures are written as people read them::
+#
+#     angle::Float axis::Vector [point::Vector]      two required parameters and an optional one
+#     count::Integer items::Any ...                  a rest parameter
+#     xs::Sequence [:key::Function] [:reverse::Boolean]   keyword parameters, each optional
+
+
+STD = "std/"  # before a name: the library's own, never shadowed; before a file: a module of the library
+
+
+@dataclass(frozen=True, slots=True)
+class BuiltinParameter:
+    name: str
+    type: Type
+    optional: bool = False
+    keyword: bool = False
+    rest: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Signature:
+    """The parameters of a builtin by kind; ``text`` is the signature as written."""
+
+    text: str
+    required: tuple[BuiltinParameter, ...]
+    optional: tuple[BuiltinParameter, ...]
+    rest: BuiltinParameter | None
+    keywords: tuple[BuiltinParameter, ...]
+
+
+_PARAMETER = re.compile(r"\[(?P<inner>[^\s\[\]]+(?:\[.*?\])?)\]|(?P<plain>\.\.\.|[^\s\[\]]+(?:\[[^\s]*\])?)")
+
+
+def parse_signature(text: str) -> Signature:
+    """Parse the notation above. Raises ValueError for a parameter out of order."""
+    parameters: list[BuiltinParameter] = []
+    for match in _PARAMETER.finditer(text):
+        word = match["inner"] or match["plain"]
+        if word == "...":
+            last = parameters.pop()
+            parameters.append(BuiltinParameter(last.name, last.type, rest=True))
+            continue
+        keyword = word.startswith(":")
+        name, _, annotation = word.lstrip(":").partition("::")
+        optional = match["inner"] is not None or keyword
+        parameters.append(BuiltinParameter(name, parse_type(annotation or "Any"), optional, keyword))
+    required = tuple(p for p in parameters if not (p.optional or p.rest))
+    optional = tuple(p for p in parameters if p.optional and not p.keyword)
+    rest = next((p for p in parameters if p.rest), None)
+    keywords = tuple(p for p in parameters if p.keyword)
+    if parameters != [*required, *optional, *([rest] if rest else []), *keywords]:
+        raise ValueError(f"parameters out of order in {text!r}")
+    return Signature(text, required, optional, rest, keywords)
+
+
+@dataclass(frozen=True, eq=False)
+class Builtin(Procedure):
+    """One registry entry.
+
+    ``function(runtime, *positionals, **keywords)``: optional parameters that are not given are left out, a rest
+    parameter becomes Python's ``*args``; names with dashes arrive with underscores. ``intrinsic`` names the operation
+    that the compiler has a fast path for. ``example`` is a pair of an expression and its printed value.
+    """
+
+    name: str
+    parameters: str
+    result: str
+    function: Callable[..., Any]
+    doc: str
+    example: tuple[str, str] | None
+    topic: str
+    since: str = "0.1"
+    intrinsic: str | None = None
+
+    @cached_property
+    def signature(self) -> Signature:
+        return parse_signature(self.parameters)
+
+    @property
+    def usage(self) -> str:
+        """The signature as diagnostics and help show it: ``(rotate angle::Float axis::Vector) -> Matrix``."""
+        return f"({self.name}{' ' if self.parameters else ''}{self.parameters}) -> {self.result}"
+
+
+@dataclass(frozen=True, eq=False)
+class Library:
+    """What a program can use: builtins and constants by name, and modules of source in the language by file name.
+
+    ``prelude`` names the modules whose definitions every program sees; ``imported`` holds, by module, the builtins that
+    a program has only when it imports that module.
+    """
+
+    builtins: Mapping[str, Builtin]
+    constants: Mapping[str, Any]
+    modules: Mapping[str, str]
+    prelude: tuple[str, ...]
+    constant_docs: Mapping[str, str]
+    imported: Mapping[str, Mapping[str, Builtin]] = field(default_factory=dict)
+
+    def module_of(self, name: str) -> str | None:
+        """The module that brings the builtin ``name``, None for any other name."""
+        return next((module for module, builtins in self.imported.items() if name in builtins), None)
+
+
+class Registry:
+    """Collects the entries of one topic; ``@registry.define(...)`` stands beside each function."""
+
+    def __init__(self, topic: str) -> None:
+        self.topic = topic
+        self.entries: dict[str, Builtin] = {}
+
+    def define(
+        self,
+        name: str,
+        parameters: str,
+        result: str,
+        doc: str,
+        example: tuple[str, str] | None = None,
+        intrinsic: str | None = None,
+    ) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+        """Register the decorated function under ``name``."""
+
+        def register(function: Callable[..., Any]) -> Callable[..., Any]:
+            if name in self.entries:
+                raise ValueError(f"{name} is registered twice")
+            entry = Builtin(name, parameters, result, function, doc, example, self.topic, intrinsic=intrinsic)
+            self.entries[name] = entry
+            return function
+
+        return register

@@ -1,0 +1,1 @@
+"""The entity graph and its geometry: poses, bounds, flattening, numbering, comparison."""

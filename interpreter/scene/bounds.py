@@ -1,0 +1,200 @@
+"""Exact axis-aligned bounding boxes on the DAG, without expanding it.
+
+A node's box is the union of its parts' boxes. A part under an axis-aligned pose, or a primitive under any pose, has a
+closed form. A part under any other pose is searched best first: the box of its box bounds it from above, and only
+what may beat the best point found so far is opened. Boxes are cached on entities, which are immutable.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Callable, Sequence
+from math import isfinite
+from typing import Any
+
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.runtime.values import IDENTITY, Pair
+from scenelang.interpreter.scene.entity import Entity, Scene, descendants
+from scenelang.interpreter.scene.shapes import Box, box_under, interval
+
+UNIT_BOX: Box = (-0.5, -0.5, -0.5, 0.5, 0.5, 0.5)
+_INFINITY = float("inf")
+_TOLERANCE = 1e-12
+Charge = Callable[[int], None]
+
+
+def _nothing(work: int) -> None:
+    """Outside an evaluation nothing is counted."""
+
+
+def _cost(entity: Entity) -> int:
+    """The steps that one look at a part counts for; a mesh has many points."""
+    shape = entity.shape
+    return 1 if shape is None or shape.asset is None else 16 + (len(shape.asset.support) >> 4)
+
+
+def entity_box(entity: Entity, charge: Charge = _nothing) -> Box | None:
+    """The exact box of ``entity`` in its own frame, or None when nothing below it has geometry."""
+    if entity.box is None:
+        _fill(entity, charge)
+    return entity.box or None
+
+
+def parts_box(parts: Sequence[Any], charge: Charge = _nothing) -> Box | None:
+    """The exact box of pairs ``(Entity . Matrix)``, or None when nothing in them has geometry. ``charge`` counts the
+    work while it is done."""
+    charge(len(parts) >> 4)
+    for part in parts:
+        if part.car.box is None:
+            _fill(part.car, charge)
+    return _union_box(parts, charge) or None
+
+
+def _fill(root: Entity, charge: Charge) -> None:
+    stack = [root]
+    while stack:
+        entity = stack[-1]
+        if entity.box is not None:
+            stack.pop()
+            continue
+        charge(1 + (len(entity.children) >> 3))
+        waiting = [part.car for part in entity.children if part.car.box is None]
+        if waiting:
+            stack.extend({id(child): child for child in waiting}.values())
+            continue
+        stack.pop()
+        if entity.shape is not None:
+            entity.box = box_under(entity.shape, IDENTITY) if entity.shape.has_geometry else ()
+        else:
+            entity.box = _union_box(entity.children, charge)
+
+
+def _moved(box: Box, m: Sequence[float]) -> Box:
+    """The box of ``box`` under ``m``: exact for the box, an upper bound for what it holds."""
+    x0, y0, z0, x1, y1, z1 = box
+    cx, cy, cz = 0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.5 * (z0 + z1)
+    hx, hy, hz = x1 - cx, y1 - cy, z1 - cz
+    a, b, c, t, d, e, f, u, g, h, i, v = m
+    px, py, pz = a * cx + b * cy + c * cz + t, d * cx + e * cy + f * cz + u, g * cx + h * cy + i * cz + v
+    rx = abs(a) * hx + abs(b) * hy + abs(c) * hz
+    ry = abs(d) * hx + abs(e) * hy + abs(f) * hz
+    rz = abs(g) * hx + abs(h) * hy + abs(i) * hz
+    return (px - rx, py - ry, pz - rz, px + rx, py + ry, pz + rz)
+
+
+def _row_is_aligned(a: float, b: float, c: float) -> bool:
+    """True when the direction (a, b, c) is a multiple of an axis, so that a child's box answers it exactly."""
+    return (a != 0.0) + (b != 0.0) + (c != 0.0) <= 1
+
+
+def _is_aligned(m: Sequence[float]) -> bool:
+    return (
+        _row_is_aligned(m[0], m[1], m[2]) and _row_is_aligned(m[4], m[5], m[6]) and _row_is_aligned(m[8], m[9], m[10])
+    )
+
+
+def _union_box(parts: Sequence[Any], charge: Charge) -> Box | tuple[()]:
+    x0 = y0 = z0 = _INFINITY
+    x1 = y1 = z1 = -_INFINITY
+    open_parts: list[tuple[Any, Box]] = []
+    for index, part in enumerate(parts):
+        if not index & 1023:
+            charge(min(1024, len(parts) - index) >> 2)
+        child, pose = part.car, part.cdr
+        if not child.box:
+            continue
+        charge(_cost(child))
+        if child.shape is not None:
+            box = child.box if pose == IDENTITY else box_under(child.shape, pose)
+        else:
+            box = child.box if pose == IDENTITY else _moved(child.box, pose)
+            if not _is_aligned(pose):
+                open_parts.append((part, box))
+                continue
+        x0, y0, z0 = min(x0, box[0]), min(y0, box[1]), min(z0, box[2])
+        x1, y1, z1 = max(x1, box[3]), max(y1, box[4]), max(z1, box[5])
+    if open_parts:
+        limits = [-x0, -y0, -z0, x1, y1, z1]
+        for axis in range(3):
+            limits[axis] = _search(open_parts, axis, -1.0, limits[axis], charge)
+            limits[axis + 3] = _search(open_parts, axis, 1.0, limits[axis + 3], charge)
+        x0, y0, z0, x1, y1, z1 = -limits[0], -limits[1], -limits[2], limits[3], limits[4], limits[5]
+    return (x0, y0, z0, x1, y1, z1) if x0 <= x1 else ()
+
+
+def _search(open_parts: Sequence[tuple[Any, Box]], axis: int, sign: float, best: float, charge: Charge) -> float:
+    """The greatest ``sign * coordinate[axis]`` over ``open_parts``, at least ``best``; best first, deepest on ties."""
+    heap: list[tuple[float, int, int, Entity, float, float, float, float]] = []
+    serial = 0
+    for part, box in open_parts:
+        bound = box[axis + 3] if sign > 0 else -box[axis]
+        if bound > best:
+            m = part.cdr
+            a, b, c, t = (sign * x for x in m[4 * axis : 4 * axis + 4])
+            serial += 1
+            heapq.heappush(heap, (-bound, 0, serial, part.car, a, b, c, t))
+    while heap:
+        bound, depth, _, entity, a, b, c, t = heapq.heappop(heap)
+        if -bound <= best + _TOLERANCE * max(1.0, abs(best)):
+            break
+        charge(1 + (len(entity.children) >> 2))
+        for part in entity.children:
+            child, m = part.car, part.cdr
+            if not child.box:
+                continue
+            charge(_cost(child))
+            i = a * m[0] + b * m[4] + c * m[8]
+            j = a * m[1] + b * m[5] + c * m[9]
+            k = a * m[2] + b * m[6] + c * m[10]
+            offset = a * m[3] + b * m[7] + c * m[11] + t
+            exact = child.shape is not None
+            if exact:
+                upper = offset + interval(child.shape, i, j, k)[1]
+            else:
+                x0, y0, z0, x1, y1, z1 = child.box
+                upper = offset + i * (x1 if i > 0 else x0) + j * (y1 if j > 0 else y0) + k * (z1 if k > 0 else z0)
+                exact = _row_is_aligned(i, j, k)
+            if upper <= best:
+                continue
+            if exact:
+                best = upper
+            else:
+                serial += 1
+                heapq.heappush(heap, (-upper, depth - 1, serial, child, i, j, k, offset))
+    return best
+
+
+# Finding entities by word on the DAG, and measuring them where they stand in the world.
+
+
+def word_box(scene: Scene, word: str | None) -> Box | None:
+    """The exact world box of the scene over all its frames, or of the entities of ``word``; None without geometry.
+
+    For a word, the DAG is rebuilt with everything else left out, so that nothing is expanded.
+    """
+    boxes = []
+    for root in scene.frames:
+        kept = root if word is None else _only(root, word)
+        box = entity_box(kept) if kept is not None else None
+        if box is not None:
+            boxes.append(box)
+    if not boxes:
+        return None
+    if not all(map(isfinite, (x for box in boxes for x in box))):
+        raise SceneError("pose", "poses multiply to numbers too large to tell, so the scene has no bounding box")
+    return (
+        min(b[0] for b in boxes), min(b[1] for b in boxes), min(b[2] for b in boxes),
+        max(b[3] for b in boxes), max(b[4] for b in boxes), max(b[5] for b in boxes),
+    )  # fmt: skip
+
+
+def _only(root: Entity, word: str) -> Entity | None:
+    """The scene with only the entities of ``word`` (whole, wherever they are)."""
+    kept: dict[int, Entity | None] = {}
+    for entity in descendants(root):
+        if entity.word == word:
+            kept[id(entity)] = entity
+            continue
+        parts = tuple(Pair(kept[id(p.car)], p.cdr) for p in entity.children if kept[id(p.car)] is not None)
+        kept[id(entity)] = Entity(entity.word, entity.embedding, parts) if parts else None
+    return kept[id(root)]

@@ -1,0 +1,139 @@
+"""The entity hierarchy as text: words, handles, and counts where equal parts stand side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from scenelang.interpreter.runtime.show import plain_attributes, show
+from scenelang.interpreter.runtime.values import IDENTITY, Matrix, Vector
+from scenelang.interpreter.scene.entity import Entity, Scene
+from scenelang.interpreter.scene.numbering import Numbering, number_scene
+from scenelang.interpreter.scene.pose import to_array
+
+MAX_LINES = 2_000
+_LONGEST_ATTRIBUTES = 60
+
+
+def outline(scene: Scene, depth: int | None = None, poses: bool = False, every: bool = False) -> Iterator[str]:
+    """Lines of the tree of the first frame, at most ``MAX_LINES``. Neighbours with one word and one shape of subtree
+    are one line, ``64 x square <z3> ... <z66>``, unless ``every``."""
+    if scene.animated:
+        yield f"{len(scene.frames)} frames; the first:"
+    numbering = number_scene(scene)
+    stack: list[tuple[str, str, list[tuple[Any, int]]]] = [("", "", [(_root_part(scene.root), 0)])]
+    lines = 0
+    while stack:
+        prefix, inner, group = stack.pop()
+        lines += 1
+        if lines > MAX_LINES:
+            yield f"... more than {MAX_LINES:,} lines; use --depth"
+            return
+        part, before = group[0]
+        yield prefix + _label(numbering, group, poses)
+        level = len(inner) // 3
+        groups = _groups(numbering, part.car, before, every)
+        if groups and depth is not None and level >= depth:
+            yield inner + f"└─ ... {sum(map(len, groups)):,} parts"
+            continue
+        for position in range(len(groups) - 1, -1, -1):
+            last = position == len(groups) - 1
+            stack.append((inner + ("└─ " if last else "├─ "), inner + ("   " if last else "│  "), groups[position]))
+
+
+class _root_part:
+    """The root as a part without a pose."""
+
+    def __init__(self, root: Entity) -> None:
+        self.car = root
+        self.cdr = IDENTITY
+
+
+def _groups(numbering: Numbering, entity: Entity, before: int, every: bool) -> list[list[tuple[Any, int]]]:
+    """The parts, neighbours that look alike together."""
+    groups: list[list[tuple[Any, int]]] = []
+    last: Any = None
+    for part, count in numbering.children(entity, before):
+        signature = _signature(part.car)
+        if groups and not every and signature == last:
+            groups[-1].append((part, count))
+        else:
+            groups.append([(part, count)])
+        last = signature
+    return groups
+
+
+def _signature(entity: Entity) -> Any:
+    """What two neighbours must share to be one line: the word and the children's words, one level down."""
+    return entity.word, tuple(part.car.word for part in entity.children[:200]), len(entity.children)
+
+
+def _label(numbering: Numbering, group: list[tuple[Any, int]], poses: bool) -> str:
+    (part, before), (last_part, last_before) = group[0], group[-1]
+    entity = part.car
+    first = f"<{numbering.handle(entity, before)}>"
+    if len(group) > 1:
+        last = f"<{numbering.handle(last_part.car, last_before)}>"
+        text = f"{len(group):,} x {entity.word} {first} ... {last}"
+    else:
+        text = f"{entity.word} {first}"
+    z = entity.embedding
+    facts = [f'"{z.text}"'] if z.text else []
+    facts += [f":{name} {_brief(value)}" for name, value in z.attributes.items()]
+    joined = " ".join(facts)
+    if joined and len(group) == 1:
+        text += "  " + (joined if len(joined) <= _LONGEST_ATTRIBUTES else joined[: _LONGEST_ATTRIBUTES - 3] + "...")
+    return text + (_pose_text(part.cdr) if poses and len(group) == 1 else "")
+
+
+def _brief(value: Any) -> str:
+    """A value with numbers of four digits, short enough for a tree."""
+    if type(value) is float:
+        return f"{value:.4g}"
+    if type(value) is Vector:
+        return "[" + " ".join(f"{x:.4g}" for x in value[:9]) + (" ..." if len(value) > 9 else "") + "]"
+    return show(value, 40)
+
+
+def _pose_text(m: Matrix) -> str:
+    if m == IDENTITY:
+        return ""
+    linear = m[0:3] + m[4:7] + m[8:11]
+    moved = " ".join(f"{x:.4g}" for x in (m[3], m[7], m[11]))
+    if linear == (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0):
+        return f"  at [{moved}]"
+    rows = " ".join("[" + " ".join(f"{x:.4g}" for x in linear[i : i + 3]) + "]" for i in (0, 3, 6))
+    return f"  at [{moved}] turned [{rows}]"
+
+
+def outline_data(scene: Scene, depth: int | None = None) -> dict[str, Any]:
+    """The tree of the first frame as plain data, every instance on its own, cut at ``depth`` and ``MAX_LINES``."""
+    numbering = number_scene(scene)
+    root = _node(numbering, scene.root, 0)
+    pending: list[tuple[dict[str, Any], Entity, int, int]] = [(root, scene.root, 0, 0)]
+    count = 0
+    while pending:
+        data, entity, before, level = pending.pop(0)
+        if depth is not None and level >= depth:
+            continue
+        for part, number in numbering.children(entity, before):
+            count += 1
+            if count > MAX_LINES:
+                root["cut"] = True
+                return root
+            child = _node(numbering, part.car, number)
+            child["pose"] = to_array(part.cdr).tolist()
+            data["children"].append(child)
+            pending.append((child, part.car, number, level + 1))
+    return root
+
+
+def _node(numbering: Numbering, entity: Entity, before: int) -> dict[str, Any]:
+    return {
+        "word": entity.word,
+        "handle": f"<{numbering.handle(entity, before)}>",
+        "text": entity.embedding.text,
+        "attributes": plain_attributes(entity),
+        "primitive": entity.is_primitive,
+        "children": [],
+    }

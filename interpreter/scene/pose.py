@@ -1,0 +1,112 @@
+"""Affine poses as 12-tuples (see ``values.Matrix``): a tenth of the cost of 4x4 numpy arrays one at a time.
+
+Column vectors, right-handed, radians; ``compose(a, b)`` applies ``b`` first (language.md, section 6).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scenelang.interpreter.runtime.values import Matrix
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+
+Point = tuple[float, float, float]
+
+
+def translation(x: float, y: float, z: float) -> Matrix:
+    return Matrix((1.0, 0.0, 0.0, float(x), 0.0, 1.0, 0.0, float(y), 0.0, 0.0, 1.0, float(z)))
+
+
+def about(linear: Sequence[float], point: Sequence[float]) -> Matrix:
+    """The pose with the 3x3 ``linear`` part (row-major) that keeps ``point`` fixed."""
+    a, b, c, d, e, f, g, h, i = linear
+    x, y, z = point
+    return Matrix((
+        a, b, c, x - (a * x + b * y + c * z),
+        d, e, f, y - (d * x + e * y + f * z),
+        g, h, i, z - (g * x + h * y + i * z),
+    ))  # fmt: skip
+
+
+def rotation(angle: float, axis: Sequence[float], point: Sequence[float]) -> Matrix:
+    """Right-hand rotation by ``angle`` radians about ``axis`` through ``point``; raises ValueError for a zero axis."""
+    x, y, z = axis
+    norm = math.sqrt(x * x + y * y + z * z)
+    if norm == 0.0 or not math.isfinite(norm):
+        raise ValueError("the axis of a rotation must have a length")
+    x, y, z = x / norm, y / norm, z / norm
+    c, s = math.cos(angle), math.sin(angle)
+    t = 1.0 - c
+    return about(
+        (t * x * x + c, t * x * y - s * z, t * x * z + s * y,
+         t * x * y + s * z, t * y * y + c, t * y * z - s * x,
+         t * x * z - s * y, t * y * z + s * x, t * z * z + c),
+        point,
+    )  # fmt: skip
+
+
+def scaling(x: float, y: float, z: float, origin: Sequence[float]) -> Matrix:
+    return about((float(x), 0.0, 0.0, 0.0, float(y), 0.0, 0.0, 0.0, float(z)), origin)
+
+
+def reflection(point: Sequence[float], normal: Sequence[float]) -> Matrix:
+    """Mirror in the plane through ``point`` with ``normal``; raises ValueError for a zero normal."""
+    x, y, z = normal
+    norm = math.sqrt(x * x + y * y + z * z)
+    if norm == 0.0 or not math.isfinite(norm):
+        raise ValueError("the normal of a reflection must have a length")
+    x, y, z = x / norm, y / norm, z / norm
+    return about(
+        (1 - 2 * x * x, -2 * x * y, -2 * x * z,
+         -2 * y * x, 1 - 2 * y * y, -2 * y * z,
+         -2 * z * x, -2 * z * y, 1 - 2 * z * z),
+        point,
+    )  # fmt: skip
+
+
+def compose(m: Sequence[float], n: Sequence[float]) -> Matrix:
+    """The pose that applies ``n``, then ``m``."""
+    a0, a1, a2, a3, b0, b1, b2, b3, c0, c1, c2, c3 = m
+    d0, d1, d2, d3, e0, e1, e2, e3, f0, f1, f2, f3 = n
+    return Matrix((
+        a0 * d0 + a1 * e0 + a2 * f0, a0 * d1 + a1 * e1 + a2 * f1,
+        a0 * d2 + a1 * e2 + a2 * f2, a0 * d3 + a1 * e3 + a2 * f3 + a3,
+        b0 * d0 + b1 * e0 + b2 * f0, b0 * d1 + b1 * e1 + b2 * f1,
+        b0 * d2 + b1 * e2 + b2 * f2, b0 * d3 + b1 * e3 + b2 * f3 + b3,
+        c0 * d0 + c1 * e0 + c2 * f0, c0 * d1 + c1 * e1 + c2 * f1,
+        c0 * d2 + c1 * e2 + c2 * f2, c0 * d3 + c1 * e3 + c2 * f3 + c3,
+    ))  # fmt: skip
+
+
+def apply(m: Sequence[float], p: Sequence[float]) -> Point:
+    """The point ``m p``."""
+    x, y, z = p
+    return (
+        m[0] * x + m[1] * y + m[2] * z + m[3],
+        m[4] * x + m[5] * y + m[6] * z + m[7],
+        m[8] * x + m[9] * y + m[10] * z + m[11],
+    )
+
+
+def to_array(m: Sequence[float]) -> npt.NDArray[np.float64]:
+    """The pose as a 4x4 array."""
+    return np.array([*m, 0.0, 0.0, 0.0, 1.0]).reshape(4, 4)
+
+
+def from_array(a: npt.NDArray[np.float64]) -> Matrix | None:
+    """The pose that a 4x4 array is, or None when its last row is not 0 0 0 1."""
+    if a.shape != (4, 4) or a[3].tolist() != [0, 0, 0, 1]:
+        return None
+    return Matrix(a[:3].astype(float).ravel().tolist())
+
+
+def is_finite(m: Sequence[float]) -> bool:
+    """True when no entry is infinite or nan (a sum of finite doubles is at worst infinite, so check it once)."""
+    return math.isfinite(sum(m)) or all(map(math.isfinite, m))

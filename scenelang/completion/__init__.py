@@ -1,1 +1,0 @@
-"""Completion of command lines in shells: scripts written from the parser that the commands use."""

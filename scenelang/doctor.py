@@ -1,0 +1,365 @@
+"""Which backends work, by trying them in other processes within a few seconds."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import webbrowser
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from importlib.metadata import PackageNotFoundError, requires, version
+from pathlib import Path
+
+from scenelang.backends import base
+from scenelang.backends.base import Work
+from scenelang.backends.language_models.provider import FAMILIES, connection
+from scenelang.backends.pictures.mitsuba import NAMES, trial_command
+from scenelang.doctor_trials import FILMS, LANGUAGE, PICTURE, VIEWER
+from scenelang.grammar.diagnostics import SceneError
+
+# One finding about the installation.
+
+
+class State(Enum):
+    OK = "ok"
+    NOTE = "note"  # neither good nor bad
+    MISSING = "missing"  # comes with an extra, or is better to have
+    BROKEN = "broken"  # promised without extras
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """``topic`` groups the findings, ``remedy`` is what mends it: a command line, or empty."""
+
+    topic: str
+    name: str
+    state: State
+    detail: str
+    remedy: str = ""
+
+
+# Packages: the versions of those that are needed, and what the extras lack.
+
+
+_REQUIREMENT = re.compile(r"([A-Za-z0-9][A-Za-z0-9._-]*)[^;]*(?:;(.*))?")
+_EXTRA = re.compile(r"""extra\s*==\s*['"]([^'"]+)['"]""")
+_FOR_DEVELOPMENT = ("dev", "blender", "all")
+
+
+def version_of(package: str) -> str | None:
+    """The version of an installed distribution, None for one that is not installed."""
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None
+
+
+def in_pipx() -> bool:
+    """Whether pipx made the environment that runs this: pip does not reach it from outside."""
+    return (Path(sys.prefix) / "pipx_metadata.json").exists()
+
+
+def package_checks() -> Iterator[Check]:
+    """What the package needs, then each extra."""
+    try:
+        stated = requires("scenelang") or []
+    except PackageNotFoundError:
+        yield Check("packages", "scenelang", State.NOTE, "runs from its sources, so its needs are not known")
+        return
+    extras: dict[str, list[str]] = {}
+    for line in stated:
+        match = _REQUIREMENT.match(line)
+        if match is None:
+            continue
+        name, marker = match[1], match[2] or ""
+        extra = _EXTRA.search(marker)
+        if extra is None:
+            yield _needed(name, bool(marker.strip()))
+        else:
+            extras.setdefault(extra[1], []).append(name)
+    for extra_name, packages in extras.items():
+        if extra_name not in _FOR_DEVELOPMENT:
+            yield _extra(extra_name, packages)
+
+
+def _needed(package: str, only_sometimes: bool) -> Check:
+    found = version_of(package)
+    if found is not None:
+        return Check("packages", package, State.OK, found)
+    if only_sometimes:
+        return Check("packages", package, State.NOTE, "not installed; not every platform has it")
+    return Check("packages", package, State.BROKEN, "not installed", f"pip install {package}")
+
+
+def _extra(name: str, packages: Sequence[str]) -> Check:
+    """An extra with the versions of its packages, or with those that it lacks."""
+    versions = {package: version_of(package) for package in packages}
+    lacking = [package for package, found in versions.items() if found is None]
+    if lacking:
+        remedy = f"pipx inject scenelang {' '.join(lacking)}" if in_pipx() else f"pip install 'scenelang[{name}]'"
+        return Check("extras", name, State.MISSING, f"not installed: {', '.join(lacking)}", remedy)
+    return Check("extras", name, State.OK, ", ".join(f"{package} {found}" for package, found in versions.items()))
+
+
+_SECONDS = 4.2  # for all trials together
+_NVIDIA = Path("/proc/driver/nvidia/version")
+_OWN = ("draft", "gltf", "obj", "ply", "stl", "json", "mitsuba-xml")  # promised without extras
+
+
+def work_checks() -> Iterator[Check]:
+    """A finding for the language, each backend, each variant of Mitsuba, films and the viewer."""
+    end = time.monotonic() + _SECONDS
+    variants = {name: _start(trial_command(name)) for name in NAMES if name != "cuda" or _NVIDIA.exists()}
+    exports = {backend.name: backend for backend in base.every(Work.EXPORT)}
+    installs = {name: backend.install for name, backend in exports.items() if not backend.is_installed}
+    installs |= {} if _has("av") else {"film .mp4": "'scenelang[video]'"}
+    names = [name for name in (LANGUAGE, PICTURE, *exports, *FILMS, VIEWER) if name not in installs]
+    told = _tried(names, end)
+    for name in (LANGUAGE, PICTURE):
+        yield _finding(name, told)
+    yield from _variant_checks(variants, end)
+    for name in (*exports, *FILMS, VIEWER):
+        if name in installs:
+            remedy = "" if in_pipx() else f"pip install {installs[name]}"  # what pipx injects stands with the extras
+            yield Check("works", name, State.MISSING, "not installed", remedy)
+        else:
+            yield _finding(name, told)
+
+
+def _has(package: str) -> bool:
+    from importlib.util import find_spec
+
+    return find_spec(package) is not None
+
+
+def _start(command: Sequence[str]) -> subprocess.Popen[str] | None:
+    try:
+        # a list of words, no shell: our own interpreter
+        return subprocess.Popen(  # noqa: S603  # nosec B603
+            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+        )
+    except OSError:
+        return None
+
+
+def _output(process: subprocess.Popen[str] | None, end: float) -> str | None:
+    """What a process wrote until its end, or until ``end``; None where it had to be stopped then."""
+    if process is None:
+        return ""
+    try:
+        return process.communicate(timeout=max(0.05, end - time.monotonic()))[0]
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.communicate()
+        return None
+
+
+def _tried(names: Sequence[str], end: float) -> Mapping[str, tuple[bool, str]]:
+    """What came of each trial; those that time did not suffice for are left out. One that ends the process is begun no
+    more, the others are."""
+    told: dict[str, tuple[bool, str]] = {}
+    left = list(names)
+    while left and time.monotonic() < end:
+        begun = ""
+        with _Lines([sys.executable, "-P", "-m", "scenelang.doctor_trials", *left], end) as lines:
+            for line in lines:
+                begun = str(line["name"])
+                if "ok" in line:
+                    told[begun] = (bool(line["ok"]), str(line["detail"]))
+        if time.monotonic() < end and begun not in told:
+            told[begun or left[0]] = (False, "the process that tried it broke off")
+        left = [name for name in left if name not in told]
+    return told
+
+
+class _Lines:
+    """The lines of JSON that a process prints until ``end``."""
+
+    def __init__(self, command: Sequence[str], end: float) -> None:
+        self._process = _start(command)
+        self._end = end
+
+    def __enter__(self) -> Iterator[Mapping[str, object]]:
+        return self._lines()
+
+    def _lines(self) -> Iterator[Mapping[str, object]]:
+        if self._process is None or self._process.stdout is None:
+            return
+        from threading import Timer
+
+        timer = Timer(max(0.0, self._end - time.monotonic()), self._process.kill)
+        timer.start()
+        try:
+            for line in self._process.stdout:
+                if line.startswith("{") and line.endswith("}\n"):
+                    yield json.loads(line)
+        finally:
+            timer.cancel()
+
+    def __exit__(self, *_: object) -> None:
+        if self._process is not None:
+            self._process.kill()
+            self._process.wait()
+            if self._process.stdout is not None:
+                self._process.stdout.close()
+
+
+def _finding(name: str, told: Mapping[str, tuple[bool, str]]) -> Check:
+    if name not in told:
+        return Check("works", name, State.NOTE, f"not tried: {_SECONDS:g} seconds were over")
+    ok, detail = told[name]
+    if ok:
+        return Check("works", name, State.OK, detail)
+    promised = name in (*_OWN, LANGUAGE, VIEWER, "film .gif")
+    return Check("works", name, State.BROKEN if promised else State.MISSING, detail)
+
+
+def _variant_checks(variants: Mapping[str, subprocess.Popen[str] | None], end: float) -> Iterator[Check]:
+    for name in NAMES:
+        if name not in variants:
+            yield Check("works", f"mitsuba {name}", State.NOTE, "no NVIDIA driver here")
+            continue
+        text = _output(variants[name], end)
+        if text is None:
+            yield Check("works", f"mitsuba {name}", State.NOTE, f"not ready within {_SECONDS:g} seconds")
+        elif text.strip() == "True":
+            yield Check("works", f"mitsuba {name}", State.OK, "draws a picture")
+        elif name == "scalar":
+            yield Check(
+                "works", "mitsuba scalar", State.BROKEN, "draws nothing", "pip install --force-reinstall mitsuba"
+            )
+        else:
+            what = "finds no LLVM (Debian: libllvm19)" if name == "llvm" else "draws nothing on this GPU"
+            yield Check("works", f"mitsuba {name}", State.NOTE, f"{what}; `scalar` works without")
+
+
+# The machine: Python, folders, terminal, browser, GPU.
+
+
+_BROWSERS = ("firefox", "chromium", "chromium-browser", "google-chrome", "microsoft-edge", "safari", "brave-browser")
+_IMAGE_TERMINALS = ("iTerm.app", "WezTerm", "ghostty", "kitty")
+_PATIENCE = 2.0  # seconds, for a driver's tool
+
+
+def system_checks() -> Iterator[Check]:
+    """Versions, and where the program stands."""
+    yield Check("system", "scenelang", State.OK, version_of("scenelang") or "from its sources")
+    yield Check("system", "Python", State.OK, f"{platform.python_version()}, {sys.executable}")
+    cores = os.cpu_count() or 1
+    yield Check("system", "platform", State.OK, f"{platform.platform()}, {platform.machine()}, {cores} cores")
+    yield _gpu()
+
+
+def limit_checks() -> Iterator[Check]:
+    """What holds programs within their limits, and away from files and the network."""
+    from scenelang.sandbox.confinement import has_seccomp, landlock_version
+    from scenelang.sandbox.supervision import is_supported
+
+    if is_supported():
+        yield Check("limits", "processes", State.OK, "programs are evaluated in processes that can be ended")
+    else:
+        detail = "only soft limits, which a builtin may overrun: ending processes needs Linux 5.4 or newer"
+        yield Check("limits", "processes", State.NOTE, detail)
+    version = landlock_version()
+    files = f"Landlock {version}: evaluation may only read the project" if version else "this kernel has no Landlock"
+    yield Check("limits", "files", State.OK if version else State.NOTE, files)
+    calls = "seccomp: no sockets, no other programs" if has_seccomp() else "no seccomp on this system"
+    yield Check("limits", "calls", State.OK if has_seccomp() else State.NOTE, calls)
+
+
+def folder_checks() -> Iterator[Check]:
+    """The user's folders for caches and settings."""
+    home = Path(os.path.expanduser("~"))
+    for name, variable, default in (
+        ("cache", "XDG_CACHE_HOME", home / ".cache"),
+        ("settings", "XDG_CONFIG_HOME", home / ".config"),
+    ):
+        folder = Path(os.environ.get(variable) or default) / "scenelang"
+        if _is_writable(folder):
+            yield Check("folders", name, State.OK, str(folder))
+        else:
+            yield Check("folders", name, State.MISSING, f"{folder} cannot be written", f"set {variable} to a folder")
+
+
+def _is_writable(folder: Path) -> bool:
+    """Whether files can be made in a folder, or the folder itself where it is not there yet."""
+    try:
+        there = next(parent for parent in (folder, *folder.parents) if parent.exists())
+        with tempfile.TemporaryFile(dir=there):
+            return True
+    except (OSError, StopIteration):
+        return False
+
+
+def terminal_checks() -> Iterator[Check]:
+    """What the terminal can show, and whether there is a browser for the viewer."""
+    if sys.stdout.isatty():
+        size = shutil.get_terminal_size()
+        colors = "no colours" if "NO_COLOR" in os.environ else _colors()
+        yield Check("terminal", "output", State.OK, f"a terminal of {size.columns}x{size.lines}, {colors}")
+    else:
+        yield Check("terminal", "output", State.NOTE, "no terminal")
+    yield Check("terminal", "text", State.OK, f"{sys.stdout.encoding}, TERM={os.environ.get('TERM', '')}")
+    shown = _shows_images()
+    yield Check("terminal", "pictures", State.OK if shown else State.NOTE, "inline" if shown else "not shown inline")
+    yield _browser()
+
+
+def _colors() -> str:
+    if os.environ.get("COLORTERM") in ("truecolor", "24bit"):
+        return "16 million colours"
+    return "256 colours" if "256" in os.environ.get("TERM", "") else "colours"
+
+
+def _shows_images() -> bool:
+    program = os.environ.get("TERM_PROGRAM", "")
+    return program in _IMAGE_TERMINALS or "kitty" in os.environ.get("TERM", "") or "KITTY_WINDOW_ID" in os.environ
+
+
+def _browser() -> Check:
+    found = next((path for name in _BROWSERS if (path := shutil.which(name))), None)
+    if found is None:
+        try:
+            found = getattr(webbrowser.get(), "name", "the system's own")
+        except webbrowser.Error:
+            detail = "none found; `scenelang view --html FILE` writes a page for another machine"
+            return Check("terminal", "browser", State.MISSING, detail)
+    return Check("terminal", "browser", State.OK, str(found))
+
+
+def _gpu() -> Check:
+    tool = shutil.which("nvidia-smi")
+    if tool is None:
+        return Check("system", "GPU", State.NOTE, "no NVIDIA GPU found; nothing needs one")
+    try:
+        # a list of words, no shell: our interpreter or a program by its own name
+        done = subprocess.run([tool, "-L"], capture_output=True, text=True, timeout=_PATIENCE)  # noqa: S603  # nosec B603
+    except (OSError, subprocess.SubprocessError):
+        return Check("system", "GPU", State.NOTE, "its driver does not answer; nothing needs one")
+    cards = [line.partition(" (UUID")[0] for line in done.stdout.splitlines() if line.startswith("GPU")]
+    if done.returncode != 0 or not cards:
+        return Check("system", "GPU", State.NOTE, "its driver finds none; nothing needs one")
+    return Check("system", "GPU", State.OK, ", ".join(cards))
+
+
+# Services that commands may ask: whether there is a key for each family of language models. Nothing is sent.
+
+
+def service_checks() -> Iterator[Check]:
+    """A finding for each provider: its address and whether it has a key."""
+    for family in FAMILIES:
+        try:
+            found = connection(family)
+        except SceneError as error:
+            yield Check("services", family.name, State.MISSING, error.message, error.hint or "")
+            continue
+        key = "a key" if found.key is not None else "no key"
+        yield Check("services", family.name, State.NOTE, f"{key} for {found.shown_address}; not asked")

@@ -1,1 +1,0 @@
-"""What is installed, what works and what is missing: the checks behind the command doctor."""
