@@ -280,7 +280,8 @@ class SceneError(Exception):
         return Diagnostic(self.name, self.message, self.span, self.hint, self.notes, tuple(self.chain), self.fixes)
 
     def __str__(self) -> str:
-        return f"{CODES[self.name].code}: {self.message}"
+        """Code, message, place, source line and hint, as the command line shows them."""
+        return render_text(self.diagnostic)
 
 
 class LimitError(SceneError):

@@ -1,9 +1,9 @@
-"""The Scene Language: parse, check, evaluate and load programs that make 3D and 4D scenes.
+"""The Scene Language for Python: scenes as programs, words and embeddings (docs/python.md).
 
->>> import scenelang
->>> scene = scenelang.evaluate('(bind "dot" (lambda () (call "sphere" :radius 2)))').scene
->>> scene.word
-'dot'
+>>> import scenelang as sl
+>>> scene = sl.evaluate('(bind "dot" (lambda () (call "sphere" :radius 2)))')
+>>> scene.bounds.tolist()
+[[-2.0, -2.0, -2.0], [2.0, 2.0, 2.0]]
 """
 
 from __future__ import annotations
@@ -14,9 +14,12 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from scenelang.api import check as check
+    from scenelang.api import diff as diff
     from scenelang.api import evaluate as evaluate
+    from scenelang.api import format as format
     from scenelang.api import load as load
     from scenelang.api import parse as parse
+    from scenelang.api import transpile as transpile
     from scenelang.grammar.datum import Datum as Datum
     from scenelang.grammar.datum import Source as Source
     from scenelang.grammar.diagnostics import Diagnostic as Diagnostic
@@ -24,22 +27,29 @@ if TYPE_CHECKING:
     from scenelang.grammar.reader import ReadResult as ReadResult
     from scenelang.interpreter.runtime.limits import Limits as Limits
     from scenelang.interpreter.scene.entity import Entity as Entity
-    from scenelang.interpreter.scene.entity import Scene as Scene
+    from scenelang.scene import Camera as Camera
+    from scenelang.scene import Film as Film
+    from scenelang.scene import Image as Image
+    from scenelang.scene import Maps as Maps
+    from scenelang.scene import Primitives as Primitives
+    from scenelang.scene import Scene as Scene
     from scenelang.session import Checked as Checked
     from scenelang.session import Evaluated as Evaluated
     from scenelang.session import Options as Options
     from scenelang.session import Session as Session
 
-# In a checkout the other rooms lie beside this folder; found here, they work from the repository's root too.
+# In a checkout the other folders lie beside this one; found here, they work from the repository's root too.
 if not (Path(__file__).parent / "grammar").is_dir():
     __path__.append(str(Path(__file__).parent.parent))
 
 # Where each public name lives: it is imported when it is first used, so that a part costs only what it needs.
 _HOMES = {
-    "check": "api", "evaluate": "api", "load": "api", "parse": "api",
-    "Datum": "grammar.datum", "Diagnostic": "grammar.diagnostics", "SceneError": "grammar.diagnostics",
-    "ReadResult": "grammar.reader", "Source": "grammar.datum",
-    "Entity": "interpreter.scene.entity", "Scene": "interpreter.scene.entity", "Limits": "interpreter.runtime.limits",
+    "check": "api", "diff": "api", "evaluate": "api", "format": "api", "load": "api", "parse": "api",
+    "transpile": "api",
+    "Datum": "grammar.datum", "Source": "grammar.datum",
+    "Diagnostic": "grammar.diagnostics", "SceneError": "grammar.diagnostics", "ReadResult": "grammar.reader",
+    "Entity": "interpreter.scene.entity", "Limits": "interpreter.runtime.limits",
+    "Camera": "scene", "Film": "scene", "Image": "scene", "Maps": "scene", "Primitives": "scene", "Scene": "scene",
     "Checked": "session", "Evaluated": "session", "Options": "session", "Session": "session",
 }  # fmt: skip
 __all__ = sorted(_HOMES)

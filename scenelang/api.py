@@ -1,36 +1,249 @@
-"""The Python API: small functions over a session."""
+"""Functions of the Python API: programs in, scenes out (docs/python.md)."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
 
-from scenelang.grammar.datum import Source
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.datum import Source, atom_text
+from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.grammar.reader import ReadResult, read
-from scenelang.interpreter.scene.entity import Scene
-from scenelang.session import Checked, Evaluated, Options, Session
+from scenelang.interpreter.runtime.limits import Limits
+from scenelang.interpreter.runtime.runtime import ZEntry
+from scenelang.scene import Scene
+from scenelang.session import Checked, Options, Session
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.transpile.translate import Translation
+    from scenelang.scene_changes import Changes
 
 
 def parse(text: str, name: str = "<text>") -> ReadResult:
-    """Read ``text`` into datums with spans. Never raises: what is wrong is in ``.diagnostics``."""
+    """Read a text into datums with spans; never raises: mistakes are in ``.diagnostics``.
+
+    Examples
+    --------
+    >>> len(parse('(call "cube")').forms)
+    1
+    """
     return read(Source(name, text))
 
 
 def check(text: str, name: str = "<text>", options: Options | None = None) -> Checked:
-    """Find the mistakes of a program without running it. Never raises for a mistake in the program."""
+    """Find the mistakes of a program without running it; never raises for a mistake in the program.
+
+    Examples
+    --------
+    >>> check('(bind "a" (lambda () (call "cube")))').ok
+    True
+    """
     return Session(options).check(Source(name, text))
 
 
-def evaluate(text: str, name: str = "<text>", options: Options | None = None) -> Evaluated:
-    """Run a program. ``.scene`` is None when something went wrong; ``.diagnostics`` says what."""
-    return Session(options).evaluate(Source(name, text))
+def load(
+    path: str | Path,
+    *,
+    seed: int = 0,
+    defines: Mapping[str, Any] | None = None,
+    root: str | None = None,
+    embeddings: str | Path | Literal["auto"] | None = "auto",
+    limits: Limits | None = None,
+    project: str | Path | None = None,
+    allow_outside: bool = False,
+    strict: bool = False,
+) -> Scene:
+    """Evaluate a program file, a language model's Python, or a scene that ``export`` wrote as JSON.
 
+    Parameters
+    ----------
+    path : path
+        ``.scene``, ``.py`` or ``.txt`` (a language model's response; its Python is translated, never run), ``.json``.
+    seed : int
+        Seed of the random streams.
+    defines : mapping, optional
+        Values of the program's params: numbers, booleans, strings, sequences of numbers.
+    root : str, optional
+        The word to evaluate (docs/language.md says which one is the default).
+    embeddings : path, optional
+        The file of embeddings; "auto" takes the one beside the program, None takes none.
+    limits : Limits, optional
+        Bounds of time, memory and size; they hold within this process only (docs/security.md).
+    project : path, optional
+        The folder that imports and assets may not leave; the program's own by default.
+    allow_outside : bool
+        Lift that restriction.
+    strict : bool
+        Hold the program to the paper's grammar.
 
-def load(path: str | Path, options: Options | None = None) -> Scene:
-    """The scene of a program file. Raises SceneError with the first mistake found."""
+    Raises
+    ------
+    SceneError
+        The file cannot be read, or the program is wrong; the text shows code, place, source line and hint.
+
+    Examples
+    --------
+    >>> import scenelang as sl
+    >>> sl.load("examples/menger-sponge.scene", defines={"level": 1}).count()["cube"]
+    20
+    """
+    entries = _entries(Path(path), embeddings)
+    options = _options(seed, defines, root, entries, limits, project, allow_outside, strict)
     session = Session(options)
-    result = session.evaluate(session.source(str(path)))
-    if result.scene is not None:
-        return result.scene
-    problem = next(d for d in result.diagnostics if d.is_error)
-    raise SceneError(problem.name, problem.message, problem.hint, problem.span, problem.notes, list(problem.chain))
+    return _scene(session, session.source(str(path)), options)
+
+
+def evaluate(
+    text: str,
+    name: str = "<text>",
+    *,
+    seed: int = 0,
+    defines: Mapping[str, Any] | None = None,
+    root: str | None = None,
+    limits: Limits | None = None,
+    project: str | Path | None = None,
+    allow_outside: bool = False,
+    strict: bool = False,
+) -> Scene:
+    """Evaluate the text of a program; the arguments are those of ``load``, ``name`` is what errors call the text.
+
+    Examples
+    --------
+    >>> evaluate('(bind "dot" (lambda () (call "sphere" :radius 2)))')
+    <Scene "dot": 1 primitive>
+    """
+    options = _options(seed, defines, root, {}, limits, project, allow_outside, strict)
+    return _scene(Session(options), Source(name, text), options)
+
+
+def evaluate_program(source: Source, options: Options, values: Mapping[str, Any]) -> Scene:
+    """The scene of a source under ``options`` with other values of its params."""
+    from dataclasses import replace
+
+    chosen = replace(options, defines={**options.defines, **{name: literal(value) for name, value in values.items()}})
+    return _scene(Session(chosen), source, chosen)
+
+
+def transpile(text: str, name: str = "<response>.py") -> Translation:
+    """Translate a language model's response, or its Python, into a program of the language; the Python is never run.
+
+    ``.text`` is the program, empty where ``.ok`` is false; ``.diagnostics`` say why.
+
+    Examples
+    --------
+    >>> response = 'def dot():\\n    return primitive_call("sphere", shape_kwargs={"radius": 2})'
+    >>> transpile("from helper import *\\n@register()\\n" + response).ok
+    True
+    """
+    return Session().transpile(Source(name, text))
+
+
+def format(text: str) -> str:
+    """A program in the one style of the language; only white space changes.
+
+    Raises
+    ------
+    SceneError
+        The text cannot be read.
+
+    Examples
+    --------
+    >>> format('(union   (call "cube") )')
+    '(union (call "cube"))\\n'
+    """
+    from scenelang.formatting import formatted
+
+    return formatted(text)
+
+
+def diff(a: Scene, b: Scene, tolerance: float = 1e-5, limit: int = 2_000_000) -> Changes:
+    """What differs between two scenes, change by change.
+
+    Parameters
+    ----------
+    a, b : Scene
+        Compared by what their primitives look like in the world, not by how the programs are written.
+    tolerance : float
+        Distances and attributes that differ by no more are equal.
+    limit : int
+        Most primitives that are expanded.
+
+    Examples
+    --------
+    >>> red = evaluate('(bind "a" (lambda () (call "cube" :color [1 0 0])))')
+    >>> diff(red, red).equal
+    True
+    """
+    from scenelang.scene_changes import changes_between, sheets_of
+
+    return changes_between(sheets_of(a.graph, limit), sheets_of(b.graph, limit), tolerance)
+
+
+def literal(value: Any) -> str:
+    """A plain Python value as a literal of the language, as ``defines`` takes it.
+
+    Raises
+    ------
+    SceneError
+        The value is not a number, a boolean, a string or a sequence of these.
+
+    Examples
+    --------
+    >>> literal([1, 2.5]), literal(True), literal("oak")
+    ('[1 2.5]', '#t', '"oak"')
+    """
+    import numpy as np
+
+    if isinstance(value, np.generic | np.ndarray):
+        value = value.tolist()
+    if isinstance(value, bool | int | float | str):
+        return atom_text(value)
+    if isinstance(value, list | tuple):
+        return f"[{' '.join(literal(item) for item in value)}]"
+    raise SceneError("param", f"a param takes a number, boolean, string or sequence, not {type(value).__name__}")
+
+
+def error_of(diagnostic: Diagnostic) -> SceneError:
+    """The exception of a diagnostic."""
+    d = diagnostic
+    return SceneError(d.name, d.message, d.hint, d.span, d.notes, list(d.chain), None, d.fixes)
+
+
+def _options(
+    seed: int,
+    defines: Mapping[str, Any] | None,
+    root: str | None,
+    entries: Mapping[str, ZEntry],
+    limits: Limits | None,
+    project: str | Path | None,
+    allow_outside: bool,
+    strict: bool,
+) -> Options:
+    return Options(
+        root=root,
+        seed=seed,
+        defines={name: literal(value) for name, value in (defines or {}).items()},
+        limits=limits or Limits(),
+        project=Path(project) if project is not None else None,
+        allow_outside=allow_outside,
+        strict=strict,
+        z_entries=entries,
+    )
+
+
+def _entries(path: Path, embeddings: str | Path | None) -> Mapping[str, ZEntry]:
+    from scenelang import zfile
+
+    if embeddings is None:
+        return {}
+    if embeddings != "auto":
+        return zfile.read_entries(Path(embeddings))
+    own = zfile.beside(str(path))
+    return zfile.read_entries(own) if own.exists() else {}
+
+
+def _scene(session: Session, source: Source, options: Options) -> Scene:
+    result = session.evaluate(source)
+    if result.scene is None:
+        raise error_of(next(d for d in result.diagnostics if d.is_error))
+    return Scene(result.scene, source.name, result.log, result.diagnostics, result.program, options)

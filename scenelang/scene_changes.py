@@ -43,7 +43,7 @@ class Change:
         return facts | {name: side for name, side in (("a", self.before), ("b", self.after)) if side is not None}
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Changes:
     """All differences between the scenes A and B: ``frames`` of each, primitives that ``matched``, changes in the
     order of frames. Only frames that both have are compared."""
@@ -60,6 +60,12 @@ class Changes:
     def counts(self) -> Counter[str]:
         """How many changes there are of each kind."""
         return Counter(change.kind for change in self.changes)
+
+    def __repr__(self) -> str:
+        if self.equal:
+            return f"<Changes: none, {self.matched:,} primitives match>"
+        found = ", ".join(f"{count:,} {kind}" for kind, count in self.counts.items())
+        return f"<Changes: {found or 'the numbers of frames'}; {self.matched:,} primitives match>"
 
     def data(self, limit: int | None = None) -> dict[str, Any]:
         """The comparison as plain data, with at most ``limit`` changes, all where None."""

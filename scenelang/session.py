@@ -29,11 +29,11 @@ from scenelang.interpreter.lint.lint import find_root, lint, lint_of_forms, word
 from scenelang.interpreter.program.interactive import Version, Versions
 from scenelang.interpreter.program.program import Program, load_program, prelude_of
 from scenelang.interpreter.runtime.evaluate import ProgramRun, macro_runner
-from scenelang.interpreter.runtime.limits import Limits, recursion_room
+from scenelang.interpreter.runtime.limits import Limits, fork_safe_lock, recursion_room
 from scenelang.interpreter.runtime.procedures import Closure
 from scenelang.interpreter.runtime.runtime import Runtime, ZEntry
 from scenelang.interpreter.runtime.types import STD
-from scenelang.interpreter.scene.entity import Entity, Scene
+from scenelang.interpreter.scene.entity import Scene
 from scenelang.interpreter.scene.graft import automatic_entries, graft, serials_at
 from scenelang.sandbox.supervision import limited, link
 from scenelang.sandbox.worker import trial
@@ -44,70 +44,11 @@ if TYPE_CHECKING:
     from scenelang.interpreter.transpile.translate import Translation
 
 
-# Entities and scenes in a notebook: a picture of themselves, and ``.view()`` for the interactive page.
-#
-# Notebooks ask a value for ``_repr_png_``. The classes live below the backends and know nothing of pictures, so the
-# front
-# door gives them these methods (``install``) when it makes the first scene.
-
-
-_WIDTH, _HEIGHT = 480, 360
-
-
-class NotebookView:
-    """The interactive page of a scene, for a notebook to show; ``html`` is the whole page, a file of its own."""
-
-    __slots__ = ("_height", "html")
-
-    def __init__(self, html: str, height: int) -> None:
-        self.html = html
-        self._height = height
-
-    def _repr_html_(self) -> str:
-        from scenelang.backends.viewer.page import frame
-
-        return frame(self.html, self._height)
-
-    def __repr__(self) -> str:
-        return f"<view, {len(self.html):,} characters of HTML>"
-
-
-def view(self: Entity | Scene, height: int = 520) -> NotebookView:
-    """The scene to turn and look into, ``height`` pixels high; raises SceneError for a look that makes no sense."""
-    from scenelang.backends.viewer.packet import packet_of
-    from scenelang.backends.viewer.page import SavedScene, self_contained
-
-    scene = _scene_of(self)
-    state: dict[str, Any] = {"name": scene.word, "version": 1, "ok": True, "picture": 1}
-    state |= {"diagnostics": [], "params": []}
-    return NotebookView(self_contained([SavedScene(scene.word, state, packet_of(scene))]), height)
-
-
-def install() -> None:
-    """Give entities and scenes ``view`` and the method that notebooks look for."""
-    for kind in (Entity, Scene):
-        setattr(kind, "view", view)  # noqa: B010  the class does not declare what is above it
-        setattr(kind, "_repr_png_", _png)  # noqa: B010
-
-
-def _png(self: Entity | Scene) -> bytes | None:
-    """A draft picture as PNG; None, so that the notebook shows the text, where there is nothing to draw."""
-    from scenelang.backends.pictures.film import PictureOptions, png_of, render
-
-    try:
-        return png_of(render(_scene_of(self), PictureOptions(width=_WIDTH, height=_HEIGHT)))
-    except SceneError:
-        return None
-
-
-def _scene_of(value: Entity | Scene) -> Scene:
-    return value if isinstance(value, Scene) else Scene(value.word, [value], False)
-
-
 T = TypeVar("T")
 IMPORT_FORM = re.compile(r'\(import\s+"([^"\n]*)"')
 _REGISTERS = re.compile(r"^[ \t]*@register", re.M)
 _STACK = 512 * 1024 * 1024
+_STARTING = fork_safe_lock()  # the size of new threads' stacks is the process's
 _LARGEST_FILE = 16_000_000
 MACRO_LIMITS = Limits(steps=2_000_000, seconds=10.0, depth=20_000)
 EXPANSION_DEPTH = 60_000
@@ -182,12 +123,13 @@ def run_with_room(
         finally:
             done.set()
 
-    old = threading.stack_size(_STACK)
-    try:
-        thread = threading.Thread(target=target, daemon=True)
-        thread.start()
-    finally:
-        threading.stack_size(old)
+    with _STARTING:
+        old = threading.stack_size(_STACK)
+        try:
+            thread = threading.Thread(target=target, daemon=True)
+            thread.start()
+        finally:
+            threading.stack_size(old)
     interrupted = False
     while not done.is_set():
         try:
@@ -210,7 +152,6 @@ class Session:
     def __init__(self, options: Options | None = None) -> None:
         self.options = options or Options()
         self.library = build_library()
-        install()  # scenes come from here, and are to show themselves in notebooks
 
     # --- sources ---------------------------------------------------------------------------------------------------
 

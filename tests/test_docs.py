@@ -23,6 +23,7 @@ DOCUMENTS = (
     "docs/language.md",
     "docs/tutorial.md",
     "docs/pictures.md",
+    "docs/python.md",
     "docs/maps.md",
     "docs/minecraft.md",
     "docs/splatting.md",
@@ -40,6 +41,7 @@ DOCUMENTS = (
     "docs/reference/cli.md",
     "docs/checker.md",
     "docs/repl.md",
+    "docs/viewer.md",
 )
 
 
@@ -82,9 +84,11 @@ def test_scene_blocks_run(text: str) -> None:
 @pytest.mark.parametrize("text", block_parameters("python"))
 def test_python_blocks_run(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
+    if "out/" in text:
+        (ROOT / "out").mkdir(exist_ok=True)
     names: dict[str, object] = {"__name__": "block"}
     exec(compile(text, "<block>", "exec"), names)
-    assert "scenelang" in names
+    assert "import scenelang" in text
 
 
 @pytest.mark.parametrize("text", block_parameters("sh"))

@@ -13,10 +13,10 @@ from typing import Any
 import pytest
 from PIL import Image
 
-from scenelang import Entity, Options, Scene, Session
+from scenelang import Entity, Options, Session
 from scenelang.grammar.diagnostics import render_text
 from scenelang.interpreter.scene.bounds import parts_box, word_box
-from scenelang.interpreter.scene.entity import count_words, descendants
+from scenelang.interpreter.scene.entity import Scene, count_words, descendants
 from scenelang.interpreter.scene.flatten import flatten
 from scenelang.interpreter.scene.outline import outline
 from scenelang.stdlib.reference import combinators

@@ -268,7 +268,7 @@ class ShotMaps:
         self.truth = truth
         self._picture = picture
         self._boxes = boxes_in(truth)
-        levels = [truth.at_depth(depth) for depth in range(min(truth.ancestry.deepest, _DEEPEST) + 1)]
+        levels = _levels(truth)
         matched = correspondence_of(truth)
         self._arrays, self._layers = _arrays_of(truth, levels, matched)
         self._drawn = dict(_pictures_of(truth, levels, matched, self._boxes, picture))
@@ -334,11 +334,21 @@ def _drawn_boxes(truth: Truth, boxes: Boxes) -> list[DrawnBox]:
     return [(boxes.visible[i].tolist(), word, word_color(word)) for i, word in zip(things, words, strict=True)]
 
 
+def arrays_of(truth: Truth) -> dict[str, npt.NDArray[Any]]:
+    """The maps of one shot by name, each (H, W, ...), those by depth (D, H, W)."""
+    return _arrays_of(truth, _levels(truth), correspondence_of(truth))[0]
+
+
+def _levels(truth: Truth) -> list[IntArray]:
+    """The instances (H, W) at each depth of the hierarchy."""
+    return [truth.at_depth(depth) for depth in range(min(truth.ancestry.deepest, _DEEPEST) + 1)]
+
+
 def _arrays_of(
     truth: Truth, levels: Sequence[IntArray], matched: Correspondence
 ) -> tuple[dict[str, npt.NDArray[Any]], dict[str, npt.NDArray[np.float32]]]:
     """The maps as arrays for an NPZ file, and as layers for an EXR file."""
-    words = _words(truth)
+    words = word_numbers(truth)
     number = np.array([words[entity.word] for entity in truth.ancestry.nodes], np.int32)
     instances = np.stack(levels).astype(np.int32)
 
@@ -374,7 +384,7 @@ def _identities(truth: Truth, paths: npt.NDArray[np.int64]) -> dict[str, npt.NDA
     return {"path": path.reshape(truth.instance.shape), "local": local.reshape(*truth.instance.shape, 3)}
 
 
-def _words(truth: Truth) -> dict[str, int]:
+def word_numbers(truth: Truth) -> dict[str, int]:
     """Numbers of the words, from 1: 0 is where nothing is seen."""
     return {word: i + 1 for i, word in enumerate(sorted({entity.word for entity in truth.ancestry.nodes}))}
 
@@ -385,7 +395,7 @@ def _legend(truth: Truth, handles: Sequence[str]) -> dict[str, Any]:
     shown = sorted(
         {int(i) for depth in range(ancestry.deepest + 1) for i in np.unique(truth.at_depth(depth)) if i >= 0}
     )
-    words = _words(truth)
+    words = word_numbers(truth)
     return {
         "format": FORMAT,
         "version": VERSION,

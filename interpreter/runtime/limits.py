@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import chain, repeat
 from operator import length_hint
-from typing import Any
+from typing import Any, ClassVar
 
 from scenelang.grammar.diagnostics import LimitError
 
@@ -181,15 +183,37 @@ class _Toll:
         raise StopIteration
 
 
+def fork_safe_lock() -> threading.Lock:
+    """A lock of module-wide state that no fork may copy while it is held."""
+    lock = threading.Lock()
+    if hasattr(os, "register_at_fork"):
+        os.register_at_fork(before=lock.acquire, after_in_parent=lock.release, after_in_child=lock.release)
+    return lock
+
+
 class recursion_room:
-    """Room for deep recursion while a program runs; restores what was there. Use with a thread of a large stack."""
+    """Room for deep recursion while a program runs; restores what was there. Use with a thread of a large stack.
+
+    Python's recursion limit is the process's, so the rooms that are open in several threads are counted: the limit is
+    the largest one's, and the last one to close restores what the first one found."""
+
+    _lock = fork_safe_lock()
+    _open: ClassVar[list[int]] = []
+    _before = 0
 
     def __init__(self, depth: int) -> None:
         self._frames = 5 * depth + 2_000
 
     def __enter__(self) -> None:
-        self._saved = sys.getrecursionlimit()
-        sys.setrecursionlimit(max(self._saved, self._frames))
+        kind = type(self)
+        with kind._lock:
+            if not kind._open:
+                kind._before = sys.getrecursionlimit()
+            kind._open.append(self._frames)
+            sys.setrecursionlimit(max(kind._before, *kind._open))
 
     def __exit__(self, *_: object) -> None:
-        sys.setrecursionlimit(self._saved)
+        kind = type(self)
+        with kind._lock:
+            kind._open.remove(self._frames)
+            sys.setrecursionlimit(max([kind._before, *kind._open]))

@@ -78,7 +78,7 @@ def test_a_turned_asset_in_a_program(star: tuple[Path, np.ndarray], tmp_path: Pa
     (path.parent / "a.scene").write_text(
         '(bind "it" (lambda () (transform (call "asset" :file "star.stl") (rotate 0.7 [1 2 3]))))'
     )
-    scene = scenelang.load(path.parent / "a.scene")
+    scene = scenelang.load(path.parent / "a.scene").graph
     turn = trimesh.transformations.rotation_matrix(0.7, [1, 2, 3])[:3, :3]
     posed = vertices @ turn.T
     assert entity_box(scene.root) == pytest.approx([*posed.min(axis=0), *posed.max(axis=0)], abs=1e-6)

@@ -90,7 +90,7 @@ def test_a_color_replaces_the_files_own(tmp_path: Path) -> None:
     for more in ("", ":color [.8 .1 .1]"):
         (tmp_path / "a.scene").write_text(f'(bind "copy" (lambda () (call "asset" :file "a.glb" {more})))')
         options = PictureOptions(width=32, height=32, environment="flat", camera=PRESETS["top"])
-        middles.append(render(scenelang.load(tmp_path / "a.scene"), options)[16, 16].astype(int))
+        middles.append(render(scenelang.load(tmp_path / "a.scene").graph, options)[16, 16].astype(int))
     assert middles[0][2] > 200 > middles[0][0]
     assert middles[1][0] > 200 > middles[1][2]
 

@@ -183,7 +183,7 @@ def test_a_flat_patch_has_one_colour_everywhere(color: tuple[float, ...], tmp_pa
     expected = encode(np.array(color)).astype(int)
     middles = []
     for name in ("a", "b"):
-        scene = scenelang.load(tmp_path / f"{name}.scene")
+        scene = scenelang.load(tmp_path / f"{name}.scene").graph
         for quality in ("draft", "final"):
             for environment in ("studio", "flat"):
                 found = image(scene, quality, camera=PRESETS["top"], environment=environment, settings={"samples": 64})
@@ -233,7 +233,7 @@ def test_exr_is_linear(tmp_path: Path) -> None:
 
 
 def sponge(level: int) -> Scene:
-    return scenelang.load(EXAMPLES / "menger-sponge.scene", scenelang.Options(defines={"level": str(level)}))
+    return scenelang.load(EXAMPLES / "menger-sponge.scene", defines={"level": level}).graph
 
 
 def test_a_shared_scene_becomes_few_prototypes() -> None:
@@ -369,7 +369,7 @@ def test_cuda_draws_the_same_picture(make: Any) -> None:
 
 def test_examples_have_the_same_mean_colour_in_draft_and_final() -> None:
     for path in sorted(EXAMPLES.glob("*.scene")):
-        draft, final = both(scenelang.load(path), size=(64, 48))
+        draft, final = both(scenelang.load(path).graph, size=(64, 48))
         assert np.abs(draft.mean(axis=(0, 1)) - final.mean(axis=(0, 1))).max() < 0.08 * 255, path.name
 
 

@@ -417,8 +417,8 @@ def test_diff_with_wrong_python(shell: Shell) -> None:
 def test_api(shell: Shell) -> None:
     assert scenelang.load("car.txt").word == "car"
     assert scenelang.load(Path("car.py")).word == "car"
-    result = scenelang.evaluate(RESPONSE, "car.txt")
-    assert result.scene is not None
+    scene = scenelang.evaluate(RESPONSE, "car.txt")
+    assert scene.word == "car"
     assert scenelang.check(CAR, "car.py").ok
     assert not scenelang.check(WRONG, "wrong.py").ok
     with pytest.raises(scenelang.SceneError) as caught:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scenelang import evaluate
+from scenelang import Evaluated, Session, Source
 from scenelang.backends.viewer.packet import packet_of
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.flatten import flatten
@@ -31,6 +31,10 @@ class Decoded:
             name: np.frombuffer(data, TYPES[kind], size, start + offset)
             for name, (kind, offset, size) in self.header["columns"].items()
         }
+
+
+def evaluate(text: str) -> Evaluated:
+    return Session().evaluate(Source("<text>", text))
 
 
 def packet(text: str, **options: Any) -> Decoded:
