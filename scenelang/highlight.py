@@ -16,9 +16,6 @@ from typing import Any, ClassVar
 from pygments.lexer import RegexLexer, bygroups
 from pygments.token import Comment, Keyword, Name, Number, Operator, Punctuation, String, Text, Whitespace, _TokenType
 
-from scenelang.cli.grammar import TEXTMATE, grammar_text
-from scenelang.interpreter.expand.forms import FORMS, SPELLED_OUT, snippet
-
 _STOP = r"""\s()\[\]";'`,"""
 _END = rf"(?=[{_STOP}]|\Z)"
 _SYMBOL = rf"[^{_STOP}]+"
@@ -127,6 +124,8 @@ def _known() -> dict[str, _TokenType]:
 
 def snippets_text() -> str:
     """A snippet for every form that stands by itself, as VS Code's JSON."""
+    from scenelang.interpreter.expand.forms import FORMS, SPELLED_OUT, snippet
+
     forms = [form for form in FORMS.values() if form.name not in SPELLED_OUT - {"begin"}]
     entries = {form.name: {"prefix": form.name, "body": snippet(form), "description": form.doc} for form in forms}
     return json.dumps(entries, indent=2) + "\n"
@@ -134,6 +133,8 @@ def snippets_text() -> str:
 
 def files() -> dict[str, str]:
     """The texts by path in the extension's folder."""
+    from scenelang.stdlib.grammars import TEXTMATE, grammar_text
+
     return {"syntaxes/scene.tmLanguage.json": grammar_text(TEXTMATE), "snippets/scene.json": snippets_text()}
 
 

@@ -248,8 +248,16 @@ class Primitives:
     def __getitem__(self, mask: Any) -> Primitives:
         """The primitives that a mask (N,) or indices select."""
         rows = np.arange(len(self))[mask].reshape(-1)
-        columns = (getattr(self, name)[rows] for name in ("matrix", "word", "path", "handle", "shape", "color"))
-        return Primitives(*columns, tuple(self.entity[i] for i in rows.tolist()))
+        entity = tuple(self.entity[i] for i in rows.tolist())
+        return Primitives(
+            self.matrix[rows],
+            self.word[rows],
+            self.path[rows],
+            self.handle[rows],
+            self.shape[rows],
+            self.color[rows],
+            entity,
+        )
 
     def __repr__(self) -> str:
         words = len(set(self.word.tolist()))

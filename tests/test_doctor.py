@@ -55,7 +55,7 @@ def test_a_group_that_fails_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> Non
     def fails() -> list[Check]:
         raise RuntimeError("a driver is mad")
 
-    for place in ("machine.system_checks", "works.work_checks", "machine.terminal_checks"):
+    for place in ("system_checks", "work_checks", "terminal_checks"):
         monkeypatch.setattr(f"scenelang.doctor.{place}", fails)
     found = list(command.checks())
     assert [check.topic for check in found if check.detail == "RuntimeError: a driver is mad"] == [

@@ -85,6 +85,7 @@ def _measured(path: str, root: str, version: int) -> Asset:
 
 
 LARGEST_FILE = 128_000_000  # bytes, of a mesh file and of all that it refers to
+_LARGEST_VIEWS = 2 * LARGEST_FILE  # bytes of all views of a glTF file: they may overlap
 MOST_PIXELS = 1 << 25  # of all pictures of a mesh file together: 8192 x 4096
 _PICTURES = ("PNG", "JPEG", "WEBP", "BMP", "GIF", "TGA", "TIFF", "PPM")  # formats whose decoder runs no other program
 _SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.\-]*:")
@@ -362,10 +363,10 @@ class _Gltf:
         """Buffers, views, accessors and pictures lie within one another, and pictures are not too large."""
         buffers = [self._buffer(number, each, binary) for number, each in enumerate(self._all("buffers"))]
         views = [self._view(number, each, buffers) for number, each in enumerate(self._all("bufferViews"))]
-        if sum(map(len, views)) > 2 * LARGEST_FILE:
+        if sum(map(len, views)) > _LARGEST_VIEWS:
             raise SceneError("file", f"the views of the asset {self._name} overlap and are too large together")
         sizes = [self._accessor(number, each, views) for number, each in enumerate(self._all("accessors"))]
-        if sum(sizes) > 2 * LARGEST_FILE:
+        if sum(sizes) > _LARGEST_VIEWS:
             raise SceneError("file", f"the accessors of the asset {self._name} are too large together")
         for number, image in enumerate(self._all("images")):
             where = f"images[{number}]"

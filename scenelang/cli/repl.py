@@ -39,7 +39,7 @@ def repl(arguments: argparse.Namespace) -> int:
 
         run(evaluation, use_color(arguments, sys.stdout), arguments.quiet)
         return 0
-    from scenelang.repl.loop import standard
+    from scenelang.repl.plain import standard
 
     prompt = arguments.prompt
     if prompt is None:

@@ -6,34 +6,24 @@ import argparse
 import re
 import shlex
 import tempfile
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+import threading
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError, suggest
-from scenelang.interpreter.runtime.types import Builtin
-from scenelang.interpreter.scene.entity import Scene, count_words
+from scenelang.interpreter.runtime.types import STD, Builtin
+from scenelang.interpreter.scene.entity import Scene, count_words, primitive_count
 from scenelang.repl.display import clean, signature_of
 from scenelang.repl.evaluation import checked_program, comment_of, description, function_of, known_names
-from scenelang.repl.loop import Quit, Repl
+from scenelang.repl.loop import Command, Quit, Repl, find
+from scenelang.viewer.workspace import stamps_of
 
 if TYPE_CHECKING:
     from scenelang.inference.conductor import Inference, Result
-    from scenelang.repl.loop import Repl
-
-
-@dataclass(frozen=True, slots=True)
-class Command:
-    """``operand`` says what stands after the name, for help and completion: "", FORM, NAME, WORD, TEXT, FILE, N."""
-
-    name: str
-    usage: str
-    doc: str
-    run: Callable[[Repl, str], None]
-    operand: str = ""
 
 
 @cache
@@ -47,34 +37,6 @@ def commands() -> tuple[Command, ...]:
 
 _ORDER = """help doc apropos source tree count bounds expand time trace load reload watch render view export generate
 edit seed transpile reset save quit"""
-
-
-def is_command(text: str) -> bool:
-    """Whether an input is a command rather than a form: a comma means nothing else at the top level."""
-    stripped = text.lstrip()
-    return stripped.startswith(",") and (stripped[1:2].isalpha() or not stripped[1:].strip())
-
-
-def find(name: str) -> Command:
-    """The command of a name or of an unambiguous beginning. Raises SceneError with a suggestion."""
-    known = commands()
-    exact = [command for command in known if command.name == name]
-    begun = exact or [command for command in known if name and command.name.startswith(name)]
-    if len(begun) == 1:
-        return begun[0]
-    if begun:
-        listed = ", ".join(f",{command.name}" for command in begun)
-        raise SceneError("value", f"`,{name[:40]}` could be {listed}")
-    near = suggest(name, [command.name for command in known])
-    hint = near.replace("`", "`,", 1) if near else "`,help` lists the commands"
-    raise SceneError("value", f"there is no command `,{name[:40]}`", hint)
-
-
-def split(text: str) -> tuple[str, str]:
-    """The name of a command and what stands after it."""
-    name, _, rest = text.strip()[1:].partition(" ")
-    name = name.strip()
-    return (name[:-1], f"! {rest.strip()}") if name.endswith("!") else (name, rest.strip())
 
 
 def wanted(rest: str, command: str, what: str) -> str:
@@ -103,7 +65,7 @@ _MOST_FOUND = 40
 
 
 def _help(repl: Repl, rest: str) -> None:
-    chosen = (find(rest.lstrip(",")),) if rest else commands()
+    chosen = (find(repl.commands, rest.lstrip(",")),) if rest else commands()
     repl.screen.rows(table([(command.usage, command.doc) for command in chosen]))
     if not rest:
         repl.screen.rows(["*1 *2 *3 are the last values, *e is the last error. Ctrl-C stops, Ctrl-D leaves."])
@@ -280,8 +242,6 @@ def _file_of(repl: Repl, command: str) -> str:
 
 
 def _watch(repl: Repl, rest: str) -> None:
-    from scenelang.repl.watching import Watch
-
     if repl.watch is not None:
         repl.watch.stop()
         repl.screen.write(f"{repl.watch.path} is no longer watched")
@@ -449,6 +409,103 @@ MODEL_COMMANDS = (
         "edit", ",edit [OPTIONS] INSTRUCTION", "let a language model change what is defined", _edit, "TEXT",
     ),
 )  # fmt: skip
+
+
+# A watched file: evaluated again when it or what it imports changes, with a word on what that did to the scene.
+
+
+_POLL = 0.2  # seconds
+_COMPARED = 50_000  # primitives; larger scenes are only counted
+
+
+class Watch:
+    """A thread that looks at a file's stamp until ``stop``."""
+
+    def __init__(self, repl: Repl, path: str) -> None:
+        self.path = path
+        self._repl = repl
+        self._scene = self._root()
+        self._ended = threading.Event()
+        self._stamps = stamps_of(self._names())
+        threading.Thread(target=self._look, daemon=True).start()
+
+    def again(self) -> Watch:
+        """Another watch in the place of one whose thread is gone."""
+        return Watch(self._repl, self.path)
+
+    def stop(self) -> None:
+        """Look no more."""
+        self._ended.set()
+
+    def _names(self) -> list[str]:
+        files = self._repl.evaluation.top.file.imports
+        return [self.path, *(file.source.name for file in files if not file.source.name.startswith(("<", STD)))]
+
+    def _look(self) -> None:
+        while not self._ended.wait(_POLL):
+            if self._stamps.are_old():
+                with self._repl.lock:
+                    if not self._ended.is_set():
+                        self._again()
+
+    def _again(self) -> None:
+        repl = self._repl
+        self._stamps = stamps_of(self._names())
+        outcome = repl.evaluation.reload(self.path)
+        repl.show(outcome)
+        if not outcome.ok:
+            return
+        self._stamps = stamps_of(self._names())
+        old, self._scene = self._scene, self._root()
+        repl.screen.write(clean(f"{Path(self.path).name} changed: {', '.join(what_changed(old, self._scene))}"))
+        repl.changed()
+
+    def _root(self) -> Scene | None:
+        try:
+            return self._repl.evaluation.root()
+        except (SceneError, RecursionError, MemoryError):
+            return None
+
+
+def what_changed(old: Scene | None, new: Scene | None) -> Iterator[str]:
+    """What is different in the first frame of a scene, in brief."""
+    if new is None:
+        yield "there is no scene now"
+        return
+    count = primitive_count(new.root)
+    if old is None:
+        yield f"{count:,} primitives"
+        return
+    before = primitive_count(old.root)
+    yield f"{count:,} primitives" if count == before else f"{before:,} -> {count:,} primitives"
+    yield from _changed_size(old, new)
+    if max(count, before) <= _COMPARED:
+        yield from _differences(old, new)
+
+
+def _changed_size(old: Scene, new: Scene) -> Iterator[str]:
+    from scenelang.interpreter.scene.bounds import word_box
+
+    a, b = word_box(old, None), word_box(new, None)
+    if b is not None and (a is None or any(abs(x - y) > 1e-9 for x, y in zip(a, b))):
+        yield "sizes [" + " ".join(f"{b[i + 3] - b[i]:.4g}" for i in range(3)) + "]"
+
+
+def _differences(old: Scene, new: Scene) -> Iterator[str]:
+    from scenelang.interpreter.scene.difference import compare_frames, sheet_of
+    from scenelang.interpreter.scene.flatten import flatten
+
+    before, after = (sheet_of(flatten(scene, 2 * _COMPARED).frames[0]) for scene in (old, new))
+    found = compare_frames(before, after)
+    if found.equal:
+        yield "no primitive differs"
+        return
+    for number, what in (
+        (len(found.moved), "moved"), (len(found.recolored), "recoloured"),
+        (len(found.missing), "gone"), (len(found.extra), "new"),
+    ):  # fmt: skip
+        if number:
+            yield f"{number:,} {what}"
 
 
 # Commands about scenes: tree, count, bounds, render, view, export. Without a form they take the value of the

@@ -16,9 +16,10 @@ from scenelang.interpreter.runtime.procedures import Closure
 from scenelang.interpreter.runtime.types import Builtin
 from scenelang.interpreter.scene.shapes import PRIMITIVES
 from scenelang.primer import attribute_doc, attribute_names, attributes_of
-from scenelang.repl.commands import commands, is_command
+from scenelang.repl.commands import commands
 from scenelang.repl.display import signature_of
 from scenelang.repl.evaluation import function_of
+from scenelang.repl.loop import is_command
 
 if TYPE_CHECKING:
     from scenelang.repl.evaluation import ReplEvaluation

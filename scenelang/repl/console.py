@@ -30,11 +30,11 @@ from scenelang.grammar.datum import Source
 from scenelang.grammar.reader import Completeness, read
 from scenelang.highlight import SceneLexer
 from scenelang.interpreter.expand.forms import INDENTS
-from scenelang.repl.commands import is_command
+from scenelang.repl.commands import commands
 from scenelang.repl.completion import SceneCompleter, scan
 from scenelang.repl.display import Screen, protocol_of
 from scenelang.repl.evaluation import ReplEvaluation
-from scenelang.repl.loop import Quit, Repl
+from scenelang.repl.loop import Quit, Repl, is_command
 
 # How far a new line of an unfinished form is indented: bodies by two, operands under one another.
 
@@ -116,7 +116,7 @@ _STYLE = Style.from_dict({"wrong-bracket": "bg:ansired ansiwhite", "prompt": "an
 def run(evaluation: ReplEvaluation, color: bool, quiet: bool) -> int:
     """Work until Ctrl-D or ``,quit``; how many inputs failed."""
     screen = Screen(_write, _write, color, protocol_of(os.environ), _ask, quiet)
-    repl = Repl(evaluation, screen)
+    repl = Repl(evaluation, screen, commands())
     session = _session(evaluation, color)
     if not quiet:
         _write("The Scene Language. `,help` lists the commands, Ctrl-D leaves.")

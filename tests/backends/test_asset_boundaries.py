@@ -316,7 +316,7 @@ def test_accessors_without_a_buffer_are_not_made(tmp_path: Path) -> None:
 
 
 def test_views_that_overlap_are_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(assets, "LARGEST_FILE", 1000)
+    monkeypatch.setattr(assets, "_LARGEST_VIEWS", 2000)
     content = document()
     content["bufferViews"] += [copy.copy(content["bufferViews"][0]) for _ in range(60)]
     assert "overlap" in told(written(tmp_path / "a.gltf", content)).message

@@ -33,15 +33,13 @@ def test_base_imports_nothing_heavy() -> None:
 @pytest.mark.parametrize(
     "module",
     [
-        "picture",
         "exports.gltf",
         "exports.usd",
         "exports.mitsuba_xml",
-        "mitsuba.backend",
-        "labels",
-        "draft.backend",
-        "viewpoint",
-        "film",
+        "pictures.mitsuba",
+        "pictures.draft",
+        "pictures.camera",
+        "pictures.film",
     ],
 )
 def test_backends_import_no_package_until_they_run(module: str) -> None:

@@ -98,7 +98,7 @@ def test_looks_are_missed_before_the_build_is_laid(room: str, monkeypatch: pytes
     def builds_of(*_: object) -> None:
         raise AssertionError("laid")
 
-    monkeypatch.setattr(f"scenelang.backends.deepslate.{room}.builds_of", builds_of)
+    monkeypatch.setattr("scenelang.backends.deepslate.backend.builds_of", builds_of)
     scene = scene_of('(block "stone" 0 0 0 1 1 1)')
     with pytest.raises(SceneError, match="the game's textures were not found"):
         page_of_scene(scene) if room == "page" else render(scene, backend="deepslate")

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from original import OriginalUNet
 from small_models import seeded, small_unet
 
 from scenelang.backends.neural.diffusion import (
@@ -22,6 +21,8 @@ from scenelang.backends.neural.diffusion import (
 from scenelang.backends.neural.mvdream import ORIGINAL, UNET, empty_networks, to_checkpoint, unet_names
 from scenelang.backends.pictures.camera import Viewpoint, camera_at, place
 from scenelang.grammar.diagnostics import SceneError
+
+from .original import OriginalUNet
 
 
 def model(network: Any, views: int = 4, control: Any = None) -> Diffusion:

@@ -122,7 +122,7 @@ def python(data: bytes) -> None:
 
 def repl(data: bytes) -> None:
     from scenelang.repl.evaluation import ReplEvaluation
-    from scenelang.repl.loop import Plain
+    from scenelang.repl.plain import Plain
 
     for as_json in (False, True):
         out, errors = io.StringIO(), io.StringIO()

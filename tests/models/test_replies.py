@@ -214,8 +214,8 @@ def test_a_batch_keeps_its_answers_in_a_new_folder(tmp_path: Path) -> None:
 ASKING = """
 import sys
 from models.services import request
-from scenelang.inference.records import Settings
-client = Settings().client()
+from scenelang.inference.records import InferenceSettings
+client = InferenceSettings().client()
 print("ready", flush=True)
 sys.stdin.readline()
 answer = client.ask(request(), 1, int(sys.argv[1]), str)

@@ -1,0 +1,173 @@
+"""The REPL without a terminal: forms come from a stream, values go to one, diagnostics to another; or all as JSON."""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TextIO
+
+from scenelang.grammar.datum import Source
+from scenelang.grammar.diagnostics import capped, to_json
+from scenelang.grammar.reader import Completeness, read
+from scenelang.interpreter.runtime.types import type_name
+from scenelang.repl.commands import commands
+from scenelang.repl.display import Screen, displayed
+from scenelang.repl.evaluation import EvaluationOutcome, ReplEvaluation
+from scenelang.repl.loop import Quit, Repl, is_command
+
+_SMALL = 2_000  # characters; longer inputs are read when they look closed, and again when they have grown
+_GROWTH = 1.1
+
+
+@dataclass(frozen=True, slots=True)
+class Plain:
+    """``prompt`` is written before each line is read; ``as_json``: one object per form or command."""
+
+    source: TextIO
+    out: TextIO
+    errors: TextIO
+    prompt: str = ""
+    as_json: bool = False
+    quiet: bool = False
+
+    def run(self, evaluation: ReplEvaluation) -> int:
+        """Work until the input ends; how many inputs failed."""
+        said: list[str] = []
+        if self.as_json:
+            screen = Screen(said.append, lambda text: None, quiet=self.quiet)
+        else:
+            screen = Screen(lambda text: _say(self.out, text), lambda text: _say(self.errors, text), quiet=self.quiet)
+        repl = Repl(evaluation, screen, commands())
+        try:
+            if evaluation.file is not None:
+                self._answer(repl, evaluation.load(evaluation.file), said)
+            for text in self._inputs():
+                for part in _parts(text) if self.as_json else [text]:
+                    self._feed(repl, part, said)
+        except Quit:
+            pass
+        finally:
+            repl.close()
+        return repl.errors
+
+    def _feed(self, repl: Repl, text: str, said: list[str]) -> None:
+        if not self.as_json or is_command(text):
+            outcome = repl.feed(text)
+            if self.as_json:
+                self._object(outcome, said)
+            return
+        evaluation = repl.evaluation
+        with repl.lock:
+            self._answer(repl, evaluation.evaluate(evaluation.source(text)), said)
+            repl.changed()
+
+    def _answer(self, repl: Repl, outcome: EvaluationOutcome, said: list[str]) -> None:
+        if not self.as_json:
+            repl.show(outcome)
+            return
+        repl.errors += not outcome.ok
+        self._object(outcome, said)
+
+    def _object(self, outcome: EvaluationOutcome, said: list[str]) -> None:
+        value = outcome.values[-1] if outcome.values else None
+        found = capped([d for d in outcome.diagnostics if d.is_error or not self.quiet])
+        data = {
+            "ok": outcome.ok,
+            "value": displayed(value, 100) if outcome.values else None,
+            "type": type_name(value) if outcome.values else None,
+            "diagnostics": [to_json(d) for d in found],
+            "log": list(outcome.log),
+            "output": "\n".join(said),
+            "seconds": round(outcome.seconds, 6),
+            "steps": outcome.steps,
+        }
+        said.clear()
+        _say(self.out, json.dumps(data))
+
+    # --- reading -----------------------------------------------------------------------------------------------
+
+    def _inputs(self) -> Iterator[str]:
+        """Commands, and texts whose forms are complete or wrong; at the end what is left."""
+        text, nesting, tried = "", _Nesting(), 0
+        while True:
+            if self.prompt:
+                self.out.write(self.prompt)
+                self.out.flush()
+            line = self.source.readline()
+            if not line:
+                break
+            if not text and (is_command(line) or not line.strip()):
+                if line.strip():
+                    yield line.strip()
+                continue
+            text += line
+            nesting.feed(line)
+            if len(text) > _SMALL and (nesting.is_open or len(text) < _GROWTH * tried):
+                continue
+            if read(Source("<repl>", text)).completeness is not Completeness.INCOMPLETE:
+                yield text.rstrip("\n")
+                text, nesting, tried = "", _Nesting(), 0
+            else:
+                tried = len(text)
+        if text.strip():
+            yield text
+
+
+_STRING = re.compile(r'\\.|"', re.S)
+_COMMENT = re.compile(r"#\||\|#")
+_CODE = re.compile(r'#;|;[^\n]*|#\||["()\[\]]')
+
+
+class _Nesting:
+    """Whether a string, a comment or a bracket is open after the lines so far; each line is looked at once."""
+
+    def __init__(self) -> None:
+        self._depth = 0
+        self._comments = 0
+        self._is_text = False
+
+    @property
+    def is_open(self) -> bool:
+        return self._is_text or self._comments > 0 or self._depth > 0
+
+    def feed(self, line: str) -> None:
+        position = 0
+        while (found := self._pattern().search(line, position)) is not None:
+            position = found.end()
+            self._note(found[0])
+
+    def _pattern(self) -> re.Pattern[str]:
+        return _STRING if self._is_text else _COMMENT if self._comments else _CODE
+
+    def _note(self, mark: str) -> None:
+        if mark == '"':
+            self._is_text = not self._is_text
+        elif mark in ("#|", "|#"):
+            self._comments += 1 if mark == "#|" else -1
+        elif mark in ("(", "["):
+            self._depth += 1
+        elif mark in (")", "]"):
+            self._depth -= 1
+
+
+def _parts(text: str) -> list[str]:
+    """The forms of an input one by one; the whole of one that does not read."""
+    forms = [] if is_command(text) else read(Source("<repl>", text)).forms
+    return [form.span.text for form in forms] or [text]
+
+
+def _say(stream: TextIO, text: str) -> None:
+    stream.write(text + "\n")
+    stream.flush()
+
+
+def standard(prompt: str, as_json: bool, quiet: bool) -> Plain:
+    """On the process's own streams; what is no UTF-8 is read as replacement characters."""
+    for stream in (sys.stdin, sys.stdout, sys.stderr):
+        reconfigure = getattr(stream, "reconfigure", None)
+        if reconfigure is not None:
+            reconfigure(encoding="utf-8", errors="replace")
+    return Plain(sys.stdin, sys.stdout, sys.stderr, prompt, as_json, quiet)
