@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from scenelang.repl.commands import commands
 from scenelang.repl.display import Screen
 from scenelang.repl.evaluation import ReplEvaluation
 from scenelang.repl.loop import Repl
@@ -30,7 +31,7 @@ def test_ctrl_c_ends_a_command_and_leaves_no_file(
 
     said: list[str] = []
     complained: list[str] = []
-    repl = Repl(ReplEvaluation(Session(Options())), Screen(said.append, complained.append))
+    repl = Repl(ReplEvaluation(Session(Options())), Screen(said.append, complained.append), commands())
     repl.feed('(bind "a" (lambda () (call "cube")))')
     with monkeypatch.context() as patched:
         patched.setattr(interrupted, interrupt)
