@@ -460,8 +460,8 @@ def to_json(diagnostic: Diagnostic) -> dict[str, Any]:
     }
 
 
-# How each mistake is mended, by the names of ``codes``. Read where somebody asks for it only: the command ``explain``,
-# the reference of diagnostics.
+# How each mistake is mended, by the names of ``codes``. Read where somebody asks for it only: the command
+# ``explain``, the reference of diagnostics.
 
 
 _READING = {

@@ -48,8 +48,7 @@ def _cache_folder() -> Path | None:
 # A text cut into its top-level pieces, so that one can be read again without the others.
 #
 # Whether a text reads is the reader's business; this scanner only matches brackets. Where they do not match, a piece
-# ends
-# where the next one seems to begin: at an opening bracket in the first column.
+# ends where the next one seems to begin: at an opening bracket in the first column.
 
 
 _TOKEN = re.compile(

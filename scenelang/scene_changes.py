@@ -219,13 +219,12 @@ def _clean(text: str) -> str:
     return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
 
 
-# Flattened scenes from JSON, as primitives to compare: golden files of the corpus, and what ``flatten --json`` prints.
+# Flattened scenes from JSON, as primitives to compare: golden files of the corpus, and what ``flatten --json``
+# prints.
 #
 # Both are ``{"frames": [{"primitives": [...]}, ...]}``. A primitive of a golden file has its attributes beside
-# ``shape``
-# and ``matrix`` (4x4), one of ``flatten`` has ``word``, ``attributes`` and ``matrix``; ``path`` may tell the words
-# from
-# the root to its parent. Files are data from anywhere: whatever is wrong with one is a SceneError.
+# ``shape`` and ``matrix`` (4x4), one of ``flatten`` has ``word``, ``attributes`` and ``matrix``; ``path`` may tell
+# the words from the root to its parent. Files are data from anywhere: whatever is wrong with one is a SceneError.
 
 
 _LARGEST_FILE = 128_000_000  # bytes; as Python data a hostile one takes thirty times as much

@@ -264,11 +264,11 @@ def _documentation(lines: list[str]) -> list[str]:
     return found
 
 
-# The helper API as Python stubs, for a language model to write against (the paper, appendix "Language Model Prompts").
+# The helper API as Python stubs, for a language model to write against (the paper, appendix "Language Model
+# Prompts").
 #
-# Names and parameters are the transpiler's, descriptions the registry's: what each helper says is what its counterpart
-# in
-# the language says, in Python's words.
+# Names and parameters are the transpiler's, descriptions the registry's: what each helper says is what its
+# counterpart in the language says, in Python's words.
 
 
 _CLAUSE = re.compile(r"(?<=[^.])(?:: |; |\. ).*", re.S)

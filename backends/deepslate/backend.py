@@ -47,8 +47,7 @@ from scenelang.interpreter.scene.shapes import BLOCK_WORDS
 # A browser of the user's own without a window, for pictures of one page: no network, a profile that is thrown away.
 #
 # It is driven from a thread of its own, so that Ctrl-C and a time limit end it wherever it is, and notebooks, which
-# have
-# a loop running, can use it.
+# have a loop running, can use it.
 
 
 VARIABLE = "SCENELANG_BROWSER"

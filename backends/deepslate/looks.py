@@ -111,8 +111,7 @@ def _power_of_two(least: int) -> int:
 # Models of the game as the page draws them: parents merged, textures by their full names, every number checked.
 #
 # The page trusts these numbers, so that what a resource pack may hold ends here: loops of parents or of textures,
-# boxes
-# without end, values that are none.
+# boxes without end, values that are none.
 
 
 Json = dict[str, Any]

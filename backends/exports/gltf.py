@@ -84,11 +84,10 @@ class AnimationTracks:
 
 # Affine poses as translation, rotation and scale, which is all that a glTF node can say, also over time.
 #
-# A pose whose axes stay square is one node (t, R, S). One that shears is two by the singular value decomposition
-# A = U S V': a parent (t, U, S) and a child V'. A decomposition is unique but for signs (and the order of singular
+# A pose whose axes stay square is one node (t, R, S). One that shears is two by the singular value decomposition A =
+# U S V': a parent (t, U, S) and a child V'. A decomposition is unique but for signs (and the order of singular
 # values); over the frames of an animation each is chosen next to the one before, so that what lies between two frames
-# is
-# a short way.
+# is a short way.
 
 
 _SQUARE = 1e-6  # cosine between two axes of a pose below which it does not shear
@@ -292,10 +291,9 @@ def _same_side(q: FloatArray) -> FloatArray:
 # The hierarchy of a scene as glTF nodes, named by words, and its frames as an animation.
 #
 # Every instance of an entity is a node whose ``extras`` say what it is. A primitive's node takes its canonical solid
-# (a
-# unit cube, ball, cylinder or cone, which all of one look share) to its place, so its pose is the entity's times the
-# solid's. A pose that shears has a child node ``word/shear``; what is not there in all frames a child ``word/shown``,
-# whose scale is 0 or 1; a primitive whose look changes a child ``word/1``, ``word/2``, ... for each.
+# (a unit cube, ball, cylinder or cone, which all of one look share) to its place, so its pose is the entity's times
+# the solid's. A pose that shears has a child node ``word/shear``; what is not there in all frames a child
+# ``word/shown``, whose scale is 0 or 1; a primitive whose look changes a child ``word/1``, ``word/2``, ... for each.
 
 
 Node = dict[str, Any]

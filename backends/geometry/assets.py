@@ -77,11 +77,11 @@ def _measured(path: str, root: str, version: int) -> Asset:
     return Asset(path, root, (x0, y0, z0, x1, y1, z1), PointSupport(points))
 
 
-# What a mesh file refers to: other files, which must lie inside one folder, and pictures, which must not be too large.
+# What a mesh file refers to: other files, which must lie inside one folder, and pictures, which must not be too
+# large.
 #
 # The library that reads meshes gets these files from here only, so that neither its version nor its own rules decide
-# what
-# is read.
+# what is read.
 
 
 LARGEST_FILE = 128_000_000  # bytes, of a mesh file and of all that it refers to

@@ -46,11 +46,9 @@ from scenelang.interpreter.scene.numbering import frame_numbers, instance_handle
 # Annotations in COCO's JSON form: one per instance that is seen, at every level of the hierarchy.
 #
 # Masks are run lengths down the columns, as COCO has them. Beyond COCO's own fields an annotation has ``depth`` (of
-# the
-# hierarchy), ``instance`` and ``parent`` (numbers in the maps), ``path`` (child positions from the root), ``handle``,
-# ``bbox_full`` (also what is hidden or outside the picture, exact), ``box3d`` (the entity's box in its own frame, and
-# the
-# pose of that frame in the world).
+# the hierarchy), ``instance`` and ``parent`` (numbers in the maps), ``path`` (child positions from the root),
+# ``handle``, ``bbox_full`` (also what is hidden or outside the picture, exact), ``box3d`` (the entity's box in its
+# own frame, and the pose of that frame in the world).
 
 
 IntArray = npt.NDArray[np.int64]

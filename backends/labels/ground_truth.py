@@ -289,8 +289,7 @@ def _of_quadrics(frames: FloatArray, camera: Camera) -> FloatArray:
 # 4D: where what each pixel shows is in other frames, and the ways of tracked points.
 #
 # Entities of two frames correspond when they share a path, the child positions from the root. A point of one goes
-# where
-# the same place in its own frame is.
+# where the same place in its own frame is.
 
 
 GONE, HIDDEN, VISIBLE = 0, 1, 2  # where a point is in another frame: nowhere, covered or out of view, in view

@@ -19,9 +19,8 @@ from scenelang.grammar.diagnostics import SceneError
 
 # Replies kept on disk, so that the same question is not paid for twice; safe for processes side by side.
 #
-# A reply is kept under a digest of all that was sent and of the numbers of sample and attempt, so that samples differ.
-# A
-# lock per question makes a second process wait for the first one's answer.
+# A reply is kept under a digest of all that was sent and of the numbers of sample and attempt, so that samples
+# differ. A lock per question makes a second process wait for the first one's answer.
 
 
 _PRIVATE = 0o600

@@ -40,8 +40,8 @@ from scenelang.interpreter.scene.shapes import BLOCK_WORDS, PRIMITIVES
 # A build as the text of a program: a word for each block state, which lays merged cuboids.
 #
 # The program gives the same blocks when it is evaluated and voxelised. Properties that the version does not have,
-# which
-# older files may name, are left out; those that neighbours would set are written, so that they stay as they are.
+# which older files may name, are left out; those that neighbours would set are written, so that they stay as they
+# are.
 
 
 _FEW = 3  # single blocks that stand among the cuboids

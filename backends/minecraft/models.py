@@ -371,8 +371,7 @@ def _pose(cube: Cube, anchor: FloatArray) -> Matrix:
 #
 # What stands in the cells in the end is drawn, in the average colours of the blocks: equal neighbours merged, slabs,
 # stairs, fences and the like in their shapes, glass and water with their opacity. Each cell stays with the entity
-# whose
-# primitives laid it, so that a scene has the same parts as before.
+# whose primitives laid it, so that a scene has the same parts as before.
 
 
 MOST_CELLS = 64_000_000

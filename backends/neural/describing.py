@@ -99,8 +99,7 @@ def color_names() -> tuple[tuple[str, str], ...]:
 # From a colour to the word for it: the nearest of the named ones, as people see it.
 #
 # Scenes hold linear light, and pictures show it encoded: the word is for what a person sees in them, so [.5 .5 .5] is
-# a
-# light grey (docs/decisions.md). Distances are those of Oklab, in which equal steps look equally large.
+# a light grey (docs/decisions.md). Distances are those of Oklab, in which equal steps look equally large.
 
 
 FloatArray = npt.NDArray[np.float64]

@@ -91,8 +91,7 @@ def read_config(path: Path) -> dict[str, Any]:
 # What the weights of MVDream's original checkpoint are called in diffusers and OpenCLIP.
 #
 # The names of the UNet count blocks in one row where diffusers counts by level; those of the autoencoder differ in
-# words.
-# Maps go from diffusers' names to the checkpoint's.
+# words. Maps go from diffusers' names to the checkpoint's.
 
 
 UNET, VAE, TEXT = "model.diffusion_model.", "first_stage_model.", "cond_stage_model.model."

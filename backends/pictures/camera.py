@@ -197,8 +197,7 @@ def _length(data: dict[str, Any], name: str, default: float) -> float:
 # Viewpoints: what the user asks of a camera, and placing the camera so that the scene is in view.
 #
 # At azimuth 0 the camera looks from +z towards -z; a positive azimuth moves it towards +x, a positive elevation
-# upwards.
-# Angles are degrees, lengths the scene's units.
+# upwards. Angles are degrees, lengths the scene's units.
 
 
 Point = tuple[float, float, float]

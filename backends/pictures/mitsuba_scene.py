@@ -333,8 +333,8 @@ def _diffuse(reflectance: dict[str, Any]) -> dict[str, Any]:
 # Solids as Mitsuba's shapes: exact unit shapes to be placed many times, and merged meshes whose faces carry colours.
 #
 # Mitsuba's own cylinders have no caps, its spheres are none under uneven scales, and it has no cone; so units are
-# closed
-# by disks and placed as instances, which is right under any invertible affine pose. Merged meshes load linearly.
+# closed by disks and placed as instances, which is right under any invertible affine pose. Merged meshes load
+# linearly.
 
 
 IntArray = npt.NDArray[np.int64]

@@ -97,8 +97,7 @@ def _is_within(fix: Fix, source: Source) -> bool:
 # Warnings that a program's comments allow: ``; lint: allow unused W304``.
 #
 # At the end of a line it is about that line, on a line of its own about the form that follows, and ``; lint: allow-
-# file``
-# is about the whole file. Errors cannot be allowed.
+# file`` is about the whole file. Errors cannot be allowed.
 
 
 _ALLOW = re.compile(r";+\s*lint:\s*allow(?P<file>-file)?\s+(?P<names>.+)")

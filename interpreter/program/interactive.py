@@ -51,12 +51,9 @@ from scenelang.interpreter.scene.entity import Scene
 # Versions of one program while it is being edited: only what an edit may have changed is looked at again.
 #
 # The main file is cut into its top-level pieces (``grammar.chunks``). A piece whose text stood in the last version
-# keeps
-# its datums; its scan and expansion are kept while every name that they looked up means the same (``ledger``). So
-# places
-# inside a piece are relative to it; ``Version.place`` gives those of the whole text. The result is what an analysis
-# from
-# scratch gives.
+# keeps its datums; its scan and expansion are kept while every name that they looked up means the same (``ledger``).
+# So places inside a piece are relative to it; ``Version.place`` gives those of the whole text. The result is what an
+# analysis from scratch gives.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

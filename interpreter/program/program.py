@@ -247,8 +247,7 @@ def top_forms(source: Source) -> list[TopForm]:
 # One file of a program on its way: scanned for definitions first, then expanded form by form into core AST.
 #
 # Each top-level form keeps what was found in it and what it looked up (``ledger``), so that a later version of the
-# file
-# can use it again (``incremental``).
+# file can use it again (``incremental``).
 
 
 @dataclass(slots=True, eq=False)

@@ -54,9 +54,8 @@ if TYPE_CHECKING:
 # each leaf stands in every frame.
 #
 # The Gaussians of a figure live in a frame of their own, in which the leaf's box is centred and its half sizes have
-# the
-# norm 1. The pose of a leaf takes that to the world: in the paper's words the primitive is normalised, and leaves with
-# equal ``z`` and equal ``S_t / ||S_t||`` share ``theta``.
+# the norm 1. The pose of a leaf takes that to the world: in the paper's words the primitive is normalised, and leaves
+# with equal ``z`` and equal ``S_t / ||S_t||`` share ``theta``.
 
 
 FloatArray = npt.NDArray[np.float64]

@@ -199,8 +199,7 @@ def _drawn(theta: Theta, which: Tensor, generator: Generator) -> Tensor:
 # What keeps Gaussians well shaped and in place: L_reg and L_layout (the paper, appendix; after GALA3D).
 #
 # GALA3D's code is not public. L_layout is the Manhattan distance of the centres to their box; L_reg is of our own
-# form:
-# how far the longest axis of an ellipsoid exceeds ``LONGEST`` times the shortest.
+# form: how far the longest axis of an ellipsoid exceeds ``LONGEST`` times the shortest.
 
 
 LONGEST = 8.0

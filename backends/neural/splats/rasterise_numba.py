@@ -56,8 +56,7 @@ def _arrays(picture: Ellipses) -> tuple[Floats, Floats, Floats, Floats]:
 #
 # A pixel at ``d`` from the centre of a splat gets ``alpha = min(0.999, opacity exp(-d' conic d / 2))`` of it, nothing
 # below 1/255. Nearest first, each adds ``alpha`` times the light that those before it let through; a pixel is done
-# before
-# the splat that would leave it less than 1e-4.
+# before the splat that would leave it less than 1e-4.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
