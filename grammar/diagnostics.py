@@ -284,6 +284,12 @@ class SceneError(Exception):
         return render_text(self.diagnostic)
 
 
+def error_of(diagnostic: Diagnostic) -> SceneError:
+    """The exception of a diagnostic."""
+    d = diagnostic
+    return SceneError(d.name, d.message, d.hint, d.span, d.notes, list(d.chain), fixes=d.fixes)
+
+
 class LimitError(SceneError):
     """A limit was reached. No ``guard`` catches it."""
 
@@ -460,8 +466,7 @@ def to_json(diagnostic: Diagnostic) -> dict[str, Any]:
     }
 
 
-# How each mistake is mended, by the names of ``codes``. Read where somebody asks for it only: the command
-# ``explain``, the reference of diagnostics.
+# How to fix each mistake, by its name: for the command ``explain`` and the reference of diagnostics.
 
 
 _READING = {

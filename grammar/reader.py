@@ -183,6 +183,7 @@ def _skip_blank(text: str, position: int) -> int | None:
 
 
 def _block_comment_end(text: str, start: int) -> int | None:
+    """Where the nested ``#|`` comment at ``start`` ends, None where it is not closed."""
     depth, search = 1, start + 2
     while (edge := _EDGE.search(text, search)) is not None:
         search = edge.end()
@@ -609,7 +610,6 @@ def terminals() -> re.Pattern[str]:
 
 
 _BLOCK = re.compile(r'"(?:[^"\\]|\\.)*"|#;|;[^\n]*|#\||\|#', re.S)
-_BLOCK_EDGE = re.compile(r"#\||\|#")
 
 
 def block_comments(text: str) -> list[tuple[int, int]]:
@@ -635,12 +635,9 @@ def without_comments(text: str, places: Sequence[tuple[int, int]]) -> str:
 
 
 def _block_end(text: str, start: int) -> int:
-    depth, search = 1, start + 2
-    while (edge := _BLOCK_EDGE.search(text, search)) is not None:
-        search = edge.end()
-        depth += 1 if edge[0] == "#|" else -1
-        if depth == 0:
-            return search
+    end = _block_comment_end(text, start)
+    if end is not None:
+        return end
     message = "this `#|` comment is never closed"
     hint = "comments nest: every `#|` inside wants a `|#` of its own"
     raise _ReadProblem("unclosed", message, start, start + 2, Completeness.INCOMPLETE, hint)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from scenelang.grammar.datum import Source, atom_text
-from scenelang.grammar.diagnostics import Diagnostic, SceneError
+from scenelang.grammar.diagnostics import SceneError, error_of
 from scenelang.grammar.reader import ReadResult, read
 from scenelang.interpreter.runtime.limits import Limits
 from scenelang.interpreter.runtime.runtime import ZEntry
@@ -201,12 +201,6 @@ def literal(value: Any) -> str:
     if isinstance(value, list | tuple):
         return f"[{' '.join(literal(item) for item in value)}]"
     raise SceneError("param", f"a param takes a number, boolean, string or sequence, not {type(value).__name__}")
-
-
-def error_of(diagnostic: Diagnostic) -> SceneError:
-    """The exception of a diagnostic."""
-    d = diagnostic
-    return SceneError(d.name, d.message, d.hint, d.span, d.notes, list(d.chain), None, d.fixes)
 
 
 def _options(

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from scenelang.backends.files import read_regular
 from scenelang.grammar.datum import Atom, Datum, Keyword, ListDatum, Source
-from scenelang.grammar.formatter import learnt_indents
+from scenelang.grammar.formatter import format_text, learnt_indents
 from scenelang.grammar.layout_styles import head_of
 from scenelang.grammar.reader import read
 from scenelang.interpreter.expand.forms import INDENTS
@@ -19,8 +19,6 @@ _LARGEST_FILE = 4_000_000  # bytes
 def formatted(text: str) -> str:
     """A program that imports no macros, in the one style of the language. Raises SceneError for text that does not
     read."""
-    from scenelang.grammar.formatter import format_text
-
     return format_text(text, INDENTS)
 
 

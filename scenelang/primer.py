@@ -8,11 +8,11 @@ from itertools import chain
 from typing import Any
 
 from scenelang.backends.pictures.appearance import MATERIALS
-from scenelang.grammar.diagnostics import CODES
+from scenelang.grammar.diagnostics import CODES, diagnostic_named, explanation
 from scenelang.interpreter.runtime.types import STD
 from scenelang.interpreter.scene.entity import Scene, count_words, descendants, primitive_count
 from scenelang.interpreter.scene.shapes import ATTRIBUTES, BLOCK_WORDS, PRIMITIVES, READ
-from scenelang.stdlib.reference import TOPICS, ReferenceRecord, records
+from scenelang.stdlib.reference import TOPICS, ReferenceRecord, lookup, records
 
 # What primitives and their attributes mean: one line on each, for help and completion.
 
@@ -93,15 +93,11 @@ def description(name: str) -> list[str]:
 
 def known_names() -> Iterator[str]:
     """Everything that has a description; of diagnostics only the names."""
-    from scenelang.stdlib.reference import records
-
     attributes = (f":{name}" for name in attribute_names())
     return chain((record.name for record in records()), PRIMITIVES, attributes, CODES)
 
 
 def _of_library(name: str) -> Iterator[str]:
-    from scenelang.stdlib.reference import lookup
-
     record = lookup(name.removeprefix(STD))
     if record is None:
         return
@@ -135,8 +131,6 @@ def _of_attribute(name: str) -> Iterator[str]:
 
 def _of_diagnostic(name: str) -> Iterator[str]:
     """What `scenelang explain` says of a code or of a diagnostic's name."""
-    from scenelang.grammar.diagnostics import diagnostic_named, explanation
-
     key = diagnostic_named(name)
     if key is not None:
         yield from explanation(key)

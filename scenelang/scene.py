@@ -17,17 +17,17 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import BackendOptions, Progress
+from scenelang.backends.base import LOOKS, BackendOptions, Progress, frame_of
 from scenelang.backends.pictures.camera import Camera as PlacedCamera
 from scenelang.backends.pictures.camera import Viewpoint, camera_at
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, suggest
-from scenelang.interpreter.runtime.values import Embedding, Pair
-from scenelang.interpreter.scene.entity import Entity, count_words, descendants
+from scenelang.interpreter.runtime.values import Embedding, Pair, Vector
+from scenelang.interpreter.scene.entity import Entity, count_words, descendants, primitive_count
 from scenelang.interpreter.scene.entity import Scene as SceneGraph
 
 if TYPE_CHECKING:
-    from scenelang.backends.labels.ground_truth import Truth
-    from scenelang.backends.pictures.film import PictureOptions
+    from scenelang.backends.labels.ground_truth import Boxes, Truth
+    from scenelang.backends.pictures.film import Painter, PictureOptions
     from scenelang.backends.pictures.stage import Shot
     from scenelang.interpreter.program.program import Program
     from scenelang.scene_changes import Changes
@@ -36,7 +36,6 @@ if TYPE_CHECKING:
 FloatArray = npt.NDArray[np.float64]
 Size = tuple[int, int]
 View = Viewpoint | PlacedCamera
-LOOKS = ("color", "roughness", "metallic", "opacity", "emission", "ior")
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,9 +183,7 @@ class Film:
         return tuple(shot.camera for shot in self._shots)
 
     def __iter__(self) -> Iterator[Image]:
-        from scenelang.backends.pictures.film import painters, picture_backend
-
-        (painter,) = painters(self.scene.graph, self._options, [picture_backend(self._quality)], self._shots)
+        (painter,) = self._painters()
         for shot in self._shots:
             yield _image(painter.paint(shot), shot.camera)
 
@@ -194,9 +191,13 @@ class Film:
         """Write an .mp4, .gif, .apng or .webp; the file is whole or not there. Returns its path."""
         from scenelang.backends.pictures import film
 
-        painters = film.painters(self.scene.graph, self._options, [film.picture_backend(self._quality)], self._shots)
-        film.save_film(painters, self._shots, Path(path), fps, progress)
+        film.save_film(self._painters(), self._shots, Path(path), fps, progress)
         return Path(path)
+
+    def _painters(self) -> list[Painter]:
+        from scenelang.backends.pictures.film import painters, picture_backend
+
+        return painters(self.scene.graph, self._options, [picture_backend(self._quality)], self._shots)
 
     def __repr__(self) -> str:
         return f"<Film of {len(self):,} pictures>"
@@ -304,13 +305,18 @@ class Maps(Mapping[str, npt.NDArray[Any]]):
         numbers = frame_numbers(graph) if len(graph.frames) > 1 else None
         return instance_handles(graph, self._truth.ancestry, numbers)
 
+    @cached_property
+    def _boxes(self) -> Boxes:
+        from scenelang.backends.labels.ground_truth import boxes_in
+
+        return boxes_in(self._truth)
+
     def annotations(self, limit: int = 20_000) -> list[dict[str, Any]]:
         """The visible instances in the fields of COCO: ``category``, ``bbox``, ``area``, ``segmentation``, ``box3d``,
         ``handle``, ``path`` (docs/maps.md); at most ``limit``, highest in the hierarchy first."""
         from scenelang.backends.labels.dataset import annotations_of
-        from scenelang.backends.labels.ground_truth import boxes_in
 
-        return annotations_of(self._truth, boxes_in(self._truth), self._handles, limit)
+        return annotations_of(self._truth, self._boxes, self._handles, limit)
 
     def coco(self, limit: int = 20_000) -> dict[str, Any]:
         """One COCO document for this picture; ``json.dumps`` takes it."""
@@ -609,13 +615,8 @@ class Scene:
         SceneError
             Nothing would be drawn, a package is missing, or an argument makes no sense.
         """
-        from scenelang.backends.pictures.film import draw, picture_backend
-        from scenelang.backends.pictures.stage import still
-
         options = _picture_options(camera, size, frame, environment, ground, labels, seed, settings, limit, progress)
-        image = draw(self.graph, options, picture_backend(quality))
-        shot = still(self.graph, options.camera, options.frame, options.width, options.height)
-        return _image(image, shot.camera)
+        return _drawn(self.graph, options, quality)[0]
 
     def film(
         self,
@@ -662,16 +663,11 @@ class Scene:
         """What every pixel shows: instances, words, depth, normals and more. The arguments are those of ``render``."""
         from scenelang.backends.labels.ground_truth import truth_of
         from scenelang.backends.minecraft.models import as_cubes
-        from scenelang.backends.pictures.film import check, painters, picture_backend
-        from scenelang.backends.pictures.stage import still, unit_size
+        from scenelang.backends.pictures.stage import unit_size
 
         options = _picture_options(camera, size, frame, environment, ground, True, seed, settings, limit, progress)
-        backend = picture_backend(quality)
-        check(options, [backend])
         cubes = as_cubes(self.graph, limit, None)  # the maps label what is drawn
-        shot = still(cubes, options.camera, frame, options.width, options.height)
-        (painter,) = painters(cubes, options, [backend], [shot])
-        image = _image(painter.paint(shot, progress), shot.camera)
+        image, shot = _drawn(cubes, options, quality)
         truth = truth_of(cubes, shot, limit, *unit_size(cubes))
         return Maps(replace(self, graph=cubes), truth, image)
 
@@ -723,17 +719,13 @@ class Scene:
         return diff(self, other, tolerance)
 
     def to_json(self) -> dict[str, Any]:
-        """The scene in the schema of the JSON export (docs/exports.md)."""
-        import tempfile
+        """The scene in the schema of the JSON export (docs/exports.md); mesh files relative to the current folder."""
+        from scenelang.backends.exports.scene_json import scene_text
 
-        with tempfile.TemporaryDirectory() as folder:
-            (path,) = self.export(Path(folder) / "scene.json")
-            data: dict[str, Any] = json.loads(path.read_text("utf-8"))
+        data: dict[str, Any] = json.loads("".join(scene_text(self.graph, Path.cwd())))
         return data
 
     def _frame(self, number: int) -> Entity:
-        from scenelang.backends.base import frame_of
-
         return self.frames[frame_of(self.graph, number)]
 
     def _repr_png_(self) -> bytes | None:
@@ -743,8 +735,6 @@ class Scene:
             return None
 
     def __repr__(self) -> str:
-        from scenelang.interpreter.scene.entity import primitive_count
-
         count = primitive_count(self.root)
         frames = f", {len(self.frames)} frames" if self.animated else ""
         return f'<Scene "{self.word}": {count:,} {"primitive" if count == 1 else "primitives"}{frames}>'
@@ -770,6 +760,18 @@ def _picture_options(
     return PictureOptions(
         frame, limit, progress, dict(settings or {}), None, width, height, view, environment, ground, seed, labels
     )
+
+
+def _drawn(graph: SceneGraph, options: PictureOptions, quality: str) -> tuple[Image, Shot]:
+    """One picture and the shot that it is."""
+    from scenelang.backends.pictures.film import check, painters, picture_backend
+    from scenelang.backends.pictures.stage import still
+
+    backend = picture_backend(quality)
+    check(options, [backend])
+    shot = still(graph, options.camera, options.frame, options.width, options.height)
+    (painter,) = painters(graph, options, [backend], [shot])
+    return _image(painter.paint(shot, options.progress), shot.camera), shot
 
 
 def _image(drawn: Any, camera: PlacedCamera) -> Image:
@@ -800,8 +802,6 @@ def _crop(image: Image, bbox: Sequence[float], margin: float) -> Image:
 
 
 def _look_value(name: str, value: Any) -> Any:
-    from scenelang.interpreter.runtime.values import Vector
-
     if name == "color" and isinstance(value, str):
         from scenelang.stdlib.colors import color_of
 

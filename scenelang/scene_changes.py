@@ -14,7 +14,7 @@ import numpy as np
 
 from scenelang.backends.files import read_regular
 from scenelang.grammar.diagnostics import LimitError, SceneError
-from scenelang.interpreter.scene.difference import ComparedSolid, Sheet, solid_of
+from scenelang.interpreter.scene.difference import ComparedSolid, Sheet, compare_frames, sheet_of, solid_of
 
 if TYPE_CHECKING:
     from scenelang.interpreter.scene.difference import FrameDifference, Sheet
@@ -84,7 +84,6 @@ class Changes:
 
 def sheets_of(scene: Scene, limit: int) -> list[Sheet]:
     """The frames of a scene, to be compared; raises LimitError for more than ``limit`` primitives."""
-    from scenelang.interpreter.scene.difference import sheet_of
     from scenelang.interpreter.scene.flatten import flatten
 
     return [sheet_of(frame) for frame in flatten(scene, limit).frames]
@@ -100,8 +99,6 @@ def sheets_in(path: str, limit: int) -> list[Sheet] | None:
 def changes_between(frames_a: Sequence[Sheet], frames_b: Sequence[Sheet], tolerance: float = TOLERANCE) -> Changes:
     """What differs; up to ``tolerance`` of the scene's size nothing does. Raises SceneError for a scene whose
     coordinates are too large to compare."""
-    from scenelang.interpreter.scene.difference import compare_frames
-
     changes: list[Change] = []
     matched = 0
     for number, (a, b) in enumerate(zip(frames_a, frames_b)):

@@ -26,7 +26,7 @@ from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError
 from scenelang.grammar.reader import read
 from scenelang.interpreter.lint.fixes import apply_fixes, not_allowed, with_fixes
 from scenelang.interpreter.lint.lint import find_root, lint, lint_of_forms, word_warnings
-from scenelang.interpreter.program.interactive import Version, Versions
+from scenelang.interpreter.program.interactive import JournaledRuntime, TopLevel, Version, Versions
 from scenelang.interpreter.program.program import Program, load_program, prelude_of
 from scenelang.interpreter.runtime.evaluate import ProgramRun, macro_runner
 from scenelang.interpreter.runtime.limits import Limits, fork_safe_lock, recursion_room
@@ -370,8 +370,6 @@ class Session:
     def top_level(self, main: Source, started: Callable[[Runtime], None]) -> TopLevel:
         """A top level that goes on, form by form, beside the file ``main``. ``started`` is told of every runtime that
         macros run in, so that they can be cancelled. Raises SceneError for a malformed ``--define``."""
-        from scenelang.interpreter.program.interactive import JournaledRuntime, TopLevel
-
         options, library = self.options, self.library
         overrides = {name: _value_datum(name, text) for name, text in options.defines.items()}
         assets = AssetFiles(self._folder(main), self._project(main), options.allow_outside)

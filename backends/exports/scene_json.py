@@ -27,11 +27,11 @@ _AXES = "right-handed: x right, y up, z towards the viewer; poses are the upper 
 def write_scene(scene: Scene, path: Path | str) -> None:
     """Write ``scene`` to ``path``, whole or not at all; raises SceneError("file")."""
     with written_whole(path) as temporary, temporary.open("w", encoding="ascii", newline="\n") as file:
-        file.writelines(_pieces(scene, Path(path).resolve().parent))
+        file.writelines(scene_text(scene, Path(path).resolve().parent))
 
 
-def _pieces(scene: Scene, folder: Path) -> Iterator[str]:
-    """The document, one entity a line, children before parents."""
+def scene_text(scene: Scene, folder: Path) -> Iterator[str]:
+    """The document in pieces, one entity a line, children before parents; mesh files relative to ``folder``."""
     head = {"format": FORMAT, "version": VERSION, "word": scene.word, "animated": scene.animated, "axes": _AXES}
     yield json.dumps(head)[:-1] + ',\n"entities": ['
     numbers: dict[int, int] = {}

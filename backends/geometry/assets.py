@@ -66,8 +66,6 @@ _CHECKED = 4096  # steps, after which a meter looks at the clock
 @lru_cache(maxsize=64)
 def _measured(path: str, root: str, version: int) -> Asset:
     """What is known of a mesh file; ``version`` tells its states apart."""
-    import numpy as np
-
     from scenelang.backends.support import PointSupport
 
     mesh = load_asset(path, root)

@@ -99,9 +99,9 @@ def checked_size(size: Triple) -> Triple:
 # Compounds one after another that differ in their numbers only, as the blocks of a structure: read by numpy.
 
 
+_INT, _STRING, _LIST, _COMPOUND = 3, 8, 9, 10  # kinds of tags
 _MOST = 1 << 22  # bytes that are looked at together
 _WIDEST = 16  # fields of a compound that is looked at
-_INT, _LIST_TAG = 3, 9
 
 
 def rows_like(first: Mapping[str, Any], size: int, data: bytes, at: int, count: int) -> list[dict[str, Any]]:
@@ -140,7 +140,7 @@ def _head(name: str, value: Any) -> bytes:
     label = name.encode("utf-8", "replace")
     if type(value) is int:
         return pack(">bH", _INT, len(label)) + label
-    return pack(">bH", _LIST_TAG, len(label)) + label + pack(">bi", _INT, len(value))
+    return pack(">bH", _LIST, len(label)) + label + pack(">bi", _INT, len(value))
 
 
 LARGEST = 512_000_000  # bytes of a file, and of what it unpacks to
@@ -148,7 +148,6 @@ MOST_TAGS = 8_000_000
 DEEPEST = 200  # lists and compounds within one another; each is a call of Python
 _FEW = 16  # compounds that are read one by one as fast
 _TRIES = 200  # to find more than a few that are alike, in one list
-_STRING, _LIST, _COMPOUND = 8, 9, 10
 _NUMBERS = {1: Struct(">b"), 2: Struct(">h"), 3: Struct(">i"), 4: Struct(">q"), 5: Struct(">f"), 6: Struct(">d")}
 _TYPES = {kind: np.dtype(name) for kind, name in enumerate((">i1", ">i2", ">i4", ">i8", ">f4", ">f8"), 1)}
 _ARRAYS = {7: _TYPES[1], 11: _TYPES[3], 12: _TYPES[4]}

@@ -562,9 +562,7 @@ def _mismatch(builtin: Builtin, checks: Sequence[Any], values: Sequence[Any], sp
 def _placed(builtin: Builtin, error: Exception, span: Span) -> SceneError:
     if not isinstance(error, SceneError):
         error = python_error(builtin.name, error)
-    if error.span is None:
-        error.span = span
-    return error
+    return _located(error, span)
 
 
 def array_node(rt: Runtime, items: Sequence[Node], span: Span) -> Node:

@@ -18,7 +18,7 @@ import numpy as np
 
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Atom, Datum, Expansion, ListDatum, Source, Span, Symbol
-from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError
+from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError, error_of
 from scenelang.grammar.reader import Chunk, read, split_again
 from scenelang.interpreter.expand.expand import RunMacro
 from scenelang.interpreter.expand.scope import Scope, Variable, base_name
@@ -690,11 +690,3 @@ class TopLevel:
         imported = {word: span for file in self.state.files.values() for word, span in file.words.items()}
         found = [*problems, *new_form_warnings(self.main, trees, words, {**imported, **words})]
         return [d for d in found if whole or d.name not in WHOLE_FILE]
-
-
-def error_of(diagnostic: Diagnostic) -> SceneError:
-    """A diagnostic as an error again."""
-    return SceneError(
-        diagnostic.name, diagnostic.message, diagnostic.hint, diagnostic.span, diagnostic.notes, list(diagnostic.chain),
-        fixes=diagnostic.fixes,
-    )  # fmt: skip

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scenelang.backends.files import read_regular
+from scenelang.backends.files import read_regular, rewrite, written_whole
 from scenelang.cli.model_options import ablation_of, add_model_options, evaluation_options, settings_from
 from scenelang.cli.model_runs import (
     begun,
@@ -22,7 +22,7 @@ from scenelang.cli.model_runs import (
 from scenelang.cli.options import UsageError, whole
 from scenelang.cli.output import print_json, report_run, say, use_color
 from scenelang.cli.pictures import check_folder
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.diagnostics import SceneError, printable
 from scenelang.session import Session
 
 if TYPE_CHECKING:
@@ -149,8 +149,6 @@ def _digest(path: Path) -> str:
 
 
 def _write(target: Path, text: str) -> None:
-    from scenelang.backends.files import rewrite, written_whole
-
     if target.exists():
         rewrite(target, text)
         return
@@ -173,7 +171,6 @@ def _draw(arguments: argparse.Namespace, run: Run, before: Scene, result: Result
 
 
 def _show(arguments: argparse.Namespace, done_to: SceneEdit) -> None:
-    from scenelang.grammar.diagnostics import printable
     from scenelang.scene_changes import OF_AN_EDIT, change_lines
 
     colored = use_color(arguments, sys.stdout)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +16,7 @@ from scenelang.cli.output import print_json, progress, report, report_run, say, 
 from scenelang.cli.pictures import picture_size
 from scenelang.cli.programs import session_limit
 from scenelang.cli.study import alignment, answered, make_study
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.diagnostics import SceneError, suggest
 
 if TYPE_CHECKING:
     from scenelang.backends.pictures.film import PictureOptions
@@ -85,7 +85,6 @@ def _checked(arguments: argparse.Namespace) -> list[str]:
     """The names of the metrics; raises UsageError for what makes no sense, whatever the scenes."""
     from scenelang.backends.pictures.film import HIGHEST_FPS
     from scenelang.evaluation.running import METRICS
-    from scenelang.grammar.diagnostics import suggest
 
     if not arguments.files and not arguments.study_results:
         raise UsageError("value", "name the programs to evaluate, or `--study-results`")
@@ -226,8 +225,6 @@ def _device(arguments: argparse.Namespace) -> str:
 
 def _show(arguments: argparse.Namespace, records: list[MetricRecord], evaluation: Evaluation) -> None:
     """The tables, or all that is known as JSON."""
-    from dataclasses import asdict
-
     from scenelang.evaluation.tables import as_data, tables_of
 
     tables = tables_of(records)

@@ -7,7 +7,7 @@ from typing import Any
 
 from scenelang.cli.options import UsageError, add_output
 from scenelang.cli.output import print_json
-from scenelang.grammar.diagnostics import CODES
+from scenelang.grammar.diagnostics import CODES, MENDS, diagnostic_named, explanation, suggest
 
 
 def add_explain(subparsers: Any) -> None:
@@ -22,8 +22,6 @@ def add_explain(subparsers: Any) -> None:
 
 
 def explain(arguments: argparse.Namespace) -> int:
-    from scenelang.grammar.diagnostics import MENDS, explanation
-
     names = [name_of(asked) for asked in arguments.codes]
     if arguments.json:
         print_json([_facts(name, MENDS[name]) for name in names or _in_order()])
@@ -36,8 +34,6 @@ def explain(arguments: argparse.Namespace) -> int:
 
 def name_of(asked: str) -> str:
     """The name of the diagnostic that a code or name means; raises UsageError for one that there is not."""
-    from scenelang.grammar.diagnostics import diagnostic_named, suggest
-
     name = diagnostic_named(asked)
     if name is not None:
         return name

@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from scenelang.backends.base import need
+from scenelang.backends.base import every, need
 from scenelang.cli.options import UsageError, add_limits, limits_of
 
 
@@ -46,7 +46,6 @@ def mcp(arguments: argparse.Namespace) -> int:
 
 def _import_ahead() -> None:
     """Modules and tables that every request needs are loaded once, before processes are forked for requests."""
-    from scenelang.backends.base import every
     from scenelang.backends.pictures import film  # noqa: F401
     from scenelang.grammar import ast, reader
     from scenelang.stdlib.library import build_library

@@ -14,7 +14,7 @@ from scenelang.cli.model_options import live_stream, with_limits
 from scenelang.cli.options import UsageError, usage_errors
 from scenelang.cli.output import print_json, report, say
 from scenelang.cli.pictures import done
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.diagnostics import SceneError, to_json
 
 if TYPE_CHECKING:
     from scenelang.inference.conductor import Inference, Result
@@ -158,8 +158,6 @@ def say_written(arguments: argparse.Namespace, path: Path) -> None:
 
 def result_data(run: Run, result: Result) -> dict[str, Any]:
     """What ``--json`` says of a run."""
-    from scenelang.grammar.diagnostics import to_json
-
     return {
         "run": str(run.path),
         "sample": result.sample,

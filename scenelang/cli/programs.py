@@ -10,10 +10,10 @@ from itertools import chain, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scenelang.backends.files import read_regular
+from scenelang.backends.files import read_regular, rewrite
 from scenelang.cli.options import UsageError, add_common, add_file, limits_of, program_files, session_of, whole
 from scenelang.cli.output import print_json, report, report_run, say, table
-from scenelang.grammar.datum import Source
+from scenelang.grammar.datum import Atom, Datum, ListDatum, Source, Symbol, walk
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.interpreter.scene.entity import count_words
 from scenelang.primer import summary, summary_rows
@@ -77,8 +77,6 @@ def check(arguments: argparse.Namespace) -> int:
 
 def _mended(arguments: argparse.Namespace, session: Session, path: str) -> Source:
     """The program after every safe fix, written back to its file."""
-    from scenelang.backends.files import rewrite
-
     before = session.source(path)
     source, number = session.mended(before)
     if number:
@@ -136,7 +134,6 @@ def expand(arguments: argparse.Namespace) -> int:
 
 def expansion(session: Session, program: Program) -> str:
     """The text of a program after macro expansion."""
-    from scenelang.grammar.datum import Atom, Datum, ListDatum, Source, Symbol, walk
     from scenelang.grammar.layout import layout
     from scenelang.grammar.reader import read
     from scenelang.interpreter.compile.analyse import mentioned
@@ -283,8 +280,6 @@ def flatten(arguments: argparse.Namespace) -> int:
 
 
 def session_limit(arguments: argparse.Namespace) -> int:
-    from scenelang.cli.options import limits_of
-
     return limits_of(arguments).primitives
 
 

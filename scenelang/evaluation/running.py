@@ -14,7 +14,7 @@ import numpy as np
 
 from scenelang.backends.base import Progress
 from scenelang.backends.files import read_regular, write_json
-from scenelang.backends.neural.clip import JUDGE, ClipName
+from scenelang.backends.neural.clip import JUDGE, ClipName, open_picture
 from scenelang.backends.neural.metrics import (
     ALEXNET,
     CLIP_VIEWS,
@@ -408,8 +408,6 @@ class LpipsMeasure:
             self._network = Lpips(self._models.shelf, self._models.device)
 
     def measure(self, subject: Subject, progress: Progress | None) -> Values:
-        from scenelang.backends.neural.clip import open_picture
-
         assert self._network is not None
         assert subject.entry.image is not None
         wanted = np.asarray(open_picture(subject.entry.image), np.uint8)

@@ -15,7 +15,7 @@ from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, printable, render_text, suggest, to_json
 from scenelang.interpreter.runtime.limits import Limits
 from scenelang.interpreter.scene.entity import Scene, count_words
-from scenelang.primer import primer, summary, summary_rows
+from scenelang.primer import description, known_names, primer, summary, summary_rows
 from scenelang.sandbox.supervision import limited
 from scenelang.scene_changes import TOLERANCE, change_lines, changes_between, sheets_in, sheets_of
 from scenelang.session import Options, Session
@@ -332,8 +332,6 @@ def diff(project: Project, a: ProjectProgram, b: ProjectProgram, tolerance: floa
 
 def explain(name: str) -> ToolAnswer:
     """What a name of the language, a primitive, an attribute or a diagnostic is; without a name, the primer."""
-    from scenelang.primer import description, known_names
-
     asked = name.strip()
     if not asked:
         return ToolAnswer(primer_text())

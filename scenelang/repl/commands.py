@@ -18,7 +18,7 @@ from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.interpreter.runtime.types import STD, Builtin
 from scenelang.interpreter.scene.entity import Scene, count_words, primitive_count
 from scenelang.repl.display import clean, signature_of
-from scenelang.repl.evaluation import checked_program, comment_of, description, function_of, known_names
+from scenelang.repl.evaluation import LiveView, checked_program, comment_of, description, function_of, known_names
 from scenelang.repl.loop import Command, Quit, Repl, find
 from scenelang.viewer.workspace import stamps_of
 
@@ -123,7 +123,6 @@ def _source(repl: Repl, rest: str) -> None:
 
 def _library_source(repl: Repl, name: str) -> str | None:
     """A definition of the library that is written in the language."""
-    from scenelang.grammar.datum import Source
     from scenelang.grammar.reader import read
 
     library = repl.evaluation.session.library
@@ -634,8 +633,6 @@ def _export(repl: Repl, rest: str) -> None:
 
 
 def _view(repl: Repl, rest: str) -> None:
-    from scenelang.repl.evaluation import LiveView
-
     if repl.live_view is None:
         repl.live_view = LiveView(repl.evaluation)
     repl.screen.write(f"{repl.live_view.address} shows the root and follows the session")

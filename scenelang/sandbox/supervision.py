@@ -25,7 +25,7 @@ from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.interpreter.runtime.limits import Limits, memory_error, resident_bytes, time_error
 from scenelang.sandbox.confinement import confine
-from scenelang.sandbox.status import Chain, Phase, Status, resident_bytes_of
+from scenelang.sandbox.status import Chain, Phase, Sampler, Status, resident_bytes_of
 
 GRACE = 0.5  # seconds beyond the limit that the evaluator's own check is given
 _INTERRUPT_GRACE = 1.0
@@ -111,8 +111,6 @@ class Link:
     @contextmanager
     def evaluating(self, folders: tuple[str, ...]) -> Iterator[None]:
         """In the thread that evaluates: only reading is allowed from here on, and its place is noted."""
-        from scenelang.sandbox.status import Sampler
-
         if self._confined:
             confine(folders)
         sampler = Sampler(self._status, threading.get_ident())

@@ -33,7 +33,7 @@ from scenelang.backends.neural.distillation.theta import (
     shown_by_figure,
     too_long,
 )
-from scenelang.backends.neural.sentences import PromptCondition, PromptLeaf
+from scenelang.backends.neural.sentences import PromptCondition, PromptLeaf, written
 from scenelang.backends.neural.splats.gaussians import Splats, joined, posed, view_of
 from scenelang.backends.neural.splats.initial import gaussians_of
 from scenelang.backends.neural.splats.rasterise import rasterise
@@ -651,8 +651,6 @@ def figure_state(state: Mapping[str, Tensor], number: int) -> dict[str, Tensor]:
 
 def figure_key(figure: Figure) -> str:
     """What a figure depends on: its sentence and its box."""
-    from scenelang.backends.neural.sentences import written
-
     return f"{written(figure.condition.prompt)} {np.round(figure.box, 3).tolist()}"
 
 
