@@ -6,12 +6,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from scenelang.grammar.datum import Source, atom_text
-from scenelang.grammar.diagnostics import SceneError, error_of
+from scenelang.grammar.datum import Source
 from scenelang.grammar.reader import ReadResult, read
 from scenelang.interpreter.runtime.limits import Limits
 from scenelang.interpreter.runtime.runtime import ZEntry
-from scenelang.scene import Scene
+from scenelang.scene import Scene, literal, scene_of
 from scenelang.session import Checked, Options, Session
 
 if TYPE_CHECKING:
@@ -89,8 +88,7 @@ def load(
     """
     entries = _entries(Path(path), embeddings)
     options = _options(seed, defines, root, entries, limits, project, allow_outside, strict)
-    session = Session(options)
-    return _scene(session, session.source(str(path)), options)
+    return scene_of(Session(options).source(str(path)), options)
 
 
 def evaluate(
@@ -113,15 +111,7 @@ def evaluate(
     <Scene "dot": 1 primitive>
     """
     options = _options(seed, defines, root, {}, limits, project, allow_outside, strict)
-    return _scene(Session(options), Source(name, text), options)
-
-
-def evaluate_program(source: Source, options: Options, values: Mapping[str, Any]) -> Scene:
-    """The scene of a source under ``options`` with other values of its params."""
-    from dataclasses import replace
-
-    chosen = replace(options, defines={**options.defines, **{name: literal(value) for name, value in values.items()}})
-    return _scene(Session(chosen), source, chosen)
+    return scene_of(Source(name, text), options)
 
 
 def transpile(text: str, name: str = "<response>.py") -> Translation:
@@ -174,33 +164,7 @@ def diff(a: Scene, b: Scene, tolerance: float = 1e-5, limit: int = 2_000_000) ->
     >>> diff(red, red).equal
     True
     """
-    from scenelang.scene_changes import changes_between, sheets_of
-
-    return changes_between(sheets_of(a.graph, limit), sheets_of(b.graph, limit), tolerance)
-
-
-def literal(value: Any) -> str:
-    """A plain Python value as a literal of the language, as ``defines`` takes it.
-
-    Raises
-    ------
-    SceneError
-        The value is not a number, a boolean, a string or a sequence of these.
-
-    Examples
-    --------
-    >>> literal([1, 2.5]), literal(True), literal("oak")
-    ('[1 2.5]', '#t', '"oak"')
-    """
-    import numpy as np
-
-    if isinstance(value, np.generic | np.ndarray):
-        value = value.tolist()
-    if isinstance(value, bool | int | float | str):
-        return atom_text(value)
-    if isinstance(value, list | tuple):
-        return f"[{' '.join(literal(item) for item in value)}]"
-    raise SceneError("param", f"a param takes a number, boolean, string or sequence, not {type(value).__name__}")
+    return a.diff(b, tolerance, limit)
 
 
 def _options(
@@ -234,10 +198,3 @@ def _entries(path: Path, embeddings: str | Path | None) -> Mapping[str, ZEntry]:
         return zfile.read_entries(Path(embeddings))
     own = zfile.beside(str(path))
     return zfile.read_entries(own) if own.exists() else {}
-
-
-def _scene(session: Session, source: Source, options: Options) -> Scene:
-    result = session.evaluate(source)
-    if result.scene is None:
-        raise error_of(next(d for d in result.diagnostics if d.is_error))
-    return Scene(result.scene, source.name, result.log, result.diagnostics, result.program, options)

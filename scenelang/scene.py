@@ -20,7 +20,8 @@ import numpy.typing as npt
 from scenelang.backends.base import LOOKS, BackendOptions, Progress, frame_of
 from scenelang.backends.pictures.camera import Camera as PlacedCamera
 from scenelang.backends.pictures.camera import Viewpoint, camera_at
-from scenelang.grammar.diagnostics import Diagnostic, SceneError, suggest
+from scenelang.grammar.datum import Source, atom_text
+from scenelang.grammar.diagnostics import Diagnostic, SceneError, error_of, suggest
 from scenelang.interpreter.runtime.values import Embedding, Pair, Vector
 from scenelang.interpreter.scene.entity import Entity, count_words, descendants, primitive_count
 from scenelang.interpreter.scene.entity import Scene as SceneGraph
@@ -529,13 +530,13 @@ class Scene:
         SceneError
             The scene has no program, the program has no such param, or it fails under the new values.
         """
-        from scenelang.api import evaluate_program
-
         if self.program is None or self.options is None:
             raise SceneError("unsupported", "a scene that was read from JSON has no params")
         known = self.params
         chosen = {name if name in known else name.replace("_", "-"): value for name, value in values.items()}
-        return evaluate_program(self.program.main, self.options, chosen)
+        texts = {name: literal(value) for name, value in chosen.items()}
+        options = replace(self.options, defines={**self.options.defines, **texts})
+        return scene_of(self.program.main, options)
 
     def restyled(self, word: str, **look: Any) -> Scene:
         """The scene with another look of every entity of ``word`` and of all its parts.
@@ -712,11 +713,11 @@ class Scene:
         """The interactive viewer, for a notebook cell; ``height`` in pixels."""
         return ViewerPage(self.html(), height)
 
-    def diff(self, other: Scene, tolerance: float = 1e-5) -> Changes:
+    def diff(self, other: Scene, tolerance: float = 1e-5, limit: int = 2_000_000) -> Changes:
         """What differs in ``other``; see ``scenelang.diff``."""
-        from scenelang.api import diff
+        from scenelang.scene_changes import changes_between, sheets_of
 
-        return diff(self, other, tolerance)
+        return changes_between(sheets_of(self.graph, limit), sheets_of(other.graph, limit), tolerance)
 
     def to_json(self) -> dict[str, Any]:
         """The scene in the schema of the JSON export (docs/exports.md); mesh files relative to the current folder."""
@@ -738,6 +739,38 @@ class Scene:
         count = primitive_count(self.root)
         frames = f", {len(self.frames)} frames" if self.animated else ""
         return f'<Scene "{self.word}": {count:,} {"primitive" if count == 1 else "primitives"}{frames}>'
+
+
+def scene_of(source: Source, options: Options) -> Scene:
+    """The scene of a program; raises SceneError with its first mistake."""
+    from scenelang.session import Session
+
+    result = Session(options).evaluate(source)
+    if result.scene is None:
+        raise error_of(next(d for d in result.diagnostics if d.is_error))
+    return Scene(result.scene, source.name, result.log, result.diagnostics, result.program, options)
+
+
+def literal(value: Any) -> str:
+    """A plain Python value as a literal of the language, as ``defines`` takes it.
+
+    Raises
+    ------
+    SceneError
+        The value is not a number, a boolean, a string or a sequence of these.
+
+    Examples
+    --------
+    >>> literal([1, 2.5]), literal(True), literal("oak")
+    ('[1 2.5]', '#t', '"oak"')
+    """
+    if isinstance(value, np.generic | np.ndarray):
+        value = value.tolist()
+    if isinstance(value, bool | int | float | str):
+        return atom_text(value)
+    if isinstance(value, list | tuple):
+        return f"[{' '.join(literal(item) for item in value)}]"
+    raise SceneError("param", f"a param takes a number, boolean, string or sequence, not {type(value).__name__}")
 
 
 def _picture_options(
