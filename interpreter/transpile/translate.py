@@ -21,8 +21,9 @@ from scenelang.interpreter.transpile.analysis.scopes import (
 )
 from scenelang.interpreter.transpile.python_text import PythonText, parse_python
 from scenelang.interpreter.transpile.writing.code import Code, Namer, Output, prose
-from scenelang.interpreter.transpile.writing.module import ModuleWriter
-from scenelang.interpreter.transpile.writing.writer import Analysed
+from scenelang.interpreter.transpile.writing.expressions import write_expression
+from scenelang.interpreter.transpile.writing.statements import opening_texts, write_program, write_statement
+from scenelang.interpreter.transpile.writing.writer import Analysed, Writer
 
 _LONGEST_PROSE = 1200
 
@@ -53,9 +54,9 @@ def translate(source: Source, with_text: bool = True) -> Translation:
         message = f"only one block of Python is read; {text.response.ignored} more in this response are left out"
         text.diagnostics.append(Diagnostic("ignored-block", message, place))
     analysed = analyse(text)
-    writer = ModuleWriter(analysed)
-    header = writer.opening_texts()
-    forms = writer.program()
+    writer = Writer(analysed, write_expression, write_statement)
+    header = opening_texts(writer)
+    forms = write_program(writer)
     diagnostics = _sorted([*text.diagnostics, *writer.diagnostics])
     if not any(d.is_error for d in diagnostics) and analysed.root is None:
         place = Span(source, text.response.start, text.response.start)
@@ -140,7 +141,7 @@ def _name_parameters(target: Function, named: set[str], has_table: bool) -> None
 
 
 def _written(
-    text: PythonText, writer: ModuleWriter, forms: list[Code], texts: list[str], diagnostics: list[Diagnostic],
+    text: PythonText, writer: Writer, forms: list[Code], texts: list[str], diagnostics: list[Diagnostic],
     with_text: bool,
 ) -> Translation:  # fmt: skip
     namer = Namer(forms, writer.analysed.spread)
@@ -153,7 +154,7 @@ def _written(
     if header and texts:
         header.append("")
     header += texts
-    footer = [*writer.pending_texts, *writer.comments_until(len(text.lines) + 1)]
+    footer = [*writer.pending_texts, *writer.comments.until(len(text.lines) + 1)]
     after = prose(text.response.after[:_LONGEST_PROSE])
     ending: list[str | None] = [*footer, *([None] if after else []), *after]
     written = output.text(datums, header, ending)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Callable
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 from scenelang.interpreter.transpile.analysis.inference import (
     ARRAY,
@@ -35,21 +35,29 @@ from scenelang.interpreter.transpile.writing.code import (
     number,
     quote,
 )
-from scenelang.interpreter.transpile.writing.operators import container, numeric, printable, truth
-from scenelang.interpreter.transpile.writing.user_calls import arguments_of
-
-if TYPE_CHECKING:
-    from scenelang.interpreter.transpile.writing.expressions import ExpressionWriter
-
+from scenelang.interpreter.transpile.writing.conversions import (
+    dynamic,
+    loop_head,
+    numeric,
+    printable,
+    side_by_side,
+    truth,
+    write_array,
+    write_iterable,
+    write_test,
+)
+from scenelang.interpreter.transpile.writing.operators import container
+from scenelang.interpreter.transpile.writing.user_calls import arguments_of, lambda_locals, predicate, write_parameters
+from scenelang.interpreter.transpile.writing.writer import Writer
 
 # What the writers of library calls share.
 
 
-CallWriter: TypeAlias = "Callable[[ExpressionWriter, ast.Call], Code]"
+CallWriter: TypeAlias = "Callable[[Writer, ast.Call], Code]"
 
 
 def numeric_call(head: str) -> CallWriter:
-    def write(w: ExpressionWriter, node: ast.Call) -> Code:
+    def write(w: Writer, node: ast.Call) -> Code:
         only_positional(w, node)
         return form(head, *(numeric(w, argument) for argument in node.args))
 
@@ -57,8 +65,8 @@ def numeric_call(head: str) -> CallWriter:
 
 
 def elementwise_call(head: str) -> CallWriter:
-    def write(w: ExpressionWriter, node: ast.Call) -> Code:
-        items = [w.array(a) if not w.type(a).only(NUMBERS) else numeric(w, a) for a in plain_arguments(w, node)]
+    def write(w: Writer, node: ast.Call) -> Code:
+        items = [write_array(w, a) if not w.type(a).only(NUMBERS) else numeric(w, a) for a in plain_arguments(w, node)]
         for keyword in node.keywords:
             if keyword.arg != "axis":
                 raise w.unsupported(f"`{keyword.arg}` here", keyword)
@@ -68,14 +76,14 @@ def elementwise_call(head: str) -> CallWriter:
     return write
 
 
-def plain_arguments(w: ExpressionWriter, node: ast.Call) -> list[ast.expr]:
+def plain_arguments(w: Writer, node: ast.Call) -> list[ast.expr]:
     for argument in node.args:
         if isinstance(argument, ast.Starred):
             raise w.unsupported("a star in this call", argument)
     return node.args
 
 
-def only_positional(w: ExpressionWriter, node: ast.Call) -> None:
+def only_positional(w: Writer, node: ast.Call) -> None:
     plain_arguments(w, node)
     if node.keywords:
         raise w.error(
@@ -91,78 +99,80 @@ def is_comprehension(node: ast.expr) -> bool:
     return isinstance(node, (ast.GeneratorExp, ast.ListComp))
 
 
-def write_len(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_len(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "x", "len")
     return form("length", container(w, given["x"]))
 
 
-def write_range(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_range(w: Writer, node: ast.Call) -> Code:
     only_positional(w, node)
     code = form("range", *(numeric(w, a) for a in node.args))
     return form("mutable", code) if w.is_mutated(node) else code
 
 
-def write_enumerate(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_enumerate(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "iterable start?", "enumerate")
     start = given.get("start")
-    return form("enumerate", w.iterable(given["iterable"]), *([w.expr(start)] if start is not None else []))
+    return form("enumerate", write_iterable(w, given["iterable"]), *([w.expr(start)] if start is not None else []))
 
 
-def write_zip(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_zip(w: Writer, node: ast.Call) -> Code:
     if len(node.args) == 1 and isinstance(node.args[0], ast.Starred):
-        return form("apply", Name("zip"), w.iterable(node.args[0].value))
-    return form("zip", *w.side_by_side(plain_arguments(w, node)))
+        return form("apply", Name("zip"), write_iterable(w, node.args[0].value))
+    return form("zip", *side_by_side(w, plain_arguments(w, node)))
 
 
-def write_map(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_map(w: Writer, node: ast.Call) -> Code:
     if len(node.args) < 2:
         raise w.error("python-call", "`map` needs a function and a sequence", node)
     function, *sources = plain_arguments(w, node)
     is_text = all(site.element.only(STR) for site in w.type(sources[0]).sites) and w.type(sources[0]).kinds != 0
     if w.paths.of(function) in ("int", "float") and is_text:
-        return form("map", Name("string->number"), w.iterable(sources[0]))
-    return form("map", w.expr(function), *(w.iterable(source) for source in sources))
+        return form("map", Name("string->number"), write_iterable(w, sources[0]))
+    return form("map", w.expr(function), *(write_iterable(w, source) for source in sources))
 
 
-def write_filter(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_filter(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "function iterable", "filter")
     function = given["function"]
     if is_none(function):
         item = PythonVariable("item", None, is_temporary=True)
         element = w.facts.type(node)
-        test = VariableRef(item) if element.only(BOOL) else w.dynamic("py-truthy?", VariableRef(item))
+        test = VariableRef(item) if element.only(BOOL) else dynamic(w, "py-truthy?", VariableRef(item))
         code: Code = FormCode([Name("lambda"), FormCode([VariableRef(item)]), test])
     elif isinstance(function, ast.Lambda):
         inner = w.names.functions[function]
-        code = form("lambda", lambda_list(w.parameters(inner)), *w.lambda_locals(inner), w.test(function.body))
+        code = form(
+            "lambda", lambda_list(write_parameters(w, inner)), *lambda_locals(w, inner), write_test(w, function.body)
+        )
     else:
         code = w.expr(function)
-    return form("filter", code, w.iterable(given["iterable"]))
+    return form("filter", code, write_iterable(w, given["iterable"]))
 
 
-def write_sorted(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_sorted(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "iterable key? reverse?", "sorted")
-    code = form("sort", w.iterable(given["iterable"]), *sort_options(w, given))
+    code = form("sort", write_iterable(w, given["iterable"]), *sort_options(w, given))
     found = w.type(given["iterable"])
     if not found.only(LIST | TUPLE):
         code = form("sort", form("->list", code.items[1]), *code.items[2:])
     return form("mutable", code) if w.is_mutated(node) else code
 
 
-def sort_options(w: ExpressionWriter, given: dict[str, ast.expr]) -> list[Code]:
+def sort_options(w: Writer, given: dict[str, ast.expr]) -> list[Code]:
     """``:key`` and ``:reverse`` of a sort."""
     options: list[Code] = []
     key, reverse = given.get("key"), given.get("reverse")
     if key is not None and not is_none(key):
         options += [Key("key"), w.expr(key)]
     if reverse is not None and not (isinstance(reverse, ast.Constant) and reverse.value is False):
-        options += [Key("reverse"), w.test(reverse)]
+        options += [Key("reverse"), write_test(w, reverse)]
     return options
 
 
-def write_reversed(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_reversed(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "sequence", "reversed")
-    source = w.iterable(given["sequence"])
+    source = write_iterable(w, given["sequence"])
     if w.type(given["sequence"]).kinds & (STR | ARRAY):
         source = form("->list", source)
     code = form("reverse", source)
@@ -170,7 +180,7 @@ def write_reversed(w: ExpressionWriter, node: ast.Call) -> Code:
 
 
 def write_extreme(which: str) -> CallWriter:
-    def write(w: ExpressionWriter, node: ast.Call) -> Code:
+    def write(w: Writer, node: ast.Call) -> Code:
         key, default = keyword_of(node, "key"), keyword_of(node, "default")
         for keyword in node.keywords:
             if keyword.arg not in ("key", "default"):
@@ -182,7 +192,7 @@ def write_extreme(which: str) -> CallWriter:
             source, element = w.expr(joined), w.type(node)
         elif len(args) == 1:
             inner = args[0].value if isinstance(args[0], ast.Starred) else args[0]
-            source, element = w.iterable(inner), w.type(node)
+            source, element = write_iterable(w, inner), w.type(node)
         else:
             found = w.type(node)
             if key is None and (found.only(NUMBERS | ARRAY) or not found.kinds or found.only(INT | FLOAT | NONE)):
@@ -199,49 +209,51 @@ def write_extreme(which: str) -> CallWriter:
     return write
 
 
-def write_sum(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_sum(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "iterable start?", "sum")
     source, start = given["iterable"], given.get("start")
     element = w.facts.type(source)
     if any(site.element.kinds & SHAPE for site in element.sites):
-        return form("union", w.iterable(source))
+        return form("union", write_iterable(w, source))
     if start is not None and w.type(start).kinds & SEQUENCES:
-        code = form("apply", Name("append"), w.expr(start), w.iterable(source))
+        code = form("apply", Name("append"), w.expr(start), write_iterable(w, source))
         return form("mutable", code) if w.is_mutated(node) else code
     if isinstance(source, (ast.GeneratorExp, ast.ListComp)):
-        head = w.loop_head("/sum", source.generators)
+        head = loop_head(w, "/sum", source.generators)
         total: Code = FormCode([*head, numeric(w, source.elt)])
     elif _sums_booleans(w, source):
         item = PythonVariable("item", None, is_temporary=True)
-        clauses = FormCode([FormCode([VariableRef(item), w.iterable(source)])])
+        clauses = FormCode([FormCode([VariableRef(item), write_iterable(w, source)])])
         total = FormCode([Name("for/sum"), clauses, form("if", VariableRef(item), number(1), number(0))])
     else:
-        total = form("sum", w.iterable(source) if not element.kinds & ARRAY else w.expr(source))
+        total = form("sum", write_iterable(w, source) if not element.kinds & ARRAY else w.expr(source))
     if start is None or (isinstance(start, ast.Constant) and start.value == 0):
         return total
     return form("+", numeric(w, start), total)
 
 
-def _sums_booleans(w: ExpressionWriter, source: ast.expr) -> bool:
+def _sums_booleans(w: Writer, source: ast.expr) -> bool:
     sites = w.type(source).sites
     return bool(sites) and all(site.element.only(BOOL) for site in sites)
 
 
 def write_quantifier(kind: str) -> CallWriter:
-    def write(w: ExpressionWriter, node: ast.Call) -> Code:
+    def write(w: Writer, node: ast.Call) -> Code:
         source = arguments_of(w, node, "iterable", "any" if kind == "/or" else "all")["iterable"]
         if isinstance(source, (ast.GeneratorExp, ast.ListComp)):
-            return FormCode([*w.loop_head(kind, source.generators), w.test(source.elt)])
+            return FormCode([*loop_head(w, kind, source.generators), write_test(w, source.elt)])
         item = PythonVariable("item", None, is_temporary=True)
         sites = w.type(source).sites
         is_plain = bool(sites) and all(site.element.only(BOOL) for site in sites)
-        test = VariableRef(item) if is_plain else w.dynamic("py-truthy?", VariableRef(item))
-        return FormCode([Name(f"for{kind}"), FormCode([FormCode([VariableRef(item), w.iterable(source)])]), test])
+        test = VariableRef(item) if is_plain else dynamic(w, "py-truthy?", VariableRef(item))
+        return FormCode(
+            [Name(f"for{kind}"), FormCode([FormCode([VariableRef(item), write_iterable(w, source)])]), test]
+        )
 
     return write
 
 
-def write_int(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_int(w: Writer, node: ast.Call) -> Code:
     if not node.args:
         return number(0)
     given = arguments_of(w, node, "x base?", "int")
@@ -262,7 +274,7 @@ def write_int(w: ExpressionWriter, node: ast.Call) -> Code:
     return form("truncate", numeric(w, inner))
 
 
-def write_float(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_float(w: Writer, node: ast.Call) -> Code:
     if not node.args:
         return LiteralCode(0.0, None, "0.")
     given = arguments_of(w, node, "x", "float")
@@ -274,17 +286,17 @@ def write_float(w: ExpressionWriter, node: ast.Call) -> Code:
     return w.expr(given["x"]) if found.only(FLOAT) else form("inexact", numeric(w, given["x"]))
 
 
-def write_str(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_str(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "x", "str")
     found = w.type(given["x"])
     if found.only(STR):
         return w.expr(given["x"])
     if found.only(INT | FLOAT):
         return form("number->string", w.expr(given["x"]))
-    return w.dynamic("py-str", w.expr(given["x"]))
+    return dynamic(w, "py-str", w.expr(given["x"]))
 
 
-def write_bool(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_bool(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "x", "bool")
     return (
         form("not", form("not", truth(w, given["x"], w.type(given["x"]))))
@@ -293,7 +305,7 @@ def write_bool(w: ExpressionWriter, node: ast.Call) -> Code:
     )
 
 
-def write_round(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_round(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "number ndigits?", "round")
     digits = given.get("ndigits")
     if digits is None or is_none(digits):
@@ -301,43 +313,43 @@ def write_round(w: ExpressionWriter, node: ast.Call) -> Code:
     return form("round", numeric(w, given["number"]), w.expr(digits))
 
 
-def write_np_round(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_np_round(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "a decimals?", "np.round")
     decimals = given.get("decimals")
-    return form("round", w.array(given["a"]), *([w.expr(decimals)] if decimals is not None else []))
+    return form("round", write_array(w, given["a"]), *([w.expr(decimals)] if decimals is not None else []))
 
 
-def write_sequence(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_sequence(w: Writer, node: ast.Call) -> Code:
     """``list(x)`` and ``tuple(x)``."""
     if not node.args:
         return form("mutable-list") if w.is_mutated(node) else quote(FormCode([]))
     source = arguments_of(w, node, "iterable", "list")["iterable"]
     is_mutable = w.is_mutated(node)
     if isinstance(source, ast.GeneratorExp):
-        head = w.loop_head("/list", source.generators)
+        head = loop_head(w, "/list", source.generators)
         code: Code = FormCode([*head, w.expr(source.elt)])
         return form("mutable", code) if is_mutable else code
     found = w.type(source)
     if is_mutable:
-        inner = w.iterable(source)
+        inner = write_iterable(w, source)
         return form("mutable", form("->list", inner) if found.kinds & (ARRAY | STR | SET | DICT) else inner)
     if found.only(LIST | TUPLE) and not any(site.is_mutated for site in found.sites):
         return w.expr(source)
     if found.kinds & SHAPE:
         return form("primitives", w.expr(source))
-    return form("->list", w.iterable(source))
+    return form("->list", write_iterable(w, source))
 
 
-def write_set(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_set(w: Writer, node: ast.Call) -> Code:
     if not node.args:
         return form("set")
     source = arguments_of(w, node, "iterable", "set")["iterable"]
     if isinstance(source, (ast.GeneratorExp, ast.ListComp)):
-        return FormCode([*w.loop_head("/set", source.generators), w.expr(source.elt)])
-    return form("list->set", w.iterable(source))
+        return FormCode([*loop_head(w, "/set", source.generators), w.expr(source.elt)])
+    return form("list->set", write_iterable(w, source))
 
 
-def write_dict(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_dict(w: Writer, node: ast.Call) -> Code:
     pairs: list[Code] = []
     tables: list[Code] = []
     for keyword in node.keywords:
@@ -346,7 +358,9 @@ def write_dict(w: ExpressionWriter, node: ast.Call) -> Code:
         else:
             pairs += w.comment_pair(LiteralCode(keyword.arg, w.span(keyword)), w.expr(keyword.value), keyword)
     for argument in node.args:
-        tables.insert(0, w.expr(argument) if w.type(argument).only(DICT) else form("list->table", w.iterable(argument)))
+        tables.insert(
+            0, w.expr(argument) if w.type(argument).only(DICT) else form("list->table", write_iterable(w, argument))
+        )
     if not tables:
         return form("table", *pairs)
     if pairs:
@@ -360,26 +374,26 @@ def write_dict(w: ExpressionWriter, node: ast.Call) -> Code:
     return form("table-merge", *tables)
 
 
-def write_divmod(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_divmod(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "a b", "divmod")
     return form("floor/", numeric(w, given["a"]), numeric(w, given["b"]))
 
 
-def write_pow(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_pow(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "base exponent", "pow")
     return form("expt", numeric(w, given["base"]), numeric(w, given["exponent"]))
 
 
-def write_math_pow(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_math_pow(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "x y", "math.pow")
     return form("inexact", form("expt", numeric(w, given["x"]), numeric(w, given["y"])))
 
 
-def write_print(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_print(w: Writer, node: ast.Call) -> Code:
     return form("print", *(printable(w, a) for a in node.args if not isinstance(a, ast.Starred)))
 
 
-def write_isinstance(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_isinstance(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "x types", "isinstance")
     names = given["types"].elts if isinstance(given["types"], ast.Tuple) else [given["types"]]
     tests: list[Code] = []
@@ -391,8 +405,6 @@ def write_isinstance(w: ExpressionWriter, node: ast.Call) -> Code:
             continue
         variable = w.variable(name)
         if variable is not None and any(c.variable is variable for c in w.names.classes.values()):
-            from scenelang.interpreter.transpile.writing.user_calls import predicate
-
             tests.append(predicate(w, name, given["x"]))
             continue
         raise w.unsupported(f"`isinstance` of `{w.text.text(name)}`", name)
@@ -405,16 +417,16 @@ _INSTANCE_TESTS = {
 }  # fmt: skip
 
 
-def write_callable(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_callable(w: Writer, node: ast.Call) -> Code:
     return form("procedure?", w.expr(arguments_of(w, node, "x", "callable")["x"]))
 
 
-def write_next(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_next(w: Writer, node: ast.Call) -> Code:
     """``next(x for x in xs if c)`` is the first one; anything else would need iterators."""
     given = arguments_of(w, node, "iterator default?", "next")
     source, default = given["iterator"], given.get("default")
     if isinstance(source, ast.Call) and w.paths.of(source.func) == "iter" and source.args:
-        return form("first", w.iterable(source.args[0]))
+        return form("first", write_iterable(w, source.args[0]))
     makers = {w.paths.of(s.node.func) for s in w.type(source).sites if isinstance(s.node, ast.Call)}
     if makers == {"itertools.cycle"} and isinstance(source, ast.Name):
         item = PythonVariable("item", None, is_temporary=True)
@@ -422,7 +434,7 @@ def write_next(w: ExpressionWriter, node: ast.Call) -> Code:
         return form("let", taken, form("push!", w.expr(source), VariableRef(item)), VariableRef(item))
     if not isinstance(source, ast.GeneratorExp):
         raise w.unsupported("`next` of an iterator", node, "use a `for` loop or an index")
-    found = FormCode([*w.loop_head("/list", source.generators), w.expr(source.elt)])
+    found = FormCode([*loop_head(w, "/list", source.generators), w.expr(source.elt)])
     if default is None:
         return form("first", found)
     items = PythonVariable("found", None, is_temporary=True)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from scenelang.interpreter.transpile.analysis.inference import DICT, RECORD, AbstractType
 from scenelang.interpreter.transpile.analysis.scopes import PythonVariable
@@ -44,6 +43,7 @@ from scenelang.interpreter.transpile.writing.builtin_calls import (
     write_zip,
 )
 from scenelang.interpreter.transpile.writing.code import Code, FormCode, LiteralCode, Name, VariableRef, form, number
+from scenelang.interpreter.transpile.writing.conversions import numeric, write_array, write_iterable
 from scenelang.interpreter.transpile.writing.numpy_calls import (
     DRAWS,
     write_arange,
@@ -84,27 +84,23 @@ from scenelang.interpreter.transpile.writing.numpy_calls import (
     write_sides,
     write_stream,
 )
-from scenelang.interpreter.transpile.writing.operators import numeric
 from scenelang.interpreter.transpile.writing.user_calls import arguments_of
-
-if TYPE_CHECKING:
-    from scenelang.interpreter.transpile.writing.expressions import ExpressionWriter
-
+from scenelang.interpreter.transpile.writing.writer import Writer
 
 # Calls of `math`.
 
 
-def write_fmod(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_fmod(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "x y", "math.fmod")
     return form("inexact", form("remainder", numeric(w, given["x"]), numeric(w, given["y"])))
 
 
-def write_dist(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_dist(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "p q", "math.dist")
-    return form("distance", w.array(given["p"]), w.array(given["q"]))
+    return form("distance", write_array(w, given["p"]), write_array(w, given["q"]))
 
 
-def write_isclose(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_isclose(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "a b rel_tol? abs_tol? rtol? atol?", "isclose")
     relative = given.get("rel_tol", given.get("rtol"))
     absolute = given.get("abs_tol", given.get("atol"))
@@ -116,12 +112,12 @@ def write_isclose(w: ExpressionWriter, node: ast.Call) -> Code:
     return form("<=", form("abs", form("-", a, b)), tolerance)
 
 
-def write_factorial(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_factorial(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "n", "math.factorial")
     return form("product", form("range", number(1), form("+", w.expr(given["n"]), number(1))))
 
 
-def write_copysign(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_copysign(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "x y", "math.copysign")
     test = form("<", numeric(w, given["y"]), number(0))
     return form(
@@ -131,7 +127,7 @@ def write_copysign(w: ExpressionWriter, node: ast.Call) -> Code:
     )
 
 
-def write_cbrt(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_cbrt(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "x", "cbrt")
     return form(
         "*",
@@ -140,28 +136,28 @@ def write_cbrt(w: ExpressionWriter, node: ast.Call) -> Code:
     )
 
 
-def write_isqrt(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_isqrt(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "n", "math.isqrt")
     return form("floor", form("sqrt", w.expr(given["n"])))
 
 
-def write_prod(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_prod(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "iterable", "prod")
-    return form("product", w.iterable(given["iterable"]))
+    return form("product", write_iterable(w, given["iterable"]))
 
 
 # Calls of `itertools`, `functools`, `collections` and other small modules.
 
 
-def write_reduce(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_reduce(w: Writer, node: ast.Call) -> Code:
     function, source, *start = plain_arguments(w, node)
     if start:
-        return form("fold-left", w.expr(function), w.expr(start[0]), w.iterable(source))
-    first = w.iterable(source)
-    return form("fold-left", w.expr(function), form("first", first), form("rest", w.iterable(source)))
+        return form("fold-left", w.expr(function), w.expr(start[0]), write_iterable(w, source))
+    first = write_iterable(w, source)
+    return form("fold-left", w.expr(function), form("first", first), form("rest", write_iterable(w, source)))
 
 
-def write_itertools_product(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_itertools_product(w: Writer, node: ast.Call) -> Code:
     repeat = keyword_of(node, "repeat")
     sources = list(plain_arguments(w, node))
     if repeat is not None:
@@ -169,11 +165,11 @@ def write_itertools_product(w: ExpressionWriter, node: ast.Call) -> Code:
             raise w.unsupported("a computed `repeat`", repeat)
         sources = sources * repeat.value
     variables = [PythonVariable("item", None, is_temporary=True) for _ in sources]
-    clauses = FormCode([FormCode([VariableRef(v), w.iterable(s)]) for v, s in zip(variables, sources)])
+    clauses = FormCode([FormCode([VariableRef(v), write_iterable(w, s)]) for v, s in zip(variables, sources)])
     return FormCode([Name("for*/list"), clauses, form("list", *(VariableRef(v) for v in variables))])
 
 
-def write_combinations(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_combinations(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "iterable r", "combinations")
     if not isinstance(given["r"], ast.Constant) or given["r"].value != 2:
         raise w.unsupported("combinations of any number but 2", node)
@@ -188,44 +184,44 @@ def write_combinations(w: ExpressionWriter, node: ast.Call) -> Code:
     )
     return form(
         "let",
-        FormCode([FormCode([VariableRef(items), w.iterable(given["iterable"])])]),
+        FormCode([FormCode([VariableRef(items), write_iterable(w, given["iterable"])])]),
         FormCode([Name("for*/list"), clauses, body]),
     )
 
 
-def write_chain(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_chain(w: Writer, node: ast.Call) -> Code:
     if len(node.args) == 1 and isinstance(node.args[0], ast.Starred):
-        return form("apply", Name("append"), w.iterable(node.args[0].value))
-    return form("append", *(w.iterable(a) for a in plain_arguments(w, node)))
+        return form("apply", Name("append"), write_iterable(w, node.args[0].value))
+    return form("append", *(write_iterable(w, a) for a in plain_arguments(w, node)))
 
 
-def write_chain_from_iterable(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_chain_from_iterable(w: Writer, node: ast.Call) -> Code:
     return form(
-        "apply", Name("append"), w.iterable(arguments_of(w, node, "iterable", "chain.from_iterable")["iterable"])
+        "apply", Name("append"), write_iterable(w, arguments_of(w, node, "iterable", "chain.from_iterable")["iterable"])
     )
 
 
-def write_cycle(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_cycle(w: Writer, node: ast.Call) -> Code:
     """A cycle is a list that ``next`` turns around."""
-    return form("mutable", w.iterable(arguments_of(w, node, "iterable", "itertools.cycle")["iterable"]))
+    return form("mutable", write_iterable(w, arguments_of(w, node, "iterable", "itertools.cycle")["iterable"]))
 
 
-def write_accumulate(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_accumulate(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "iterable", "itertools.accumulate")
-    return form("->list", form("cumsum", w.iterable(given["iterable"])))
+    return form("->list", form("cumsum", write_iterable(w, given["iterable"])))
 
 
-def write_itertools_repeat(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_itertools_repeat(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "object times", "itertools.repeat")
     return form("make-list", w.expr(given["times"]), w.expr(given["object"]))
 
 
-def write_hsv(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_hsv(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "h s v", "colorsys.hsv_to_rgb")
     return form("hsv", *(numeric(w, given[name]) for name in "hsv"))
 
 
-def write_copy(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_copy(w: Writer, node: ast.Call) -> Code:
     value = arguments_of(w, node, "x", "copy")["x"]
     is_deep = w.paths.of(node.func) == "copy.deepcopy"
     if w.type(value).kinds & RECORD:
@@ -233,7 +229,7 @@ def write_copy(w: ExpressionWriter, node: ast.Call) -> Code:
     return _copied(w, w.expr(value), w.type(value) | w.type(node), is_deep, 0)
 
 
-def _copied(w: ExpressionWriter, code: Code, found: AbstractType, is_deep: bool, level: int) -> Code:
+def _copied(w: Writer, code: Code, found: AbstractType, is_deep: bool, level: int) -> Code:
     """A copy of containers that change, level by level where it is deep; what never changes needs none."""
     if not _changes(found, 0) or level > 3:
         return code
@@ -257,7 +253,7 @@ def _changes(found: AbstractType, level: int) -> bool:
 
 
 def _not_here(what: str, hint: str) -> CallWriter:
-    def write(w: ExpressionWriter, node: ast.Call) -> Code:
+    def write(w: Writer, node: ast.Call) -> Code:
         raise w.unsupported(what, node, hint)
 
     return write
@@ -374,16 +370,16 @@ _VALUE_NAMES = {
 }  # fmt: skip
 
 
-def _value(name: str) -> Callable[[ExpressionWriter], Code]:
+def _value(name: str) -> Callable[[Writer], Code]:
     return lambda w: Name(name)
 
 
-def _str_value(w: ExpressionWriter) -> Code:
+def _str_value(w: Writer) -> Code:
     w.imports.add("std/python.scene")
     return Name("py-str")
 
 
-VALUES: dict[str, Callable[[ExpressionWriter], Code]] = {
+VALUES: dict[str, Callable[[Writer], Code]] = {
     **{path: _value(name) for path, name in _VALUE_NAMES.items()},
     "str": _str_value,
 }

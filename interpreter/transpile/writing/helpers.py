@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Callable, Sequence
-from functools import partial
-from typing import TYPE_CHECKING
 
 from scenelang.grammar.diagnostics import suggest
 from scenelang.grammar.reader import is_keyword_name
@@ -28,6 +26,7 @@ from scenelang.interpreter.transpile.writing.code import (
     none,
     number,
 )
+from scenelang.interpreter.transpile.writing.conversions import write_test, write_vector
 from scenelang.interpreter.transpile.writing.user_calls import (
     arguments_of,
     expanded,
@@ -35,9 +34,7 @@ from scenelang.interpreter.transpile.writing.user_calls import (
     is_zero_vector,
     write_argument,
 )
-
-if TYPE_CHECKING:
-    from scenelang.interpreter.transpile.writing.expressions import ExpressionWriter
+from scenelang.interpreter.transpile.writing.writer import WriteExpression, Writer
 
 _SHAPES = tuple(GEOMETRY)
 _BLOCKS = {word.replace("-", "_"): word for word in BLOCK_WORDS}
@@ -49,7 +46,7 @@ _VECTORS = ("color", "scale", "p0", "p1")
 # --- library_call ----------------------------------------------------------------------------------------------
 
 
-def library_call(w: ExpressionWriter, node: ast.Call) -> Code:
+def library_call(w: Writer, node: ast.Call) -> Code:
     keywords = list(node.keywords)
     word = node.args[0] if node.args else None
     if word is None:
@@ -73,7 +70,7 @@ def library_call(w: ExpressionWriter, node: ast.Call) -> Code:
     return _computed_call(w, word, keywords)
 
 
-def _computed_call(w: ExpressionWriter, word: ast.expr, keywords: list[ast.keyword]) -> Code:
+def _computed_call(w: Writer, word: ast.expr, keywords: list[ast.keyword]) -> Code:
     """A word that is worked out while the program runs: an unknown one gives an empty union, as in the reference."""
     known = possible_words(w, word)
     if known and all(name in w.analysed.words for name in known):
@@ -85,7 +82,7 @@ def _computed_call(w: ExpressionWriter, word: ast.expr, keywords: list[ast.keywo
     return form("let", FormCode([FormCode([VariableRef(variable), w.expr(word)])]), body)
 
 
-def possible_words(w: ExpressionWriter, word: ast.expr) -> list[str]:
+def possible_words(w: Writer, word: ast.expr) -> list[str]:
     """The strings that a name may hold, where they all come from displays of constants; empty when unknown."""
     variable = w.variable(word)
     if variable is None or variable.function is None:
@@ -106,7 +103,7 @@ def possible_words(w: ExpressionWriter, word: ast.expr) -> list[str]:
     return found
 
 
-def _source_of(w: ExpressionWriter, store: ast.AST) -> ast.expr | None:
+def _source_of(w: Writer, store: ast.AST) -> ast.expr | None:
     """The display that a variable takes its values from, directly or through a loop over it."""
     outer = w.parent(store)
     while isinstance(outer, (ast.Tuple, ast.List)):
@@ -128,7 +125,7 @@ def _is_string(node: ast.AST) -> bool:
     return isinstance(node, ast.Constant) and isinstance(node.value, str)
 
 
-def _display(w: ExpressionWriter, node: ast.expr) -> ast.expr | None:
+def _display(w: Writer, node: ast.expr) -> ast.expr | None:
     if isinstance(node, (ast.List, ast.Tuple, ast.Set, ast.Constant)):
         return node
     variable = w.variable(node)
@@ -139,7 +136,7 @@ def _display(w: ExpressionWriter, node: ast.expr) -> ast.expr | None:
     return None
 
 
-def _unknown_call(w: ExpressionWriter, node: ast.Call, word: str) -> Code:
+def _unknown_call(w: Writer, node: ast.Call, word: str) -> Code:
     known = [f.word for f in w.analysed.words.values() if f.word]
     w.warn(
         "unknown-function", f"no function is registered as `{word}`; the call gives an empty shape", node,
@@ -150,7 +147,7 @@ def _unknown_call(w: ExpressionWriter, node: ast.Call, word: str) -> Code:
     return code
 
 
-def _call(w: ExpressionWriter, word: Code, keywords: list[ast.keyword], target: Function | None = None) -> Code:
+def _call(w: Writer, word: Code, keywords: list[ast.keyword], target: Function | None = None) -> Code:
     items: list[Code] = []
     tables: list[Code] = []
     for keyword in keywords:
@@ -165,7 +162,7 @@ def _call(w: ExpressionWriter, word: Code, keywords: list[ast.keyword], target: 
     return form("call", word, *items)
 
 
-def check_named(w: ExpressionWriter, node: ast.Call, target: Function, keywords: list[ast.keyword]) -> None:
+def check_named(w: Writer, node: ast.Call, target: Function, keywords: list[ast.keyword]) -> None:
     """Raise what a call by names gets wrong: unknown, repeated or missing parameters."""
     named = [k.arg for k in keywords if k.arg is not None]
     takes_all = any(p.kind == "keys" for p in target.parameters)
@@ -188,7 +185,7 @@ def check_named(w: ExpressionWriter, node: ast.Call, target: Function, keywords:
 # --- primitive_call --------------------------------------------------------------------------------------------
 
 
-def primitive_call(w: ExpressionWriter, node: ast.Call) -> Code:
+def primitive_call(w: Writer, node: ast.Call) -> Code:
     """A primitive; its attributes come from ``shape_kwargs`` and from keywords, in the order they are written in."""
     positional = [name.rstrip("?") for name in HELPERS["primitive_call"].parameters.split()]
     given: list[tuple[str, ast.expr]] = []
@@ -221,7 +218,7 @@ def primitive_call(w: ExpressionWriter, node: ast.Call) -> Code:
     return form(head, word_code, *items)
 
 
-def _is_block(w: ExpressionWriter, word: ast.expr) -> bool:
+def _is_block(w: Writer, word: ast.expr) -> bool:
     """Whether attributes are given as keywords, as Minecraft's primitives have them; a word that is computed is taken
     for one where the program names one."""
     if isinstance(word, ast.Constant):
@@ -230,7 +227,7 @@ def _is_block(w: ExpressionWriter, word: ast.expr) -> bool:
     return any(isinstance(node, ast.Constant) and str(node.value) in _BLOCKS for node in nodes)
 
 
-def _arguments_in(w: ExpressionWriter, value: ast.expr, given: set[str], items: list[Code], tables: list[Code]) -> None:
+def _arguments_in(w: Writer, value: ast.expr, given: set[str], items: list[Code], tables: list[Code]) -> None:
     """``**value``, a dictionary that may hold ``shape_kwargs`` and ``color``."""
     if not isinstance(value, ast.Name):
         raise w.unsupported("a dictionary that is made in the call of `primitive_call`", value)
@@ -240,7 +237,7 @@ def _arguments_in(w: ExpressionWriter, value: ast.expr, given: set[str], items: 
         items += [Key("color"), form("ref", w.expr(value), LiteralCode("color"), none())]
 
 
-def _primitive_word(w: ExpressionWriter, word: ast.expr) -> tuple[str, Code]:
+def _primitive_word(w: Writer, word: ast.expr) -> tuple[str, Code]:
     """``call`` and the word; ``primitive`` where the program binds the word itself."""
     bound = {f.word for f in w.names.ordered if f.word}
     if not isinstance(word, ast.Constant):
@@ -253,7 +250,7 @@ def _primitive_word(w: ExpressionWriter, word: ast.expr) -> tuple[str, Code]:
     return ("primitive" if name in bound else "call"), LiteralCode(name, w.span(word))
 
 
-def _shape_kwargs(w: ExpressionWriter, value: ast.expr, items: list[Code], tables: list[Code]) -> None:
+def _shape_kwargs(w: Writer, value: ast.expr, items: list[Code], tables: list[Code]) -> None:
     pairs: list[tuple[str, ast.expr]] | None = None
     if isinstance(value, ast.Dict) and all(_is_text(key) for key in value.keys):
         pairs = []
@@ -273,7 +270,7 @@ def _shape_kwargs(w: ExpressionWriter, value: ast.expr, items: list[Code], table
         _attribute(w, name, attribute, items)
 
 
-def _check_read(w: ExpressionWriter, word: ast.expr, value: ast.expr) -> None:
+def _check_read(w: Writer, word: ast.expr, value: ast.expr) -> None:
     """Warn about arguments that no primitive has; those of other primitives are for the checker to find."""
     kind = word.value if isinstance(word, ast.Constant) else None
     if not isinstance(kind, str) or kind not in GEOMETRY or not isinstance(value, ast.Dict):
@@ -289,7 +286,7 @@ def _is_text(key: ast.expr | None) -> bool:
     return isinstance(key, ast.Constant) and isinstance(key.value, str)
 
 
-def _attribute(w: ExpressionWriter, name: str, value: ast.expr, items: list[Code]) -> None:
+def _attribute(w: Writer, name: str, value: ast.expr, items: list[Code]) -> None:
     """``:name value``, unless it is the default."""
     is_default = (
         (name == "color" and is_ones(value))
@@ -304,9 +301,9 @@ def _attribute(w: ExpressionWriter, name: str, value: ast.expr, items: list[Code
     elif name == "block_kwargs":
         code = _block_kwargs(w, value)
     elif name == "fill":
-        code = w.test(value)
+        code = write_test(w, value)
     else:
-        code = w.vector(value) if name in _VECTORS else w.expr(value)
+        code = write_vector(w, value) if name in _VECTORS else w.expr(value)
     items += w.comment_pair(key, code, value)
 
 
@@ -314,7 +311,7 @@ def _keyword_of(name: str) -> str:
     return _ATTRIBUTES.get(name, name).replace("_", "-")
 
 
-def _check_attribute_name(w: ExpressionWriter, name: str, key: ast.expr) -> None:
+def _check_attribute_name(w: Writer, name: str, key: ast.expr) -> None:
     """Raise where the key of a table, which may be any text, is no word that a keyword can be made of."""
     if not is_keyword_name(_keyword_of(name)):
         shown = repr(name) if len(name) <= _LONGEST_NAME else repr(name[:_LONGEST_NAME]) + "..."
@@ -326,19 +323,19 @@ def _is_nothing(value: ast.expr) -> bool:
     return (isinstance(value, ast.Dict) and not value.keys) or is_none(value)
 
 
-def _color(w: ExpressionWriter, value: ast.expr) -> Code:
+def _color(w: Writer, value: ast.expr) -> Code:
     """A colour has three components; a fourth, alpha, is dropped."""
     if isinstance(value, (ast.Tuple, ast.List)) and len(value.elts) == 4:
         if not any(isinstance(e, ast.Starred) for e in value.elts) and not w.effect(value.elts[3]).acts:
-            return w.vector(ast.copy_location(ast.Tuple(value.elts[:3], ast.Load()), value))
-    code = w.vector(value)
+            return write_vector(w, ast.copy_location(ast.Tuple(value.elts[:3], ast.Load()), value))
+    code = write_vector(w, value)
     length = w.known_length(value)
     if length is not None and length > 3:
         return form("slice", code, LiteralCode(0), LiteralCode(3))
     return code
 
 
-def _block_kwargs(w: ExpressionWriter, value: ast.expr) -> Code:
+def _block_kwargs(w: Writer, value: ast.expr) -> Code:
     """The states of a block as an association list; a table serves too."""
     if not isinstance(value, ast.Dict) or not all(isinstance(key, ast.Constant) for key in value.keys):
         return w.expr(value)
@@ -356,7 +353,7 @@ def _block_kwargs(w: ExpressionWriter, value: ast.expr) -> Code:
 # --- shapes ----------------------------------------------------------------------------------------------------
 
 
-def concat_shapes(w: ExpressionWriter, node: ast.Call) -> Code:
+def concat_shapes(w: Writer, node: ast.Call) -> Code:
     if node.keywords:
         raise w.error("python-call", f"`concat_shapes` has no parameter `{node.keywords[0].arg}`", node.keywords[0])
     if node.args and w.type(node).only(POSE):
@@ -377,7 +374,7 @@ def concat_shapes(w: ExpressionWriter, node: ast.Call) -> Code:
     return form("union", *items)
 
 
-def _first_matrix(w: ExpressionWriter, node: ast.Call, matrices: Sequence[ast.expr]) -> Code:
+def _first_matrix(w: Writer, node: ast.Call, matrices: Sequence[ast.expr]) -> Code:
     """Matrices that are joined row after row, given as a pose: the reference reads the first four rows."""
     hint = "`a @ b` applies both, b first"
     w.warn("python-ignored", "of matrices that are joined into a pose only the first has an effect", node, hint)
@@ -386,7 +383,7 @@ def _first_matrix(w: ExpressionWriter, node: ast.Call, matrices: Sequence[ast.ex
     return form("begin", *(w.expr(m) for m in matrices[1:]), code) if w.effect(*matrices[1:]).acts else code
 
 
-def _joined_matrices(w: ExpressionWriter, node: ast.expr) -> Sequence[ast.expr]:
+def _joined_matrices(w: Writer, node: ast.expr) -> Sequence[ast.expr]:
     """The 4x4 matrices that ``np.concatenate`` or ``np.vstack`` joins along the first axis; none if it does not."""
     if not isinstance(node, ast.Call) or len(node.args) != 1 or node.keywords:
         return ()
@@ -398,14 +395,14 @@ def _joined_matrices(w: ExpressionWriter, node: ast.expr) -> Sequence[ast.expr]:
     return parts.elts if parts.elts and all(w.type(part).only(POSE) for part in parts.elts) else ()
 
 
-def _pose(w: ExpressionWriter, node: ast.expr) -> Code:
+def _pose(w: Writer, node: ast.expr) -> Code:
     joined = _joined_matrices(w, node)
     if joined and isinstance(node, ast.Call):
         return _first_matrix(w, node, joined)
     return w.expr(node)
 
 
-def _is_united(w: ExpressionWriter, argument: ast.expr) -> bool:
+def _is_united(w: Writer, argument: ast.expr) -> bool:
     """Whether an argument is the name of a list that was collected as parts."""
     if not isinstance(argument, ast.Starred):
         return False
@@ -413,23 +410,18 @@ def _is_united(w: ExpressionWriter, argument: ast.expr) -> bool:
     return variable is not None and variable in w.united
 
 
-def _given(w: ExpressionWriter, node: ast.Call, name: str) -> dict[str, ast.expr]:
+def _given(w: Writer, node: ast.Call, name: str) -> dict[str, ast.expr]:
     """The arguments of a call of a helper by parameter."""
     return arguments_of(w, node, HELPERS[name].parameters, name)
 
 
-def transform_shape(w: ExpressionWriter, node: ast.Call) -> Code:
+def transform_shape(w: Writer, node: ast.Call) -> Code:
     given = _given(w, node, "transform_shape")
-    return in_order(
-        w,
-        node,
-        [given["shape"], given["pose"]],
-        [w.expr, partial(_pose, w)],
-        lambda shape, pose: form("transform", shape, pose),
-    )
+    values = [given["shape"], given["pose"]]
+    return _in_order(w, values, [Writer.expr, _pose], lambda shape, pose: form("transform", shape, pose))
 
 
-def loop(w: ExpressionWriter, node: ast.Call) -> Code:
+def loop(w: Writer, node: ast.Call) -> Code:
     given = _given(w, node, "loop")
     function = w.type(given["fn"])
     if any(_may_be_no_shape(w, f) for f in function.functions):
@@ -437,21 +429,21 @@ def loop(w: ExpressionWriter, node: ast.Call) -> Code:
     return form("union-loop", w.expr(given["n"]), w.expr(given["fn"]))
 
 
-def _may_be_no_shape(w: ExpressionWriter, function: Function) -> bool:
+def _may_be_no_shape(w: Writer, function: Function) -> bool:
     returned = w.facts.returns.get(function)
     return returned is not None and returned.kinds != 0 and not returned.may(SHAPE | SEQUENCES)
 
 
-def in_order(w: ExpressionWriter, node: ast.Call, values: list[ast.expr], writers: list[object], build: object) -> Code:
+def _in_order(
+    w: Writer, values: list[ast.expr], writers: Sequence[WriteExpression], build: Callable[..., Code]
+) -> Code:
     """Write arguments in another order than Python evaluates them in, where that matters through a ``let*``."""
-    assert callable(build)
     positions = [(v.lineno, v.col_offset) for v in values]
-    codes = [write(value) for write, value in zip(writers, values)]  # type: ignore[operator]
+    codes = [write(w, value) for write, value in zip(writers, values)]
     if positions == sorted(positions) or all(
         w.effect(a).commutes(w.effect(b)) for i, a in enumerate(values) for b in values[i + 1 :]
     ):
-        result: Code = build(*codes)
-        return result
+        return build(*codes)
     order = sorted(range(len(values)), key=lambda i: positions[i])
     variables = [PythonVariable("value", None, is_temporary=True) for _ in values]
     bindings = FormCode([FormCode([VariableRef(variables[i]), codes[i]]) for i in order])
@@ -461,48 +453,48 @@ def in_order(w: ExpressionWriter, node: ast.Call, values: list[ast.expr], writer
 # --- poses and boxes -------------------------------------------------------------------------------------------
 
 
-def translation_matrix(w: ExpressionWriter, node: ast.Call) -> Code:
+def translation_matrix(w: Writer, node: ast.Call) -> Code:
     given = _given(w, node, "translation_matrix")
-    return form("translate", w.vector(given["offset"]))
+    return form("translate", write_vector(w, given["offset"]))
 
 
-def rotation_matrix(w: ExpressionWriter, node: ast.Call) -> Code:
+def rotation_matrix(w: Writer, node: ast.Call) -> Code:
     given = _given(w, node, "rotation_matrix")
     values = [given["angle"], given["direction"]]
     if not is_zero_vector(given.get("point")):
         values.append(given["point"])
-    writers: list[object] = [w.expr, w.vector, w.vector]
-    return in_order(w, node, values, writers, lambda *codes: form("rotate", *codes))
+    writers = [Writer.expr, write_vector, write_vector]
+    return _in_order(w, values, writers, lambda *codes: form("rotate", *codes))
 
 
-def scale_matrix(w: ExpressionWriter, node: ast.Call) -> Code:
+def scale_matrix(w: Writer, node: ast.Call) -> Code:
     given = _given(w, node, "scale_matrix")
     values = [given["scale"]]
     if not is_zero_vector(given.get("origin")):
         values.append(given["origin"])
-    return in_order(w, node, values, [w.vector, w.vector], lambda *codes: form("scale", *codes))
+    return _in_order(w, values, [write_vector, write_vector], lambda *codes: form("scale", *codes))
 
 
-def reflection_matrix(w: ExpressionWriter, node: ast.Call) -> Code:
+def reflection_matrix(w: Writer, node: ast.Call) -> Code:
     given = _given(w, node, "reflection_matrix")
     if is_zero_vector(given["point"]):
-        return form("reflect", w.vector(given["normal"]))
+        return form("reflect", write_vector(w, given["normal"]))
     values = [given["point"], given["normal"]]
-    return in_order(w, node, values, [w.vector, w.vector], lambda *codes: form("reflect", *codes))
+    return _in_order(w, values, [write_vector, write_vector], lambda *codes: form("reflect", *codes))
 
 
-def identity_matrix(w: ExpressionWriter, node: ast.Call) -> Code:
+def identity_matrix(w: Writer, node: ast.Call) -> Code:
     _given(w, node, "identity_matrix")
     return form("identity-pose")
 
 
-def box(name: str) -> Callable[[ExpressionWriter, ast.Call], Code]:
-    def write(w: ExpressionWriter, node: ast.Call) -> Code:
+def box(name: str) -> Callable[[Writer, ast.Call], Code]:
+    def write(w: Writer, node: ast.Call) -> Code:
         given = _given(w, node, f"compute_shape_{name}")
         return form(f"compute-shape-{name}", w.expr(given["shape"]))
 
     return write
 
 
-def registration(w: ExpressionWriter, node: ast.Call) -> Code:
+def registration(w: Writer, node: ast.Call) -> Code:
     raise w.unsupported("`register` as a call", node, "write it as a decorator: @register()")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Callable
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 from scenelang.grammar.diagnostics import suggest
 from scenelang.interpreter.transpile.analysis.inference import (
@@ -20,6 +20,7 @@ from scenelang.interpreter.transpile.analysis.inference import (
     TUPLE,
 )
 from scenelang.interpreter.transpile.analysis.scopes import PythonVariable
+from scenelang.interpreter.transpile.writing.builtin_calls import sort_options
 from scenelang.interpreter.transpile.writing.code import (
     Code,
     FormCode,
@@ -31,18 +32,17 @@ from scenelang.interpreter.transpile.writing.code import (
     none,
     number,
 )
-from scenelang.interpreter.transpile.writing.operators import never_holds, without_use
-from scenelang.interpreter.transpile.writing.user_calls import arguments_of
+from scenelang.interpreter.transpile.writing.conversions import write_array, write_iterable
+from scenelang.interpreter.transpile.writing.numpy_calls import DRAWS, draw
+from scenelang.interpreter.transpile.writing.operators import format_method, never_holds, without_use
+from scenelang.interpreter.transpile.writing.user_calls import arguments_of, call_record_method
+from scenelang.interpreter.transpile.writing.writer import Writer
 
-if TYPE_CHECKING:
-    from scenelang.interpreter.transpile.writing.expressions import ExpressionWriter
-
-MethodWriter: TypeAlias = "Callable[[ExpressionWriter, ast.Call, ast.Attribute], Code]"
+MethodWriter: TypeAlias = "Callable[[Writer, ast.Call, ast.Attribute], Code]"
 
 
-def call_method(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+def call_method(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     """``owner.name(...)``."""
-    from scenelang.interpreter.transpile.writing.user_calls import call_record_method
 
     owner = w.type(func.value)
     if func.attr.startswith("__"):
@@ -52,8 +52,6 @@ def call_method(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Cod
     if owner.kinds & STREAM:
         return _stream_method(w, node, func)
     if func.attr == "format" and owner.may(STR):
-        from scenelang.interpreter.transpile.writing.operators import format_method
-
         return format_method(w, node, func)
     for kinds, table in _TABLES:
         if owner.kinds & kinds and func.attr in table:
@@ -74,7 +72,7 @@ def call_method(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Cod
 def _simple(head: str, signature: str = "") -> MethodWriter:
     """``x.name(a)`` -> ``(head x a)``."""
 
-    def write(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+    def write(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
         given = arguments_of(w, node, signature, func.attr)
         return form(head, w.expr(func.value), *(w.expr(value) for value in given.values()))
 
@@ -84,7 +82,7 @@ def _simple(head: str, signature: str = "") -> MethodWriter:
 def _fresh(head: str, signature: str = "") -> MethodWriter:
     """The same for what makes a list."""
 
-    def write(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+    def write(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
         code = _simple(head, signature)(w, node, func)
         return form("mutable", code) if w.is_mutated(node) else code
 
@@ -94,39 +92,37 @@ def _fresh(head: str, signature: str = "") -> MethodWriter:
 # --- lists -----------------------------------------------------------------------------------------------------
 
 
-def _extend(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+def _extend(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     given = arguments_of(w, node, "iterable", "extend")
-    return form("extend!", w.expr(func.value), w.iterable(given["iterable"]))
+    return form("extend!", w.expr(func.value), write_iterable(w, given["iterable"]))
 
 
-def _pop(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+def _pop(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     given = arguments_of(w, node, "index? default?", "pop")
     return form("pop!", w.expr(func.value), *(w.expr(v) for v in given.values()))
 
 
-def _popleft(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+def _popleft(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     return form("pop!", w.expr(func.value), LiteralCode(0))
 
 
-def _appendleft(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+def _appendleft(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     return form("insert!", w.expr(func.value), LiteralCode(0), w.expr(node.args[0]))
 
 
-def _sort(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
-    from scenelang.interpreter.transpile.writing.builtin_calls import sort_options
-
+def _sort(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     given = arguments_of(w, node, "key? reverse?", "sort")
     return form("sort!", w.expr(func.value), *sort_options(w, given))
 
 
-def _copy(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+def _copy(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     found = w.type(func.value)
     if w.is_mutated(node) or any(site.is_mutated for site in found.sites) or found.kinds & (DICT | SET):
         return form("mutable", w.expr(func.value))
     return w.expr(func.value)
 
 
-def _count(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+def _count(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     given = arguments_of(w, node, "x", "count")
     if never_holds(w, func.value, given["x"]):
         return without_use(w, (func.value, given["x"]), number(0))
@@ -136,13 +132,13 @@ def _count(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
 # --- tables ----------------------------------------------------------------------------------------------------
 
 
-def _get(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+def _get(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     given = arguments_of(w, node, "key default?", "get")
     default = w.expr(given["default"]) if "default" in given else none()
     return form("ref", w.expr(func.value), w.expr(given["key"]), default)
 
 
-def _setdefault(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+def _setdefault(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     given = arguments_of(w, node, "key default?", "setdefault")
     if not w.is_simple(func.value) or not w.is_simple(given["key"]):
         if w.effect(func.value, given["key"]).acts:
@@ -157,14 +153,14 @@ def _setdefault(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Cod
     return form("begin", form("unless", test, put), form("ref", table(), w.expr(given["key"])))
 
 
-def _update(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+def _update(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     pairs: list[Code] = []
     for keyword in node.keywords:
         if keyword.arg is None:
             raise w.unsupported("`**` in `update`", keyword)
         pairs += [LiteralCode(keyword.arg), w.expr(keyword.value)]
     if w.type(func.value).kinds & SET:
-        return form("extend!", w.expr(func.value), *(w.iterable(a) for a in node.args))
+        return form("extend!", w.expr(func.value), *(write_iterable(w, a) for a in node.args))
     other: Code | None = form("table", *pairs) if pairs else None
     if node.args:
         found = w.type(node.args[0])
@@ -173,7 +169,7 @@ def _update(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
 
 
 def _fresh_list(head: str) -> MethodWriter:
-    def write(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+    def write(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
         arguments_of(w, node, "", func.attr)
         return form(head, w.expr(func.value))
 
@@ -184,21 +180,21 @@ def _fresh_list(head: str) -> MethodWriter:
 
 
 def _set_operation(head: str) -> MethodWriter:
-    def write(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
-        return form(head, w.expr(func.value), *(w.iterable(a) for a in node.args))
+    def write(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
+        return form(head, w.expr(func.value), *(write_iterable(w, a) for a in node.args))
 
     return write
 
 
-def _isdisjoint(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
-    return form("empty?", form("set-intersection", w.expr(func.value), w.iterable(node.args[0])))
+def _isdisjoint(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
+    return form("empty?", form("set-intersection", w.expr(func.value), write_iterable(w, node.args[0])))
 
 
-def _issuperset(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
-    return form("subset?", form("list->set", w.iterable(node.args[0])), w.expr(func.value))
+def _issuperset(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
+    return form("subset?", form("list->set", write_iterable(w, node.args[0])), w.expr(func.value))
 
 
-def _discard(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+def _discard(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     item = w.expr(node.args[0])
     return form(
         "when", form("contains?", w.expr(func.value), item), form("remove!", w.expr(func.value), w.expr(node.args[0]))
@@ -208,30 +204,30 @@ def _discard(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
 # --- strings ---------------------------------------------------------------------------------------------------
 
 
-def _join(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+def _join(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     given = arguments_of(w, node, "iterable", "join")
     separator = func.value
-    items = w.iterable(given["iterable"])
+    items = write_iterable(w, given["iterable"])
     if isinstance(separator, ast.Constant) and separator.value == "":
         return form("apply", Name("string-append"), items)
     return form("string-join", items, w.expr(separator))
 
 
-def _string_find(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+def _string_find(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     given = arguments_of(w, node, "sub", func.attr)
     found = form("string-index", w.expr(func.value), w.expr(given["sub"]))
     return form("or", found, LiteralCode(-1)) if func.attr == "find" else found
 
 
-def _title(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+def _title(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     raise w.unsupported(f"`.{func.attr}()`", node, "write the text as it should be")
 
 
-def _isdigit(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+def _isdigit(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     return form("exact?", form("string->number", w.expr(func.value)))
 
 
-def _splitlines(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+def _splitlines(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     code = form("string-split", w.expr(func.value), LiteralCode("\n"))
     return form("mutable", code) if w.is_mutated(node) else code
 
@@ -239,14 +235,14 @@ def _splitlines(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Cod
 def _cased(head: str, other: str) -> MethodWriter:
     """``isupper`` and ``islower``: cased letters, and all of this case."""
 
-    def write(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+    def write(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
         same = form("equal?", w.expr(func.value), form(head, w.expr(func.value)))
         return form("and", same, form("not", form("equal?", w.expr(func.value), form(other, w.expr(func.value)))))
 
     return write
 
 
-def _isalpha(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+def _isalpha(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     letter = PythonVariable("letter", None, is_temporary=True)
     same = form("equal?", form("string-upcase", VariableRef(letter)), form("string-downcase", VariableRef(letter)))
     return FormCode(
@@ -254,11 +250,11 @@ def _isalpha(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
     )
 
 
-def _isspace(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+def _isspace(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     return form("empty?", form("string-trim", w.expr(func.value)))
 
 
-def _index(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+def _index(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     given = arguments_of(w, node, "x", "index")
     if w.type(func.value).only(STR):
         return form("string-index", w.expr(func.value), w.expr(given["x"]))
@@ -267,7 +263,7 @@ def _index(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
     return form("index-of", w.expr(func.value), w.expr(given["x"]))
 
 
-def _remove(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+def _remove(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     given = arguments_of(w, node, "x", "remove")
     if never_holds(w, func.value, given["x"]):
         return without_use(w, (func.value, given["x"]), form("error", LiteralCode("the item is not in the list")))
@@ -278,7 +274,7 @@ def _remove(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
 
 
 def _array_reduction(head: str) -> MethodWriter:
-    def write(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+    def write(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
         given = arguments_of(w, node, "axis?", func.attr)
         options = [Key("axis"), w.expr(given["axis"])] if "axis" in given else []
         return form(head, w.expr(func.value), *options)
@@ -286,33 +282,33 @@ def _array_reduction(head: str) -> MethodWriter:
     return write
 
 
-def _astype(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+def _astype(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     given = arguments_of(w, node, "dtype", "astype")
     to = w.paths.of(given["dtype"]) or ""
     return form("truncate" if "int" in to else "inexact", w.expr(func.value))
 
 
-def _same(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+def _same(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     return w.expr(func.value)
 
 
-def _dot(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+def _dot(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     found = w.type(func.value)
-    return form("@" if found.kinds & POSE else "dot", w.array(func.value), w.array(node.args[0]))
+    return form("@" if found.kinds & POSE else "dot", write_array(w, func.value), write_array(w, node.args[0]))
 
 
-def _array_copy(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+def _array_copy(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     if w.is_mutated(node):
         return form("mutable-array", w.expr(func.value))
     return form("array", w.expr(func.value)) if w.may_change(func.value) else w.expr(func.value)
 
 
-def _reshape(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+def _reshape(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     shape = w.expr(node.args[0]) if len(node.args) == 1 else form("list", *(w.expr(a) for a in node.args))
     return form("reshape", w.expr(func.value), shape)
 
 
-def _array_clip(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+def _array_clip(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     given = arguments_of(w, node, "min max", "clip")
     return form("clip", w.expr(func.value), w.expr(given["min"]), w.expr(given["max"]))
 
@@ -320,9 +316,8 @@ def _array_clip(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Cod
 # --- streams ---------------------------------------------------------------------------------------------------
 
 
-def _stream_method(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+def _stream_method(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     """``rng.uniform(0, 1)``: the draw, from a stream of its own."""
-    from scenelang.interpreter.transpile.writing.numpy_calls import DRAWS, draw
 
     is_python = w.is_python_stream(func.value)
     name = {"integers": "randint"}.get(func.attr, func.attr)

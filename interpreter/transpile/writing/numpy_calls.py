@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-from typing import TYPE_CHECKING
 
 from scenelang.interpreter.transpile.analysis.inference import ARRAY, BOOL, INT, NUMBERS, POSE, SEQUENCES, AbstractType
 from scenelang.interpreter.transpile.analysis.scopes import PythonVariable, is_none
@@ -21,14 +20,13 @@ from scenelang.interpreter.transpile.writing.code import (
     number,
     quote,
 )
-from scenelang.interpreter.transpile.writing.operators import is_mask, numeric
+from scenelang.interpreter.transpile.writing.conversions import numeric, write_array, write_iterable, write_test
+from scenelang.interpreter.transpile.writing.operators import is_mask
 from scenelang.interpreter.transpile.writing.user_calls import arguments_of
-
-if TYPE_CHECKING:
-    from scenelang.interpreter.transpile.writing.expressions import ExpressionWriter
+from scenelang.interpreter.transpile.writing.writer import Writer
 
 
-def write_np_array(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_np_array(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "object dtype? copy?", "np.array")
     source = given["object"]
     if w.type(source).only(NUMBERS):
@@ -36,7 +34,7 @@ def write_np_array(w: ExpressionWriter, node: ast.Call) -> Code:
     if isinstance(source, (ast.List, ast.Tuple)) and not source.elts:
         code: Code = form("zeros", number(0))
     else:
-        code = w.array(source)
+        code = write_array(w, source)
     if not isinstance(code, Brackets) and not is_form(code, "array") and not w.type(source).only(ARRAY | POSE):
         code = form("array", code)
     elif not isinstance(code, Brackets) and w.may_change(source) and not w.is_mutated(node):
@@ -48,7 +46,7 @@ def write_np_array(w: ExpressionWriter, node: ast.Call) -> Code:
     return code
 
 
-def _is_float(w: ExpressionWriter, dtype: ast.expr | None) -> bool:
+def _is_float(w: Writer, dtype: ast.expr | None) -> bool:
     if dtype is None:
         return False
     if isinstance(dtype, ast.Constant):
@@ -57,7 +55,7 @@ def _is_float(w: ExpressionWriter, dtype: ast.expr | None) -> bool:
 
 
 def write_np_shape(head: str) -> CallWriter:
-    def write(w: ExpressionWriter, node: ast.Call) -> Code:
+    def write(w: Writer, node: ast.Call) -> Code:
         given = arguments_of(w, node, "shape fill_value? dtype?" if head == "full" else "shape dtype?", f"np.{head}")
         items = [w.expr(given["shape"])]
         if head == "full":
@@ -71,9 +69,9 @@ def write_np_shape(head: str) -> CallWriter:
 
 
 def write_np_like(head: str) -> CallWriter:
-    def write(w: ExpressionWriter, node: ast.Call) -> Code:
+    def write(w: Writer, node: ast.Call) -> Code:
         given = arguments_of(w, node, "a fill_value? dtype?", f"np.{head}_like")
-        items: list[Code] = [form("array-shape", w.array(given["a"]))]
+        items: list[Code] = [form("array-shape", write_array(w, given["a"]))]
         if head == "full":
             items.append(numeric(w, given["fill_value"]))
         code = form(head, *items)
@@ -82,54 +80,54 @@ def write_np_like(head: str) -> CallWriter:
     return write
 
 
-def write_linspace(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_linspace(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "start stop num? endpoint?", "np.linspace")
     items = [numeric(w, given["start"]), numeric(w, given["stop"])]
     if "num" in given:
         items.append(w.expr(given["num"]))
     endpoint = given.get("endpoint")
     if endpoint is not None and not (isinstance(endpoint, ast.Constant) and endpoint.value is True):
-        items += [Key("endpoint"), w.test(endpoint)]
+        items += [Key("endpoint"), write_test(w, endpoint)]
     code = form("linspace", *items)
     return form("mutable-array", code) if w.is_mutated(node) else code
 
 
-def write_arange(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_arange(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "start stop? step?", "np.arange")
     return form("arange", *(numeric(w, value) for value in given.values()))
 
 
 def write_reduction(head: str) -> CallWriter:
-    def write(w: ExpressionWriter, node: ast.Call) -> Code:
+    def write(w: Writer, node: ast.Call) -> Code:
         given = arguments_of(w, node, "a axis?", f"np.{head}")
         source = given["a"]
-        code = w.array(source) if w.type(source).kinds & ARRAY else w.iterable(source)
+        code = write_array(w, source) if w.type(source).kinds & ARRAY else write_iterable(w, source)
         options = [Key("axis"), w.expr(given["axis"])] if "axis" in given else []
         return form(head, code, *options)
 
     return write
 
 
-def write_np_norm(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_np_norm(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "x axis?", "np.linalg.norm")
     if "axis" in given:
-        square = form("square", w.array(given["x"]))
+        square = form("square", write_array(w, given["x"]))
         return form("sqrt", form("sum", square, Key("axis"), w.expr(given["axis"])))
     inner = given["x"]
     if isinstance(inner, ast.BinOp) and isinstance(inner.op, ast.Sub) and w.type(inner).only(ARRAY):
         if not isinstance(inner.left, ast.BinOp):
-            return form("distance", w.array(inner.left), w.array(inner.right))
-    return form("norm", w.array(inner))
+            return form("distance", write_array(w, inner.left), write_array(w, inner.right))
+    return form("norm", write_array(w, inner))
 
 
 def write_np_stack(head: str, axis: int | None = None) -> CallWriter:
-    def write(w: ExpressionWriter, node: ast.Call) -> Code:
+    def write(w: Writer, node: ast.Call) -> Code:
         given = arguments_of(w, node, "arrays axis?", f"np.{head}")
         source = given["arrays"]
         if isinstance(source, (ast.List, ast.Tuple)) and not any(isinstance(e, ast.Starred) for e in source.elts):
-            items = [w.array(e) for e in source.elts]
+            items = [write_array(w, e) for e in source.elts]
         else:
-            items = [w.iterable(source)]
+            items = [write_iterable(w, source)]
         if "axis" in given:
             items += [Key("axis"), w.expr(given["axis"])]
         elif axis is not None:
@@ -148,47 +146,51 @@ def is_matrix(found: AbstractType) -> bool:
     )  # fmt: skip
 
 
-def write_np_rows(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_np_rows(w: Writer, node: ast.Call) -> Code:
     """``np.vstack``: vectors are rows, matrices follow one another."""
     source = arguments_of(w, node, "tup", "np.vstack")["tup"]
     if not isinstance(source, (ast.List, ast.Tuple)) or any(isinstance(e, ast.Starred) for e in source.elts):
         items = w.type(source).sites
         head = "concatenate" if items and all(is_matrix(site.element) for site in items) else "stack-arrays"
-        return form(head, w.iterable(source))
+        return form(head, write_iterable(w, source))
     if not any(is_matrix(w.type(e)) for e in source.elts):
-        return form("stack-arrays", *(w.array(e) for e in source.elts))
+        return form("stack-arrays", *(write_array(w, e) for e in source.elts))
     row = quote(FormCode([number(1), number(-1)]))
-    codes = [w.array(e) if is_matrix(w.type(e)) else form("reshape", w.array(e), row) for e in source.elts]
+    codes = [
+        write_array(w, e) if is_matrix(w.type(e)) else form("reshape", write_array(w, e), row) for e in source.elts
+    ]
     return form("concatenate", *codes)
 
 
-def write_np_columns(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_np_columns(w: Writer, node: ast.Call) -> Code:
     """``np.hstack``: matrices stand side by side, vectors follow one another."""
     source = arguments_of(w, node, "tup", "np.hstack")["tup"]
     if isinstance(source, (ast.List, ast.Tuple)) and not any(isinstance(e, ast.Starred) for e in source.elts):
         types = [w.type(e) for e in source.elts]
-        codes = [form("vector", w.expr(e)) if t.only(NUMBERS) else w.array(e) for e, t in zip(source.elts, types)]
+        codes = [
+            form("vector", w.expr(e)) if t.only(NUMBERS) else write_array(w, e) for e, t in zip(source.elts, types)
+        ]
     else:
-        codes, types = [w.iterable(source)], [site.element for site in w.type(source).sites]
+        codes, types = [write_iterable(w, source)], [site.element for site in w.type(source).sites]
     options = [Key("axis"), number(1)] if types and all(is_matrix(found) for found in types) else []
     return form("concatenate", *codes, *options)
 
 
-def write_np_append(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_np_append(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "arr values", "np.append")
     values = given["values"]
-    second = w.array(values) if not w.type(values).only(NUMBERS) else form("vector", w.expr(values))
-    return form("concatenate", w.array(given["arr"]), second)
+    second = write_array(w, values) if not w.type(values).only(NUMBERS) else form("vector", w.expr(values))
+    return form("concatenate", write_array(w, given["arr"]), second)
 
 
-def write_np_where(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_np_where(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "condition a b", "np.where")
     if w.type(given["condition"]).only(BOOL):
-        return form("if", w.test(given["condition"]), w.expr(given["a"]), w.expr(given["b"]))
-    return form("where", *(w.array(given[name]) for name in ("condition", "a", "b")))
+        return form("if", write_test(w, given["condition"]), w.expr(given["a"]), w.expr(given["b"]))
+    return form("where", *(write_array(w, given[name]) for name in ("condition", "a", "b")))
 
 
-def write_np_clip(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_np_clip(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "a a_min? a_max? min? max?", "np.clip")
     low, high = given.get("a_min", given.get("min")), given.get("a_max", given.get("max"))
     low, high = (None if b is None or is_none(b) else b for b in (low, high))
@@ -196,47 +198,47 @@ def write_np_clip(w: ExpressionWriter, node: ast.Call) -> Code:
         bound, head = (low, "max") if low is not None else (high, "min")
         if bound is None:
             return w.expr(given["a"])
-        return form(head, w.array(given["a"]), w.array(bound))
+        return form(head, write_array(w, given["a"]), write_array(w, bound))
     if w.type(given["a"]).only(NUMBERS):
         return form("clamp", *(numeric(w, x) for x in (given["a"], low, high)))
-    return form("clip", w.array(given["a"]), w.array(low), w.array(high))
+    return form("clip", write_array(w, given["a"]), write_array(w, low), write_array(w, high))
 
 
-def write_np_float(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_np_float(w: Writer, node: ast.Call) -> Code:
     return form("inexact", numeric(w, node.args[0]))
 
 
-def write_np_eye(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_np_eye(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "n", "np.eye")
     code = form("eye", w.expr(given["n"]))
     return form("mutable-array", code) if w.is_mutated(node) else code
 
 
-def write_np_isclose(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_np_isclose(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "a b rtol? atol?", "np.isclose")
-    difference = form("abs", form("-", w.array(given["a"]), w.array(given["b"])))
+    difference = form("abs", form("-", write_array(w, given["a"]), write_array(w, given["b"])))
     relative = w.expr(given["rtol"]) if "rtol" in given else LiteralCode(1e-5, None, "1e-5")
     absolute = w.expr(given["atol"]) if "atol" in given else LiteralCode(1e-8, None, "1e-8")
-    rest = form("-", difference, form("*", relative, form("abs", w.array(given["b"]))))
+    rest = form("-", difference, form("*", relative, form("abs", write_array(w, given["b"]))))
     largest = rest if w.is_numeric(given["a"]) and w.is_numeric(given["b"]) else form("max", rest)
     return form("<=", largest, absolute)
 
 
-def write_np_diff(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_np_diff(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "a", "np.diff")
     array = PythonVariable("array", None, is_temporary=True)
     difference = form(
         "-", form("slice", VariableRef(array), number(1)), form("slice", VariableRef(array), number(0), number(-1))
     )
-    return form("let", FormCode([FormCode([VariableRef(array), w.array(given["a"])])]), difference)
+    return form("let", FormCode([FormCode([VariableRef(array), write_array(w, given["a"])])]), difference)
 
 
-def write_np_roll(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_np_roll(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "a shift", "np.roll")
     array, shift = PythonVariable("array", None, is_temporary=True), PythonVariable("shift", None, is_temporary=True)
     length = form("length", VariableRef(array))
     bindings = FormCode([
-        FormCode([VariableRef(array), w.array(given["a"])]),
+        FormCode([VariableRef(array), write_array(w, given["a"])]),
         FormCode([VariableRef(shift), form("-", length, form("%", w.expr(given["shift"]), length))]),
     ])  # fmt: skip
     parts = (
@@ -246,35 +248,35 @@ def write_np_roll(w: ExpressionWriter, node: ast.Call) -> Code:
     return form("let*", bindings, form("concatenate", *parts))
 
 
-def write_np_std(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_np_std(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "a", "np.std")
     array = PythonVariable("array", None, is_temporary=True)
     spread = form("mean", form("square", form("-", VariableRef(array), form("mean", VariableRef(array)))))
-    return form("let", FormCode([FormCode([VariableRef(array), w.array(given["a"])])]), form("sqrt", spread))
+    return form("let", FormCode([FormCode([VariableRef(array), write_array(w, given["a"])])]), form("sqrt", spread))
 
 
-def write_np_median(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_np_median(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "a", "np.median")
     array, count = PythonVariable("array", None, is_temporary=True), PythonVariable("count", None, is_temporary=True)
     low = form("ref", VariableRef(array), form("//", form("-", VariableRef(count), number(1)), number(2)))
     high = form("ref", VariableRef(array), form("//", VariableRef(count), number(2)))
     bindings = FormCode([
-        FormCode([VariableRef(array), form("sort", form("flatten", w.array(given["a"])))]),
+        FormCode([VariableRef(array), form("sort", form("flatten", write_array(w, given["a"])))]),
         FormCode([VariableRef(count), form("length", VariableRef(array))]),
     ])  # fmt: skip
     return form("let*", bindings, form("/", form("+", low, high), number(2)))
 
 
-def write_np_copy(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_np_copy(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "a", "np.copy")
-    code = w.array(given["a"])
+    code = write_array(w, given["a"])
     if w.is_mutated(node):
         return form("mutable-array", code)
     return form("array", code) if w.may_change(given["a"]) else code
 
 
 def write_np_bool(head: str) -> CallWriter:
-    def write(w: ExpressionWriter, node: ast.Call) -> Code:
+    def write(w: Writer, node: ast.Call) -> Code:
         if len(node.args) == 1 and is_mask(w.type(node.args[0])):
             return form("=", form("max" if head == "/or" else "min", w.expr(node.args[0])), number(1))
         return write_quantifier(head)(w, node)
@@ -282,64 +284,65 @@ def write_np_bool(head: str) -> CallWriter:
     return write
 
 
-def write_np_sort(w: ExpressionWriter, node: ast.Call) -> Code:
-    return form("sort", w.array(arguments_of(w, node, "a", "np.sort")["a"]))
+def write_np_sort(w: Writer, node: ast.Call) -> Code:
+    return form("sort", write_array(w, arguments_of(w, node, "a", "np.sort")["a"]))
 
 
-def write_np_flip(w: ExpressionWriter, node: ast.Call) -> Code:
-    return form("reverse", w.array(arguments_of(w, node, "a", "np.flip")["a"]))
+def write_np_flip(w: Writer, node: ast.Call) -> Code:
+    return form("reverse", write_array(w, arguments_of(w, node, "a", "np.flip")["a"]))
 
 
-def write_np_reshape(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_np_reshape(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "a shape", "np.reshape")
-    return form("reshape", w.array(given["a"]), w.expr(given["shape"]))
+    return form("reshape", write_array(w, given["a"]), w.expr(given["shape"]))
 
 
-def write_np_outer(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_np_outer(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "a b", "np.outer")
-    column = form("reshape", w.array(given["a"]), quote(FormCode([number(-1), number(1)])))
-    return form("*", column, w.array(given["b"]))
+    column = form("reshape", write_array(w, given["a"]), quote(FormCode([number(-1), number(1)])))
+    return form("*", column, write_array(w, given["b"]))
 
 
-def write_np_repeat(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_np_repeat(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "a repeats", "np.repeat")
     item = PythonVariable("item", None, is_temporary=True)
     body = form("make-list", w.expr(given["repeats"]), VariableRef(item))
     return form(
-        "array", FormCode([Name("for/append"), FormCode([FormCode([VariableRef(item), w.array(given["a"])])]), body])
+        "array",
+        FormCode([Name("for/append"), FormCode([FormCode([VariableRef(item), write_array(w, given["a"])])]), body]),
     )
 
 
-def write_np_tile(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_np_tile(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "a reps", "np.tile")
-    return form("array", form("repeat", form("->list", w.array(given["a"])), w.expr(given["reps"])))
+    return form("array", form("repeat", form("->list", write_array(w, given["a"])), w.expr(given["reps"])))
 
 
-def write_argsort(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_argsort(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "a", "np.argsort")
     keys, item = PythonVariable("keys", None, is_temporary=True), PythonVariable("i", None, is_temporary=True)
     key = FormCode([Name("lambda"), FormCode([VariableRef(item)]), form("ref", VariableRef(keys), VariableRef(item))])
     order = form("array", form("sort", form("range", form("length", VariableRef(keys))), Key("key"), key))
-    return form("let", FormCode([FormCode([VariableRef(keys), w.array(given["a"])])]), order)
+    return form("let", FormCode([FormCode([VariableRef(keys), write_array(w, given["a"])])]), order)
 
 
-def write_meshgrid(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_meshgrid(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "x y", "np.meshgrid")
     x, y = PythonVariable("x", None, is_temporary=True), PythonVariable("y", None, is_temporary=True)
     rows = form("stack-arrays", form("make-list", form("length", VariableRef(y)), VariableRef(x)))
     columns = form("transpose", form("stack-arrays", form("make-list", form("length", VariableRef(x)), VariableRef(y))))
     bindings = FormCode(
-        [FormCode([VariableRef(x), w.array(given["x"])]), FormCode([VariableRef(y), w.array(given["y"])])]
+        [FormCode([VariableRef(x), write_array(w, given["x"])]), FormCode([VariableRef(y), write_array(w, given["y"])])]
     )
     return form("let*", bindings, form("list", rows, columns))
 
 
-def write_defaultdict(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_defaultdict(w: Writer, node: ast.Call) -> Code:
     arguments_of(w, node, "factory?", "defaultdict")
     return form("table")
 
 
-def write_field(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_field(w: Writer, node: ast.Call) -> Code:
     raise w.unsupported("`field` outside a dataclass", node)
 
 
@@ -369,7 +372,7 @@ _SEQUENCE_PARAMETERS = ("a", "seq", "population", "x")
 _NO_KEYWORD_VALUES = ("dtype",)
 
 
-def draw(w: ExpressionWriter, node: ast.Call, path: str, stream: Code | None = None) -> Code:
+def draw(w: Writer, node: ast.Call, path: str, stream: Code | None = None) -> Code:
     """A draw from a stream: the common one, or ``stream``."""
     head, signature = DRAWS[path]
     parameters = [p.partition(":") for p in signature.split()]
@@ -383,7 +386,7 @@ def draw(w: ExpressionWriter, node: ast.Call, path: str, stream: Code | None = N
         if value is None or name in _NO_KEYWORD_VALUES or (keyword and is_none(value)):
             continue
         if keyword:
-            options += [Key(keyword), w.test(value) if keyword == "replace" else w.expr(value)]
+            options += [Key(keyword), write_test(w, value) if keyword == "replace" else w.expr(value)]
             continue
         items += [_draw_argument(w, v, name) for v in (*waiting, value)]
         waiting = []
@@ -392,13 +395,13 @@ def draw(w: ExpressionWriter, node: ast.Call, path: str, stream: Code | None = N
         options += [Key("stream"), stream]
     code = form(head, *items, *options)
     if path == "numpy.random.permutation" and not w.type(node.args[0]).only(INT) and w.type(node).kinds & ARRAY:
-        code = form("permutation", w.array(node.args[0]), *options)
+        code = form("permutation", write_array(w, node.args[0]), *options)
     return form("mutable", code) if w.is_mutated(node) else code
 
 
-def _draw_argument(w: ExpressionWriter, value: ast.expr, name: str) -> Code:
+def _draw_argument(w: Writer, value: ast.expr, name: str) -> Code:
     if name in _SEQUENCE_PARAMETERS and not w.type(value).only(NUMBERS):
-        return w.iterable(value)
+        return write_iterable(w, value)
     return numeric(w, value)
 
 
@@ -422,7 +425,7 @@ def write_draw(path: str) -> CallWriter:
 
 
 def write_sides(head: str) -> CallWriter:
-    def write(w: ExpressionWriter, node: ast.Call) -> Code:
+    def write(w: Writer, node: ast.Call) -> Code:
         only_positional(w, node)
         return form(head if node.args else ("random" if head == "rand" else "normal"), *(w.expr(a) for a in node.args))
 
@@ -430,14 +433,14 @@ def write_sides(head: str) -> CallWriter:
 
 
 def write_shuffle(head: str) -> CallWriter:
-    def write(w: ExpressionWriter, node: ast.Call) -> Code:
+    def write(w: Writer, node: ast.Call) -> Code:
         return form(head, w.expr(arguments_of(w, node, "x", "shuffle")["x"]))
 
     return write
 
 
 def write_seed(head: str) -> CallWriter:
-    def write(w: ExpressionWriter, node: ast.Call) -> Code:
+    def write(w: Writer, node: ast.Call) -> Code:
         if not node.args or is_none(node.args[0]):
             raise w.unsupported("seeding from the clock", node, "give the seed a number")
         return form(head, w.expr(node.args[0]))
@@ -446,7 +449,7 @@ def write_seed(head: str) -> CallWriter:
 
 
 def write_stream(head: str) -> CallWriter:
-    def write(w: ExpressionWriter, node: ast.Call) -> Code:
+    def write(w: Writer, node: ast.Call) -> Code:
         return form(head, *(w.expr(a) for a in (*node.args, *(k.value for k in node.keywords)) if not is_none(a)))
 
     return write

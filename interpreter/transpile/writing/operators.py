@@ -6,7 +6,6 @@ import ast
 import re
 import string
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from scenelang.interpreter.transpile.analysis.inference import (
     ARRAY,
@@ -25,13 +24,11 @@ from scenelang.interpreter.transpile.analysis.inference import (
     SET,
     SHAPE,
     STR,
-    STREAM,
     UNKNOWN,
     AbstractType,
     never_equal,
 )
 from scenelang.interpreter.transpile.analysis.scopes import PythonVariable, is_none
-from scenelang.interpreter.transpile.writing.blocks import Block
 from scenelang.interpreter.transpile.writing.code import (
     Code,
     FormCode,
@@ -40,93 +37,20 @@ from scenelang.interpreter.transpile.writing.code import (
     Name,
     VariableRef,
     form,
-    is_form,
     none,
     number,
     quote,
 )
-
-if TYPE_CHECKING:
-    from scenelang.interpreter.transpile.writing.expressions import ExpressionWriter
-
-
-# Clauses as `if`, `cond`, `when` and `unless`.
-
-
-def branch_value(block: Block, variable: PythonVariable, is_missing: bool) -> Code:
-    """A variable at the end of a branch; none where it was set neither in the branch nor before."""
-    is_set = any(variable in item.variables for item in block.items)
-    return none() if is_missing and not is_set else VariableRef(variable)
-
-
-def branch_values(block: Block, variables: list[PythonVariable], missing: set[PythonVariable]) -> Code:
-    """The list of several variables at the end of a branch; plain definitions go straight into it."""
-    items = block.items
-    if (
-        [item.variables for item in items] == [(v,) for v in variables]
-        and all(item.kind == "define" and type(item.target) is VariableRef for item in items)
-        and not any(item.mentions(v) for item in items for v in variables)
-        and not any(item.note.before or item.note.after for item in items)
-    ):
-        values = [item.value for item in items]
-        items.clear()
-        if all(type(value) is LiteralCode for value in values):
-            return quote(FormCode(values))
-        return form("list", *values)
-    if len(items) == 1 and _binds_in_order(items[0].target, variables):
-        return items.pop().value
-    return form("list", *(branch_value(block, v, v in missing) for v in variables))
-
-
-def _binds_in_order(target: Code | None, variables: list[PythonVariable]) -> bool:
-    """Whether a pattern is just these variables, side by side."""
-    if not isinstance(target, FormCode) or target.rest is not None or len(target.items) != len(variables):
-        return False
-    return all(type(item) is VariableRef and item.variable is v for item, v in zip(target.items, variables))
-
-
-def conditional(clauses: list[Code]) -> Code:
-    """``(if test a b)`` where two short branches do, else ``cond``; nested conditions are flattened."""
-    last = clauses[-1]
-    while isinstance(last, FormCode) and len(last.items) == 2 and is_form(last, "else") and not last.before:
-        inner = last.items[1]
-        if not (is_form(inner, "cond") and isinstance(inner, FormCode)) or inner.before:
-            break
-        clauses = [*clauses[:-1], *inner.items[1:]]
-        last = clauses[-1]
-    if len(clauses) == 2 and is_form(clauses[1], "else"):
-        first, second = clauses
-        assert isinstance(first, FormCode)
-        assert isinstance(second, FormCode)
-        if len(first.items) == 2 and len(second.items) == 2 and not first.before and not second.before:
-            return FormCode([Name("if"), first.items[0], first.items[1], second.items[1]], first.span)
-    return FormCode([Name("cond"), *clauses], clauses[0].span)
-
-
-def unless(clauses: list[Code]) -> Code | None:
-    """``(cond (test none) (else body ...))``, for what it does, is ``(unless test body ...)``."""
-    if len(clauses) != 2:
-        return None
-    first, second = clauses
-    assert isinstance(first, FormCode)
-    assert isinstance(second, FormCode)
-    is_nothing = type(first.items[-1]) is LiteralCode and first.items[-1].value is None and len(first.items) == 2
-    if not is_nothing or first.before or first.items[-1].before or second.before or not is_form(second, "else"):
-        return None
-    if type(second.items[-1]) is LiteralCode or len(second.items) < 2:
-        return None
-    test = first.items[0]
-    if is_form(test, "not") and isinstance(test, FormCode):
-        return FormCode([Name("when"), test.items[1], *second.items[1:]], first.span)
-    return FormCode([Name("unless"), test, *second.items[1:]], first.span)
-
-
-def hang(code: Code, note: Code) -> None:
-    code.before = (*note.before, *code.before)
-    code.after = code.after or note.after
-    code.blank = code.blank or note.blank
-    note.before, note.after, note.blank = (), None, False
-
+from scenelang.interpreter.transpile.writing.conversions import (
+    ALWAYS_TRUE,
+    dynamic,
+    numeric,
+    printable,
+    write_array,
+    write_iterable,
+    write_test,
+)
+from scenelang.interpreter.transpile.writing.writer import WriteExpression, Writer
 
 # f-strings, ``%`` and ``format`` -> ``(format "..." ...)``.
 
@@ -134,7 +58,7 @@ def hang(code: Code, note: Code) -> None:
 _PERCENT = re.compile(r"%(?:\((\w+)\))?([-+ #0]*)(\d+)?(?:\.(\d+))?([a-zA-Z%])")
 
 
-def interpolated(w: ExpressionWriter, node: ast.JoinedStr) -> Code:
+def interpolated(w: Writer, node: ast.JoinedStr) -> Code:
     """An f-string."""
     template = ""
     values: list[Code] = []
@@ -166,18 +90,10 @@ def _escaped(text: str) -> str:
     return text.replace("{", "{{").replace("}", "}}")
 
 
-def printable(w: ExpressionWriter, node: ast.expr) -> Code:
-    """A value to be put into a text as Python would write it."""
-    found = w.type(node)
-    if not found.kinds or found.only(INT | FLOAT | STR):
-        return w.expr(node)
-    return w.dynamic("py-str", w.expr(node))
-
-
-def percent(w: ExpressionWriter, node: ast.BinOp) -> Code:
+def percent(w: Writer, node: ast.BinOp) -> Code:
     """``"..." % values``."""
     if not isinstance(node.left, ast.Constant):
-        return w.dynamic("py-%", w.expr(node.left), w.expr(node.right))
+        return dynamic(w, "py-%", w.expr(node.left), w.expr(node.right))
     values = list(node.right.elts) if isinstance(node.right, ast.Tuple) else [node.right]
     template, position = "", 0
     codes: list[Code] = []
@@ -212,7 +128,7 @@ def _spec(flags: str, width: str | None, precision: str | None, kind: str) -> st
     return f":{align}{sign}{zero}{width or ''}{'.' + precision if precision else ''}{kind}"
 
 
-def format_method(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+def format_method(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     """``"...".format(...)``: named fields become positions; fields reach no attributes or items."""
     named = {k.arg: position for position, k in enumerate(node.keywords, len(node.args)) if k.arg is not None}
     values = [*node.args, *(k.value for k in node.keywords)]
@@ -239,69 +155,36 @@ def format_method(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> C
     return _format(template, [printable(w, value) for value in values])
 
 
+# Arithmetic.
+
+
 _ARITHMETIC: dict[type[ast.operator], str] = {
     ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.FloorDiv: "//", ast.Mod: "%", ast.Pow: "expt",
 }  # fmt: skip
+
+
 _JOINING = (ast.Add, ast.Sub, ast.Mult, ast.Div)
+
+
 _ORDER: dict[type[ast.cmpop], str] = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">="}
+
+
 _ON_SETS: dict[type[ast.operator], str] = {
     ast.BitAnd: "set-intersection", ast.BitOr: "set-union", ast.Sub: "set-difference",
 }  # fmt: skip
+
+
 _ON_BITS: dict[type[ast.operator], str] = {
     ast.BitAnd: "bitwise-and", ast.BitOr: "bitwise-or", ast.BitXor: "bitwise-xor",
 }  # fmt: skip
-_ALWAYS_TRUE = FUNCTION | RECORD | POSE | STREAM
 
 
-# --- truth -----------------------------------------------------------------------------------------------------
-
-
-def truth(w: ExpressionWriter, node: ast.expr, found: AbstractType) -> Code:
-    """Python's truth of ``node`` as a value that decides."""
-    code = w.expr(node)
-    if not found.kinds or found.only(BOOL | NONE | _ALWAYS_TRUE):
-        return code
-    rest = found.without(NONE | BOOL)
-    some = _some(w, code, node, rest)
-    if some is None or (found.kinds & BOOL and rest.kinds):
-        return w.dynamic("py-truthy?", code)
-    if found.kinds & (NONE | BOOL):
-        if not w.is_simple(node):
-            return w.dynamic("py-truthy?", code)
-        return form("and", w.expr(node), some, span=w.span(node))
-    return some
-
-
-def _some(w: ExpressionWriter, code: Code, node: ast.expr, found: AbstractType) -> Code | None:
-    """The test that a value of one known kind is not zero or empty."""
-    if found.only(INT | FLOAT):
-        return form("not", form("zero?", code), span=w.span(node))
-    if found.only(CONTAINERS | STR):
-        if is_form(code, "set-intersection") or not is_form(code, "primitives"):
-            return form("not", form("empty?", code), span=w.span(node))
-    if found.only(SHAPE | LIST):
-        return form("not", form("empty?", form("primitives", code)), span=w.span(node))
-    return None
-
-
-# --- arithmetic ------------------------------------------------------------------------------------------------
-
-
-def numeric(w: ExpressionWriter, node: ast.expr) -> Code:
-    """An operand of arithmetic: a Boolean counts as 1 or 0."""
-    if isinstance(node, ast.Constant) and isinstance(node.value, bool):
-        return number(int(node.value), w.span(node))
-    if w.type(node).only(BOOL):
-        return form("if", w.test(node), number(1), number(0), span=w.span(node))
-    return w.expr(node)
-
-
-def binary(w: ExpressionWriter, node: ast.BinOp) -> Code:
+def binary(w: Writer, node: ast.BinOp) -> Code:
     left, right = w.type(node.left), w.type(node.right)
     kinds = left.kinds | right.kinds
     op = type(node.op)
     if op is ast.MatMult:
-        return _chain(w, node, "@", ast.MatMult, w.array)
+        return _chain(w, node, "@", ast.MatMult, write_array)
     if kinds & (ARRAY | POSE) and op not in (ast.BitAnd, ast.BitOr):
         return _array_arithmetic(w, node, op)
     if op is ast.Mod and left.only(STR):
@@ -313,7 +196,7 @@ def binary(w: ExpressionWriter, node: ast.BinOp) -> Code:
     if op in (ast.BitAnd, ast.BitOr, ast.BitXor, ast.LShift, ast.RShift) or (op is ast.Sub and kinds & SET):
         return _bits(w, node, op, left, right)
     if kinds & UNKNOWN and not _is_certain(left, right) and op in (ast.Add, ast.Mult, ast.Mod):
-        return w.dynamic(f"py-{_ARITHMETIC[op]}", w.expr(node.left), w.expr(node.right))
+        return dynamic(w, f"py-{_ARITHMETIC[op]}", w.expr(node.left), w.expr(node.right))
     if op not in _ARITHMETIC:
         raise w.unsupported("this operator", node)
     return _arithmetic(w, node, op)
@@ -324,25 +207,24 @@ def _is_certain(left: AbstractType, right: AbstractType) -> bool:
     return left.only(FLOAT) or right.only(FLOAT)
 
 
-def _arithmetic(w: ExpressionWriter, node: ast.BinOp, op: type[ast.operator]) -> Code:
+def _arithmetic(w: Writer, node: ast.BinOp, op: type[ast.operator]) -> Code:
     if op in _JOINING:
-        return _chain(w, node, _ARITHMETIC[op], op, lambda operand: numeric(w, operand))
+        return _chain(w, node, _ARITHMETIC[op], op, numeric)
     return form(_ARITHMETIC[op], numeric(w, node.left), numeric(w, node.right))
 
 
-def _chain(w: ExpressionWriter, node: ast.BinOp, head: str, op: type[ast.operator], write: object) -> Code:
+def _chain(w: Writer, node: ast.BinOp, head: str, op: type[ast.operator], write: WriteExpression) -> Code:
     """``a + b + c`` is ``(+ a b c)``: the same operations in the same order."""
-    assert callable(write)
     operands: list[ast.expr] = []
     inner: ast.expr = node
     while isinstance(inner, ast.BinOp) and type(inner.op) is op and (inner is node or _same_kind(w, inner, node)):
         operands.append(inner.right)
         inner = inner.left
     operands.append(inner)
-    return form(head, *(write(operand) for operand in reversed(operands)))
+    return form(head, *(write(w, operand) for operand in reversed(operands)))
 
 
-def _same_kind(w: ExpressionWriter, inner: ast.BinOp, outer: ast.BinOp) -> bool:
+def _same_kind(w: Writer, inner: ast.BinOp, outer: ast.BinOp) -> bool:
     """Whether both operations are arithmetic of the same sort, so that one form may hold both."""
     kinds = w.type(inner).kinds
     if isinstance(outer.op, ast.MatMult):
@@ -350,24 +232,24 @@ def _same_kind(w: ExpressionWriter, inner: ast.BinOp, outer: ast.BinOp) -> bool:
     return not kinds & (STR | SEQUENCES | SHAPE | SET | UNKNOWN)
 
 
-def _array_arithmetic(w: ExpressionWriter, node: ast.BinOp, op: type[ast.operator]) -> Code:
+def _array_arithmetic(w: Writer, node: ast.BinOp, op: type[ast.operator]) -> Code:
     if op not in _ARITHMETIC:
         raise w.unsupported("this operator on arrays", node)
-
-    def write(operand: ast.expr) -> Code:
-        return numeric(w, operand) if w.type(operand).only(BOOL) else w.array(operand)
-
     if op in _JOINING:
-        return _chain(w, node, _ARITHMETIC[op], op, write)
-    return form(_ARITHMETIC[op], write(node.left), write(node.right))
+        return _chain(w, node, _ARITHMETIC[op], op, _array_operand)
+    return form(_ARITHMETIC[op], _array_operand(w, node.left), _array_operand(w, node.right))
 
 
-def _concatenation(w: ExpressionWriter, node: ast.BinOp, left: AbstractType, right: AbstractType) -> Code:
+def _array_operand(w: Writer, node: ast.expr) -> Code:
+    return numeric(w, node) if w.type(node).only(BOOL) else write_array(w, node)
+
+
+def _concatenation(w: Writer, node: ast.BinOp, left: AbstractType, right: AbstractType) -> Code:
     kinds = left.kinds | right.kinds
     if left.only(NUMBERS) or right.only(NUMBERS):
         return _arithmetic(w, node, ast.Add)
     if kinds & (UNKNOWN | NUMBERS) and not kinds & SHAPE:
-        return w.dynamic("py-+", w.expr(node.left), w.expr(node.right))
+        return dynamic(w, "py-+", w.expr(node.left), w.expr(node.right))
     if kinds & SHAPE:
         return _flat(w, node, "union", SHAPE | LIST)
     if kinds & STR:
@@ -376,7 +258,7 @@ def _concatenation(w: ExpressionWriter, node: ast.BinOp, left: AbstractType, rig
     return form("mutable", code) if w.is_mutated(node) else code
 
 
-def _flat(w: ExpressionWriter, node: ast.BinOp, head: str, kinds: int) -> Code:
+def _flat(w: Writer, node: ast.BinOp, head: str, kinds: int) -> Code:
     operands: list[ast.expr] = []
     inner: ast.expr = node
     while (
@@ -388,12 +270,12 @@ def _flat(w: ExpressionWriter, node: ast.BinOp, head: str, kinds: int) -> Code:
     return form(head, *(w.expr(operand) for operand in reversed(operands)))
 
 
-def _repetition(w: ExpressionWriter, node: ast.BinOp, left: AbstractType, right: AbstractType) -> Code:
+def _repetition(w: Writer, node: ast.BinOp, left: AbstractType, right: AbstractType) -> Code:
     items, count = (node.left, node.right) if left.kinds & (STR | SEQUENCES | SHAPE) else (node.right, node.left)
     if left.only(FLOAT) or right.only(FLOAT):
         return _arithmetic(w, node, ast.Mult)  # only a number can be multiplied by a Float
     if (left.kinds | right.kinds) & UNKNOWN or w.type(items).kinds & NUMBERS:
-        return w.dynamic("py-*", w.expr(node.left), w.expr(node.right))
+        return dynamic(w, "py-*", w.expr(node.left), w.expr(node.right))
     if isinstance(items, (ast.List, ast.Tuple)) and len(items.elts) == 1 and not isinstance(items.elts[0], ast.Starred):
         code: Code = form("make-list", w.expr(count), w.expr(items.elts[0]))
     elif w.type(items).kinds & SHAPE:
@@ -403,9 +285,7 @@ def _repetition(w: ExpressionWriter, node: ast.BinOp, left: AbstractType, right:
     return form("mutable", code) if w.is_mutated(node) else code
 
 
-def _bits(
-    w: ExpressionWriter, node: ast.BinOp, op: type[ast.operator], left: AbstractType, right: AbstractType
-) -> Code:
+def _bits(w: Writer, node: ast.BinOp, op: type[ast.operator], left: AbstractType, right: AbstractType) -> Code:
     kinds = left.kinds | right.kinds
     if kinds & SET and (op is ast.BitXor or op in _ON_SETS):
         if op is ast.BitXor:
@@ -426,17 +306,17 @@ def _bits(
     return form(_ON_BITS[op], numeric(w, node.left), numeric(w, node.right))
 
 
-def unary(w: ExpressionWriter, node: ast.UnaryOp) -> Code:
+def unary(w: Writer, node: ast.UnaryOp) -> Code:
     operand = node.operand
     if isinstance(node.op, ast.Not):
-        return form("not", w.test(operand))
+        return form("not", write_test(w, operand))
     if isinstance(node.op, ast.USub):
         value = operand.value if isinstance(operand, ast.Constant) else None
         if isinstance(value, (int, float)) and not isinstance(value, bool):
             inner = w.expr(operand)
             assert isinstance(inner, LiteralCode)
             return LiteralCode(-value, w.span(node), f"-{inner.text}" if inner.text else None)
-        return form("-", w.array(operand) if w.type(operand).only(ARRAY) else numeric(w, operand))
+        return form("-", write_array(w, operand) if w.type(operand).only(ARRAY) else numeric(w, operand))
     if isinstance(node.op, ast.UAdd):
         return numeric(w, operand)
     if is_mask(w.type(operand)):
@@ -446,10 +326,10 @@ def unary(w: ExpressionWriter, node: ast.UnaryOp) -> Code:
     return form("-", form("-", numeric(w, operand)), number(1))
 
 
-# --- comparison ------------------------------------------------------------------------------------------------
+# Comparisons, `and` and `or`.
 
 
-def comparison(w: ExpressionWriter, node: ast.Compare) -> Code:
+def comparison(w: Writer, node: ast.Compare) -> Code:
     """``a < b``, and chains of comparisons."""
     operands = [node.left, *node.comparators]
     if len(node.ops) == 1:
@@ -462,23 +342,23 @@ def comparison(w: ExpressionWriter, node: ast.Compare) -> Code:
     return form("and", *(_compare(w, node, op, a, b) for op, a, b in zip(node.ops, operands, operands[1:])))
 
 
-def _compare(w: ExpressionWriter, node: ast.Compare, op: ast.cmpop, a: ast.expr, b: ast.expr) -> Code:
+def _compare(w: Writer, node: ast.Compare, op: ast.cmpop, a: ast.expr, b: ast.expr) -> Code:
     span = w.span(node)
     if isinstance(op, ast.NotEq) and is_mask(w.type(node)):
-        return form("-", number(1), form("array-map", Name("="), w.array(a), w.array(b)), span=span)
+        return form("-", number(1), form("array-map", Name("="), write_array(w, a), write_array(w, b)), span=span)
     if isinstance(op, (ast.NotEq, ast.IsNot, ast.NotIn)):
         positive: ast.cmpop = {ast.NotEq: ast.Eq, ast.IsNot: ast.Is, ast.NotIn: ast.In}[type(op)]()
         return form("not", _compare(w, node, positive, a, b), span=span)
     if isinstance(op, ast.In):
         return _contains(w, a, b)
     if isinstance(op, ast.Eq) and is_mask(w.type(node)):
-        return form("array-map", Name("="), w.array(a), w.array(b), span=span)
+        return form("array-map", Name("="), write_array(w, a), write_array(w, b), span=span)
     if isinstance(op, (ast.Is, ast.Eq)):
         return _equal(w, a, b)
     left, right = w.type(a), w.type(b)
     head = _ORDER[type(op)]
     if (left.kinds | right.kinds) & ARRAY:
-        return form("array-map", Name(head), w.array(a), w.array(b), span=span)
+        return form("array-map", Name(head), write_array(w, a), write_array(w, b), span=span)
     if left.only(SET) and right.only(SET):
         small, large = (a, b) if head in ("<", "<=") else (b, a)
         subset = form("subset?", w.expr(small), w.expr(large), span=span)
@@ -498,21 +378,21 @@ def _compare(w: ExpressionWriter, node: ast.Compare, op: ast.cmpop, a: ast.expr,
     if (left | right).only(NUMBERS | NONE | UNKNOWN):
         return form(head, numeric(w, a), numeric(w, b), span=span)
     first, second = (a, b) if head in ("<", ">=") else (b, a)
-    less = w.dynamic("py-<", w.expr(first), w.expr(second))
+    less = dynamic(w, "py-<", w.expr(first), w.expr(second))
     return less if head in ("<", ">") else form("not", less, span=span)
 
 
-def _contains(w: ExpressionWriter, item: ast.expr, container: ast.expr) -> Code:
+def _contains(w: Writer, item: ast.expr, container: ast.expr) -> Code:
     found = w.type(container)
     if found.kinds & UNKNOWN:
-        return w.dynamic("py-in", w.expr(item), w.expr(container))
+        return dynamic(w, "py-in", w.expr(item), w.expr(container))
     if never_holds(w, container, item):
         return without_use(w, (item, container), LiteralCode(False))
     code = form("primitives", w.expr(container)) if found.kinds & SHAPE else w.expr(container)
     return form("contains?", code, w.expr(item))
 
 
-def never_holds(w: ExpressionWriter, container: ast.expr, item: ast.expr) -> bool:
+def never_holds(w: Writer, container: ast.expr, item: ast.expr) -> bool:
     """Whether a sequence holds only tuples and the item is a list, or the other way round."""
     found = w.type(container)
     if not found.only(SEQUENCES) or not found.sites:
@@ -520,13 +400,13 @@ def never_holds(w: ExpressionWriter, container: ast.expr, item: ast.expr) -> boo
     return all(site.element.kinds and never_equal(site.element, w.type(item)) for site in found.sites)
 
 
-def without_use(w: ExpressionWriter, operands: Sequence[ast.expr], result: Code) -> Code:
+def without_use(w: Writer, operands: Sequence[ast.expr], result: Code) -> Code:
     """``result``, after the operands have had their effects."""
     acting = [operand for operand in operands if w.effect(operand).acts]
     return form("begin", *(w.expr(operand) for operand in acting), result) if acting else result
 
 
-def _equal(w: ExpressionWriter, a: ast.expr, b: ast.expr) -> Code:
+def _equal(w: Writer, a: ast.expr, b: ast.expr) -> Code:
     for first, second in ((a, b), (b, a)):
         if is_none(second):
             return form("none?", w.expr(first))
@@ -547,36 +427,36 @@ def _equal(w: ExpressionWriter, a: ast.expr, b: ast.expr) -> Code:
         return form("equal?", w.expr(a), w.expr(b))
     if (isinstance(b, (ast.List, ast.Tuple)) and not b.elts) or (isinstance(a, (ast.List, ast.Tuple)) and not a.elts):
         return form("equal?", w.expr(a), w.expr(b))
-    return w.dynamic("py-==", w.expr(a), w.expr(b))
+    return dynamic(w, "py-==", w.expr(a), w.expr(b))
 
 
 def _is_number(found: AbstractType) -> bool:
     return not found.kinds or found.only(NUMBERS)
 
 
-def _is_exact(w: ExpressionWriter, found: AbstractType) -> bool:
+def _is_exact(w: Writer, found: AbstractType) -> bool:
     """Whether equality of structure and type is Python's equality: strings and Integers, in lists of these."""
     if not found.kinds or not found.only(INT | STR | NONE | SEQUENCES):
         return False
     return all(site.element.only(INT | STR | NONE) for site in found.sites)
 
 
-def boolean(w: ExpressionWriter, node: ast.BoolOp) -> Code:
+def boolean(w: Writer, node: ast.BoolOp) -> Code:
     """``a and b``, ``a or b`` as values."""
     head = "and" if isinstance(node.op, ast.And) else "or"
     *first, last = node.values
-    if all(w.type(v).only(BOOL | NONE | _ALWAYS_TRUE) or not w.type(v).kinds for v in first):
-        return form(head, *(w.test(v) if w.type(v).only(BOOL) else w.expr(v) for v in first), w.expr(last))
+    if all(w.type(v).only(BOOL | NONE | ALWAYS_TRUE) or not w.type(v).kinds for v in first):
+        return form(head, *(write_test(w, v) if w.type(v).only(BOOL) else w.expr(v) for v in first), w.expr(last))
     result = w.expr(last)
     for value in reversed(first):
         if head == "or" and _is_empty_display(last) and w.type(value).only(CONTAINERS | NONE) and value is first[-1]:
             result = form("or", w.expr(value), result)
         elif w.is_simple(value):
-            test, code = w.test(value), w.expr(value)
+            test, code = write_test(w, value), w.expr(value)
             result = form("if", test, code, result) if head == "or" else form("if", test, result, code)
         else:
             thunk = FormCode([Name("lambda"), FormCode([]), result])
-            result = w.dynamic(f"py-bool-{head}", w.expr(value), thunk)
+            result = dynamic(w, f"py-bool-{head}", w.expr(value), thunk)
     return result
 
 
@@ -584,10 +464,10 @@ def _is_empty_display(node: ast.expr) -> bool:
     return (isinstance(node, (ast.List, ast.Tuple)) and not node.elts) or (isinstance(node, ast.Dict) and not node.keys)
 
 
-# --- subscripts ------------------------------------------------------------------------------------------------
+# Subscripts.
 
 
-def subscript(w: ExpressionWriter, node: ast.Subscript) -> Code:
+def subscript(w: Writer, node: ast.Subscript) -> Code:
     found = w.type(node.value)
     index = node.slice
     if isinstance(index, ast.Slice):
@@ -597,19 +477,19 @@ def subscript(w: ExpressionWriter, node: ast.Subscript) -> Code:
     if w.type(index).only(BOOL) and isinstance(node.value, (ast.Tuple, ast.List)) and len(node.value.elts) == 2:
         no, yes = node.value.elts
         if not w.effect(no, yes).acts:
-            return form("if", w.test(index), w.expr(yes), w.expr(no))
+            return form("if", write_test(w, index), w.expr(yes), w.expr(no))
     if w.type(index).kinds & (ARRAY | LIST) and found.kinds & ARRAY and not found.kinds & DICT:
         return _picked(w, node, index)
     factory = _factory(w, found)
     if factory is not None:
         return _ensured(w, node, index, factory)
     if found.kinds & UNKNOWN and found.kinds & SHAPE:
-        return w.dynamic("py-ref", w.expr(node.value), w.expr(index))
+        return dynamic(w, "py-ref", w.expr(node.value), w.expr(index))
     is_key = bool(found.kinds & DICT) and any(site.key.kinds & BOOL for site in found.sites)
     return form("ref", container(w, node.value), w.expr(index) if is_key else numeric(w, index))
 
 
-def _picked(w: ExpressionWriter, node: ast.Subscript, index: ast.expr) -> Code:
+def _picked(w: Writer, node: ast.Subscript, index: ast.expr) -> Code:
     """``array[indices]``."""
     if is_mask(w.type(index)):
         kept, mark = PythonVariable("item", None, is_temporary=True), PythonVariable("mark", None, is_temporary=True)
@@ -620,7 +500,7 @@ def _picked(w: ExpressionWriter, node: ast.Subscript, index: ast.expr) -> Code:
     picked = FormCode(
         [
             Name("for/list"),
-            FormCode([FormCode([VariableRef(item), w.iterable(index)])]),
+            FormCode([FormCode([VariableRef(item), write_iterable(w, index)])]),
             form("ref", VariableRef(source), VariableRef(item)),
         ]
     )
@@ -632,7 +512,7 @@ def is_mask(found: AbstractType) -> bool:
     return found.only(ARRAY) and any(site.key.kinds & BOOL for site in found.sites)
 
 
-def _factory(w: ExpressionWriter, found: AbstractType) -> ast.expr | None:
+def _factory(w: Writer, found: AbstractType) -> ast.expr | None:
     """What makes the missing values of a ``defaultdict``."""
     for site in found.sites:
         if (
@@ -644,7 +524,7 @@ def _factory(w: ExpressionWriter, found: AbstractType) -> ast.expr | None:
     return None
 
 
-def _ensured(w: ExpressionWriter, node: ast.Subscript, index: ast.expr, factory: ast.expr) -> Code:
+def _ensured(w: Writer, node: ast.Subscript, index: ast.expr, factory: ast.expr) -> Code:
     """An item of a ``defaultdict``: a number or text by default, anything else is put there first."""
     simple = {
         "int": number(0),
@@ -664,13 +544,13 @@ def _ensured(w: ExpressionWriter, node: ast.Subscript, index: ast.expr, factory:
     return form("begin", form("unless", test, put), form("ref", w.expr(node.value), w.expr(index)))
 
 
-def container(w: ExpressionWriter, node: ast.expr) -> Code:
+def container(w: Writer, node: ast.expr) -> Code:
     """Something indexed or measured: a shape goes through its parts."""
     found = w.type(node)
     return form("primitives", w.expr(node)) if found.kinds & SHAPE else w.expr(node)
 
 
-def _slice(w: ExpressionWriter, node: ast.Subscript, index: ast.Slice, found: AbstractType) -> Code:
+def _slice(w: Writer, node: ast.Subscript, index: ast.Slice, found: AbstractType) -> Code:
     if found.kinds & ARRAY and w.is_mutated(node):
         raise w.unsupported("changing a part of an array through another name", node, "take a `.copy()` of the part")
     value = container(w, node.value)
@@ -695,13 +575,13 @@ def _is_minus_one(node: ast.UnaryOp) -> bool:
     return isinstance(node.op, ast.USub) and isinstance(node.operand, ast.Constant) and node.operand.value == 1
 
 
-def _many(w: ExpressionWriter, node: ast.Subscript, index: ast.Tuple) -> Code:
+def _many(w: Writer, node: ast.Subscript, index: ast.Tuple) -> Code:
     """``array[i, j]``, ``array[:, 0]``."""
     head = "slice" if any(isinstance(e, ast.Slice) for e in index.elts) else "ref"
     return form(head, w.expr(node.value), *axes(w, index.elts))
 
 
-def axes(w: ExpressionWriter, elements: Sequence[ast.expr]) -> list[Code]:
+def axes(w: Writer, elements: Sequence[ast.expr]) -> list[Code]:
     """One index, ``:all`` or (start end) for every axis."""
     codes: list[Code] = []
     for element in elements:

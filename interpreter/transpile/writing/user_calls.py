@@ -1,27 +1,95 @@
-"""Calls of the program's own functions: which arguments go by position and which by name."""
+"""The program's own functions and classes: their parameters; which arguments go by position and which by name."""
 
 from __future__ import annotations
 
 import ast
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
+from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import suggest
-from scenelang.interpreter.transpile.analysis.collect import PURE
-from scenelang.interpreter.transpile.analysis.inference import BOOL, FLOAT, INT, NOTHING, T_INT, AbstractType
+from scenelang.interpreter.transpile.analysis.inference import BOOL, FLOAT, INT, NOTHING, T_INT
 from scenelang.interpreter.transpile.analysis.scopes import Class, Function, PythonParameter, PythonVariable
-from scenelang.interpreter.transpile.writing.blocks import Block, BlockItem, assemble
-from scenelang.interpreter.transpile.writing.code import ArgumentName, Code, FormCode, Name, VariableRef, form, none
-from scenelang.interpreter.transpile.writing.operators import numeric
-from scenelang.interpreter.transpile.writing.writer import docstring_lines
+from scenelang.interpreter.transpile.writing.code import (
+    ArgumentName,
+    Code,
+    FormCode,
+    Key,
+    LiteralCode,
+    Name,
+    VariableRef,
+    form,
+    kebab,
+)
+from scenelang.interpreter.transpile.writing.conversions import numeric, write_iterable, write_vector
+from scenelang.interpreter.transpile.writing.writer import Writer, wants_vector
 
-if TYPE_CHECKING:
-    from scenelang.interpreter.transpile.writing.expressions import ExpressionWriter
-    from scenelang.interpreter.transpile.writing.statements import StatementWriter
-    from scenelang.interpreter.transpile.writing.writer import Writer
+# The parameters of a function.
 
 
-def call_function(w: ExpressionWriter, node: ast.Call) -> Code:
+def write_parameters(w: Writer, function: Function) -> FormCode:
+    """The list of parameters; defaults are constants or names by now."""
+    items: list[Code] = []
+    rest: Code | None = None
+    for parameter in function.parameters:
+        variable = parameter.variable
+        name = VariableRef(variable, w.span(variable.stores[0]), is_keyword=variable.is_keyword)
+        if parameter.kind == "rest":
+            rest = name
+        elif parameter.kind == "keys":
+            items += [Name("&keys"), name]
+        elif parameter.default is not None:
+            items.append(FormCode([name, _write_default(w, function, variable, parameter.default)]))
+        else:
+            items.append(name)
+    return FormCode(items, _signature_span(w, function), rest)
+
+
+def _signature_span(w: Writer, function: Function) -> Span | None:
+    """The place of the parameters in the Python."""
+    if not function.parameters:
+        return None
+    first = w.span(function.parameters[0].variable.stores[0])
+    last_parameter = function.parameters[-1]
+    last = w.span(last_parameter.default or last_parameter.annotation or last_parameter.variable.stores[0])
+    return Span(first.source, first.start, max(first.end, last.end))
+
+
+def _write_default(w: Writer, function: Function, variable: PythonVariable, node: ast.expr) -> Code:
+    """The default of a parameter; statements replaces what must be evaluated at the definition."""
+    found = w.defaults.get(node)  # evaluated once, at the definition
+    if found is not None:
+        return VariableRef(found, w.span(node))
+    return write_vector(w, node) if w.is_vector_literal(node) and wants_vector(w, node) else w.expr(node)
+
+
+def may_stay(w: Writer, node: ast.expr) -> bool:
+    """Whether a default gives the same whenever it is evaluated."""
+    effect = w.effect(node)
+    if effect.acts or effect.looks or effect.reads:
+        return False
+    if any(w.is_mutated(n) for n in ast.walk(node)):
+        return False
+    for name in ast.walk(node):
+        if isinstance(name, ast.Name):
+            variable = w.names.variables.get(name)
+            if variable is not None and (len(variable.stores) > 1 or variable.is_cell):
+                return False
+        elif isinstance(name, ast.Call) and w.paths.of(name.func) is None:
+            return False
+    return True
+
+
+def lambda_locals(w: Writer, function: Function) -> list[Code]:
+    """The definitions of what ``:=`` assigns inside a lambda, which is the lambda's own."""
+    parameters = {parameter.variable for parameter in function.parameters}
+    own = [variable for variable in function.locals.values() if variable not in parameters]
+    return [form("define", VariableRef(variable), LiteralCode(None)) for variable in own]
+
+
+# Calls.
+
+
+def call_function(w: Writer, node: ast.Call) -> Code:
     """A call of a variable, a lambda or the result of another call."""
 
     record = _record_of(w, node.func)
@@ -41,18 +109,18 @@ def call_function(w: ExpressionWriter, node: ast.Call) -> Code:
     return call_known(w, node, function, target, [])
 
 
-def _is_named(w: ExpressionWriter, variable: PythonVariable, function: Function) -> bool:
+def _is_named(w: Writer, variable: PythonVariable, function: Function) -> bool:
     """Whether a variable is just the name of a lambda."""
     outer = w.parent(variable.stores[0])
     return isinstance(outer, ast.Assign) and outer.value is function.node
 
 
-def _record_of(w: ExpressionWriter, func: ast.expr) -> Class | None:
+def _record_of(w: Writer, func: ast.expr) -> Class | None:
     variable = w.variable(func)
     return next((c for c in w.names.classes.values() if c.variable is variable), None) if variable is not None else None
 
 
-def call_known(w: ExpressionWriter, node: ast.Call, function: Code, target: Function, first: list[Code]) -> Code:
+def call_known(w: Writer, node: ast.Call, function: Code, target: Function, first: list[Code]) -> Code:
     """Call ``target``, whose parameters are known; ``first`` are arguments before those of ``node``."""
     parameters = target.parameters[len(first) :]
     stars = [a for a in node.args if isinstance(a, ast.Starred)]
@@ -82,19 +150,17 @@ def call_known(w: ExpressionWriter, node: ast.Call, function: Code, target: Func
     return FormCode([function, *items])
 
 
-def write_argument(w: ExpressionWriter, node: ast.expr, parameters: Sequence[PythonParameter] = ()) -> Code:
+def write_argument(w: Writer, node: ast.expr, parameters: Sequence[PythonParameter] = ()) -> Code:
     """An argument of a function of the program: a display that only serves as a vector becomes one, a Boolean beside
     numbers a number."""
     if w.type(node).only(BOOL) and any(
         w.facts.variables.get(p.variable, NOTHING).kinds & (INT | FLOAT) for p in parameters
     ):
         return numeric(w, node)
-    return w.vector(node) if w.is_vector_literal(node) and w.wants_vector(node) else w.expr(node)
+    return write_vector(w, node) if w.is_vector_literal(node) and wants_vector(w, node) else w.expr(node)
 
 
-def _check(
-    w: ExpressionWriter, node: ast.Call, target: Function, parameters: list[PythonParameter], has_star: bool
-) -> None:
+def _check(w: Writer, node: ast.Call, target: Function, parameters: list[PythonParameter], has_star: bool) -> None:
     """Raise what the call gets wrong about the function's parameters."""
     plain = [p for p in parameters if p.kind == "plain"]
     names = [p.variable.name for p in parameters if p.kind in ("plain", "keyword")]
@@ -121,9 +187,7 @@ def _check(
         raise w.error("python-call", f"the call of `{target.name}` lacks {', '.join(f'`{m}`' for m in missing)}", node)
 
 
-def _spread(
-    w: ExpressionWriter, node: ast.Call, function: Code, parameters: list[PythonParameter], first: list[Code]
-) -> Code:
+def _spread(w: Writer, node: ast.Call, function: Code, parameters: list[PythonParameter], first: list[Code]) -> Code:
     """``f(*xs)``. Parameters that go by name are given by position through a function between."""
     before: list[Code] = list(first)
     lists: list[Code] = []
@@ -143,7 +207,7 @@ def _spread(
         function, given, tables = by_position(function, plain, given, tables, rest), [], []
     for argument in node.args:
         if isinstance(argument, ast.Starred):
-            lists.append(w.iterable(argument.value))
+            lists.append(write_iterable(w, argument.value))
         elif lists:
             lists.append(form("list", w.expr(argument)))
         else:
@@ -154,7 +218,7 @@ def _spread(
     return form("apply", function, *before, tail)
 
 
-def _positional_count(w: ExpressionWriter, node: ast.Call) -> int | None:
+def _positional_count(w: Writer, node: ast.Call) -> int | None:
     """How many arguments a call with stars gives by position, where inference knows."""
     total = 0
     for argument in node.args:
@@ -187,7 +251,7 @@ def by_position(
     return FormCode([Name("lambda"), signature, call])
 
 
-def wrapped(w: ExpressionWriter, function: Function, node: ast.Name) -> Code:
+def wrapped(w: Writer, function: Function, node: ast.Name) -> Code:
     """A function with keyword parameters as a value that is called by position: those without defaults."""
     plain = [p for p in function.parameters if p.kind == "plain"]
     required = sum(1 for p in plain if p.default is None)
@@ -195,7 +259,7 @@ def wrapped(w: ExpressionWriter, function: Function, node: ast.Name) -> Code:
     return by_position(VariableRef(w.names.variables[node], w.span(node)), plain[: max(required, given)])
 
 
-def _call_value(w: ExpressionWriter, node: ast.Call) -> Code:
+def _call_value(w: Writer, node: ast.Call) -> Code:
     """A call of a function that is only known when the program runs: where all that it may be agree, by name."""
     targets = w.facts.targets.get(node, [])
     names = {tuple(p.variable.name for p in t.parameters) for t in targets}
@@ -293,28 +357,7 @@ def is_ones(node: ast.expr) -> bool:
     )
 
 
-# Small classes and dataclasses: records, their constructors, fields and methods.
-
-
-class Records:
-    """The variables that stand for what a record's definition makes: accessors, setters, methods."""
-
-    def __init__(self) -> None:
-        self._made: dict[tuple[Class, str, str], PythonVariable] = {}
-
-    def part(self, record: Class, kind: str, name: str = "") -> PythonVariable:
-        """``kind``: ``make`` the constructor of a class with ``__init__``, ``get``, ``set``, ``is``, ``method``."""
-        key = (record, kind, name)
-        found = self._made.get(key)
-        if found is None:
-            stem = record.name
-            spelled = {
-                "make": f"make_{stem}", "get": f"{stem}-{name}", "set": f"set-{stem}-{name}!", "is": f"{stem}?",
-                "method": f"{stem}-{name}", "constant": f"{stem}-{name}",
-            }[kind]  # fmt: skip
-            found = self._made[key] = PythonVariable(spelled, record.variable.function, is_temporary=True)
-            found.record = (record.variable, kind, name)
-        return found
+# Records: small classes and dataclasses, their constructors, fields and methods.
 
 
 def _record(w: Writer, node: ast.expr) -> Class:
@@ -325,7 +368,7 @@ def _record(w: Writer, node: ast.expr) -> Class:
     return classes[0]
 
 
-def read_field(w: ExpressionWriter, node: ast.Attribute) -> Code:
+def read_field(w: Writer, node: ast.Attribute) -> Code:
     record = _record(w, node.value)
     if node.attr in record.properties:
         return FormCode([VariableRef(w.records.part(record, "method", node.attr)), w.expr(node.value)])
@@ -338,20 +381,20 @@ def read_field(w: ExpressionWriter, node: ast.Attribute) -> Code:
     return FormCode([VariableRef(w.records.part(record, "get", node.attr), w.span(node)), w.expr(node.value)])
 
 
-def write_field(w: ExpressionWriter, target: ast.Attribute, value: Code) -> Code:
+def set_field(w: Writer, target: ast.Attribute, value: Code) -> Code:
     record = _record(w, target.value)
     return FormCode(
         [VariableRef(w.records.part(record, "set", target.attr), w.span(target)), w.expr(target.value), value]
     )
 
 
-def predicate(w: ExpressionWriter, name: ast.expr, value: ast.expr) -> Code:
+def predicate(w: Writer, name: ast.expr, value: ast.expr) -> Code:
     variable = w.variable(name)
     record = next(c for c in w.names.classes.values() if c.variable is variable)
     return FormCode([VariableRef(w.records.part(record, "is")), w.expr(value)])
 
 
-def call_record_method(w: ExpressionWriter, node: ast.Call, func: ast.Attribute) -> Code:
+def call_record_method(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
     record = _record(w, func.value)
     method = record.methods.get(func.attr)
     if method is None:
@@ -368,7 +411,7 @@ def call_record_method(w: ExpressionWriter, node: ast.Call, func: ast.Attribute)
     return call_known(w, node, function, method, first)
 
 
-def construct(w: ExpressionWriter, node: ast.Call, record: Class) -> Code:
+def construct(w: Writer, node: ast.Call, record: Class) -> Code:
     """``Point(1, y=2)``."""
     constructor = record.methods.get("__init__")
     if constructor is not None:
@@ -389,7 +432,7 @@ def construct(w: ExpressionWriter, node: ast.Call, record: Class) -> Code:
                 suggest(str(keyword.arg), fields),
             )
         given.add(keyword.arg)
-        items += [w.field_key(keyword.arg), w.expr(keyword.value)]
+        items += [Key(kebab(keyword.arg)), w.expr(keyword.value)]
     missing = [name for name, default in record.fields if default is None and name not in given]
     if missing:
         raise w.error("python-call", f"`{record.name}` lacks {', '.join(f'`{m}`' for m in missing)}", node)
@@ -399,86 +442,3 @@ def construct(w: ExpressionWriter, node: ast.Call, record: Class) -> Code:
 def _without_self(constructor: Function) -> Function:
     copy = Function(constructor.node, constructor.name, constructor.parent, parameters=constructor.parameters[1:])
     return copy
-
-
-def default_factory(node: ast.expr | None, *tables: dict[ast.AST, AbstractType]) -> ast.expr | None:
-    """The default of a dataclass's field: the value, or the call that ``field(default_factory=f)`` makes, with the
-    type that ``tables`` have for it."""
-    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "field":
-        for keyword in node.keywords:
-            if keyword.arg == "default":
-                return keyword.value
-            if keyword.arg == "default_factory":
-                made = ast.copy_location(ast.Call(keyword.value, [], []), node)
-                for table in tables:
-                    table[made] = table.get(node, NOTHING)
-                return made
-        return None
-    return node
-
-
-# A small class as a record: its definition, constructor and methods.
-
-
-def class_items(w: StatementWriter, record: Class) -> list[BlockItem]:
-    """``(define-record name field ...)``, then the constructor and the methods as functions."""
-    _check_class(w, record)
-    constructor = record.methods.get("__init__")
-    fields: list[Code] = []
-    for name, default in record.fields:
-        value = default_factory(default, w.facts.types)
-        if constructor is not None:
-            fields.append(FormCode([w.field_name(name), none()]))
-        elif value is not None:
-            fields.append(FormCode([w.field_name(name), w.expr(value)]))
-        else:
-            fields.append(w.field_name(name))
-    definition = form("define-record", VariableRef(record.variable), *fields, span=w.span(record.node))
-    items = [BlockItem("function", definition, PURE, (record.variable,))]
-    for name, value in record.constants.items():
-        variable = w.records.part(record, "constant", name)
-        items.append(BlockItem("define", w.expr(value), w.effect(value), (variable,), VariableRef(variable)))
-    if constructor is not None:
-        items.append(_constructor(w, record, constructor))
-    for name, method in record.methods.items():
-        if name != "__init__":
-            items.append(_method(w, record, name, method))
-    return items
-
-
-def _check_class(w: StatementWriter, record: Class) -> None:
-    bases = [ast.unparse(base) for base in record.node.bases]
-    if any(base not in ("object", "NamedTuple", "typing.NamedTuple") for base in bases):
-        raise w.unsupported("a class that inherits", record.node, "use a plain class or a dataclass")
-    for name, method in record.methods.items():
-        for decorator in getattr(method.node, "decorator_list", []):
-            if ast.unparse(decorator) not in ("staticmethod", "property"):
-                raise w.unsupported(f"`@{ast.unparse(decorator)}`", decorator)
-        if name.startswith("__") and name not in ("__init__", "__post_init__"):
-            raise w.error("python-forbidden", f"`{name}` reaches Python's own insides", method.node)
-
-
-def _constructor(w: StatementWriter, record: Class, constructor: Function) -> BlockItem:
-    """A function that makes the record and then does what ``__init__`` does."""
-    own, *parameters = constructor.parameters
-    header = w.parameters(Function(constructor.node, "", None, parameters=parameters))
-    variable = w.records.part(record, "make")
-    block = Block()
-    made = FormCode([VariableRef(record.variable)])
-    block.add(BlockItem("define", made, PURE, (own.variable,), VariableRef(own.variable)))
-    body = [*assemble(block.items, None), *w.function_body(constructor), VariableRef(own.variable)]
-    body = [c for c in body if not (type(c) is type(none()) and getattr(c, "value", 0) is None)]
-    code = FormCode(
-        [Name("define"), FormCode([VariableRef(variable), *header.items], None, header.rest), *body],
-        w.span(constructor.node),
-    )
-    return BlockItem("function", code, PURE, (variable,))
-
-
-def _method(w: StatementWriter, record: Class, name: str, method: Function) -> BlockItem:
-    variable = w.records.part(record, "method", name)
-    code = w.define_function(method, variable)
-    note = Code(None)
-    note.before = tuple(docstring_lines(method))
-    note.blank = True
-    return BlockItem("function", code, PURE, (variable,), None, note)

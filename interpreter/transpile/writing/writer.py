@@ -1,10 +1,12 @@
-"""What all parts of the translation share: the analysed program, diagnostics, comments, small judgements."""
+"""The writer, which all functions of the translation get first, and what they share: judgements of the analysed
+program, comments, where control and values go."""
 
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import TypeAlias
 
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
@@ -18,8 +20,9 @@ from scenelang.interpreter.transpile.analysis.inference import (
     AbstractType,
     TypeFacts,
 )
-from scenelang.interpreter.transpile.analysis.liveness import Liveness
+from scenelang.interpreter.transpile.analysis.liveness import CellPlaces, Liveness
 from scenelang.interpreter.transpile.analysis.scopes import (
+    Class,
     Function,
     LibraryPaths,
     PythonNames,
@@ -48,10 +51,156 @@ class Analysed:
     parents: dict[ast.AST, ast.AST] = field(default_factory=dict)
 
 
-class Writer:
-    """Holds the analysed program; the subclasses write expressions, statements and the file."""
+# Where control goes: what leaves a body or a loop early, and the places that it can leave.
 
-    def __init__(self, analysed: Analysed) -> None:
+
+Finish = Callable[[Block], Code | None]
+
+
+@dataclass(eq=False)
+class Jump:
+    """A place that `return`, `break` or `continue` may have to leave early; used when a plain branch cannot say it.
+    ``value`` is what a turn of a collecting loop has collected by then."""
+
+    name: str
+    variable: PythonVariable | None = None
+    value: Callable[[], Code] | None = None
+
+    def escape(self) -> PythonVariable:
+        if self.variable is None:
+            self.variable = PythonVariable(self.name, None, is_temporary=True)
+        return self.variable
+
+
+@dataclass(eq=False)
+class Mode:
+    """What a body is for. ``leaving``: the statement that ends it early in tail position (``return`` of a function,
+    ``continue`` of a loop's body); ``finish`` gives the value when its end is reached."""
+
+    leaving: type[ast.stmt] | None
+    finish: Finish
+    is_tail: bool = True
+    collection: Collecting | None = None
+
+
+@dataclass(eq=False)
+class ExitTarget:
+    """The function being written, and the loops around the statement."""
+
+    function: Function
+    returns: Jump = field(default_factory=lambda: Jump("return"))
+    breaks: list[Jump] = field(default_factory=list)
+    continues: list[Jump] = field(default_factory=list)
+    yields: PythonVariable | None = None
+
+
+class Comments:
+    """The comments of the Python in order; each is taken once."""
+
+    def __init__(self, text: PythonText) -> None:
+        self._text = text
+        self._comments = text.comments
+        self._next = 0
+
+    @property
+    def are_left(self) -> bool:
+        return self._next < len(self._comments)
+
+    def open(self, note: Code, line: int) -> None:
+        """Take the comments above a statement that begins at ``line``."""
+        above = self._unused(0, line - 1)
+        top = min([line, *(c.line for c in above if c.alone)])
+        self._hang(note, above, None)
+        note.blank = note.blank or self._text.blank_before(top)
+
+    def take_head(self, note: Code, first: int, last: int) -> None:
+        """Take the comments in the head of a compound statement; those right above its body belong to that."""
+        for comment in self._unused(first, last):
+            if not comment.alone or comment.line < last:
+                note.before = (*note.before, _take(comment))
+
+    def close(self, note: Code, first: int, last: int) -> None:
+        """Take the comment at the end of a statement, and those inside it that nobody took."""
+        trailing = self._trailing(last)
+        inner = [comment for comment in self._unused(first, last) if comment is not trailing]
+        self._hang(note, inner, trailing)
+
+    def take_inside(self, code: Code, opened: int, line: int, end: int | None) -> None:
+        """Take the comments above an item of a display that opens at line ``opened``, and that at its ``end``."""
+        self._hang(code, self._unused(opened + 1, line - 1), self._trailing(end) if end is not None else None)
+
+    def until(self, line: int) -> list[str]:
+        """The comments up to and including a line that nobody took."""
+        return [_take(c) for c in self._unused(0, line)]
+
+    def _hang(self, code: Code, before: Sequence[PythonComment], after: PythonComment | None) -> None:
+        code.before = (*code.before, *(_take(c) for c in before))
+        if after is not None:
+            text = _take(after)
+            code.after = f"{code.after}; {text}" if code.after else text
+
+    def _unused(self, first: int, last: int) -> list[PythonComment]:
+        found = []
+        comments = self._comments
+        while self._next < len(comments) and comments[self._next].used:
+            self._next += 1
+        for comment in comments[self._next :]:
+            if comment.line > last:
+                break
+            if comment.line >= first and not comment.used:
+                found.append(comment)
+        return found
+
+    def _trailing(self, line: int) -> PythonComment | None:
+        for comment in self._unused(line, line):
+            if not comment.alone:
+                return comment
+        return None
+
+
+def _take(comment: PythonComment) -> str:
+    comment.used = True
+    return comment.text
+
+
+class Records:
+    """The variables that stand for what a record's definition makes: accessors, setters, methods."""
+
+    def __init__(self) -> None:
+        self._made: dict[tuple[Class, str, str], PythonVariable] = {}
+
+    def part(self, record: Class, kind: str, name: str = "") -> PythonVariable:
+        """``kind``: ``make`` the constructor of a class with ``__init__``, ``get``, ``set``, ``is``, ``method``."""
+        key = (record, kind, name)
+        found = self._made.get(key)
+        if found is None:
+            stem = record.name
+            spelled = {
+                "make": f"make_{stem}", "get": f"{stem}-{name}", "set": f"set-{stem}-{name}!", "is": f"{stem}?",
+                "method": f"{stem}-{name}", "constant": f"{stem}-{name}",
+            }[kind]  # fmt: skip
+            found = self._made[key] = PythonVariable(spelled, record.variable.function, is_temporary=True)
+            found.record = (record.variable, kind, name)
+        return found
+
+
+WriteExpression: TypeAlias = "Callable[[Writer, ast.expr], Code]"
+WriteStatement: TypeAlias = "Callable[[Writer, ast.stmt, Block], None]"
+
+
+class Writer:
+    """The analysed program, what has been written of it so far, and the two ways into the recursion over its tree:
+    ``expr`` and ``statement``, whose functions are given. The functions that write get a writer as their first
+    argument, and call these two for what stands inside their own node."""
+
+    def __init__(
+        self,
+        analysed: Analysed,
+        write_expression: WriteExpression,
+        write_statement: WriteStatement,
+    ) -> None:
+        self._write_expression = write_expression
+        self._write_statement = write_statement
         self.analysed = analysed
         self.text = analysed.text
         self.names = analysed.names
@@ -59,14 +208,25 @@ class Writer:
         self.facts = analysed.facts
         self.liveness = analysed.liveness
         self.effects = Effects(analysed.names, analysed.facts)
+        self.places = CellPlaces(analysed.names, analysed.liveness)
+        self.place = ExitTarget(analysed.names.module)
+        self.comments = Comments(analysed.text)
+        self.pending_texts: list[str] = []
+        self.records = Records()
         self.diagnostics: list[Diagnostic] = []
         self.imports: set[str] = set()
         self.united: set[PythonVariable] = set()
+        self.late: dict[PythonVariable, PythonVariable] = {}
         self.defaults: dict[ast.expr, PythonVariable] = {}
         self._reads: dict[PythonVariable, list[ast.Name]] = {}
-        self._comments = analysed.text.comments
-        self._next_comment = 0
-        self._statement_lines = (0, 0)
+
+    def expr(self, node: ast.expr) -> Code:
+        """The code of any expression."""
+        return self._write_expression(self, node)
+
+    def statement(self, node: ast.stmt, block: Block) -> None:
+        """Add a statement to a block."""
+        self._write_statement(self, node, block)
 
     # --- places and mistakes -----------------------------------------------------------------------------------
 
@@ -147,16 +307,11 @@ class Writer:
         lengths = {len(site.items) if site.items is not None else None for site in found.sites}
         return lengths.pop() if len(lengths) == 1 and not found.kinds & ~SEQUENCES else None
 
+    def is_python_stream(self, node: ast.expr) -> bool:
+        """Whether a stream is one of Python's ``random``, not of numpy."""
+        return "random.Random" in self.type(node).names
+
     # --- comments ----------------------------------------------------------------------------------------------
-
-    def begin_statement(self, first: int, last: int) -> tuple[int, int]:
-        """Enter a statement of these lines; gives what ``end_statement`` wants back."""
-        saved = self._statement_lines
-        self._statement_lines = (first, last)
-        return saved
-
-    def end_statement(self, saved: tuple[int, int]) -> None:
-        self._statement_lines = saved
 
     def comment_item(self, code: Code, node: ast.AST) -> Code:
         """Hang the comments that stand at an item of a display or call on several lines on its code."""
@@ -164,14 +319,14 @@ class Writer:
         opened = getattr(container, "lineno", 0)
         closed = getattr(container, "end_lineno", 0)
         line, end = getattr(node, "lineno", 0), getattr(node, "end_lineno", 0)
-        if container is None or opened == closed or line == opened or not self._has_comments:
+        if container is None or opened == closed or line == opened or not self.comments.are_left:
             return code
         is_last = end < closed and not any(
             getattr(other, "lineno", 0) == end and getattr(other, "col_offset", 0) > getattr(node, "col_offset", 0)
             for other in ast.iter_child_nodes(container)
             if other is not node
         )
-        self._hang(code, self._unused(opened + 1, line - 1), self._trailing(end) if is_last else None)
+        self.comments.take_inside(code, opened, line, end if is_last else None)
         return code
 
     def comment_pair(self, key: Code, value: Code, node: ast.AST) -> list[Code]:
@@ -179,55 +334,6 @@ class Writer:
         self.comment_item(value, node)
         key.before, value.before = (*value.before, *key.before), ()
         return [key, value]
-
-    @property
-    def _has_comments(self) -> bool:
-        return self._next_comment < len(self._comments)
-
-    def open_comments(self, note: Code, line: int) -> None:
-        """Take the comments above a statement that begins at ``line``."""
-        above = self._unused(0, line - 1)
-        top = min([line, *(c.line for c in above if c.alone)])
-        self._hang(note, above, None)
-        note.blank = note.blank or self.text.blank_before(top)
-
-    def close_comments(self, note: Code, first: int, last: int) -> None:
-        """Take the comment at the end of a statement, and those inside it that nobody took."""
-        trailing = self._trailing(last)
-        inner = [comment for comment in self._unused(first, last) if comment is not trailing]
-        self._hang(note, inner, trailing)
-
-    def comments_until(self, line: int) -> list[str]:
-        """The comments up to and including a line that nobody took."""
-        return [self._take(c) for c in self._unused(0, line)]
-
-    def _hang(self, code: Code, before: Sequence[PythonComment], after: PythonComment | None) -> None:
-        code.before = (*code.before, *(self._take(c) for c in before))
-        if after is not None:
-            text = self._take(after)
-            code.after = f"{code.after}; {text}" if code.after else text
-
-    def _take(self, comment: PythonComment) -> str:
-        comment.used = True
-        return comment.text
-
-    def _unused(self, first: int, last: int) -> list[PythonComment]:
-        found = []
-        comments = self._comments
-        while self._next_comment < len(comments) and comments[self._next_comment].used:
-            self._next_comment += 1
-        for comment in comments[self._next_comment :]:
-            if comment.line > last:
-                break
-            if comment.line >= first and not comment.used:
-                found.append(comment)
-        return found
-
-    def _trailing(self, line: int) -> PythonComment | None:
-        for comment in self._unused(line, line):
-            if not comment.alone:
-                return comment
-        return None
 
 
 def _same_place(a: ast.AST, b: ast.AST) -> bool:
@@ -239,54 +345,7 @@ def _same_place(a: ast.AST, b: ast.AST) -> bool:
     )  # fmt: skip
 
 
-def any_effect(effects: Iterable[Effect]) -> Effect:
-    total = Effect()
-    for effect in effects:
-        total = total | effect
-    return total
-
-
-# Where control goes: what leaves a body or a loop early, and the places that it can leave.
-
-
-Finish = Callable[[Block], Code | None]
-
-
-@dataclass(eq=False)
-class Jump:
-    """A place that `return`, `break` or `continue` may have to leave early; used when a plain branch cannot say it.
-    ``value`` is what a turn of a collecting loop has collected by then."""
-
-    name: str
-    variable: PythonVariable | None = None
-    value: Callable[[], Code] | None = None
-
-    def escape(self) -> PythonVariable:
-        if self.variable is None:
-            self.variable = PythonVariable(self.name, None, is_temporary=True)
-        return self.variable
-
-
-@dataclass(eq=False)
-class Mode:
-    """What a body is for. ``leaving``: the statement that ends it early in tail position (``return`` of a function,
-    ``continue`` of a loop's body); ``finish`` gives the value when its end is reached."""
-
-    leaving: type[ast.stmt] | None
-    finish: Finish
-    is_tail: bool = True
-    collection: Collecting | None = None
-
-
-@dataclass(eq=False)
-class ExitTarget:
-    """The function being written, and the loops around the statement."""
-
-    function: Function
-    returns: Jump = field(default_factory=lambda: Jump("return"))
-    breaks: list[Jump] = field(default_factory=list)
-    continues: list[Jump] = field(default_factory=list)
-    yields: PythonVariable | None = None
+# Where control goes: which statements leave a body or a loop early.
 
 
 def leaves(statement: ast.stmt, kind: type[ast.stmt]) -> bool:
@@ -367,148 +426,154 @@ def docstring_lines(function: Function) -> list[str]:
     return comment_lines(text) if text and text.strip() else []
 
 
-# Where values go: whether a list of shapes is only united, whether a sequence of numbers only serves as a vector.
+# Where values go: whether a list of shapes is only united.
 
 
-class Flows(Writer):
-    """Judges by the uses of a value how it is best written."""
-
-    # --- shapes ---
-
-    def is_parts(self, node: ast.expr) -> bool:
-        """Whether a list of shapes is only ever united, so that parts do as well."""
-        sites = self.type(node).sites
-        if not sites or any(not s.element.only(SHAPE) and not _is_empty_list(s.element) for s in sites):
-            return False
-        if not any(s.element.kinds & SHAPE for s in sites):
-            return False
-        parent = self.parent(node)
-        if isinstance(parent, ast.Starred):
-            return self._unites(parent)
-        if isinstance(parent, ast.Call):
-            return self._unites_argument(parent, node)
-        if isinstance(parent, (ast.Assign, ast.AnnAssign)):
-            target = parent.targets[0] if isinstance(parent, ast.Assign) else parent.target
-            variable = self.variable(target)
-            return variable is not None and self.is_united(variable)
-        if isinstance(parent, ast.Return):
-            return self._returns_shape(parent)
+def is_parts(w: Writer, node: ast.expr) -> bool:
+    """Whether a list of shapes is only ever united, so that parts do as well."""
+    sites = w.type(node).sites
+    if not sites or any(not s.element.only(SHAPE) and not _is_empty_list(s.element) for s in sites):
         return False
-
-    def is_united(self, variable: PythonVariable) -> bool:
-        """Whether all that happens to the list in ``variable`` is that its shapes are united."""
-        reads = self.reads_of(variable)
-        return bool(reads) and all(self._read_unites(read) for read in reads)
-
-    def _read_unites(self, read: ast.Name) -> bool:
-        parent = self.parent(read)
-        if isinstance(parent, ast.Starred):
-            return self._unites(parent)
-        if isinstance(parent, ast.Call):
-            return self._unites_argument(parent, read)
-        if isinstance(parent, ast.Attribute):  # the additions of a collection
-            grand = self.parent(parent)
-            return grand in self.analysed.collections.additions
-        if isinstance(parent, ast.Return):
-            return self._returns_shape(parent)
+    if not any(s.element.kinds & SHAPE for s in sites):
         return False
+    parent = w.parent(node)
+    if isinstance(parent, ast.Starred):
+        return _unites(w, parent)
+    if isinstance(parent, ast.Call):
+        return _unites_argument(w, parent, node)
+    if isinstance(parent, (ast.Assign, ast.AnnAssign)):
+        target = parent.targets[0] if isinstance(parent, ast.Assign) else parent.target
+        variable = w.variable(target)
+        return variable is not None and is_united(w, variable)
+    if isinstance(parent, ast.Return):
+        return _returns_shape(w, parent)
+    return False
 
-    def _returns_shape(self, node: ast.Return) -> bool:
-        outer: ast.AST | None = node
-        while outer is not None and not isinstance(outer, (ast.FunctionDef, ast.Module)):
-            outer = self.parent(outer)
-        function = self.names.functions.get(outer) if outer is not None else None
-        if function is None or function.is_animation:  # the items that an animation returns are frames
-            return False
-        return function.is_registered and not function.is_called_directly
 
-    def _unites(self, starred: ast.Starred) -> bool:
-        call = self.parent(starred)
-        return isinstance(call, ast.Call) and self.paths.of(call.func) == "concat_shapes"
+def is_united(w: Writer, variable: PythonVariable) -> bool:
+    """Whether all that happens to the list in ``variable`` is that its shapes are united."""
+    reads = w.reads_of(variable)
+    return bool(reads) and all(_read_unites(w, read) for read in reads)
 
-    def _unites_argument(self, call: ast.Call, node: ast.expr) -> bool:
-        path = self.paths.of(call.func)
-        return path == "concat_shapes" or (path == "transform_shape" and bool(call.args) and call.args[0] is node)
 
-    # --- vectors ---
+def _read_unites(w: Writer, read: ast.Name) -> bool:
+    parent = w.parent(read)
+    if isinstance(parent, ast.Starred):
+        return _unites(w, parent)
+    if isinstance(parent, ast.Call):
+        return _unites_argument(w, parent, read)
+    if isinstance(parent, ast.Attribute):  # the additions of a collection
+        grand = w.parent(parent)
+        return grand in w.analysed.collections.additions
+    if isinstance(parent, ast.Return):
+        return _returns_shape(w, parent)
+    return False
 
-    def wants_vector(self, node: ast.expr) -> bool:
-        """Whether a display flows only to places that want a vector."""
-        return self._flows_to_vector(node, set())
 
-    def _flows_to_vector(self, node: ast.AST, seen: set[object]) -> bool:
-        parent = self.parent(node)
-        if isinstance(parent, ast.IfExp) and node is not parent.test:
-            return self._flows_to_vector(parent, seen)
-        if isinstance(parent, ast.Assign) and len(parent.targets) == 1 and isinstance(parent.targets[0], ast.Name):
-            return self._variable_wants_vector(self.names.variables.get(parent.targets[0]), seen)
-        if isinstance(parent, ast.AnnAssign):
-            return self._variable_wants_vector(self.names.variables.get(parent.target), seen)
-        if isinstance(parent, ast.arguments):
-            function = self.names.functions.get(self.parent(parent) or parent)
-            parameters = function.parameters if function is not None else []
-            found = next((p for p in parameters if p.default is node), None)
-            return found is not None and self._variable_wants_vector(found.variable, seen)
-        if isinstance(parent, ast.keyword):
-            call = self.parent(parent)
-            if isinstance(call, ast.Call):
-                if _is_vector_keyword(self.paths.of(call.func), parent.arg):
-                    return True
-                return self._parameter_wants_vector(call, parent.arg, None, seen)
-            return False
-        if isinstance(parent, ast.Dict):
-            position = next((i for i, v in enumerate(parent.values) if v is node), None)
-            key = parent.keys[position] if position is not None else None
-            is_attribute = isinstance(key, ast.Constant) and key.value in ("p0", "p1", "scale")
-            holder = self.parent(parent)
-            return is_attribute and isinstance(holder, (ast.keyword, ast.Call))
-        if isinstance(parent, ast.Call):
-            path = self.paths.of(parent.func)
-            position = next((i for i, a in enumerate(parent.args) if a is node), None)
-            if position is None:
-                return False
-            if path is not None:
-                return _is_vector_argument(path, position)
-            return self._parameter_wants_vector(parent, None, position, seen)
-        if isinstance(parent, ast.BinOp):
-            other = parent.right if parent.left is node else parent.left
-            return self.type(other).only(ARRAY)
-        if isinstance(parent, ast.Subscript) and parent.value is node:
-            return isinstance(parent.ctx, ast.Load)
+def _returns_shape(w: Writer, node: ast.Return) -> bool:
+    outer: ast.AST | None = node
+    while outer is not None and not isinstance(outer, (ast.FunctionDef, ast.Module)):
+        outer = w.parent(outer)
+    function = w.names.functions.get(outer) if outer is not None else None
+    if function is None or function.is_animation:  # the items that an animation returns are frames
         return False
+    return function.is_registered and not function.is_called_directly
 
-    def _parameter_wants_vector(
-        self, call: ast.Call, name: str | None, position: int | None, seen: set[object]
-    ) -> bool:
-        targets = self.facts.targets.get(call, [])
-        if not targets:
-            return False
-        for target in targets:
-            if name is not None:
-                parameter = target.parameter(name)
-            else:
-                plain = [p for p in target.parameters if p.kind == "plain"]
-                parameter = plain[position] if position is not None and position < len(plain) else None
-            if parameter is None or not self._variable_wants_vector(parameter.variable, seen):
-                return False
-        return True
 
-    def _variable_wants_vector(self, variable: PythonVariable | None, seen: set[object]) -> bool:
-        if variable is None or variable.is_assigned_elsewhere:
-            return False
-        if variable in seen:
-            return True
-        seen.add(variable)
-        reads = self.reads_of(variable)
-        return bool(reads) and all(self._flows_to_vector(read, seen) or self._is_unpacked(read) for read in reads)
+def _unites(w: Writer, starred: ast.Starred) -> bool:
+    call = w.parent(starred)
+    return isinstance(call, ast.Call) and w.paths.of(call.func) == "concat_shapes"
 
-    def _is_unpacked(self, read: ast.Name) -> bool:
-        parent = self.parent(read)
-        return isinstance(parent, ast.Assign) and isinstance(parent.targets[0], ast.Tuple) and parent.value is read
+
+def _unites_argument(w: Writer, call: ast.Call, node: ast.expr) -> bool:
+    path = w.paths.of(call.func)
+    return path == "concat_shapes" or (path == "transform_shape" and bool(call.args) and call.args[0] is node)
 
 
 def _is_empty_list(found: AbstractType) -> bool:
     return found.only(SHAPE | LIST) and all(not site.element.kinds & ~SHAPE for site in found.sites)
+
+
+# Whether a sequence of numbers only serves as a vector.
+
+
+def wants_vector(w: Writer, node: ast.expr) -> bool:
+    """Whether a display flows only to places that want a vector."""
+    return _flows_to_vector(w, node, set())
+
+
+def _flows_to_vector(w: Writer, node: ast.AST, seen: set[object]) -> bool:
+    parent = w.parent(node)
+    if isinstance(parent, ast.IfExp) and node is not parent.test:
+        return _flows_to_vector(w, parent, seen)
+    if isinstance(parent, ast.Assign) and len(parent.targets) == 1 and isinstance(parent.targets[0], ast.Name):
+        return _variable_wants_vector(w, w.names.variables.get(parent.targets[0]), seen)
+    if isinstance(parent, ast.AnnAssign):
+        return _variable_wants_vector(w, w.names.variables.get(parent.target), seen)
+    if isinstance(parent, ast.arguments):
+        function = w.names.functions.get(w.parent(parent) or parent)
+        parameters = function.parameters if function is not None else []
+        found = next((p for p in parameters if p.default is node), None)
+        return found is not None and _variable_wants_vector(w, found.variable, seen)
+    if isinstance(parent, ast.keyword):
+        call = w.parent(parent)
+        if isinstance(call, ast.Call):
+            if _is_vector_keyword(w.paths.of(call.func), parent.arg):
+                return True
+            return _parameter_wants_vector(w, call, parent.arg, None, seen)
+        return False
+    if isinstance(parent, ast.Dict):
+        position = next((i for i, v in enumerate(parent.values) if v is node), None)
+        key = parent.keys[position] if position is not None else None
+        is_attribute = isinstance(key, ast.Constant) and key.value in ("p0", "p1", "scale")
+        holder = w.parent(parent)
+        return is_attribute and isinstance(holder, (ast.keyword, ast.Call))
+    if isinstance(parent, ast.Call):
+        path = w.paths.of(parent.func)
+        position = next((i for i, a in enumerate(parent.args) if a is node), None)
+        if position is None:
+            return False
+        if path is not None:
+            return _is_vector_argument(path, position)
+        return _parameter_wants_vector(w, parent, None, position, seen)
+    if isinstance(parent, ast.BinOp):
+        other = parent.right if parent.left is node else parent.left
+        return w.type(other).only(ARRAY)
+    if isinstance(parent, ast.Subscript) and parent.value is node:
+        return isinstance(parent.ctx, ast.Load)
+    return False
+
+
+def _parameter_wants_vector(
+    w: Writer, call: ast.Call, name: str | None, position: int | None, seen: set[object]
+) -> bool:
+    targets = w.facts.targets.get(call, [])
+    if not targets:
+        return False
+    for target in targets:
+        if name is not None:
+            parameter = target.parameter(name)
+        else:
+            plain = [p for p in target.parameters if p.kind == "plain"]
+            parameter = plain[position] if position is not None and position < len(plain) else None
+        if parameter is None or not _variable_wants_vector(w, parameter.variable, seen):
+            return False
+    return True
+
+
+def _variable_wants_vector(w: Writer, variable: PythonVariable | None, seen: set[object]) -> bool:
+    if variable is None or variable.is_assigned_elsewhere:
+        return False
+    if variable in seen:
+        return True
+    seen.add(variable)
+    reads = w.reads_of(variable)
+    return bool(reads) and all(_flows_to_vector(w, read, seen) or _is_unpacked(w, read) for read in reads)
+
+
+def _is_unpacked(w: Writer, read: ast.Name) -> bool:
+    parent = w.parent(read)
+    return isinstance(parent, ast.Assign) and isinstance(parent.targets[0], ast.Tuple) and parent.value is read
 
 
 _VECTOR_KEYWORDS = {
