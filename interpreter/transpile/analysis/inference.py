@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import ast
-from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
-from scenelang.interpreter.transpile.analysis.scopes import Class, Function, LibraryPaths, PythonNames, PythonVariable
-
-if TYPE_CHECKING:
-    from scenelang.interpreter.transpile.analysis.scopes import Class, Function
-
+from scenelang.interpreter.transpile.analysis.scopes import (
+    Class,
+    Function,
+    LibraryPaths,
+    PythonNames,
+    PythonVariable,
+    is_none,
+)
 
 # The abstract values of type inference: the kinds of things an expression may be, and where containers are made.
 
@@ -89,14 +91,10 @@ class AbstractType:
 
     @property
     def functions(self) -> list[Function]:
-        from scenelang.interpreter.transpile.analysis.scopes import Function
-
         return [r for r in self.references if type(r) is Function]
 
     @property
     def classes(self) -> list[Class]:
-        from scenelang.interpreter.transpile.analysis.scopes import Class
-
         return [r for r in self.references if type(r) is Class]
 
     @property
@@ -192,12 +190,25 @@ class TypeFacts:
         return self.types.get(node, NOTHING)
 
 
-class InferenceState(ABC):
-    """The state of an inference: facts, the work list, the flow of the function being looked at, the sites."""
+CallValue: TypeAlias = (
+    "Callable[[InferenceState, AbstractType, ast.AST, list[AbstractType], dict[str, AbstractType]], AbstractType]"
+)
+
+
+class InferenceState:
+    """The state of an inference: facts, the work list, the flow of the function being looked at, the sites. ``call``
+    looks at a call of anything that may be a function: library functions that call what they are given come back
+    to the inference through it."""
 
     def __init__(
-        self, names: PythonNames, paths: LibraryPaths, words: dict[str, Function], additions: set[ast.AST]
+        self,
+        names: PythonNames,
+        paths: LibraryPaths,
+        words: dict[str, Function],
+        additions: set[ast.AST],
+        call: CallValue,
     ) -> None:
+        self._call = call
         self.additions = additions
         self.names = names
         self.paths = paths
@@ -211,33 +222,11 @@ class InferenceState(ABC):
         self.visits: dict[Function, int] = {}
         self.exits: list[list[Environment]] = []
 
-    @abstractmethod
-    def expression(self, node: ast.expr) -> AbstractType:
-        """The type of an expression, noted in the facts."""
-
-    @abstractmethod
-    def assign(self, target: ast.expr, value: AbstractType) -> None:
-        """Assign a value of this type to a target."""
-
-    @abstractmethod
     def call(
         self, function: AbstractType, node: ast.AST, positional: list[AbstractType], named: dict[str, AbstractType]
     ) -> AbstractType:
         """Call anything that may be a function."""
-
-    @abstractmethod
-    def call_function(
-        self, function: Function, node: ast.AST, positional: list[AbstractType], named: dict[str, AbstractType]
-    ) -> AbstractType:
-        """Join the arguments into the parameters; what the function is known to return."""
-
-    @abstractmethod
-    def narrow(self, test: ast.expr, holds: bool) -> None:
-        """What a test says about the variables in it."""
-
-    @abstractmethod
-    def block(self, body: Sequence[ast.stmt]) -> None:
-        """Look at the statements of a block in order."""
+        return self._call(self, function, node, positional, named)
 
     # --- the work list ---
 
@@ -245,35 +234,8 @@ class InferenceState(ABC):
         if function not in self.queue and self.visits.get(function, 0) < _MOST_VISITS:
             self.queue.append(function)
 
-    def run(self) -> None:
-        while self.queue:
-            function = self.queue.popleft()
-            self.visits[function] = self.visits.get(function, 0) + 1
-            self.facts.reached.add(function)
-            self._analyse(function)
-
-    def _analyse(self, function: Function) -> None:
-        saved = self.function, self.env, self.exits
-        self.function, self.exits = function, []
-        self.env = {p.variable: self.facts.variables.get(p.variable, NOTHING) for p in function.parameters}
-        node = function.node
-        if isinstance(node, ast.Lambda):
-            self._returned(function, self.expression(node.body))
-        else:
-            self.block(node.body)
-            if self.env is not None and not isinstance(node, ast.Module) and not function.is_generator:
-                self._returned(function, T_NONE)
-        self.function, self.env, self.exits = saved
-
-    def assume_annotations(self, function: Function) -> None:
-        for parameter in function.parameters:
-            if parameter.kind in ("plain", "keyword"):
-                known = annotated(parameter.annotation)
-                if parameter.default is not None:
-                    known = known | self.facts.type(parameter.default)
-                self.store(parameter.variable, known)
-
-    def _returned(self, function: Function, found: AbstractType) -> None:
+    def returned(self, function: Function, found: AbstractType) -> None:
+        """Note what a function returns; its callers are looked at again when that grew."""
         old = self.facts.returns.get(function, NOTHING)
         new = old | found
         if new is not old:
@@ -447,11 +409,6 @@ class InferenceState(ABC):
     def set_field(self, record: Class, name: str, value: AbstractType) -> None:
         self.grow(self.site(record.node, DICT, f".{name}"), value)
 
-    def defaults(self, function: Function) -> None:
-        for parameter in function.parameters:
-            if parameter.default is not None:
-                self.expression(parameter.default)
-
 
 def _belongs(node: ast.AST, function: Function) -> bool:
     """Whether a site stands in the text of ``function`` itself, so that changing it is that function's own affair."""
@@ -485,3 +442,73 @@ def constant_index(node: ast.expr | None) -> int | None:
 
 def has_slice(index: ast.Tuple) -> bool:
     return any(isinstance(element, ast.Slice) for element in index.elts)
+
+
+# The flow: what a test says about the variables in it, and where branches meet.
+
+
+def narrow(state: InferenceState, test: ast.expr, holds: bool) -> None:
+    """What a test says about the variables in it."""
+    if isinstance(test, ast.UnaryOp) and isinstance(test.op, ast.Not):
+        narrow(state, test.operand, not holds)
+    elif isinstance(test, ast.BoolOp) and isinstance(test.op, ast.And) == holds:
+        for value in test.values:
+            narrow(state, value, holds)
+    elif isinstance(test, ast.Name) and holds:
+        _without(state, test, NONE)
+    elif isinstance(test, ast.Compare) and len(test.ops) == 1 and is_none(test.comparators[0]):
+        is_test = isinstance(test.ops[0], (ast.Is, ast.Eq))
+        if is_test != holds:
+            _without(state, test.left, NONE)
+        elif isinstance(test.left, ast.Name):
+            _keep(state, test.left, NONE)
+    elif isinstance(test, ast.Call) and state.paths.of(test.func) == "isinstance" and len(test.args) == 2:
+        kinds = _isinstance_kinds(state.paths, test.args[1])
+        if kinds and holds:
+            _keep(state, test.args[0], kinds)
+        elif kinds:
+            _without(state, test.args[0], kinds)
+
+
+def _without(state: InferenceState, node: ast.expr, kinds: int) -> None:
+    if isinstance(node, ast.Name) and state.env is not None:
+        variable = state.names.variables.get(node)
+        if variable is not None and variable in state.env:
+            found = state.env[variable]
+            if found.kinds & kinds:
+                state.env[variable] = found.without(kinds)
+
+
+def _keep(state: InferenceState, node: ast.expr, kinds: int) -> None:
+    if isinstance(node, ast.Name) and state.env is not None:
+        variable = state.names.variables.get(node)
+        if variable is not None and variable in state.env:
+            found = state.env[variable]
+            if found.kinds & UNKNOWN and kinds & NUMBERS:
+                state.env[variable] = AbstractType(kinds)
+            elif found.kinds & kinds:
+                state.env[variable] = found.without(~kinds)
+
+
+def _isinstance_kinds(paths: LibraryPaths, node: ast.expr) -> int:
+    if isinstance(node, ast.Tuple):
+        kinds = 0
+        for element in node.elts:
+            kinds |= _isinstance_kinds(paths, element)
+        return kinds
+    known = {
+        "int": INT | BOOL, "float": FLOAT, "bool": BOOL, "str": STR, "list": LIST | SHAPE, "tuple": TUPLE, "dict": DICT,
+        "set": SET, "numpy.ndarray": ARRAY | POSE, "numpy.floating": FLOAT,
+    }  # fmt: skip
+    return known.get(paths.of(node) or "", 0)
+
+
+def merge(a: Environment | None, b: Environment | None) -> Environment | None:
+    """What holds where two flows meet; None is a flow that does not get there."""
+    if a is None or b is None:
+        return b if a is None else a
+    merged = dict(a)
+    for variable, value in b.items():
+        old = merged.get(variable)
+        merged[variable] = value if old is None else old | value
+    return merged

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Callable
-from typing import TYPE_CHECKING, TypeAlias, TypeVar
+from typing import TypeAlias, TypeVar
 
 from scenelang.interpreter.transpile.analysis.inference import (
     ANYTHING,
@@ -33,11 +33,9 @@ from scenelang.interpreter.transpile.analysis.inference import (
     T_STREAM,
     TUPLE,
     AbstractType,
+    InferenceState,
     join_all,
 )
-
-if TYPE_CHECKING:
-    from scenelang.interpreter.transpile.analysis.inference import InferenceState
 
 Result: TypeAlias = "Callable[[InferenceState, ast.AST, list[AbstractType], dict[str, AbstractType]], AbstractType]"
 Method: TypeAlias = (

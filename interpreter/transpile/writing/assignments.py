@@ -27,6 +27,7 @@ from scenelang.interpreter.transpile.writing.writer import Writer
 
 
 def write_assign(w: Writer, node: ast.Assign, block: Block, note: Code) -> None:
+    """``a = value``, ``a = b = value``."""
     if is_annotation(w.paths, node.value):
         return
     if len(node.targets) == 1:
@@ -50,6 +51,7 @@ def write_assign(w: Writer, node: ast.Assign, block: Block, note: Code) -> None:
 
 
 def write_annotated_assign(w: Writer, node: ast.AnnAssign, block: Block, note: Code) -> None:
+    """``a: T = value``."""
     if node.value is not None:
         _assign(w, node, node.target, node.value, block, note)
 
@@ -209,13 +211,13 @@ def _through_temporaries(
 def _unpack(w: Writer, node: ast.stmt, target: ast.Tuple | ast.List, value: ast.expr, block: Block, note: Code) -> None:
     """``a, (b, c) = value``."""
     code = write_iterable(w, value) if w.type(value).kinds & SHAPE else w.expr(value)
-    unpack_code(w, node, target, code, w.effect(value), block, note, value)
+    unpack_code(w, node, target, code, w.effect(value), block, note)
 
 
 def unpack_code(
-    w: Writer, node: ast.stmt, target: ast.Tuple | ast.List, code: Code, effect: Effect, block: Block, note: Code,
-    value: ast.expr | None = None,
-) -> None:  # fmt: skip
+    w: Writer, node: ast.stmt, target: ast.Tuple | ast.List, code: Code, effect: Effect, block: Block, note: Code
+) -> None:
+    """Unpack a value that is written already."""
     elements = target.elts
     if sum(1 for e in elements if isinstance(e, ast.Starred)) > 1:
         raise w.error("python-syntax", "two stars in one target", target)
@@ -334,6 +336,7 @@ def _starred_list(w: Writer, node: ast.Starred, code: Code) -> Code:
 
 
 def write_augmented_assign(w: Writer, node: ast.AugAssign, block: Block, note: Code) -> None:
+    """``a += value``."""
     target, found = node.target, w.type(node.target)
     if isinstance(node.op, ast.Add) and found.kinds & LIST and not found.kinds & ~(LIST | SHAPE):
         _extend_in_place(w, node, block, note)

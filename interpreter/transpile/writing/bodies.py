@@ -145,6 +145,7 @@ def _leave(w: Writer, statement: ast.stmt, mode: Mode, block: Block) -> Code | N
 
 
 def returned_value(w: Writer, statement: ast.Return) -> Code:
+    """What a ``return`` gives; a list of no shapes is an empty union."""
     if statement.value is None:
         return none()
     if isinstance(statement.value, (ast.List, ast.Tuple)) and not statement.value.elts and _is_shape_function(w):
@@ -159,6 +160,7 @@ def _is_shape_function(w: Writer) -> bool:
 
 
 def effect_body(w: Writer, statements: Sequence[ast.stmt]) -> list[Code]:
+    """The forms of a block that is there for what it does."""
     return write_body(w, statements, Mode(None, lambda block: None))
 
 
@@ -200,6 +202,7 @@ def finish_note(w: Writer, note: Code, statement: ast.stmt) -> None:
 
 
 def hang(code: Code, note: Code) -> None:
+    """Move the comments of a note to its code."""
     code.before = (*note.before, *code.before)
     code.after = code.after or note.after
     code.blank = code.blank or note.blank
@@ -239,7 +242,7 @@ def _leaving_clauses(
     orelse = node.orelse if else_leaves else [*node.orelse, *rest]
     if not dry:
         test = write_test(w, node.test)
-        clauses.append(write_clause(w, test, _inner_body(w, body, mode, block), node.test))
+        clauses.append(_clause(w, test, _inner_body(w, body, mode, block), node.test))
     if len(orelse) >= 1 and isinstance(orelse[0], ast.If) and leaves(orelse[0], mode.leaving):
         inner_rest = list(orelse[1:])
         if _leaving_clauses(w, orelse[0], inner_rest, mode, block, [], dry=True):
@@ -255,7 +258,7 @@ def _leaving_clauses(
             clauses += more
             return True
     if not dry:
-        clauses.append(write_clause(w, Name("else"), _inner_body(w, orelse, mode, block), None))
+        clauses.append(_clause(w, Name("else"), _inner_body(w, orelse, mode, block), None))
     return True
 
 
@@ -272,6 +275,7 @@ def _inner_body(w: Writer, statements: Sequence[ast.stmt], mode: Mode, outer: Bl
 
 
 def write_if(w: Writer, node: ast.If, block: Block, note: Code) -> None:
+    """``if``, for what it does or for the variables that it sets."""
     if is_main_guard(node):
         w.comments.until(node.end_lineno or node.lineno)
         return
@@ -298,7 +302,7 @@ def _if_effect(w: Writer, node: ast.If) -> Code:
 
 def _effect_clauses(w: Writer, node: ast.If, clauses: list[Code]) -> None:
     test = write_test(w, node.test)
-    clauses.append(write_clause(w, test, effect_body(w, node.body), node.test))
+    clauses.append(_clause(w, test, effect_body(w, node.body), node.test))
     if len(node.orelse) == 1 and isinstance(node.orelse[0], ast.If) and not _set_and_needed(w, node.orelse[0]):
         note = Code(None)
         open_note(w, note, node.orelse[0])
@@ -306,13 +310,13 @@ def _effect_clauses(w: Writer, node: ast.If, clauses: list[Code]) -> None:
         _effect_clauses(w, node.orelse[0], clauses)
         clauses[position].before = (*note.before, *clauses[position].before)
     elif node.orelse:
-        clauses.append(write_clause(w, Name("else"), effect_body(w, node.orelse), None))
+        clauses.append(_clause(w, Name("else"), effect_body(w, node.orelse), None))
 
 
 def value_clauses(w: Writer, node: ast.If, mode: Mode, clauses: list[Code], new_block: Callable[[], Block]) -> None:
     """The clauses of an ``if`` whose branches give values."""
     test = write_test(w, node.test)
-    clauses.append(write_clause(w, test, write_body(w, node.body, mode, new_block()), node.test))
+    clauses.append(_clause(w, test, write_body(w, node.body, mode, new_block()), node.test))
     if len(node.orelse) == 1 and isinstance(node.orelse[0], ast.If):
         inner = node.orelse[0]
         note = Code(None)
@@ -321,10 +325,10 @@ def value_clauses(w: Writer, node: ast.If, mode: Mode, clauses: list[Code], new_
         value_clauses(w, inner, mode, clauses, new_block)
         clauses[position].before = (*note.before, *clauses[position].before)
         return
-    clauses.append(write_clause(w, Name("else"), write_body(w, node.orelse, mode, new_block()), None))
+    clauses.append(_clause(w, Name("else"), write_body(w, node.orelse, mode, new_block()), None))
 
 
-def write_clause(w: Writer, test: Code, body: list[Code], node: ast.expr | None) -> FormCode:
+def _clause(w: Writer, test: Code, body: list[Code], node: ast.expr | None) -> FormCode:
     return FormCode([test, *(body or [none()])], w.span(node) if node is not None else None)
 
 
@@ -357,10 +361,10 @@ def _phi(
     missing = {variable for variable in variables if not _is_set_before(w, variable, node)}
     if len(variables) == 1:
         variable = variables[0]
-        code = write(Mode(None, lambda b: branch_value(b, variable, variable in missing)))
+        code = write(Mode(None, lambda b: _branch_value(b, variable, variable in missing)))
         block.define(variable, code, w.effect(node), note)
         return
-    code = write(Mode(None, lambda b: branch_values(b, variables, missing)))
+    code = write(Mode(None, lambda b: _branch_values(b, variables, missing)))
     targets = FormCode([VariableRef(v) for v in variables])
     block.add(BlockItem("define", code, w.effect(node), tuple(variables), targets, note))
 
@@ -391,13 +395,13 @@ def _stands_in(node: ast.AST, outer: ast.AST) -> bool:
     return start <= (getattr(node, "lineno", 0), getattr(node, "col_offset", 0)) < end
 
 
-def branch_value(block: Block, variable: PythonVariable, is_missing: bool) -> Code:
+def _branch_value(block: Block, variable: PythonVariable, is_missing: bool) -> Code:
     """A variable at the end of a branch; none where it was set neither in the branch nor before."""
     is_set = any(variable in item.variables for item in block.items)
     return none() if is_missing and not is_set else VariableRef(variable)
 
 
-def branch_values(block: Block, variables: list[PythonVariable], missing: set[PythonVariable]) -> Code:
+def _branch_values(block: Block, variables: list[PythonVariable], missing: set[PythonVariable]) -> Code:
     """The list of several variables at the end of a branch; plain definitions go straight into it."""
     items = block.items
     if (
@@ -413,7 +417,7 @@ def branch_values(block: Block, variables: list[PythonVariable], missing: set[Py
         return form("list", *values)
     if len(items) == 1 and _binds_in_order(items[0].target, variables):
         return items.pop().value
-    return form("list", *(branch_value(block, v, v in missing) for v in variables))
+    return form("list", *(_branch_value(block, v, v in missing) for v in variables))
 
 
 def _binds_in_order(target: Code | None, variables: list[PythonVariable]) -> bool:
@@ -470,6 +474,7 @@ _ERRORS: dict[str, tuple[str, ...]] = {
 
 
 def write_try(w: Writer, node: ast.Try, block: Block, note: Code) -> None:
+    """``try`` as ``guard``, and what its ``finally`` holds after it."""
     leaving = any(
         leaves(s, kind) for h in node.handlers for s in h.body for kind in (ast.Return, ast.Continue, ast.Break)
     )

@@ -6,7 +6,7 @@ import math
 import re
 import textwrap
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Source, Span, Symbol
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
@@ -15,10 +15,6 @@ from scenelang.grammar.layout import Trivia, layout, line_comment
 from scenelang.grammar.reader import read
 from scenelang.interpreter.expand.forms import FORMS, INDENTS
 from scenelang.interpreter.transpile.analysis.scopes import PythonVariable
-
-if TYPE_CHECKING:
-    from scenelang.grammar.datum import Span
-    from scenelang.interpreter.transpile.analysis.scopes import PythonVariable
 
 
 class Code:

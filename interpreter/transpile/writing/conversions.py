@@ -113,6 +113,7 @@ def dynamic(w: Writer, operator: str, *arguments: Code) -> Code:
 
 
 def is_constant(node: ast.expr) -> bool:
+    """A literal number, perhaps with a sign, or another constant."""
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.USub, ast.UAdd)):
         return isinstance(node.operand, ast.Constant) and isinstance(node.operand.value, (int, float))
     return isinstance(node, ast.Constant)
@@ -194,7 +195,7 @@ def write_pattern(w: Writer, target: ast.expr) -> Code:
     """What a ``for`` or an assignment binds: a variable or a nested pattern; a star may only end it."""
     if isinstance(target, ast.Name):
         variable = w.names.variables[target]
-        return write_binder(w, variable, target)
+        return _binder(w, variable, target)
     if isinstance(target, (ast.Tuple, ast.List)):
         elements = target.elts
         if any(isinstance(e, ast.Starred) for e in elements[:-1]):
@@ -207,7 +208,7 @@ def write_pattern(w: Writer, target: ast.expr) -> Code:
     raise w.unsupported("this target", target)
 
 
-def write_binder(w: Writer, variable: PythonVariable, node: ast.AST) -> Code:
+def _binder(w: Writer, variable: PythonVariable, node: ast.AST) -> Code:
     """``_`` where nothing reads the variable and it says so itself."""
     if variable in w.late:
         return VariableRef(w.late[variable], w.span(node))

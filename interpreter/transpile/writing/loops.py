@@ -54,11 +54,13 @@ from scenelang.interpreter.transpile.writing.writer import (
 
 
 def write_for(w: Writer, node: ast.For, block: Block, note: Code) -> None:
+    """``for``, for what it does."""
     code, jump = _loop(w, node, "", Mode(ast.Continue, lambda b: None), None)
     _add_loop(w, node, code, jump, block, note)
 
 
 def write_while(w: Writer, node: ast.While, block: Block, note: Code) -> None:
+    """``while``."""
     jump = Jump("break")
     w.place.breaks.append(jump)
     test = write_test(w, node.test)
@@ -277,6 +279,7 @@ def _unites_all(w: Writer, collection: Collection) -> bool:
 
 
 def adds_to(w: Writer, node: ast.stmt, block: Block) -> Collecting | None:
+    """The list under collection that a statement adds to."""
     return next((c for c in block.collecting if node in c.collection.adders), None)
 
 

@@ -379,6 +379,7 @@ def is_skip(statement: ast.stmt) -> bool:
 
 
 def breaks_out(body: Sequence[ast.stmt]) -> bool:
+    """Whether the body of a loop has a ``break`` that leaves it."""
     return any(leaves(statement, ast.Break) for statement in body)
 
 
@@ -402,12 +403,14 @@ def is_main_guard(node: ast.If) -> bool:
 
 
 def text_of(node: ast.stmt) -> str | None:
+    """The string that is all of a statement."""
     if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
         return node.value.value
     return None
 
 
 def without_docstring(body: Sequence[ast.stmt]) -> Sequence[ast.stmt]:
+    """A body without its docstring."""
     return body[1:] if body and text_of(body[0]) is not None else body
 
 
