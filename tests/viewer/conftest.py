@@ -42,7 +42,9 @@ def program(tmp_path: Path) -> Callable[..., Path]:
 
     def write(text: str, name: str = "a.scene") -> Path:
         path = tmp_path / name
-        path.write_bytes(text.encode())
+        whole = path.with_suffix(".part")  # replaced in one step, as editors do: the watcher never reads half a file
+        whole.write_bytes(text.encode())
+        whole.replace(path)
         return path
 
     return write

@@ -99,10 +99,10 @@ def test_an_edit_shows_up_and_a_mistake_keeps_picture_and_camera(program: Show, 
     page.settled()
     camera = page.page.evaluate("() => scenelangPage.viewpoint.azimuth")
     assert camera != 30
-    page.after(lambda: path.write_text(PAIR.replace("[.1 .2 .8]", "[.8 .2 .1]")))
+    page.after(lambda: program(PAIR.replace("[.1 .2 .8]", "[.8 .2 .1]")))
     assert blue(page.picture()).sum() == 0
     good = page.picture()
-    page.after(lambda: path.write_text(PAIR.replace('(call "box")', "(call box)")))
+    page.after(lambda: program(PAIR.replace('(call "box")', "(call box)")))
     told = page.text("#diagnostics")
     assert "E301" in told
     assert "a.scene:6:" in told
@@ -110,7 +110,7 @@ def test_an_edit_shows_up_and_a_mistake_keeps_picture_and_camera(program: Show, 
     assert "^^^" in told
     assert np.abs(page.picture()[:200].astype(int) - good[:200]).max() <= 2
     assert page.page.evaluate("() => scenelangPage.viewpoint.azimuth") == camera
-    page.after(lambda: path.write_text(PAIR))
+    page.after(lambda: program(PAIR))
     assert not page.page.locator("#diagnostics").is_visible()
 
 
