@@ -20,13 +20,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, suggest
+from scenelang.interpreter.scene.primitives import seen_words
 
 if TYPE_CHECKING:
     from scenelang.interpreter.scene.entity import Scene
 
 GROUP = "scenelang.backends"
 Progress = Callable[[float], None]
-GEOMETRY = ("cube", "sphere", "cylinder", "cone", "asset", "set-cuboid")
 LOOKS = ("color", "roughness", "metallic", "opacity", "emission", "ior")
 
 
@@ -80,12 +80,16 @@ _KINDS: dict[type, str] = {int: "a whole number", float: "a number", str: "a tex
 class Accepts:
     """What a backend can make something of: the words of primitives (``any_word``: every unbound word, as a box or by
     synthesis), the attributes that it looks at beside the geometry's own, and whether one file holds all frames of a
-    4D scene."""
+    4D scene. ``words`` None: of all primitives that can be seen."""
 
-    words: tuple[str, ...] = GEOMETRY
+    words: tuple[str, ...] | None = None
     any_word: bool = True
     attributes: tuple[str, ...] = LOOKS
     animated: bool = False
+
+    def primitives(self) -> tuple[str, ...]:
+        """The words of the primitives."""
+        return seen_words() if self.words is None else self.words
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from scenelang.backends.minecraft.blocks import Build
 from scenelang.interpreter.runtime.values import ANONYMOUS, Embedding, Pair, Vector
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.pose import translation
-from scenelang.interpreter.scene.shapes import shape_of
+from scenelang.interpreter.scene.primitives import shape_of
 
 Laid = tuple[tuple[int, int, int], int, str]  # where it begins, its cells along each axis, the block
 

@@ -12,7 +12,7 @@ from scenelang.backends.neural.describing import color_words
 from scenelang.cli.output import table
 from scenelang.grammar.diagnostics import render_text
 from scenelang.interpreter.scene.entity import Entity, count_words, descendants, instance_counts
-from scenelang.interpreter.scene.shapes import items_of
+from scenelang.interpreter.scene.primitives import items_of
 from scenelang.session import Session
 
 RESPONSES = Path(__file__).parent.parent / "tests" / "transpile" / "responses"

@@ -79,7 +79,7 @@ def _view(folder: Path) -> str:
 
 def _export(backend: Backend, folder: Path) -> str:
     path = folder / f"trial{backend.endings[0]}"
-    scene = _scene() if "cube" in backend.accepts.words else _build()
+    scene = _scene() if backend.accepts.any_word else _build()
     written = backend.run(scene, path, base.BackendOptions()) or [path]
     return f"writes {' '.join(backend.endings)} ({sum(each.stat().st_size for each in written)} bytes)"
 

@@ -10,8 +10,8 @@ from typing import Any
 from scenelang.backends.pictures.appearance import MATERIALS
 from scenelang.grammar.diagnostics import CODES, diagnostic_named, explanation
 from scenelang.interpreter.runtime.types import STD
+from scenelang.interpreter.scene import primitives
 from scenelang.interpreter.scene.entity import Scene, count_words, descendants, primitive_count
-from scenelang.interpreter.scene.shapes import ATTRIBUTES, BLOCK_WORDS, PRIMITIVES, READ
 from scenelang.stdlib.reference import TOPICS, ReferenceRecord, lookup, records
 
 # What primitives and their attributes mean: one line on each, for help and completion.
@@ -20,7 +20,7 @@ from scenelang.stdlib.reference import TOPICS, ReferenceRecord, lookup, records
 def attributes_of(word: str) -> tuple[str, ...]:
     """The attributes that the primitive ``word`` reads, those of its geometry first. A word that names no primitive
     of its own is a semantic one: a box."""
-    own = READ.get(word, ("scale", "color"))
+    own = primitives.attributes_read(word)
     return (*own, *MATERIALS) if "color" in own else own  # without a colour there is nothing to see
 
 
@@ -29,30 +29,35 @@ def attribute_doc(word: str | None, name: str) -> str | None:
     line. None for an attribute that is not read."""
     if word is not None and name not in attributes_of(word):
         return None
-    return ATTRIBUTES.get(name) or MATERIALS.get(name)
+    if word is None:
+        return primitives.docs_of_attributes().get(name) or MATERIALS.get(name)
+    return primitives.attribute_doc(word, name) or MATERIALS.get(name)
 
 
 def attribute_names() -> tuple[str, ...]:
     """Every attribute that some primitive reads."""
-    return (*ATTRIBUTES, *MATERIALS)
+    return (*primitives.docs_of_attributes(), *MATERIALS)
 
 
 _TOPICS = ("paper", "forms", "poses", "combinators", "entities", "colors", "random")
 _SURFACE = ("color", "emission", "opacity", "metallic", "roughness", "ior")
 
 
-def primer(words: Sequence[str] = tuple(PRIMITIVES), without: Collection[str] = ()) -> str:
-    """Primitives, forms and procedures as Markdown: the primitives ``words``, no name that is in ``without``."""
-    return "\n".join([*_primitives(words), *_names(without), *_rest(without)])
+def primer(words: Sequence[str] | None = None, without: Collection[str] = ()) -> str:
+    """Primitives, forms and procedures as Markdown: the primitives ``words`` (None: all), no name that is in
+    ``without``."""
+    chosen = tuple(primitives.docs_of_words()) if words is None else words
+    return "\n".join([*_primitives(chosen), *_names(without), *_rest(without)])
 
 
 def _primitives(words: Sequence[str]) -> Iterator[str]:
     yield "## Primitives\n"
+    docs = primitives.docs_of_words()
     for word in words:
-        yield f"- `{word}`: {PRIMITIVES[word]}"
+        yield f"- `{word}`: {docs[word]}"
         own = (name for name in attributes_of(word) if name not in _SURFACE)
         yield from (f"  - `:{name}` {attribute_doc(word, name)}" for name in own)
-    if not set(words) <= set(BLOCK_WORDS):
+    if not set(words) <= set(primitives.block_words()):
         yield "\nAll that can be seen has the attributes of surfaces:\n"
         yield from (f"- `:{name}` {attribute_doc(None, name)}" for name in _SURFACE)
 
@@ -94,7 +99,7 @@ def description(name: str) -> list[str]:
 def known_names() -> Iterator[str]:
     """Everything that has a description; of diagnostics only the names."""
     attributes = (f":{name}" for name in attribute_names())
-    return chain((record.name for record in records()), PRIMITIVES, attributes, CODES)
+    return chain((record.name for record in records()), primitives.words(), attributes, CODES)
 
 
 def _of_library(name: str) -> Iterator[str]:
@@ -111,10 +116,11 @@ def _of_library(name: str) -> Iterator[str]:
 
 def _of_primitive(name: str) -> Iterator[str]:
     word = name.strip('"')
-    if word not in PRIMITIVES:
+    docs = primitives.docs_of_words()
+    if word not in docs:
         return
     yield f'(call "{word}" {" ".join(f":{attribute}" for attribute in attributes_of(word))})'
-    yield f"  {PRIMITIVES[word]}"
+    yield f"  {docs[word]}"
     for attribute in attributes_of(word):
         yield f"  :{attribute}  {attribute_doc(word, attribute)}"
 
@@ -126,7 +132,7 @@ def _of_attribute(name: str) -> Iterator[str]:
         return
     yield name
     yield f"  {doc}"
-    yield f"  read by {', '.join(word for word in READ if attribute in attributes_of(word))}"
+    yield f"  read by {', '.join(word for word in primitives.words() if attribute in attributes_of(word))}"
 
 
 def _of_diagnostic(name: str) -> Iterator[str]:

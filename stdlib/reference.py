@@ -18,7 +18,7 @@ from scenelang.grammar.reader import read
 from scenelang.interpreter.expand.forms import DEFINITIONS, FORM_EXAMPLES, FORMS, MACROS, TOP_LEVEL
 from scenelang.interpreter.program.program import PAPER_FORMS
 from scenelang.interpreter.runtime.types import BASE_TYPES, STD, Builtin
-from scenelang.interpreter.scene.shapes import ATTRIBUTES, BLOCK_WORDS, PRIMITIVES, READ
+from scenelang.interpreter.scene.primitives import attributes_read, block_words, docs_of_attributes, docs_of_words
 from scenelang.interpreter.transpile.helper_api import HELPERS, Helper
 from scenelang.stdlib.library import build_library
 from scenelang.stdlib.numbers import CONSTANTS
@@ -304,7 +304,7 @@ def helper_header(names: Sequence[str], words: Sequence[str]) -> str:
         helper = HELPERS[name]
         doc = _primitives(words) if name == "primitive_call" else [_described(helper)]
         signature = (
-            _block_signature() if name == "primitive_call" and set(words) <= set(BLOCK_WORDS) else helper.signature
+            _block_signature() if name == "primitive_call" and set(words) <= set(block_words()) else helper.signature
         )
         pieces.append(_stub(helper, signature, doc))
     return "\n\n".join(pieces)
@@ -320,7 +320,7 @@ def in_json(text: str) -> str:
 
 def python_word(word: str) -> str:
     """A primitive's word as Python's programs write it."""
-    return word.replace("-", "_") if word in BLOCK_WORDS else word
+    return word.replace("-", "_")
 
 
 def _stub(helper: Helper, signature: str, doc: Sequence[str]) -> str:
@@ -344,21 +344,23 @@ def _in_python(text: str) -> str:
 
 def _primitives(words: Sequence[str]) -> list[str]:
     """What each primitive is and what it takes, then what each argument means."""
-    are_blocks = set(words) <= set(BLOCK_WORDS)
+    docs = docs_of_words()
+    are_blocks = set(words) <= set(block_words())
     lines = ["Makes a primitive.", ""]
     for word in words:
-        taken = [name for name in READ[word] if name != "color"]
+        taken = [name for name in attributes_read(word) if name != "color"]
         keys = ", ".join(f"'{name}'" if not are_blocks else name.replace("-", "_") for name in taken)
-        lines.append(f"'{python_word(word)}': {_plain(PRIMITIVES[word])}; takes {keys}")
+        lines.append(f"'{python_word(word)}': {_plain(docs[word])}; takes {keys}")
     lines.append("")
     return [*lines, *_arguments(words, are_blocks)]
 
 
 def _arguments(words: Sequence[str], are_blocks: bool) -> Iterator[str]:
-    read = dict.fromkeys(name for word in words for name in READ[word])
+    read = dict.fromkeys(name for word in words for name in attributes_read(word))
+    docs = docs_of_attributes()
     for name in read:
         if not (are_blocks and name == "color"):
-            yield f"{name.replace('-', '_')}: {_plain(_without_lisp(ATTRIBUTES[name]))}"
+            yield f"{name.replace('-', '_')}: {_plain(_without_lisp(docs[name]))}"
 
 
 def _without_lisp(text: str) -> str:

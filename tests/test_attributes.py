@@ -11,19 +11,28 @@ from support import evaluate
 
 from scenelang.backends.pictures.appearance import MATERIALS, look_of
 from scenelang.interpreter.scene.entity import Entity
-from scenelang.interpreter.scene.shapes import ATTRIBUTES, PRIMITIVES, READ, WORDS, default_attributes, shape_of
+from scenelang.interpreter.scene.primitives import (
+    attributes_read,
+    docs_of_attributes,
+    docs_of_words,
+    every,
+    shape_of,
+    words,
+)
 from scenelang.primer import attribute_doc, attribute_names, attributes_of
 
 DOCS = Path(__file__).parents[1] / "docs"
 OTHER = {
     "scale": 3.0,
     "radius": 3.0,
+    "tube": 0.4,
+    "rounding": 0.3,
     "p0": (1.0, 2.0, 3.0),
     "p1": (4.0, 2.0, 3.0),
     "color": (0.1, 0.2, 0.3),
     "file": "a.glb",
 }
-GEOMETRIC = [(word, name) for word in (*WORDS, "chair") for name in attributes_of(word) if name in OTHER]
+GEOMETRIC = [(word, name) for word in (*words(), "chair") for name in attributes_of(word) if name in OTHER]
 
 
 @pytest.mark.parametrize(("word", "name"), GEOMETRIC)
@@ -31,9 +40,9 @@ def test_what_a_primitive_is_said_to_read_changes_it(word: str, name: str) -> No
     assert shape_of(word, {name: OTHER[name]}) != shape_of(word, {})
 
 
-@pytest.mark.parametrize("word", [*WORDS, "chair"])
+@pytest.mark.parametrize("word", [*words(), "chair"])
 def test_what_a_primitive_reads_is_said(word: str) -> None:
-    assert set(default_attributes(shape_of(word, {}))) <= set(attributes_of(word))
+    assert set(shape_of(word, {}).defining()) <= set(attributes_of(word))
     unread = {name: value for name, value in OTHER.items() if name not in attributes_of(word)}
     if word != "delete-blocks":  # a colour is taken, and there is nothing to show it
         assert shape_of(word, unread) == shape_of(word, {})
@@ -53,14 +62,16 @@ def _cube(attributes: str) -> Entity:
 
 
 def test_docs_of_attributes() -> None:
-    assert set(PRIMITIVES) == set(READ) == set(WORDS)
-    assert {name for names in READ.values() for name in names} == set(ATTRIBUTES)
+    assert tuple(docs_of_words()) == words()
+    assert all(each.doc and attribute.doc and attribute.type for each in every() for attribute in each.attributes)
+    meanings = docs_of_attributes()
+    assert {name for word in words() for name in attributes_read(word)} == set(meanings)
     assert attribute_doc("cube", "radius") is None
     assert attribute_doc("cube", "size") is attribute_doc(None, "size") is None
     assert attribute_doc("delete-blocks", "opacity") is None
-    assert attribute_doc("chair", "scale") == attribute_doc(None, "scale") == ATTRIBUTES["scale"]
+    assert attribute_doc("chair", "scale") == attribute_doc(None, "scale") == meanings["scale"]
     assert attribute_doc("sphere", "ior") == MATERIALS["ior"]
-    assert set(attribute_names()) == {*ATTRIBUTES, *MATERIALS}
+    assert set(attribute_names()) == {*meanings, *MATERIALS}
 
 
 def test_the_page_on_pictures_has_the_same_attributes() -> None:
@@ -71,5 +82,5 @@ def test_the_page_on_pictures_has_the_same_attributes() -> None:
 def test_the_page_on_the_language_has_the_same_primitives() -> None:
     rows = re.findall(r'^\| `"([\w-]+)"` \| (.*?) \|', (DOCS / "language.md").read_text("utf-8"), re.M)
     for word, attributes in rows:
-        assert {*re.findall(r":([a-z][\w-]*)", attributes)} == {*READ[word]} - {"color"}
-    assert {word for word, _ in rows} == set(READ)
+        assert {*re.findall(r":([a-z][\w-]*)", attributes)} == {*attributes_read(word)} - {"color"}
+    assert {word for word, _ in rows} == set(words())

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import resource
 import time
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -20,7 +21,7 @@ from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene, count_words, primitive_count
 from scenelang.interpreter.scene.flatten import flatten, flatten_entity
 from scenelang.interpreter.scene.numbering import instances, number_scene, primitive_handles
-from scenelang.interpreter.scene.shapes import PrimitiveShape, shape_of
+from scenelang.interpreter.scene.primitives import shape_of
 
 SEGMENTS = 720
 
@@ -33,10 +34,10 @@ def group(word: str, *parts: tuple[Entity, Matrix]) -> Entity:
     return Entity(word, ANONYMOUS, tuple(Pair(entity, matrix) for entity, matrix in parts))
 
 
-def surface(shape: PrimitiveShape) -> npt.NDArray[np.float64]:
+def surface(shape: Any) -> npt.NDArray[np.float64]:
     """Points whose hull is the shape (within the error of its segments)."""
-    name = shape.kind.value
-    if name in ("cube", "box"):
+    name = shape.word
+    if name in ("cube", ""):
         corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
         return corners * np.array(shape.size)
     if name == "sphere":

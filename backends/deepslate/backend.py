@@ -42,7 +42,7 @@ from scenelang.backends.pictures.studio import Studio, from_srgb, studio_for, to
 from scenelang.backends.viewer.page import inlined
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.interpreter.scene.entity import Scene
-from scenelang.interpreter.scene.shapes import BLOCK_WORDS
+from scenelang.interpreter.scene.primitives import block_words
 
 # A browser of the user's own without a window, for pictures of one page: no network, a profile that is thrown away.
 #
@@ -402,7 +402,7 @@ DEEPSLATE = PictureBackend(
             "",
         ),
     ),
-    accepts=Accepts(words=BLOCK_WORDS, any_word=False, attributes=()),
+    accepts=Accepts(words=block_words(), any_word=False, attributes=()),
     packages=(*PACKAGES, "PIL"),
     install=INSTALL,
     painter=_painter,

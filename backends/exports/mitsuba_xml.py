@@ -20,12 +20,21 @@ from scenelang.backends.base import BackendOptions, need
 from scenelang.backends.exports.export import INSTANCES, Job, leaves, mesh_backend, unsupported_frames
 from scenelang.backends.exports.items import ExportItem, ExportPlan, cut_below, distinct
 from scenelang.backends.exports.ply import write_ply
-from scenelang.backends.exports.surfaces import WHITE, ExportSurface, Patch, joined, merged, segments_for, solid_of
-from scenelang.backends.geometry.solids import SolidForm, solids_of, unit_mesh
+from scenelang.backends.exports.surfaces import (
+    WHITE,
+    ExportSurface,
+    Patch,
+    joined,
+    merged,
+    segments_for,
+    solid_of,
+    unit_surface,
+)
+from scenelang.backends.geometry.solids import solids_of
 from scenelang.backends.pictures.appearance import Look, look_of
 from scenelang.backends.pictures.camera import Viewpoint
 from scenelang.backends.pictures.mitsuba import MITSUBA, use
-from scenelang.backends.pictures.mitsuba_scene import CONE_SEGMENTS, dissolves, surroundings, unit_parts
+from scenelang.backends.pictures.mitsuba_scene import UNIT_SEGMENTS, dissolves, surroundings, unit_parts
 from scenelang.backends.pictures.mitsuba_scene import surface as bsdf_of
 from scenelang.backends.pictures.stage import Staging, box_of, still, unit_size
 from scenelang.backends.pictures.studio import BRIGHTEST
@@ -34,6 +43,7 @@ from scenelang.interpreter.runtime.values import ANONYMOUS, Matrix
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity, Scene
 from scenelang.interpreter.scene.flatten import flatten_entity
+from scenelang.interpreter.scene.primitives.forms import Form
 
 # Mitsuba's scene dictionaries as the elements of its XML format.
 
@@ -171,13 +181,13 @@ class _Shapes:
         if solid is None or look.opacity == 0.0:
             return None
         whole = pose.compose(place, solid.pose)
-        if any(look.emission) or _is_flat(whole) or (solid.form == SolidForm.BALL and _dissolves(whole)):
+        if any(look.emission) or _is_flat(whole) or (solid.form is not None and _dissolves(solid.form, whole)):
             surface = solid.surface()
             self._loosen([] if surface is None else [Patch(look, surface)], whole)
             return None
         key = (solid.key, look)
         if key not in self.groups:
-            parts = self._own(item, look) if solid.form is None else self._unit(solid.form, look)
+            parts = self._own(item, look) if solid.form is None else self._unit(solid.form, solid.ratios, look)
             self._add_group(key, parts, fresh)
         group = self.groups[key]
         return None if group is None else (group, whole)
@@ -212,13 +222,10 @@ class _Shapes:
             shapes = {f"part{k}": part for k, part in enumerate(parts)}
             fresh += elements(None, {"type": "shapegroup", "id": name, **shapes})
 
-    def _unit(self, form: SolidForm, look: Look) -> list[dict[str, Any]]:
-        """The canonical solid, exact but for cones."""
-        parts = [part | {"bsdf": bsdf_of(look)} for part in unit_parts(form)]
-        if parts:
-            return parts
-        mesh = unit_mesh(form, CONE_SEGMENTS)
-        return [self._mesh(Patch(look, ExportSurface(mesh.vertices, mesh.normals, mesh.faces)))]
+    def _unit(self, form: Form, ratios: tuple[float, ...], look: Look) -> list[dict[str, Any]]:
+        """The canonical form, exact where Mitsuba has such shapes."""
+        parts = [part | {"bsdf": bsdf_of(look)} for part in unit_parts(form, ratios, look)]
+        return parts or [self._mesh(Patch(look, unit_surface(form, ratios, UNIT_SEGMENTS)))]
 
     def _mesh(self, patch: Patch) -> dict[str, Any]:
         """A .ply file beside the scene, and the element that names it."""
@@ -260,8 +267,8 @@ def _is_flat(place: Matrix) -> bool:
     return largest == 0.0 or abs(float(np.linalg.det(linear / largest))) < 1e-9
 
 
-def _dissolves(place: Matrix) -> bool:
-    return bool(dissolves(np.array(place).reshape(1, 3, 4))[0])
+def _dissolves(form: Form, place: Matrix) -> bool:
+    return dissolves(form, np.array(place).reshape(3, 4))
 
 
 MITSUBA_XML = mesh_backend(

@@ -6,7 +6,7 @@ import json
 import math
 import os
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -17,7 +17,7 @@ from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.runtime.show import NotPlain, plain_value, value_of
 from scenelang.interpreter.runtime.values import Embedding, Matrix, Pair
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
-from scenelang.interpreter.scene.shapes import PrimitiveKind, PrimitiveShape, shape_of
+from scenelang.interpreter.scene.primitives import Primitive, class_of
 
 FORMAT = "scenelang-scene"
 VERSION = 1
@@ -54,8 +54,9 @@ def _entity(entity: Entity, numbers: dict[int, int], folder: Path) -> dict[str, 
     attributes = _attributes(entity)
     if attributes:
         made["attributes"] = attributes
-    if entity.shape is not None and entity.shape.file is not None:
-        made["file"] = _relative(entity.shape.file, folder)
+    file = getattr(entity.shape, "file", None)
+    if file is not None:
+        made["file"] = _relative(file, folder)
     if entity.children:
         made["children"] = [[numbers[id(part.car)], list(part.cdr)] for part in entity.children]
     return made
@@ -240,9 +241,9 @@ class _Reader:
             self.fail(f"the pose of a child of {where} is not finite")
         return Pair(child, matrix)
 
-    def _shape(self, word: str, attributes: dict[str, Any], file: Any, where: str) -> PrimitiveShape:
-        shape = shape_of(word, attributes)
-        if shape.kind is not PrimitiveKind.ASSET:
-            return shape
+    def _shape(self, word: str, attributes: dict[str, Any], file: Any, where: str) -> Primitive:
+        cls = class_of(word)
+        if not cls.is_file:
+            return cls.made(word, attributes)
         asset = self.assets.measure(self.text(file, f"the file of {where}"))
-        return replace(shape, file=asset.path, asset=asset)
+        return cls.made(word, {**attributes, "file": asset.path}, asset)

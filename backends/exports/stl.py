@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from scenelang.backends.exports.export import Job, mesh_backend, placed
 from scenelang.backends.exports.surfaces import ExportSurface
-from scenelang.backends.geometry.solids import triangle_normals
+from scenelang.interpreter.scene.primitives.mesh import triangle_normals
 
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 

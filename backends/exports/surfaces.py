@@ -8,14 +8,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.geometry.assets import load_asset
-from scenelang.backends.geometry.solids import SolidForm, UnitMesh, local_pose, posed, unit_mesh
+from scenelang.backends.geometry.solids import keeps_own_colors, own_mesh
 from scenelang.backends.pictures.appearance import Look, look_of
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.runtime.values import IDENTITY, Matrix
 from scenelang.interpreter.scene.entity import Entity, primitive_count
 from scenelang.interpreter.scene.flatten import FlatFrame, flatten_entity
-from scenelang.interpreter.scene.shapes import PrimitiveKind, PrimitiveShape
+from scenelang.interpreter.scene.primitives import Primitive
+from scenelang.interpreter.scene.primitives.forms import Form
+from scenelang.interpreter.scene.primitives.mesh import Mesh, posed
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -35,16 +36,9 @@ class ExportSurface:
 
     def under(self, matrices: FloatArray) -> ExportSurface:
         """The copies of the surface under the poses (K, 3, 4), one after the other."""
-        mesh = UnitMesh(self.vertices, self.normals, self.faces)
-        vertices, normals, faces = posed(mesh, matrices)
+        mesh = posed(Mesh(self.vertices, self.normals, self.faces), matrices)
         colors = None if self.colors is None else np.tile(self.colors, (len(matrices), 1))
-        return ExportSurface(vertices, _unit_normals(normals), faces, colors)
-
-
-def surface_key(shape: PrimitiveShape) -> Hashable:
-    """What the triangles of ``shape`` depend on."""
-    kind = PrimitiveKind.CUBE if shape.kind is PrimitiveKind.BOX else shape.kind
-    return (kind, shape.size, shape.radius, shape.p0, shape.p1, shape.file, shape.root)
+        return ExportSurface(mesh.vertices, _unit_normals(mesh.shading), mesh.faces, colors)
 
 
 def surface_of(entity: Entity, segments: int = SEGMENTS) -> ExportSurface | None:
@@ -58,36 +52,29 @@ def surface_of(entity: Entity, segments: int = SEGMENTS) -> ExportSurface | None
 def vertex_count(entity: Entity, segments: int) -> int:
     """About how many vertices ``surface_of`` makes."""
     shape = entity.shape
-    if shape is None:
-        return 0
-    if shape.kind is PrimitiveKind.ASSET:
-        return 0 if shape.file is None else 3 * len(load_asset(shape.file, shape.root).faces)
-    found = local_pose(shape)
-    if found is None:
-        return 0
-    ball = segments * (segments // 2)
-    return {
-        SolidForm.BLOCK: 24,
-        SolidForm.BALL: ball,
-        SolidForm.CYLINDER: 4 * segments,
-        SolidForm.CONE: 3 * segments,
-    }.get(found[0], 3)
+    placed = None if shape is None else shape.placed()
+    if placed is not None:
+        return placed.form.vertex_count(segments, placed.ratios)
+    mesh = None if shape is None else own_mesh(shape)
+    return 0 if mesh is None else 3 * len(mesh.faces)
 
 
-def is_round(shape: PrimitiveShape) -> bool:
+def is_round(shape: Primitive) -> bool:
     """True when the number of sides matters to the shape's surface."""
-    return shape.kind in (PrimitiveKind.SPHERE, PrimitiveKind.CYLINDER, PrimitiveKind.CONE)
+    placed = shape.placed()
+    return placed is not None and placed.form.is_curved
 
 
-def _faceted(vertices: FloatArray, faces: IntArray, face_colors: FloatArray | None) -> ExportSurface:
-    """The surface whose triangles share no vertex, so that each keeps its own normal and colour."""
-    corners = vertices[faces]
+def _of_mesh(mesh: Mesh, own_colors: bool) -> ExportSurface:
+    """The surface of a mesh; where it has colours, or no normals, its triangles share no vertex."""
+    if mesh.normals is not None and not own_colors:
+        return ExportSurface(mesh.vertices, _unit_normals(mesh.normals), mesh.faces)
+    corners = mesh.corners
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normals = _unit_normals(normals)
-    colors = None if face_colors is None else np.repeat(face_colors, 3, axis=0)
-    return ExportSurface(
-        corners.reshape(-1, 3), np.repeat(normals, 3, axis=0), np.arange(3 * len(faces)).reshape(-1, 3), colors
-    )
+    flat = np.repeat(_unit_normals(normals), 3, axis=0)
+    shading = flat if mesh.normals is None else _unit_normals(mesh.normals[mesh.faces].reshape(-1, 3))
+    colors = None if mesh.colors is None or not own_colors else np.repeat(mesh.colors, 3, axis=0)
+    return ExportSurface(corners.reshape(-1, 3), shading, np.arange(3 * len(corners)).reshape(-1, 3), colors)
 
 
 def _unit_normals(normals: FloatArray) -> FloatArray:
@@ -99,39 +86,40 @@ def _unit_normals(normals: FloatArray) -> FloatArray:
     return unit
 
 
-# --- canonical solids ------------------------------------------------------------------------------------------
+# --- what is shared ------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
 class Solid:
     """A primitive as a mesh that many share, and the pose (12 floats) that takes it to the primitive's frame.
 
-    ``form`` is the canonical solid (see ``solids``), whose surface is ``unit_surface``; None where ``shape`` has a
-    surface of its own: a mesh file, or something flat, whose normals no pose of a solid gives. ``tinted``: the
-    primitive's colour stands for those of its file.
+    ``form`` is the canonical form with the ``ratios``, whose surface is ``unit_surface``; None where ``shape`` has a
+    surface of its own: a mesh, or something flat, whose normals no pose of a form gives. ``own_colors``: those of the
+    mesh show.
     """
 
-    form: SolidForm | None
-    shape: PrimitiveShape
+    form: Form | None
+    ratios: tuple[float, ...]
+    shape: Primitive
     pose: Matrix
-    tinted: bool = False
+    own_colors: bool = False
 
     @property
     def key(self) -> Hashable:
         """What the shared mesh depends on."""
-        return self.form if self.form is not None else (surface_key(self.shape), self.tinted)
+        return (self.form, self.ratios) if self.form is not None else (self.shape.key, self.own_colors)
 
     def surface(self, segments: int = SEGMENTS) -> ExportSurface | None:
         """The triangles of the shared mesh, without the pose."""
-        return self.own_surface(segments) if self.form is None else unit_surface(self.form, segments)
+        return self.own_surface(segments) if self.form is None else unit_surface(self.form, self.ratios, segments)
 
     def own_surface(self, segments: int = SEGMENTS) -> ExportSurface | None:
         """The triangles in the primitive's frame."""
-        if self.shape.kind is PrimitiveKind.ASSET:
-            mesh = load_asset(self.shape.file or "", self.shape.root)
-            return _faceted(mesh.vertices, mesh.faces, None if self.tinted else mesh.face_colors)
-        found = local_pose(self.shape)
-        return None if found is None else unit_surface(found[0], segments).under(found[1][None])
+        placed = self.shape.placed()
+        if placed is not None:
+            return unit_surface(placed.form, placed.ratios, segments).under(placed.matrix[None])
+        mesh = own_mesh(self.shape)
+        return None if mesh is None else _of_mesh(mesh, self.own_colors)
 
 
 def solid_of(entity: Entity) -> Solid | None:
@@ -139,22 +127,19 @@ def solid_of(entity: Entity) -> Solid | None:
     shape = entity.shape
     if shape is None:
         return None
-    if shape.kind is PrimitiveKind.ASSET:
-        tinted = entity.embedding.attributes.get("color") is not None
-        return None if shape.file is None else Solid(None, shape, IDENTITY, tinted)
-    found = local_pose(shape)
-    if found is None:
-        return None
-    form, pose = found
-    if not np.linalg.det(pose[:, :3]):
-        return Solid(None, shape, IDENTITY)
-    return Solid(form, shape, Matrix(pose.ravel().tolist()))
+    placed = shape.placed()
+    if placed is None:
+        mesh = own_mesh(shape)
+        return None if mesh is None else Solid(None, (), shape, IDENTITY, keeps_own_colors(entity, mesh))
+    if not np.linalg.det(placed.matrix[:, :3]):
+        return Solid(None, (), shape, IDENTITY)
+    return Solid(placed.form, placed.ratios, shape, Matrix(placed.rows))
 
 
-def unit_surface(form: SolidForm, segments: int = SEGMENTS) -> ExportSurface:
-    """The canonical solid's triangles."""
-    mesh = unit_mesh(form, segments)
-    return ExportSurface(mesh.vertices, mesh.normals, mesh.faces)
+def unit_surface(form: Form, ratios: tuple[float, ...], segments: int = SEGMENTS) -> ExportSurface:
+    """The canonical form's triangles."""
+    mesh = form.mesh(segments, ratios)
+    return ExportSurface(mesh.vertices, mesh.shading, mesh.faces)
 
 
 # One mesh of everything below an entity: what ``--depth`` makes of parts, and ``--instance-limit`` of repetitions.

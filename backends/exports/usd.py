@@ -22,18 +22,18 @@ from scenelang.backends.base import need
 from scenelang.backends.exports.export import FPS, Job, Moving, facts_of, matched, merged_facts, mesh_backend, variants
 from scenelang.backends.exports.items import ExportItem, ExportPlan, distinct
 from scenelang.backends.exports.surfaces import ExportSurface, merged, segments_for, solid_of, unit_surface
-from scenelang.backends.geometry.solids import SolidForm
 from scenelang.backends.pictures.appearance import Look, look_of
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.runtime.values import IDENTITY, Matrix
 from scenelang.interpreter.scene.bounds import entity_box
+from scenelang.interpreter.scene.primitives.forms import Form
 
 # Prims of a USD layer through Sdf, which is twenty times faster than UsdGeom: transforms, shapes, meshes.
 
 
 INSTALL = "'scenelang[usd]'"
 SHAPES = "Shapes"  # the prim below the root that holds the canonical solids
-_UNIFORM = ("subdivisionScheme", "xformOpOrder")
+_UNIFORM = ("subdivisionScheme", "xformOpOrder", "axis")
 
 
 def valid_name(word: str) -> str:
@@ -66,7 +66,8 @@ class Prims:
     def __init__(self, layer: Any) -> None:
         self.sdf, self.gf, self.vt = (need(f"pxr.{name}", INSTALL) for name in ("Sdf", "Gf", "Vt"))
         self.layer = layer
-        self._solids: dict[SolidForm, Any] = {}
+        self._solids: dict[tuple[Form, tuple[float, ...]], Any] = {}
+        self._shape_names = PrimNames()
 
     def prim(self, parent: Any, name: str, kind: str, abstract: bool = False) -> Any:
         """A new prim of the schema ``kind`` below ``parent``, a prim or the layer."""
@@ -141,23 +142,32 @@ class Prims:
 
     # --- geometry ---
 
-    def shape(self, parent: Any, name: str, form: SolidForm, look: Look) -> Any:
-        """A canonical solid: a reference to one mesh for all of its form. Blender gives materials to meshes only, not
-        to USD's own cubes and spheres."""
-        prim = self.prim(parent, name, "Mesh")
-        prim.referenceList.prependedItems = [self.sdf.Reference("", self._solid(form))]
+    def shape(self, parent: Any, name: str, form: Form, ratios: tuple[float, ...], look: Look) -> Any:
+        """A canonical form: a reference to one prim for all that are alike, of a schema of USD's own where the form
+        names one, else a mesh."""
+        schema = form.usd(ratios)
+        prim = self.prim(parent, name, "Mesh" if schema is None else schema[0])
+        prim.referenceList.prependedItems = [self.sdf.Reference("", self._solid(form, ratios))]
         self._paint(prim, np.array([look.color]), "constant", look)
         return prim
 
-    def _solid(self, form: SolidForm) -> Any:
-        """The path of a canonical solid's mesh, which is added when it is first asked for."""
-        if form not in self._solids:
+    def _solid(self, form: Form, ratios: tuple[float, ...]) -> Any:
+        """The path of a canonical form's prim, which is added when it is first asked for."""
+        key = (form, ratios)
+        if key not in self._solids:
             root = self.layer.GetPrimAtPath(f"/{self.layer.defaultPrim}")
             holder = root.nameChildren.get(SHAPES) or self.prim(root, SHAPES, "", abstract=True)
-            mesh = self.prim(holder, form.name.lower(), "Mesh")
-            self._triangles(mesh, unit_surface(form))
-            self._solids[form] = mesh.path
-        return self._solids[form]
+            schema = form.usd(ratios)
+            made = self.prim(holder, self._shape_names.fresh(form.name), "Mesh" if schema is None else schema[0])
+            if schema is None:
+                self._triangles(made, unit_surface(form, ratios))
+            else:
+                for name, (kind, value) in schema[1].items():
+                    self.attribute(made, name, kind, value)
+                reach = np.abs(form.hull(ratios)).max(axis=0)
+                self.attribute(made, "extent", "Float3Array", self.points(np.stack([-reach, reach])))
+            self._solids[key] = made.path
+        return self._solids[key]
 
     def mesh(self, parent: Any, name: str, surface: ExportSurface, look: Look) -> Any:
         """Triangles with their normals and, where the surface has them, colours."""
@@ -397,7 +407,7 @@ class _Tree:
         if look.opacity == 0.0:
             return None
         if solid.form is not None:
-            made = self.prims.shape(prim, name, solid.form, look)
+            made = self.prims.shape(prim, name, solid.form, solid.ratios, look)
             self.materials.bind(made, look)
         else:
             surface = solid.surface()

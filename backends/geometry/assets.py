@@ -12,7 +12,6 @@ import struct
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -24,7 +23,8 @@ import numpy.typing as npt
 from scenelang.backends.base import need
 from scenelang.backends.pictures.studio import from_srgb
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.scene.shapes import Asset
+from scenelang.interpreter.scene.primitives.asset import Asset, read_files_by
+from scenelang.interpreter.scene.primitives.mesh import Mesh
 
 
 def _uncharged(work: int) -> None:
@@ -473,23 +473,8 @@ ENDINGS = (".glb", ".gltf", ".obj", ".ply", ".stl", ".off")
 _GLTF = (".glb", ".gltf")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class AssetMesh:
-    """``vertices`` (V, 3) in the asset's frame, +y up; ``faces`` (F, 3); ``face_colors`` (F, 3), linear sRGB, None
-    where the file says nothing of colours."""
-
-    vertices: FloatArray
-    faces: IntArray
-    face_colors: FloatArray | None
-
-    @property
-    def corners(self) -> FloatArray:
-        """The triangles (F, 3, 3)."""
-        return np.asarray(self.vertices[self.faces], np.float64)
-
-
-def load_asset(file: str | Path, root: str | Path | None = None) -> AssetMesh:
-    """The mesh of a file (glTF, OBJ, PLY, STL, OFF), of all its parts together.
+def load_asset(file: str | Path, root: str | Path | None = None) -> Mesh:
+    """The mesh of a file (glTF, OBJ, PLY, STL, OFF), of all its parts together, in the file's frame with +y up.
 
     The other files that it refers to lie in the folder ``root``, by default its own. Raises SceneError: "file" where it
     cannot be read, holds no mesh, or is too large, "import-outside" where it refers to what lies elsewhere.
@@ -508,11 +493,14 @@ def load_asset(file: str | Path, root: str | Path | None = None) -> AssetMesh:
     return _loaded(str(path), str(root or path.resolve().parent), state.st_mtime_ns, state.st_size)
 
 
+read_files_by(load_asset)
+
+
 _QUIET = logging.NullHandler()
 
 
 @lru_cache(maxsize=32)
-def _loaded(path: str, root: str, changed: int, size: int) -> AssetMesh:
+def _loaded(path: str, root: str, changed: int, size: int) -> Mesh:
     """The mesh of a file in the state that ``changed`` and ``size`` tell apart from others."""
     ending, name = Path(path).suffix.lower(), Path(path).name
     references = References(Path(path), Path(root), decoded=ending in _GLTF)
@@ -531,7 +519,7 @@ def _loaded(path: str, root: str, changed: int, size: int) -> AssetMesh:
     return mesh
 
 
-def _mesh(path: Path, references: References) -> AssetMesh:
+def _mesh(path: Path, references: References) -> Mesh:
     """The mesh of a file; raises SceneError, or anything else for files that cannot be read."""
     trimesh = need("trimesh", "trimesh")
     ending, name = path.suffix.lower(), path.name
@@ -560,9 +548,9 @@ def _mesh(path: Path, references: References) -> AssetMesh:
     pictures: dict[int, npt.NDArray[np.uint8]] = {}
     colors = [_colors(mesh, factors, pictures) for mesh in meshes]
     if all(color is None for color in colors):
-        return AssetMesh(vertices, faces, None)
+        return Mesh(vertices, None, faces)
     filled = [np.ones((len(m.faces), 3)) if c is None else c for m, c in zip(meshes, colors, strict=True)]
-    return AssetMesh(vertices, faces, np.concatenate(filled))
+    return Mesh(vertices, None, faces, np.concatenate(filled))
 
 
 def _check_faces(mesh: Any, name: str) -> None:

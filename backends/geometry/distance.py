@@ -1,4 +1,5 @@
-"""Distance and depth of penetration of pairs of convex solids, many pairs at a time.
+"""Distance and depth of penetration of pairs of convex solids, many pairs at a time. What is not convex, such as a
+ring, counts as its convex hull.
 
 Distance is that of Gilbert, Johnson and Keerthi: the point nearest to the origin of the difference A - B, approached by
 simplices of support points. Depth is the least move that parts two solids: the smallest width of the difference over
@@ -14,7 +15,8 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.geometry.solids import FloatArray, SolidForm, cofactors_of
+from scenelang.backends.geometry.solids import FloatArray, PosedForms
+from scenelang.interpreter.scene.primitives.mesh import cofactors_of
 
 # Pairs of boxes that overlap, found by sweeping along one axis.
 
@@ -45,55 +47,14 @@ def neighbours(low: FloatArray, high: FloatArray, margin: float, most: int) -> t
     return np.sort(pairs, axis=1)[:most], total <= most
 
 
-# Support points of posed canonical solids (``backends.solids``): how far each one reaches in a direction.
-
-
-Forms = npt.NDArray[np.int8]
-
-
-def support(forms: Forms, matrices: FloatArray, directions: FloatArray) -> FloatArray:
-    """The farthest points (N, 3) of the solids under ``matrices`` (N, 3, 4) along ``directions`` (N, 3)."""
-    local = np.einsum("nij,ni->nj", matrices[:, :, :3], directions)
-    point = np.sign(local)  # of a block, where 0 stands for the middle of an edge or face
-    ball = forms == SolidForm.BALL
-    if ball.any():
-        point[ball] = _unit(local[ball])
-    for form in (SolidForm.CYLINDER, SolidForm.CONE):
-        chosen = forms == form
-        if chosen.any():
-            point[chosen] = _round(local[chosen], cone=form is SolidForm.CONE)
-    found: FloatArray = np.einsum("nij,nj->ni", matrices[:, :, :3], point) + matrices[:, :, 3]
-    return found
-
-
-def _round(local: FloatArray, cone: bool) -> FloatArray:
-    """Support points of the canonical cylinder or cone."""
-    point = np.empty_like(local)
-    across = np.hypot(local[:, 0], local[:, 2])
-    safe = np.where(across > 0.0, across, 1.0)
-    point[:, 0], point[:, 2] = local[:, 0] / safe, local[:, 2] / safe
-    if not cone:
-        point[:, 1] = np.sign(local[:, 1])
-        return point
-    point[:, 1] = -1.0
-    apex = local[:, 1] > across - local[:, 1]
-    point[apex] = (0.0, 1.0, 0.0)
-    return point
-
-
-def _unit(vectors: FloatArray) -> FloatArray:
-    length = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return vectors / np.where(length > 0.0, length, 1.0)
-
-
-def boxes(forms: Forms, matrices: FloatArray) -> tuple[FloatArray, FloatArray]:
+def boxes(solids: PosedForms) -> tuple[FloatArray, FloatArray]:
     """The exact axis-aligned boxes of posed solids: least and greatest corners, (N, 3) each."""
-    low, high = np.empty((len(forms), 3)), np.empty((len(forms), 3))
+    low, high = np.empty((len(solids), 3)), np.empty((len(solids), 3))
     for axis in range(3):
-        direction = np.zeros((len(forms), 3))
+        direction = np.zeros((len(solids), 3))
         direction[:, axis] = 1.0
-        high[:, axis] = support(forms, matrices, direction)[:, axis]
-        low[:, axis] = support(forms, matrices, -direction)[:, axis]
+        high[:, axis] = solids.support(direction)[:, axis]
+        low[:, axis] = solids.support(-direction)[:, axis]
     return low, high
 
 
@@ -107,35 +68,34 @@ _SUBSETS = tuple(subset for size in (1, 2, 3, 4) for subset in combinations(rang
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pairs:
-    """N pairs of posed canonical solids: forms (N,) and poses (N, 3, 4) of the first and the second ones."""
+    """N pairs of posed solids: the first and the second of each."""
 
-    forms_a: Forms
-    a: FloatArray
-    forms_b: Forms
-    b: FloatArray
+    a: PosedForms
+    b: PosedForms
 
     def __len__(self) -> int:
-        return len(self.forms_a)
+        return len(self.a)
 
     def take(self, which: npt.NDArray[np.int64] | Mask) -> Pairs:
-        return Pairs(self.forms_a[which], self.a[which], self.forms_b[which], self.b[which])
+        return Pairs(self.a.take(which), self.b.take(which))
 
     def difference(self, directions: FloatArray) -> FloatArray:
         """Support points (N, 3) of A - B."""
-        return support(self.forms_a, self.a, directions) - support(self.forms_b, self.b, -directions)
+        return self.a.support(directions) - self.b.support(-directions)
 
 
 def distances(pairs: Pairs) -> FloatArray:
     """The distances (N,) between the solids of each pair; 0 where they touch or overlap."""
     count = len(pairs)
     found = np.zeros(count)
-    nearest = pairs.difference(pairs.a[:, :, 3] - pairs.b[:, :, 3] + 1e-9)
+    nearest = pairs.difference(pairs.a.matrices[:, :, 3] - pairs.b.matrices[:, :, 3] + 1e-9)
     points = np.zeros((count, 4, 3))
     points[:, 0] = nearest
     active = np.zeros((count, 4), bool)
     active[:, 0] = True
     rows = np.arange(count)
-    size = np.abs(nearest).max(axis=1) + np.abs(pairs.a).max(axis=(1, 2)) + np.abs(pairs.b).max(axis=(1, 2))
+    size = np.abs(nearest).max(axis=1)
+    size = size + np.abs(pairs.a.matrices).max(axis=(1, 2)) + np.abs(pairs.b.matrices).max(axis=(1, 2))
     for _ in range(_ROUNDS):
         if not len(rows):
             break
@@ -206,7 +166,7 @@ def depths(pairs: Pairs) -> tuple[FloatArray, FloatArray]:
     every = np.arange(len(pairs))
     along = directions[order[0], every]
     depth = widths[order[0], every]
-    curved = np.flatnonzero((pairs.forms_a != SolidForm.BLOCK) | (pairs.forms_b != SolidForm.BLOCK))
+    curved = np.flatnonzero(pairs.a.that_are("is_curved") | pairs.b.that_are("is_curved"))
     for start in order if len(curved) else ():
         deep, way = _refined(pairs.take(curved), directions[start[curved], curved])
         smaller = deep < depth[curved]
@@ -224,10 +184,10 @@ def _width(pairs: Pairs, directions: FloatArray) -> FloatArray:
 def _candidates(pairs: Pairs) -> Sequence[FloatArray]:
     """Directions to try, each an array of unit vectors (N, 3): the normals of flat faces, products of edges, the line
     between the centres, and directions all round."""
-    normals_a, normals_b = _normals(pairs.a), _normals(pairs.b)
+    normals_a, normals_b = _normals(pairs.a.matrices), _normals(pairs.b.matrices)
     found = [normal for normals in (normals_a, normals_b) for normal in normals]
-    found += [np.cross(p, q) for p in _edges(pairs.a) for q in _edges(pairs.b)]
-    found.append(pairs.b[:, :, 3] - pairs.a[:, :, 3])
+    found += [np.cross(p, q) for p in _edges(pairs.a.matrices) for q in _edges(pairs.b.matrices)]
+    found.append(pairs.b.matrices[:, :, 3] - pairs.a.matrices[:, :, 3])
     found += [np.broadcast_to(direction, (len(pairs), 3)) for direction in _sphere(48)]
     units = [_normalized(direction) for direction in found]
     return [sign * unit for unit in units for sign in (1.0, -1.0)]

@@ -9,20 +9,23 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.geometry.distance import Forms, IntArray, Pairs, boxes, depths, distances, neighbours
-from scenelang.backends.geometry.solids import FloatArray, SolidForm, cofactors_of, composed, inverses_of, local_pose
+from scenelang.backends.geometry.distance import IntArray, Pairs, boxes, depths, distances, neighbours
+from scenelang.backends.geometry.solids import FloatArray, PosedForms, composed, posed_forms
 from scenelang.backends.pictures.appearance import look_of
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, Note
+from scenelang.interpreter.runtime.values import IDENTITY
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants, primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity
-from scenelang.interpreter.scene.shapes import GEOMETRY, PrimitiveKind
+from scenelang.interpreter.scene.primitives import Placed, find
+from scenelang.interpreter.scene.primitives.cube import placed_block
+from scenelang.interpreter.scene.primitives.mesh import cofactors_of, inverses_of
 
 # The primitives of one frame as convex bodies in the world's frame, and which of them touch.
 
@@ -30,15 +33,15 @@ from scenelang.interpreter.scene.shapes import GEOMETRY, PrimitiveKind
 MOST_PAIRS = 300_000
 _TOUCH = 1e-3  # of the scene's diagonal
 _BATCH = 20_000
+_SIDES = 32  # of a round solid, whose vertices tell what holds it
 
 
 @dataclass(frozen=True, eq=False)
 class Bodies:
-    """N bodies. ``entity[i]`` is the number of body ``i``'s primitive in ``entities``, ``paths[path[i]]`` the words
-    that lead to it. A mesh file is its box. ``opaque``: nothing behind is seen through it."""
+    """N bodies, ``solids``. ``entity[i]`` is the number of body ``i``'s primitive in ``entities``, ``paths[path[i]]``
+    the words that lead to it. A mesh is its box. ``opaque``: nothing behind is seen through it."""
 
-    forms: Forms
-    matrices: FloatArray  # (N, 3, 4)
+    solids: PosedForms
     entities: tuple[Entity, ...]
     entity: IntArray
     paths: tuple[tuple[str, ...], ...]
@@ -48,11 +51,11 @@ class Bodies:
     plain: frozenset[str]  # the bound words of which every entity is one solid
 
     def __len__(self) -> int:
-        return len(self.forms)
+        return len(self.solids)
 
     @cached_property
     def boxes(self) -> tuple[FloatArray, FloatArray]:
-        return boxes(self.forms, self.matrices)
+        return boxes(self.solids)
 
     @cached_property
     def size(self) -> float:
@@ -67,7 +70,7 @@ class Bodies:
 
     def pairs(self, numbers: IntArray) -> Pairs:
         a, b = numbers[:, 0], numbers[:, 1]
-        return Pairs(self.forms[a], self.matrices[a], self.forms[b], self.matrices[b])
+        return Pairs(self.solids.take(a), self.solids.take(b))
 
     def gaps(self, numbers: IntArray) -> FloatArray:
         """The distances of pairs (M, 2)."""
@@ -90,21 +93,19 @@ class Bodies:
 def bodies_of(root: Entity) -> Bodies:
     """The visible primitives below ``root`` as bodies; those without extent are left out."""
     frame = flatten_entity(root)
-    poses = [_pose(entity) for entity in frame.primitives]
+    placed = [_placed(entity) for entity in frame.primitives]
     looks = [look_of(entity) for entity in frame.primitives]
-    known = np.array([pose is not None for pose in poses], bool)
+    known = np.array([one is not None for one in placed], bool)
     seen = np.array([look.opacity > 0.0 for look in looks], bool)
     index = np.asarray(frame.index)
     chosen = np.flatnonzero((known & seen)[index]) if len(index) else np.zeros(0, np.int64)
     index = index[chosen]
-    forms = np.array([pose[0] if pose is not None else SolidForm.BLOCK for pose in poses], np.int8)
-    local = np.array([pose[1] if pose is not None else np.zeros((3, 4)) for pose in poses]).reshape(-1, 3, 4)
-    matrices = composed(np.asarray(frame.matrices)[chosen], local[index])
+    forms = posed_forms(placed).take(index)
+    matrices = composed(np.asarray(frame.matrices)[chosen], forms.matrices)
     solid = np.abs(np.linalg.det(matrices[:, :, :3])) > 1e-30 if len(chosen) else np.zeros(0, bool)
-    chosen, index, matrices = chosen[solid], index[solid], matrices[solid]
+    chosen, index = chosen[solid], index[solid]
     return Bodies(
-        forms[index],
-        matrices,
+        replace(forms, matrices=matrices).take(solid),
         frame.primitives,
         index,
         frame.paths,
@@ -123,44 +124,37 @@ def _plain_words(root: Entity) -> frozenset[str]:
     return frozenset(word for word, found in counts.items() if found == {1})
 
 
-def _pose(entity: Entity) -> tuple[SolidForm, FloatArray] | None:
-    """The canonical solid that a primitive is, and its pose (3, 4)."""
+def _placed(entity: Entity) -> Placed | None:
+    """The canonical form that a primitive is, in its own frame: the box of a mesh that is none. Blocks take the place
+    of those before them."""
     shape = entity.shape
-    if shape is None or shape.kind in (PrimitiveKind.VOID, PrimitiveKind.CUBOID):
-        return None  # blocks take the place of those before them
-    if shape.kind is not PrimitiveKind.ASSET:
-        return local_pose(shape)
-    if shape.asset is None:
+    if shape is None or not shape.has_geometry or shape.is_block:
         return None
-    low, high = np.array(shape.asset.box[:3]), np.array(shape.asset.box[3:])
-    return SolidForm.BLOCK, np.concatenate([np.diag((high - low) / 2.0), ((low + high) / 2.0)[:, None]], axis=1)
+    placed = shape.placed()
+    if placed is not None or (shape.is_solid and shape.is_flat):
+        return placed
+    low, high = np.array(shape.box_under(IDENTITY)).reshape(2, 3)
+    if not shape.is_file and not (high > low).any():
+        return None
+    x, y, z = (high - low).tolist()
+    rows = np.array(placed_block((x, y, z)).rows).reshape(3, 4)
+    rows[:, 3] = (low + high) / 2.0
+    return placed_block((x, y, z))._replace(rows=tuple(rows.ravel().tolist()))
 
 
 # The flat faces of posed solids, and how much of two of them lies in one plane.
 
 
-_TURN = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)
 _DOWN = -0.99
-_SQUARE = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
 
 
-def _canonical(form: int) -> Iterator[tuple[int, float, FloatArray]]:
-    """The faces of a canonical solid: the axis that it looks along, the side, its corners (K, 3)."""
-    if form == SolidForm.BLOCK:
-        for axis in range(3):
-            for side in (-1.0, 1.0):
-                corners = np.insert(np.array(_SQUARE), axis, side, axis=1)
-                yield axis, side, corners
-    elif form in (SolidForm.CYLINDER, SolidForm.CONE):
-        for side in (-1.0,) if form == SolidForm.CONE else (-1.0, 1.0):
-            yield 1, side, np.stack([np.cos(_TURN), np.full(len(_TURN), side), np.sin(_TURN)], axis=1)
-
-
-def _faces(form: int, matrix: FloatArray) -> Iterator[tuple[FloatArray, FloatArray]]:
+def _faces(solids: PosedForms, i: int) -> Iterator[tuple[FloatArray, FloatArray]]:
     """Outward unit normals (3,) and corners (K, 3) of a posed solid's flat faces."""
+    matrix = solids.matrices[i]
     cofactors = cofactors_of(matrix[None, :, :3])[0]
     inside_out = np.sign(np.linalg.det(matrix[:, :3]))
-    for axis, side, corners in _canonical(form):
+    form, ratios = solids.form(i)
+    for axis, side, corners in form.flat_faces(ratios):
         normal = cofactors[:, axis] * side * inside_out
         length = np.linalg.norm(normal)
         if length > 0.0:
@@ -178,12 +172,12 @@ class SharedFace:
     normal: FloatArray
 
 
-def shared_face(forms: Forms, matrices: FloatArray, i: int, j: int, tolerance: float) -> SharedFace | None:
+def shared_face(solids: PosedForms, i: int, j: int, tolerance: float) -> SharedFace | None:
     """The largest piece that a face of ``i`` and one of ``j`` share, looking the same way in planes nearer than
     ``tolerance``. Faces that look straight down are left out: who looks from below?"""
     best: SharedFace | None = None
-    others = list(_faces(int(forms[j]), matrices[j]))
-    for normal, corners in _faces(int(forms[i]), matrices[i]):
+    others = list(_faces(solids, j))
+    for normal, corners in _faces(solids, i):
         if normal[1] < _DOWN:
             continue
         for other_normal, other in others:
@@ -286,8 +280,9 @@ def findings(bodies: Bodies) -> Iterator[Finding]:
 def _twins(bodies: Bodies, pairs: IntArray) -> list[Finding]:
     """Equal solids under equal poses, however they came to be: one of them is too many."""
     a, b = pairs[:, 0], pairs[:, 1]
-    equal = bodies.forms[a] == bodies.forms[b]
-    near = np.abs(bodies.matrices[a] - bodies.matrices[b]).max(axis=(1, 2)) <= _SAME * bodies.size
+    first, second = bodies.solids.take(a), bodies.solids.take(b)
+    equal = (first.forms == second.forms) & (np.abs(first.ratios - second.ratios).max(axis=1, initial=0.0) <= _SAME)
+    near = np.abs(first.matrices - second.matrices).max(axis=(1, 2)) <= _SAME * bodies.size
     return [Finding("twin", j, i, _extent(bodies, i)) for i, j in pairs[equal & near].tolist()]
 
 
@@ -325,49 +320,38 @@ def _is_deep_sibling(bodies: Bodies, i: int, other: int | None) -> bool:
 def _thing(bodies: Bodies, i: int) -> tuple[str, ...]:
     """What a body is a part of: the words to its parent, or to itself where its word says what it is."""
     words = bodies.words(i)
-    return words[:-1] if words[-1] in GEOMETRY and len(words) > 1 else words
+    return words[:-1] if _is_material(words[-1]) and len(words) > 1 else words
+
+
+def _is_material(word: str) -> bool:
+    """Whether a primitive's word says only what it is made of, as "cube" does."""
+    cls = find(word)
+    return cls is not None and cls.is_solid
 
 
 def _lies_in(bodies: Bodies, inner: int, outer: int, limit: float = 0.995) -> bool:
     """Whether a solid lies inside another that is scaled by ``limit`` about its centre."""
-    points = (_hull(int(bodies.forms[inner])) @ bodies.matrices[inner, :, :3].T) + bodies.matrices[inner, :, 3]
-    return _holds(bodies, outer, points, limit)
+    matrix = bodies.solids.matrices[inner]
+    form, ratios = bodies.solids.form(inner)
+    return _holds(bodies, outer, form.mesh(_SIDES, ratios).vertices @ matrix[:, :3].T + matrix[:, 3], limit)
 
 
 def _holds(bodies: Bodies, outer: int, points: FloatArray, limit: float = 1.0) -> bool:
     """Whether all points (K, 3) lie in a solid that is scaled by ``limit`` about its centre."""
-    linear = inverses_of(bodies.matrices[outer : outer + 1, :, :3])[0]
-    local = (points - bodies.matrices[outer, :, 3]) @ linear.T
-    form = bodies.forms[outer]
-    if form == SolidForm.BLOCK:
-        return bool((np.abs(local) <= limit).all())
-    if form == SolidForm.BALL:
-        return bool((np.linalg.norm(local, axis=1) <= limit).all())
-    across = np.hypot(local[:, 0], local[:, 2])
-    edge = limit if form == SolidForm.CYLINDER else limit * (1.0 - local[:, 1]) / 2.0
-    return bool(((across <= edge) & (np.abs(local[:, 1]) <= limit)).all())
-
-
-def _hull(form: int) -> FloatArray:
-    """Points of a canonical solid's surface, close enough to tell what holds it."""
-    turn = np.linspace(0.0, 2.0 * np.pi, 32, endpoint=False)
-    ring = np.stack([np.cos(turn), np.zeros(32), np.sin(turn)], axis=1)
-    if form == SolidForm.BLOCK:
-        return np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)
-    if form == SolidForm.BALL:
-        heights = np.linspace(-1.0, 1.0, 17)
-        return np.concatenate([ring * np.sqrt(1.0 - y * y) + np.array([0.0, y, 0.0]) for y in heights])
-    up = np.array([[0.0, 1.0, 0.0]])
-    return np.concatenate([ring - up, up if form == SolidForm.CONE else ring + up])
+    matrix = bodies.solids.matrices[outer]
+    local = (points - matrix[:, 3]) @ inverses_of(matrix[None, :, :3])[0].T / limit
+    form, ratios = bodies.solids.form(outer)
+    return bool(form.contains(local[:, 0], local[:, 1], local[:, 2], ratios).all())
 
 
 def _deep_siblings(bodies: Bodies, pairs: IntArray) -> Iterator[Finding]:
-    """Things of one word, such as books in a row, that go deep into one another. Balls are leaves, clouds, bubbles."""
+    """Things of one word, such as books in a row, that go deep into one another. Round ones are leaves, clouds,
+    bubbles, limbs."""
     chosen = [
         (i, j)
         for i, j in pairs.tolist()
         if bodies.entity[i] == bodies.entity[j] and bodies.paths[bodies.path[i]] == bodies.paths[bodies.path[j]]
-        and _is_a_thing(bodies, i) and bodies.forms[i] != SolidForm.BALL
+        and _is_a_thing(bodies, i) and not bodies.solids.form(i)[0].is_rounded
     ]  # fmt: skip
     if not chosen:
         return
@@ -383,7 +367,7 @@ def _is_a_thing(bodies: Bodies, i: int) -> bool:
     """Whether a body stands for a thing of its own rather than for building material: a word without geometry, or the
     only solid of a word that the program binds."""
     words = bodies.words(i)
-    return words[-1] not in GEOMETRY or (len(words) > 1 and words[-2] in bodies.plain)
+    return not _is_material(words[-1]) or (len(words) > 1 and words[-2] in bodies.plain)
 
 
 # --- what hovers -----------------------------------------------------------------------------------------------------
@@ -453,7 +437,7 @@ def _below_ground(bodies: Bodies) -> Iterator[Finding]:
     low, high = bodies.boxes
     room = 2.0 * bodies.touch
     tall = np.maximum(high[:, 1] - low[:, 1], 1e-12)
-    limit = np.where(bodies.forms == SolidForm.BALL, _SUNK_BALL, _SUNK) * tall
+    limit = np.where(bodies.solids.that_are("is_rounded"), _SUNK_BALL, _SUNK) * tall
     below = -low[:, 1] > np.maximum(limit, room)
     ground = _ground(bodies, below)
     sunk = np.flatnonzero(below & ~ground)
@@ -499,10 +483,10 @@ def _fighting_faces(bodies: Bodies, pairs: IntArray) -> Iterator[Finding]:
     """Faces of different colours that look the same way in one plane and overlap where they can be seen: no renderer
     can tell which one is in front."""
     colors = np.abs(bodies.colors[pairs[:, 0]] - bodies.colors[pairs[:, 1]]).max(axis=1)
-    flat = (bodies.forms[pairs] != SolidForm.BALL).all(axis=1)
+    flat = (~bodies.solids.that_are("is_rounded"))[pairs].all(axis=1)
     opaque = bodies.opaque[pairs].all(axis=1)
     for i, j in pairs[flat & opaque & (colors > _OTHER_COLOR)].tolist():
-        shared = shared_face(bodies.forms, bodies.matrices, i, j, 1e-5 * bodies.size)
+        shared = shared_face(bodies.solids, i, j, 1e-5 * bodies.size)
         if shared is None or shared.share < _FIGHTING:
             continue
         if not _is_covered(bodies, shared, i, j):

@@ -1,67 +1,112 @@
 """Primitives as arrays: what a primitive entity means to the geometric backends (their ``g_reparam``).
 
-Every primitive is one of a few canonical convex solids under an affine pose, so that nothing that draws them needs to
-know of sizes, radii and axes. Canonical solids lie in the cube [-1, 1]^3: BALL x^2 + y^2 + z^2 <= 1; BLOCK the cube;
-CYLINDER x^2 + z^2 <= 1; CONE x^2 + z^2 <= ((1 - y) / 2)^2 with its apex at y = 1; TRIANGLE with the corners
-(-1, -1, 0), (1, -1, 0), (-1, 1, 0), for meshes.
+Every primitive is a canonical form under an affine pose, or the triangles of a mesh, so that nothing that draws them
+needs to know of sizes, radii and axes. What the forms are, the primitives say (``interpreter.scene.primitives``).
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from enum import IntEnum
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.geometry.assets import MOST_TRIANGLES, load_asset
+from scenelang.backends.geometry.assets import MOST_TRIANGLES
 from scenelang.backends.pictures.appearance import Look, Looks, look_of, looks_of
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.flatten import FlatFrame
-from scenelang.interpreter.scene.shapes import PrimitiveKind, PrimitiveShape
+from scenelang.interpreter.scene.primitives import Placed, standard_forms
+from scenelang.interpreter.scene.primitives.base import Primitive, mesh_of
+from scenelang.interpreter.scene.primitives.forms import TRIANGLE, Form, Ratios
+from scenelang.interpreter.scene.primitives.mesh import Mesh, cofactors_of
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
-Point = tuple[float, float, float]
-Rows = tuple[float, float, float, float, float, float, float, float, float, float, float, float]
+Numbers = npt.NDArray[np.int16]
 
+_NO_ROWS = (0.0,) * 12
 _THINNEST = 2e-5  # half the thickness that flat things are given, where the scene's half diagonal is 1
 
 
-class SolidForm(IntEnum):
-    """The canonical solids of the module's docstring."""
+@dataclass(frozen=True, slots=True, eq=False)
+class PosedForms:
+    """N canonical forms under poses in one frame of reference.
 
-    BALL = 0
-    BLOCK = 1
-    CYLINDER = 2
-    CONE = 3
-    TRIANGLE = 4
+    ``matrices[i]`` takes the form ``kinds[forms[i]]`` there; its ratios stand first in row ``ratios[i]``.
+    """
+
+    kinds: tuple[Form, ...]
+    forms: Numbers  # (N,)
+    ratios: FloatArray  # (N, most ratios of a kind)
+    matrices: FloatArray  # (N, 3, 4)
+
+    def __len__(self) -> int:
+        return len(self.forms)
+
+    def take(self, which: npt.NDArray[Any]) -> PosedForms:
+        """Those that the mask or the indices ``which`` select."""
+        return PosedForms(self.kinds, self.forms[which], self.ratios[which], self.matrices[which])
+
+    def form(self, i: int) -> tuple[Form, tuple[float, ...]]:
+        """The form of row ``i`` and its ratios."""
+        kind = self.kinds[int(self.forms[i])]
+        return kind, tuple(self.ratios[i, : kind.ratios].tolist())
+
+    def groups(self, which: npt.NDArray[np.bool_] | None = None) -> Iterator[tuple[Form, IntArray]]:
+        """The forms that occur (among those of the mask ``which``), each with the numbers of its rows."""
+        forms = self.forms if which is None else self.forms[which]
+        for number in np.unique(forms).tolist():
+            same = self.forms == number
+            yield self.kinds[number], np.flatnonzero(same if which is None else same & which)
+
+    def ratios_of(self, form: Form, rows: npt.NDArray[Any]) -> Ratios:
+        """The ratios of ``rows``, all of one form, as arrays (K,)."""
+        return tuple(self.ratios[rows, k] for k in range(form.ratios))
+
+    def members(self) -> Iterator[tuple[Form, tuple[float, ...], IntArray]]:
+        """The distinct forms with their ratios, each with the numbers of its rows."""
+        for form, rows in self.groups():
+            if not form.ratios:
+                yield form, (), rows
+                continue
+            values, place = np.unique(self.ratios[rows, : form.ratios], axis=0, return_inverse=True)
+            order = np.argsort(place.reshape(-1), kind="stable")
+            ends = np.cumsum(np.bincount(place.reshape(-1)))
+            for value, part in zip(values.tolist(), np.split(rows[order], ends[:-1]), strict=True):
+                yield form, tuple(value), part
+
+    def that_are(self, name: str) -> npt.NDArray[np.bool_]:
+        """Which (N,) are of a form whose attribute ``name`` is true."""
+        true = np.array([bool(getattr(kind, name)) for kind in self.kinds], bool)
+        return np.asarray(true[self.forms], bool)
+
+    def support(self, directions: FloatArray) -> FloatArray:
+        """Their farthest points (N, 3) along ``directions`` (N, 3); of those that are not convex, of the hull."""
+        local = np.einsum("nij,ni->nj", self.matrices[:, :, :3], directions)
+        point = np.empty_like(local)
+        for form, rows in self.groups():
+            point[rows] = form.support(local[rows], self.ratios_of(form, rows))
+        found: FloatArray = np.einsum("nij,nj->ni", self.matrices[:, :, :3], point) + self.matrices[:, :, 3]
+        return found
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Solids:
+class Solids(PosedForms):
     """N posed solids in one frame of reference.
 
-    ``matrices[i]`` takes the canonical solid ``forms[i]`` there; it looks as row ``look[i]`` of ``looks`` says.
-    ``words[word[i]]`` is the primitive's word, ``semantic[i]`` says that it is the stand-in for a semantic primitive.
-    ``instance[i]`` is its number in the flattened frame.
+    Solid ``i`` looks as row ``look[i]`` of ``looks`` says. ``words[word[i]]`` is the primitive's word, ``semantic[i]``
+    says that it is the stand-in for a semantic primitive. ``instance[i]`` is its number in the flattened frame.
     """
 
-    forms: npt.NDArray[np.int8]  # (N,)
-    matrices: FloatArray  # (N, 3, 4)
     look: IntArray  # (N,)
     word: IntArray  # (N,)
     semantic: npt.NDArray[np.bool_]  # (N,)
     instance: IntArray  # (N,)
     looks: Looks
     words: tuple[str, ...]
-
-    def __len__(self) -> int:
-        return len(self.forms)
 
     @property
     def colors(self) -> FloatArray:
@@ -82,31 +127,58 @@ class Solids:
         return replace(self, **columns)
 
     def followed_by(self, other: Solids) -> Solids:
-        """These solids, then those of ``other``, which has the same tables of looks and words."""
+        """These solids, then those of ``other``, which has the same tables of kinds, looks and words."""
         columns: dict[str, Any] = {
             name: np.concatenate([getattr(self, name), getattr(other, name)]) for name in _COLUMNS
         }
         return replace(self, **columns)
 
 
-_COLUMNS = ("forms", "matrices", "look", "word", "semantic", "instance")
+_COLUMNS = ("forms", "ratios", "matrices", "look", "word", "semantic", "instance")
 
 
 @dataclass(frozen=True, slots=True)
 class _Piece:
-    """What a distinct primitive is drawn as: one solid."""
+    """What a distinct primitive is drawn as: one canonical form."""
 
-    form: SolidForm
-    rows: Rows
+    placed: Placed
     look: int
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Mesh:
+class _Triangles:
     """What a distinct primitive is drawn as: K triangles with local poses (K, 3, 4) and looks (K,)."""
 
     local: FloatArray
     look: IntArray
+
+
+class FormTable:
+    """Numbers for distinct forms; the oldest stand first."""
+
+    def __init__(self, forms: Sequence[Form] = ()) -> None:
+        self._numbers = {form: i for i, form in enumerate(standard_forms())}
+        for form in forms:
+            self.number(form)
+
+    def number(self, form: Form) -> int:
+        return self._numbers.setdefault(form, len(self._numbers))
+
+    def kinds(self) -> tuple[Form, ...]:
+        return tuple(self._numbers)
+
+
+def posed_forms(placed: Sequence[Placed | None]) -> PosedForms:
+    """Primitives in their own frames as rows; one that is None has a row that means nothing."""
+    table = FormTable()
+    numbers = [0 if one is None else table.number(one.form) for one in placed]
+    kinds = table.kinds()
+    ratios = np.zeros((len(placed), max(kinds[number].ratios for number in numbers) if numbers else 0))
+    for i, one in enumerate(placed):
+        if one is not None and one.ratios:
+            ratios[i, : len(one.ratios)] = one.ratios
+    matrices = np.array([_NO_ROWS if one is None else one.rows for one in placed], np.float64).reshape(-1, 3, 4)
+    return PosedForms(kinds, np.array(numbers, np.int16), ratios, matrices)
 
 
 class _LookTable:
@@ -130,36 +202,43 @@ def solids_of(frame: FlatFrame) -> Solids:
     pieces = [_piece(entity, table) for entity in frame.primitives]
     word = np.array([number[entity.word] for entity in frame.primitives], np.int64)
     semantic = np.array([is_semantic(entity) for entity in frame.primitives], bool)
-    columns = [_single(frame, pieces, word, semantic)]
+    forms = posed_forms([piece.placed if isinstance(piece, _Piece) else None for piece in pieces])
+    columns = [_single(frame, pieces, forms, word, semantic)]
+    triangle = forms.kinds.index(TRIANGLE)
     for i, piece in enumerate(pieces):
-        if isinstance(piece, _Mesh):
-            columns.append(_many(frame, i, piece, int(word[i])))
+        if isinstance(piece, _Triangles):
+            columns.append(_many(frame, i, piece, int(word[i]), triangle, forms.ratios.shape[1]))
     joined: dict[str, Any] = {name: np.concatenate([part[name] for part in columns]) for name in _COLUMNS}
-    return Solids(**joined, looks=table.looks(), words=words)
+    return Solids(kinds=forms.kinds, **joined, looks=table.looks(), words=words)
 
 
 def _single(
-    frame: FlatFrame, pieces: Sequence[_Piece | _Mesh | None], word: IntArray, semantic: npt.NDArray[np.bool_]
+    frame: FlatFrame,
+    pieces: Sequence[_Piece | _Triangles | None],
+    forms: PosedForms,
+    word: IntArray,
+    semantic: npt.NDArray[np.bool_],
 ) -> dict[str, npt.NDArray[Any]]:
-    """The columns of the instances of all primitives that are one solid each."""
-    singles = [(i, piece) for i, piece in enumerate(pieces) if isinstance(piece, _Piece)]
-    place = np.full(len(pieces), -1, np.int64)
-    place[[i for i, _ in singles]] = np.arange(len(singles))
+    """The columns of the instances of all primitives that are one form each; ``forms`` has a row for each primitive."""
+    single = np.array([isinstance(piece, _Piece) for piece in pieces], bool)
+    look = np.array([piece.look if isinstance(piece, _Piece) else -1 for piece in pieces], np.int64)
     index = np.asarray(frame.index)
-    instance = np.flatnonzero(place[index] >= 0) if len(index) else np.zeros(0, np.int64)
-    which = place[index[instance]]
-    local = np.array([piece.rows for _, piece in singles], np.float64).reshape(-1, 3, 4)
+    instance = np.flatnonzero(single[index]) if len(index) else np.zeros(0, np.int64)
+    which = index[instance]
     return {
-        "forms": np.array([piece.form for _, piece in singles], np.int8)[which],
-        "matrices": composed(frame.matrices[instance], local[which]),
-        "look": np.array([piece.look for _, piece in singles], np.int64)[which],
-        "word": word[index[instance]],
-        "semantic": semantic[index[instance]],
+        "forms": forms.forms[which],
+        "ratios": forms.ratios[which],
+        "matrices": composed(frame.matrices[instance], forms.matrices[which]),
+        "look": look[which],
+        "word": word[which],
+        "semantic": semantic[which],
         "instance": instance,
     }
 
 
-def _many(frame: FlatFrame, primitive: int, mesh: _Mesh, word: int) -> dict[str, npt.NDArray[Any]]:
+def _many(
+    frame: FlatFrame, primitive: int, mesh: _Triangles, word: int, triangle: int, ratios: int
+) -> dict[str, npt.NDArray[Any]]:
     """The columns of the instances of one primitive that is many triangles."""
     instance = np.flatnonzero(np.asarray(frame.index) == primitive)
     count, total = len(mesh.local), len(instance) * len(mesh.local)
@@ -172,7 +251,8 @@ def _many(frame: FlatFrame, primitive: int, mesh: _Mesh, word: int) -> dict[str,
         )
     matrices = np.asarray(frame.matrices[instance])
     return {
-        "forms": np.full(total, SolidForm.TRIANGLE, np.int8),
+        "forms": np.full(total, triangle, np.int16),
+        "ratios": np.zeros((total, ratios)),
         "matrices": composed(np.repeat(matrices, count, axis=0), np.tile(mesh.local, (len(instance), 1, 1))),
         "look": np.tile(mesh.look, len(instance)),
         "word": np.full(total, word, np.int64),
@@ -193,81 +273,41 @@ def composed(outer: npt.NDArray[np.float64], inner: npt.NDArray[np.float64]) -> 
 # --- shapes and looks of primitives ----------------------------------------------------------------------------
 
 
-def local_pose(shape: PrimitiveShape) -> tuple[SolidForm, FloatArray] | None:
-    """The canonical solid that ``shape`` is and its pose (3, 4) in the primitive's frame; None when there is none
-    (deleted blocks, a cylinder or cone without a length, an asset)."""
-    found = _local_rows(shape)
-    return None if found is None else (found[0], np.array(found[1], np.float64).reshape(3, 4))
-
-
-def _local_rows(shape: PrimitiveShape) -> tuple[SolidForm, Rows] | None:
-    """As ``local_pose``, the pose as twelve numbers: arrays would cost more than the arithmetic."""
-    kind = shape.kind
-    if kind in (PrimitiveKind.CUBE, PrimitiveKind.BOX, PrimitiveKind.CUBOID):
-        x, y, z = (side / 2.0 for side in shape.size)
-        cx, cy, cz = (x, y, z) if kind is PrimitiveKind.CUBOID else (0.0, 0.0, 0.0)
-        return SolidForm.BLOCK, (x, 0.0, 0.0, cx, 0.0, y, 0.0, cy, 0.0, 0.0, z, cz)
-    if kind is PrimitiveKind.SPHERE:
-        r = shape.radius
-        return SolidForm.BALL, (r, 0.0, 0.0, 0.0, 0.0, r, 0.0, 0.0, 0.0, 0.0, r, 0.0)
-    if kind in (PrimitiveKind.CYLINDER, PrimitiveKind.CONE):
-        pose = _axis_rows(shape.p0, shape.p1, shape.radius)
-        return (
-            None if pose is None else (SolidForm.CYLINDER if kind is PrimitiveKind.CYLINDER else SolidForm.CONE, pose)
-        )
-    return None
-
-
-def _axis_rows(p0: Point, p1: Point, radius: float) -> Rows | None:
-    """The pose that takes the canonical axis, from y = -1 to y = 1, to p0 and p1; None where these are one point."""
-    (x0, y0, z0), (x1, y1, z1) = p0, p1
-    u, v, w = x1 - x0, y1 - y0, z1 - z0
-    largest = max(abs(u), abs(v), abs(w))
-    if largest == 0.0:
+def own_mesh(shape: Primitive) -> Mesh | None:
+    """The triangles of a primitive that is no canonical form; None where there is nothing to see. Raises SceneError
+    for files that cannot be read."""
+    if not shape.has_geometry or shape.placed() is not None:
         return None
-    i, j, k = u / largest, v / largest, w / largest
-    length = math.sqrt(i * i + j * j + k * k)
-    i, j, k = i / length, j / length, k / length
-    # across is the product of the axis with the coordinate axis that it is least along
-    if abs(i) <= abs(j) and abs(i) <= abs(k):
-        a, b, c = 0.0, k, -j
-    elif abs(j) <= abs(k):
-        a, b, c = -k, 0.0, i
-    else:
-        a, b, c = j, -i, 0.0
-    size = radius / math.sqrt(a * a + b * b + c * c)
-    a, b, c = a * size, b * size, c * size
-    e, f, g = b * k - c * j, c * i - a * k, a * j - b * i
-    return (
-        a, u / 2.0, e, (x0 + x1) / 2.0,
-        b, v / 2.0, f, (y0 + y1) / 2.0,
-        c, w / 2.0, g, (z0 + z1) / 2.0,
-    )  # fmt: skip
+    mesh = shape.triangulate(0.0) if shape.is_file else mesh_of(shape)
+    return mesh if len(mesh.faces) else None
 
 
-def _piece(entity: Entity, table: _LookTable) -> _Piece | _Mesh | None:
+def keeps_own_colors(entity: Entity, mesh: Mesh) -> bool:
+    """Whether a mesh's own colours show: unless the program gives the primitive one."""
+    return mesh.colors is not None and entity.embedding.attributes.get("color") is None
+
+
+def _piece(entity: Entity, table: _LookTable) -> _Piece | _Triangles | None:
     """What a primitive is drawn as, None where nothing is to be seen; raises SceneError where its attributes or its
     file make no sense."""
     shape, look = entity.shape, look_of(entity)
     if shape is None or look.opacity == 0.0:
         return None
-    if shape.kind is PrimitiveKind.ASSET:
-        return _asset_mesh(entity, look, table) if shape.file is not None else None
-    found = _local_rows(shape)
-    return None if found is None else _Piece(found[0], found[1], table.number(look))
+    placed = shape.placed()
+    if placed is not None:
+        return _Piece(placed, table.number(look))
+    mesh = own_mesh(shape)
+    return None if mesh is None else _triangles(entity, mesh, look, table)
 
 
-def _asset_mesh(entity: Entity, look: Look, table: _LookTable) -> _Mesh:
-    """The triangles of a mesh file, in their own colours unless the primitive has a ``:color``."""
-    assert entity.shape is not None
-    assert entity.shape.file is not None
-    mesh = load_asset(entity.shape.file, entity.shape.root)
+def _triangles(entity: Entity, mesh: Mesh, look: Look, table: _LookTable) -> _Triangles:
+    """The triangles of a mesh, in their own colours unless the primitive has a ``:color``."""
     local, kept = triangle_poses(mesh.corners)
-    if mesh.face_colors is None or entity.embedding.attributes.get("color") is not None:
-        return _Mesh(local, np.full(len(local), table.number(look)))
-    colors, inverse = np.unique(mesh.face_colors[kept], axis=0, return_inverse=True)
+    if mesh.colors is None or not keeps_own_colors(entity, mesh):
+        return _Triangles(local, np.full(len(local), table.number(look)))
+    colors, inverse = np.unique(mesh.colors[kept], axis=0, return_inverse=True)
     numbers = [table.number(replace(look, color=tuple(color))) for color in colors.tolist()]
-    return _Mesh(local, np.array(numbers, np.int64)[inverse.reshape(-1)])
+    return _Triangles(local, np.array(numbers, np.int64)[inverse.reshape(-1)])
 
 
 def triangle_poses(corners: FloatArray) -> tuple[FloatArray, IntArray]:
@@ -285,7 +325,7 @@ def triangle_poses(corners: FloatArray) -> tuple[FloatArray, IntArray]:
 
 def is_semantic(entity: Entity) -> bool:
     """Whether a primitive is the stand-in for a word without geometry."""
-    return entity.shape is not None and entity.shape.kind is PrimitiveKind.BOX
+    return entity.shape is not None and entity.shape.is_semantic
 
 
 # --- films -----------------------------------------------------------------------------------------------------
@@ -297,9 +337,14 @@ def parted(frames: Sequence[Solids]) -> tuple[Solids, list[Solids]]:
     words = {word: i for i, word in enumerate(dict.fromkeys(word for solids in frames for word in solids.words))}
     numbers = [np.array([table.number(look) for look in solids.looks.rows], np.int64) for solids in frames]
     looks = table.looks()
+    forms = FormTable([form for solids in frames for form in solids.kinds])
+    widest = max(solids.ratios.shape[1] for solids in frames)
     common = [
         replace(
             solids,
+            kinds=forms.kinds(),
+            forms=np.array([forms.number(form) for form in solids.kinds], np.int16)[solids.forms],
+            ratios=np.pad(solids.ratios, ((0, 0), (0, widest - solids.ratios.shape[1]))),
             look=number[solids.look],
             word=np.array([words[word] for word in solids.words], np.int64)[solids.word],
             looks=looks,
@@ -319,6 +364,7 @@ def _row_keys(solids: Solids) -> npt.NDArray[Any]:
     """One value per solid (N,), equal exactly where solids are drawn alike."""
     columns = [solids.matrices.reshape(len(solids), 12) + 0.0]  # no negative zeros
     columns += [column.astype(np.float64)[:, None] for column in (solids.forms, solids.look, solids.word)]
+    columns.append(solids.ratios)
     rows = np.ascontiguousarray(np.concatenate(columns, axis=1))
     return rows.view(np.dtype((np.void, rows.shape[1] * 8))).reshape(-1)
 
@@ -353,20 +399,6 @@ def thinness(matrices: FloatArray) -> FloatArray:
     return np.where(norm > 0.0, np.abs(determinant) / np.where(norm > 0.0, norm, 1.0), 0.0)
 
 
-def cofactors_of(linear: FloatArray) -> FloatArray:
-    """The cofactor matrices of (N, 3, 3): ``det(A) inv(A).T``, whose columns are cross products of A's columns."""
-    a, b, c = linear[:, :, 0], linear[:, :, 1], linear[:, :, 2]
-    return np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=2)
-
-
-def inverses_of(linear: FloatArray) -> FloatArray:
-    """The inverses of (N, 3, 3), which are invertible."""
-    cofactors = cofactors_of(linear)
-    determinant = np.einsum("ni,ni->n", linear[:, :, 0], cofactors[:, :, 0])
-    inverses: FloatArray = np.swapaxes(cofactors, 1, 2) / determinant[:, None, None]
-    return inverses
-
-
 def _thickened(linear: FloatArray) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
     """The matrices (K, 3, 3) with their least singular value raised, and which of them are more than a line."""
     u, s, vt = np.linalg.svd(linear)
@@ -374,142 +406,3 @@ def _thickened(linear: FloatArray) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
     alive = (s[:, 1] > 0.05 * least) & (s[:, 0] > 1e-12)
     s = np.maximum(s, least[:, None])
     return (u * s[:, None, :]) @ vt, alive
-
-
-# Triangle meshes of the canonical solids (see ``solids``), with normals for smooth surfaces and closed caps.
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class UnitMesh:
-    """``vertices`` and outward unit ``normals`` (V, 3); ``faces`` (F, 3), counter-clockwise from outside."""
-
-    vertices: FloatArray
-    normals: FloatArray
-    faces: IntArray
-
-
-def unit_mesh(form: SolidForm, segments: int = 48) -> UnitMesh:
-    """The canonical solid as a closed mesh; round ones have ``segments`` >= 3 sides, vertices on the true surface."""
-    if form == SolidForm.BALL:
-        return _ball(segments)
-    if form == SolidForm.BLOCK:
-        return _block()
-    if form == SolidForm.CYLINDER:
-        return _joined(_side(segments, 1.0), _cap(segments, 1.0), _cap(segments, -1.0))
-    if form == SolidForm.CONE:
-        return _joined(_side(segments, 0.0), _cap(segments, -1.0))
-    corners = np.array([[-1.0, -1, 0], [1, -1, 0], [-1, 1, 0]])
-    return UnitMesh(corners, np.tile([0.0, 0.0, 1.0], (3, 1)), np.array([[0, 1, 2]]))
-
-
-def _joined(*meshes: UnitMesh) -> UnitMesh:
-    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
-    return UnitMesh(
-        np.concatenate([mesh.vertices for mesh in meshes]),
-        np.concatenate([mesh.normals for mesh in meshes]),
-        np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=False)]),
-    )
-
-
-def _circle(segments: int) -> tuple[FloatArray, FloatArray]:
-    angle = np.arange(segments) * (2.0 * math.pi / segments)
-    return np.cos(angle), np.sin(angle)
-
-
-def _ball(segments: int) -> UnitMesh:
-    """Rings of latitude with the poles on the y axis."""
-    rings = max(2, (segments + 1) // 2)
-    cosine, sine = _circle(segments)
-    height = np.arange(1, rings) * (math.pi / rings)
-    y, radius = np.cos(height), np.sin(height)
-    body = np.stack(
-        [radius[:, None] * sine, np.broadcast_to(y[:, None], (rings - 1, segments)), radius[:, None] * cosine], axis=2
-    )
-    vertices = np.concatenate([[[0.0, 1.0, 0.0]], body.reshape(-1, 3), [[0.0, -1.0, 0.0]]])
-    here = np.arange(segments)
-    after = (here + 1) % segments
-    last = len(vertices) - 1
-    faces = [np.stack([np.zeros_like(here), 1 + here, 1 + after], axis=1)]
-    for ring in range(rings - 2):
-        top, bottom = 1 + ring * segments, 1 + (ring + 1) * segments
-        faces.append(np.stack([top + here, bottom + here, bottom + after], axis=1))
-        faces.append(np.stack([top + here, bottom + after, top + after], axis=1))
-    start = 1 + (rings - 2) * segments
-    faces.append(np.stack([start + here, np.full_like(here, last), start + after], axis=1))
-    return UnitMesh(vertices, vertices.copy(), np.concatenate(faces))
-
-
-def _block() -> UnitMesh:
-    """Six squares of two triangles, four vertices each."""
-    meshes = []
-    for axis in range(3):
-        for sign in (-1.0, 1.0):
-            u, v = np.eye(3)[(axis + 1) % 3], np.eye(3)[(axis + 2) % 3]
-            normal = sign * np.eye(3)[axis]
-            v = sign * v
-            corners = np.stack([normal - u - v, normal + u - v, normal + u + v, normal - u + v])
-            meshes.append(UnitMesh(corners, np.tile(normal, (4, 1)), np.array([[0, 1, 2], [0, 2, 3]])))
-    return _joined(*meshes)
-
-
-def _side(segments: int, top: float) -> UnitMesh:
-    """The side from radius 1 at y = -1 to radius ``top`` at y = 1."""
-    cosine, sine = _circle(segments)
-    ones = np.ones(segments)
-    slope = (1.0 - top) / 2.0
-    normal = np.stack([sine, slope * ones, cosine], axis=1) / math.hypot(1.0, slope)
-    low = np.stack([sine, -ones, cosine], axis=1)
-    here = np.arange(segments)
-    after = (here + 1) % segments
-    if top > 0.0:
-        high = np.stack([top * sine, ones, top * cosine], axis=1)
-        faces = [
-            np.stack([here, after, segments + after], axis=1),
-            np.stack([here, segments + after, segments + here], axis=1),
-        ]
-        return UnitMesh(np.concatenate([low, high]), np.concatenate([normal, normal]), np.concatenate(faces))
-    middle = normal + normal[after]  # the apex has one vertex, and one normal, per side
-    middle /= np.linalg.norm(middle, axis=1, keepdims=True)
-    apex = np.tile([0.0, 1.0, 0.0], (segments, 1))
-    faces = [np.stack([here, after, segments + here], axis=1)]
-    return UnitMesh(np.concatenate([low, apex]), np.concatenate([normal, middle]), np.concatenate(faces))
-
-
-def _cap(segments: int, y: float) -> UnitMesh:
-    cosine, sine = _circle(segments)
-    rim = np.stack([sine, np.full(segments, y), cosine], axis=1)
-    vertices = np.concatenate([rim, [[0.0, y, 0.0]]])
-    here = np.arange(segments)
-    after = (here + 1) % segments
-    center = np.full(segments, segments)
-    faces = np.stack([here, after, center] if y > 0 else [after, here, center], axis=1)
-    return UnitMesh(vertices, np.tile([0.0, math.copysign(1.0, y), 0.0], (segments + 1, 1)), faces)
-
-
-def posed(mesh: UnitMesh, matrices: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
-    """``mesh`` under each of the invertible poses (K, 3, 4), one after the other.
-
-    Returns vertices (K V, 3), unit normals (K V, 3) and faces (K F, 3); a mirrored copy's faces are turned, so that
-    they stay counter-clockwise from outside.
-    """
-    linear = matrices[:, :, :3]
-    count, size = len(matrices), len(mesh.vertices)
-    vertices = mesh.vertices @ np.swapaxes(linear, 1, 2) + matrices[:, None, :, 3]
-    cofactors = cofactors_of(linear)
-    mirrored = np.einsum("ni,ni->n", linear[:, :, 0], cofactors[:, :, 0]) < 0.0
-    normals = mesh.normals @ np.swapaxes(cofactors, 1, 2)
-    normals *= np.where(mirrored, -1.0, 1.0)[:, None, None]
-    length = np.sqrt(np.einsum("nvi,nvi->nv", normals, normals))
-    normals /= np.where(length > 0.0, length, 1.0)[:, :, None]
-    faces = (
-        np.where(mirrored[:, None, None], mesh.faces[:, ::-1], mesh.faces) + (np.arange(count) * size)[:, None, None]
-    )
-    return vertices.reshape(-1, 3), normals.reshape(-1, 3), faces.reshape(-1, 3)
-
-
-def triangle_normals(corners: FloatArray) -> FloatArray:
-    """The unit normals (F, 3) of triangles (F, 3, 3), counter-clockwise from outside; zero where there is no area."""
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    length = np.linalg.norm(normals, axis=1, keepdims=True)
-    unit: FloatArray = normals / np.where(length > 0.0, length, 1.0)
-    return unit

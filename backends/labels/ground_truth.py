@@ -13,14 +13,16 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.geometry.solids import SolidForm, Solids, inverses_of, normalized, solids_of
+from scenelang.backends.geometry.solids import Solids, normalized, solids_of
 from scenelang.backends.pictures.camera import Camera
-from scenelang.backends.pictures.rays import NEAR, camera_rays, caster_for, first_hit, ids_of
+from scenelang.backends.pictures.rays import NEAR, camera_rays, caster_for, ids_of
 from scenelang.backends.pictures.stage import Shot, check_size
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Scene
 from scenelang.interpreter.scene.flatten import FlatFrame, flatten_entity
 from scenelang.interpreter.scene.numbering import Ancestry, ancestry_of
+from scenelang.interpreter.scene.primitives.forms import Form, Ratios, nearest_hit
+from scenelang.interpreter.scene.primitives.mesh import inverses_of
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -108,13 +110,12 @@ def _exact_depths(solids: Solids, number: IntArray, origin: FloatArray, directio
     local_origin = np.einsum("nij,nj->ni", inverse, origin - solids.matrices[number, :, 3])
     local_direction = np.einsum("nij,nj->ni", inverse, direction)
     out = np.zeros(len(number))
-    forms = solids.forms[number]
-    for form in SolidForm:
-        rows = np.flatnonzero(forms == form)
-        if len(rows):
-            o, d = local_origin[rows].T, local_direction[rows].T
-            with np.errstate(all="ignore"):
-                out[rows] = first_hit(int(form), (o[0], o[1], o[2]), (d[0], d[1], d[2]), NEAR)
+    seen = solids.take(number)
+    for form, rows in seen.groups():
+        o, d = local_origin[rows].T, local_direction[rows].T
+        with np.errstate(all="ignore"):
+            ratios = seen.ratios_of(form, rows)
+            out[rows] = nearest_hit(form, (o[0], o[1], o[2]), (d[0], d[1], d[2]), ratios, NEAR)
     return out
 
 
@@ -172,9 +173,8 @@ def into_local(points: FloatArray, poses: FloatArray, which: IntArray) -> FloatA
 # Boxes around instances: in the picture, of what is seen and of the whole, and in the world.
 
 
-_CUBE = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
-_CORNER = np.array([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [-1.0, 1.0, 0.0]])
 _NEAR = 1e-9
+_MOST_STEPS = 40  # towards the edge of a projection
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -223,30 +223,67 @@ def _gather(ancestry: Ancestry, visible: IntArray, area: IntArray, full: FloatAr
 
 def rectangles_of(solids: Solids, camera: Camera) -> FloatArray:
     """The exact rectangles (N, 4) x0, y0, x1, y1 that solids project to, in pixels; nan where one lies partly behind
-    the camera. Ellipsoids and disks by their dual quadrics, the rest by corners."""
+    the camera. Ellipsoids and disks by their dual quadrics, points as they are, other forms by how far they reach."""
     turn, move = camera.world_to_camera[:3, :3], camera.world_to_camera[:3, 3]
     linear = turn @ solids.matrices[:, :, :3]
     center = solids.matrices[:, :, 3] @ turn.T + move
     out = np.full((len(solids), 4), np.nan)
-    for form in SolidForm:
-        rows = np.flatnonzero(solids.forms == form)
-        if len(rows):
-            out[rows] = _rectangles(form, linear[rows], center[rows], camera)
+    for form, rows in solids.groups():
+        outline = form.outline()
+        if outline is None:
+            out[rows] = _of_reach(form, linear[rows], center[rows], solids.ratios_of(form, rows), camera)
+        else:
+            out[rows] = _of_outline(outline, linear[rows], center[rows], camera)
     return out
 
 
-def _rectangles(form: SolidForm, linear: FloatArray, center: FloatArray, camera: Camera) -> FloatArray:
-    if form == SolidForm.BALL:
-        return _of_quadrics(np.concatenate([linear, center[:, :, None]], axis=2), camera)
-    if form in (SolidForm.BLOCK, SolidForm.TRIANGLE):
-        hull = _CUBE if form == SolidForm.BLOCK else _CORNER
-        return _of_points(np.einsum("nij,kj->nki", linear, hull) + center[:, None], camera)
-    across = linear[:, :, [0, 2]]
-    bottom = _of_quadrics(np.concatenate([across, (center - linear[:, :, 1])[:, :, None]], axis=2), camera)
-    top = center + linear[:, :, 1]
-    if form == SolidForm.CYLINDER:
-        return _union(bottom, _of_quadrics(np.concatenate([across, top[:, :, None]], axis=2), camera))
-    return _union(bottom, _of_points(top[:, None], camera))
+def _of_outline(outline: Sequence[FloatArray], linear: FloatArray, center: FloatArray, camera: Camera) -> FloatArray:
+    """The rectangles of posed points, disks and ellipsoids together."""
+    points = [piece[:, 0] for piece in outline if piece.shape[1] == 1]
+    found = []
+    if points:
+        found.append(_of_points(np.einsum("nij,kj->nki", linear, np.array(points)) + center[:, None], camera))
+    for piece in outline:
+        if piece.shape[1] > 1:
+            frames = linear @ piece
+            frames[:, :, -1] += center
+            found.append(_of_quadrics(frames, camera))
+    whole = found[0]
+    for other in found[1:]:
+        whole = _union(whole, other)
+    return whole
+
+
+def _of_reach(form: Form, linear: FloatArray, center: FloatArray, ratios: Ratios, camera: Camera) -> FloatArray:
+    """The rectangles of a form of which only its support is known.
+
+    The greatest x / z of a body is the limit of the ratios of the points that reach farthest along (1, 0, -x / z),
+    which grow (Dinkelbach 1967) and arrive after a few steps.
+    """
+
+    def farthest(direction: FloatArray) -> FloatArray:
+        local = np.einsum("nij,ni->nj", linear, direction)
+        return np.asarray(np.einsum("nij,nj->ni", linear, form.support(local, ratios)) + center, np.float64)
+
+    out = np.empty((len(linear), 4))
+    for axis in range(2):
+        for side, column in ((-1.0, axis), (1.0, axis + 2)):
+            direction = np.zeros((len(linear), 3))
+            direction[:, axis] = side
+            edge = farthest(direction)[:, axis]
+            if not camera.is_parallel:
+                edge = center[:, axis] / np.maximum(center[:, 2], _NEAR)
+                for _ in range(_MOST_STEPS):
+                    direction[:, 2] = -side * edge
+                    point = farthest(direction)
+                    before, edge = edge, point[:, axis] / np.maximum(point[:, 2], _NEAR)
+                    if (np.abs(edge - before) <= 1e-13 * (1.0 + np.abs(edge))).all():
+                        break
+            out[:, column] = edge * camera.focal[axis] + camera.principal[axis]
+    if not camera.is_parallel:
+        nearest = farthest(np.tile([0.0, 0.0, -1.0], (len(linear), 1)))[:, 2]
+        out[nearest <= _NEAR] = np.nan
+    return out
 
 
 def _union(a: FloatArray, b: FloatArray) -> FloatArray:

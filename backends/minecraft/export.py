@@ -35,7 +35,8 @@ from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
 from scenelang.grammar.formatter import format_text
 from scenelang.interpreter.expand.forms import INDENTS
 from scenelang.interpreter.scene.entity import Entity, Scene
-from scenelang.interpreter.scene.shapes import BLOCK_WORDS, PRIMITIVES
+from scenelang.interpreter.scene.primitives import block_words
+from scenelang.interpreter.scene.primitives import words as primitive_words
 
 # A build as the text of a program: a word for each block state, which lays merged cuboids.
 #
@@ -168,7 +169,7 @@ def _kind(name: str) -> BlockKind | None:
 
 def _words(palette: Sequence[BlockState], name: str) -> list[str]:
     """The word of each state of the palette, and in the place of air that of the whole build."""
-    taken = set(PRIMITIVES)
+    taken = set(primitive_words())
     names = Counter(state.name for state in palette)
     differing = {
         block: _differing([state for state in palette if state.name == block])
@@ -303,7 +304,7 @@ def _run_json(scene: Scene, path: Path, options: BackendOptions) -> list[Path]:
     return reference_json.write_frames(builds, Path(path), version)
 
 
-_ACCEPTS = Accepts(words=BLOCK_WORDS, any_word=False, attributes=("block-type", "block-kwargs", "fill"))
+_ACCEPTS = Accepts(words=block_words(), any_word=False, attributes=("block-type", "block-kwargs", "fill"))
 
 SCHEM = _backend("schem", "Minecraft: Sponge schematic, for WorldEdit and others", ".schem", sponge.write)
 LITEMATIC = _backend("litematic", "Minecraft: Litematica schematic", ".litematic", litematic.write)

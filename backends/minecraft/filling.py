@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from scenelang.backends.base import need
-from scenelang.backends.geometry.solids import SolidForm, Solids, solids_of
+from scenelang.backends.geometry.solids import Solids, solids_of
 from scenelang.backends.minecraft.blocks import AIR_STATE, BlockState, Build, Cells, trimmed, unified
 from scenelang.backends.minecraft.models import as_cubes
 from scenelang.backends.minecraft.table import BlockKind, BlockTable, load_table
@@ -24,6 +24,7 @@ from scenelang.grammar.diagnostics import LimitError, SceneError, suggest
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene, primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity
+from scenelang.interpreter.scene.primitives.forms import Form
 
 MOST_CELLS = 200_000_000
 _SLAB = 1 << 21  # cells or samples that are looked at together
@@ -66,10 +67,11 @@ def filled(root: Entity, longest: int, limit: int = 2_000_000) -> Filled:
     cells = np.zeros(size, np.uint32)
     for first, last in _in_order(solids):
         look = solids.look[first:last] + 1
-        if solids.forms[first] == SolidForm.TRIANGLE:
-            _fill_mesh(cells, matrices[first:last], look)
+        form, ratios = solids.form(first)
+        if form.is_closed:
+            _fill(cells, _Member(form, ratios), matrices[first], int(look[0]))
         else:
-            _fill(cells, SolidForm(solids.forms[first]), matrices[first], int(look[0]))
+            _fill_mesh(cells, matrices[first:last], look)
     x, y, z = np.rint(low / edge).astype(np.int64).tolist()
     return Filled((x, y, z), cells, solids.looks, edge)
 
@@ -84,18 +86,35 @@ def _in_order(solids: Solids) -> list[tuple[int, int]]:
 # --- solids ----------------------------------------------------------------------------------------------------------
 
 
-def _fill(cells: Cells, form: SolidForm, matrix: FloatArray, look: int) -> None:
-    """Fill one canonical solid under ``matrix`` (3, 4), which is in cells."""
+@dataclass(frozen=True, slots=True)
+class _Member:
+    """A canonical form with its ratios."""
+
+    form: Form
+    ratios: tuple[float, ...]
+
+    def holds(self, u: FloatArray, v: FloatArray, w: FloatArray) -> BoolArray:
+        """Whether points in the form's own frame are inside it."""
+        return self.form.contains(u, v, w, self.ratios)
+
+    @property
+    def thickness(self) -> float:
+        """How thick it is at its thinnest, as a share of the cube that it lies in."""
+        return self.form.thickness(self.ratios)
+
+
+def _fill(cells: Cells, member: _Member, matrix: FloatArray, look: int) -> None:
+    """Fill one canonical form under ``matrix`` (3, 4), which is in cells."""
     linear, center = matrix[:, :3], matrix[:, 3]
     widths = 2.0 * np.linalg.svd(linear, compute_uv=False)
     if widths[-1] > 1e-9 * widths[0]:
-        _fill_inside(cells, form, linear, center, look)
-    if widths[-1] < _THIN:
-        for points in _samples(form, linear):
+        _fill_inside(cells, member, linear, center, look)
+    if member.thickness * widths[-1] < _THIN:
+        for points in _samples(member, linear):
             _mark(cells, points + center, np.full(len(points), look, np.uint32))
 
 
-def _fill_inside(cells: Cells, form: SolidForm, linear: FloatArray, center: FloatArray, look: int) -> None:
+def _fill_inside(cells: Cells, member: _Member, linear: FloatArray, center: FloatArray, look: int) -> None:
     """The cells whose centres are inside."""
     inverse = np.linalg.inv(linear)
     reach = np.abs(linear).sum(axis=1)
@@ -109,31 +128,17 @@ def _fill_inside(cells: Cells, form: SolidForm, linear: FloatArray, center: Floa
         x, y, z = np.meshgrid(*((a + 0.5 - c) for a, c in zip(axes, center)), indexing="ij", sparse=True)
         u, v, w = (row[0] * x + row[1] * y + row[2] * z for row in inverse)
         part = cells[start:stop, low[1] : high[1], low[2] : high[2]]
-        part[_inside(form, u, v, w)] = look
+        part[member.holds(u, v, w)] = look
 
 
-def _inside(form: SolidForm, u: FloatArray, v: FloatArray, w: FloatArray) -> BoolArray:
-    """Whether points in the frame of the canonical solid are inside it."""
-    found: BoolArray
-    if form == SolidForm.BALL:
-        found = u * u + v * v + w * w <= 1.0
-    elif form == SolidForm.BLOCK:
-        found = np.maximum(np.maximum(np.abs(u), np.abs(v)), np.abs(w)) <= 1.0
-    elif form == SolidForm.CYLINDER:
-        found = (u * u + w * w <= 1.0) & (np.abs(v) <= 1.0)
-    else:
-        found = (u * u + w * w <= ((1.0 - v) / 2.0) ** 2) & (np.abs(v) <= 1.0)
-    return found
-
-
-def _samples(form: SolidForm, linear: FloatArray) -> Iterator[FloatArray]:
+def _samples(member: _Member, linear: FloatArray) -> Iterator[FloatArray]:
     """Points (K, 3) inside the solid about its centre, at most a step apart."""
     counts = np.maximum(1, np.ceil(2.0 * np.linalg.norm(linear, axis=0) / _STEP)).astype(np.int64)
     a, b, c = (((np.arange(n) + 0.5) / n) * 2.0 - 1.0 for n in counts.tolist())
     slab = max(1, _SLAB // (len(b) * len(c)))
     for start in range(0, len(a), slab):
         u, v, w = (axis.reshape(-1) for axis in np.meshgrid(a[start : start + slab], b, c, indexing="ij"))
-        kept = _inside(form, u, v, w)
+        kept = member.holds(u, v, w)
         yield np.stack([u[kept], v[kept], w[kept]], axis=1) @ linear.T
 
 

@@ -40,7 +40,7 @@ from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants, primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.numbering import Ancestry, ancestry_of
-from scenelang.interpreter.scene.shapes import BLOCK_WORDS, PrimitiveKind, PrimitiveShape
+from scenelang.interpreter.scene.primitives.cube import Cube as CubeShape
 
 Point = tuple[float, float, float]
 Properties = Mapping[str, str]
@@ -309,7 +309,7 @@ def parts_of(root: Entity, is_block: BoolArray) -> CubeParts:
     ancestry = ancestry_of(root)
     below: set[int] = set()
     for entity in descendants(root):
-        if entity.word in BLOCK_WORDS or any(id(part.car) in below for part in entity.children):
+        if entity.is_block or any(id(part.car) in below for part in entity.children):
             below.add(id(entity))
     is_leaf = np.array([entity.is_primitive for entity in ancestry.nodes])[ancestry.node]
     has_blocks = np.array([id(entity) in below for entity in ancestry.nodes])[ancestry.node] & ~is_leaf
@@ -347,7 +347,7 @@ def _keep_others(parts: CubeParts, anchors: FloatArray, inside: defaultdict[int,
     """Give the highest entities without blocks to those that they stand in."""
     ancestry = parts.ancestry
     beside = parts.has_blocks[ancestry.parent] & (ancestry.parent >= 0)
-    blocks = np.array([entity.word in BLOCK_WORDS for entity in ancestry.nodes])[ancestry.node]
+    blocks = np.array([entity.is_block for entity in ancestry.nodes])[ancestry.node]
     others = np.flatnonzero(beside & ~parts.has_blocks & ~blocks)
     owners = ancestry.at_depth(parts.depth)[ancestry.parent[others]]
     for i, owner in zip(others.tolist(), owners.tolist()):
@@ -394,7 +394,7 @@ def as_cubes(scene: Scene, limit: int = 2_000_000, warn: Callable[[Diagnostic], 
     have, "attribute" for blocks that are none, and LimitError for more than ``limit`` primitives
     or cubes, or too many cells.
     """
-    if not any(entity.word in BLOCK_WORDS for entity in descendants(*scene.frames)):
+    if not any(entity.is_block for entity in descendants(*scene.frames)):
         return scene
     told: dict[str, Diagnostic] = {}
     made: dict[int, Entity] = {}
@@ -413,7 +413,7 @@ def _as_cubes(root: Entity, limit: int) -> tuple[Entity, tuple[Diagnostic, ...]]
         root = Entity(root.word, ANONYMOUS, (Pair(root, IDENTITY),))
     _check(primitive_count(root), limit, "primitives")
     flat = flatten_entity(root, whole_cells=False)
-    is_block = np.array([primitive.word in BLOCK_WORDS for primitive in flat.primitives])[flat.index]
+    is_block = np.array([primitive.is_block for primitive in flat.primitives])[flat.index]
     blocks, parts = flat.only(is_block), parts_of(root, is_block)
     inks = [_ink(primitive) for primitive in blocks.primitives]
     pairs, number = np.unique(parts.owner * len(inks) + blocks.index, return_inverse=True)
@@ -521,9 +521,7 @@ def _cube_of(word: str, look: Look, place: Span | None) -> Entity:
     if any(look.emission):
         attributes["emission"] = Vector(look.emission)
     embedding = Embedding(attributes={"color": Vector(look.color), **attributes})
-    return Entity(
-        word, embedding, (), PrimitiveShape(PrimitiveKind.CUBE, color=look.color), places=(place,) if place else ()
-    )
+    return Entity(word, embedding, (), CubeShape(color=look.color), places=(place,) if place else ())
 
 
 _PLAIN = (("opacity", 1.0), ("metallic", 0.0))

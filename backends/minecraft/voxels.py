@@ -34,7 +34,8 @@ from scenelang.interpreter.runtime.show import NotPlain, plain_value
 from scenelang.interpreter.runtime.values import ANONYMOUS, Matrix, Pair
 from scenelang.interpreter.scene.entity import Entity, descendants, instance_counts, primitive_count
 from scenelang.interpreter.scene.flatten import FlatFrame, flatten_entity
-from scenelang.interpreter.scene.shapes import BLOCK_WORDS, PrimitiveKind, PrimitiveShape
+from scenelang.interpreter.scene.primitives import block_words
+from scenelang.interpreter.scene.primitives.blocks import SetCuboid
 
 # What a primitive asks for: the block and the properties that the program names, before anything is known of them.
 
@@ -49,7 +50,7 @@ def asked_state(entity: Entity) -> BlockState:
     Raises SceneError("attribute"), with the place in the program, where ``:block-type`` or ``:block-kwargs`` is
     missing or none.
     """
-    if entity.shape is not None and entity.shape.kind is PrimitiveKind.VOID:
+    if isinstance(entity.shape, SetCuboid) and entity.shape.lays_air:
         return AIR_STATE
     name = entity.embedding.attributes.get("block-type")
     if not isinstance(name, str) or not name.strip():
@@ -288,7 +289,7 @@ def folded(root: Entity, sizes: Sizes) -> Folded:
         box = boxes.get(id(entity))
         if box is not None and box.volume <= min(room, _LARGEST):
             room -= box.volume
-            closed = Entity(entity.word, ANONYMOUS, (), PrimitiveShape(PrimitiveKind.CUBOID))
+            closed = Entity(entity.word, ANONYMOUS, (), SetCuboid())
             numbers[id(closed)] = len(patterns)
             patterns.append(Pattern(twin, box))
             twin = closed
@@ -426,7 +427,7 @@ def whole_sizes(flat: FlatFrame) -> IntArray:
 
 
 def _own_size(primitive: Entity) -> tuple[float, float, float]:
-    assert primitive.shape is not None
+    assert isinstance(primitive.shape, SetCuboid)
     return primitive.shape.size
 
 
@@ -521,7 +522,7 @@ def ignored(voxels: Voxels) -> Diagnostic | None:
     if not voxels.others:
         return None
     shown = ", ".join(f'"{word}"' for word in voxels.others[:8]) + (", .." if len(voxels.others) > 8 else "")
-    message = f"only {' and '.join(BLOCK_WORDS)} lay blocks; left out: {shown}"
+    message = f"only {' and '.join(block_words())} lay blocks; left out: {shown}"
     return Diagnostic("no-block", message, hint="fill the shapes of the whole scene with blocks: --voxelize 64")
 
 
@@ -553,7 +554,7 @@ def _asked(root: Entity) -> _Asked:
     for entity in descendants(root):
         if not entity.is_primitive:
             continue
-        if entity.word not in BLOCK_WORDS:
+        if not entity.is_block:
             others.add(entity.word)
             continue
         state = asked_state(entity)
@@ -566,7 +567,7 @@ def _asked(root: Entity) -> _Asked:
 
 
 def _whole_size(entity: Entity) -> Triple | None:
-    assert entity.shape is not None
+    assert isinstance(entity.shape, SetCuboid)
     x, y, z = entity.shape.size
     return (int(x), int(y), int(z)) if all(n == int(n) and n < FARTHEST for n in (x, y, z)) else None
 

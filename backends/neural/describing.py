@@ -9,7 +9,6 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from pathlib import PurePosixPath
 from typing import Any
 
 import numpy as np
@@ -21,7 +20,7 @@ from scenelang.grammar.datum import Keyword, Symbol
 from scenelang.interpreter.runtime.show import plain_attributes
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity
-from scenelang.interpreter.scene.shapes import READ, WORDS, Box, Point, PrimitiveKind, items_of
+from scenelang.interpreter.scene.primitives import Box, Point, attributes_read, is_word, items_of
 from scenelang.stdlib.colors import named_colors
 
 # The names that people have for colours: words a person would say, with what they mean on a screen (sRGB).
@@ -164,19 +163,19 @@ _LARGEST = 1e15  # what is beyond is no number that a person would read
 
 _NAMESPACED = re.compile(r"[a-z_]+:[a-z0-9_]+(\[.*)?\Z")
 
-_MEANINGS = {"set-cuboid": "block", "asset": "object"}
-
 
 def has_meaning(word: str) -> bool:
     """Whether a word says what a thing is: `"pawn"` does, `"cube"` only says what it is made of."""
-    return word not in WORDS
+    return not is_word(word)
 
 
 def thing(entity: Entity) -> str:
     """What an entity is, in words: `"piece_body"` is a piece body, a mesh file with no other word has its own name."""
-    if entity.word == "asset" and entity.shape is not None and entity.shape.file:
-        return spaced(PurePosixPath(entity.shape.file).stem) or "object"
-    return _MEANINGS.get(entity.word) or spaced(entity.word) or "thing"
+    shape = entity.shape
+    own = None if shape is None else shape.name_of(entity.word)
+    if own is not None:
+        return spaced(own) or (shape.meaning if shape is not None else None) or "thing"
+    return spaced(entity.word) or "thing"
 
 
 def spaced(name: str) -> str:
@@ -216,12 +215,6 @@ _POLISHED, _ROUGH = 0.35, 0.7  # roughness that reads as glossy, as matte
 _SEE_THROUGH, _TRANSLUCENT = 0.3, 0.95  # opacity below which it reads so
 _METAL = 0.5
 _MAX_READ = 16  # attributes that become words
-_COLORED = {
-    PrimitiveKind.CUBE,
-    PrimitiveKind.SPHERE,
-    PrimitiveKind.CYLINDER,
-    PrimitiveKind.CONE,
-}  # white where they name no colour
 
 
 def written(entity: Entity) -> Iterator[str]:
@@ -233,7 +226,7 @@ def written(entity: Entity) -> Iterator[str]:
         elif name.endswith(("color", "colour")) and (point := _point(value)) is not None:
             yield f"{color_words([point])[0]} {spaced(name.rpartition('-')[0])}".strip()
     kind = entity.embedding.attributes.get("block-type")
-    if entity.word == "set-cuboid" and isinstance(kind, str) and block(kind):
+    if entity.is_block and "block-type" in attributes_read(entity.word) and isinstance(kind, str) and block(kind):
         yield block(kind)
 
 
@@ -253,7 +246,7 @@ def seen_color(entity: Entity, look: Look) -> tuple[Point, bool] | None:
         red, green, blue = (channel / most for channel in look.emission)
         return (red, green, blue), True
     given = entity.embedding.attributes.get("color") is not None
-    if entity.shape is None or not (given or entity.shape.kind in _COLORED):
+    if entity.shape is None or not (given or entity.shape.is_solid):  # which are white where they name no colour
         return None
     return look.color, given
 
@@ -292,7 +285,7 @@ def proportions(box: Box | None) -> str | None:
 
 def _unread(entity: Entity) -> list[tuple[str, object]]:
     """The attributes that no geometric backend reads, so that only words can tell of them."""
-    read = {*READ.get(entity.word, ("scale", "color")), *MATERIALS}
+    read = {*attributes_read(entity.word), *MATERIALS}
     return [(name, value) for name, value in entity.embedding.attributes.items() if name not in read][:_MAX_READ]
 
 

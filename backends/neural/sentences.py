@@ -21,7 +21,7 @@ from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene, primitive_count
 from scenelang.interpreter.scene.numbering import Ancestry, ancestry_of, frame_numbers, instance_handles
-from scenelang.interpreter.scene.shapes import Box
+from scenelang.interpreter.scene.primitives import Box
 
 # What neural backends are told of each primitive: its sentence, with learned vectors where Z has them (the paper,
 # section 4: the template c and z = g_CLIP(c)).

@@ -22,7 +22,7 @@ import numpy.typing as npt
 from scenelang.backends.pictures.studio import from_srgb
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
-from scenelang.interpreter.scene.shapes import PrimitiveKind, items_of
+from scenelang.interpreter.scene.primitives import items_of
 
 FloatArray = npt.NDArray[np.float64]
 Point = tuple[float, float, float]
@@ -104,10 +104,8 @@ def look_of(entity: Entity) -> Look:
     attributes, shape = entity.embedding.attributes, entity.shape
     color = shape.color if shape is not None else (1.0, 1.0, 1.0)
     if attributes.get("color") is None and shape is not None:
-        if shape.kind is PrimitiveKind.BOX:
-            color = tint(entity.word, 0.34, 0.93)
-        elif shape.kind is PrimitiveKind.CUBOID:
-            color = tint(str(attributes.get("block-type", "")), 0.45, 0.80)
+        chosen = shape.own_color(entity.word, attributes)
+        color = color if chosen is None else tint(*chosen)
     given = {name: value for name in READ if (value := attributes.get(name)) is not None}
     if not given:
         return Look(color)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.geometry.solids import SolidForm, Solids
+from scenelang.backends.geometry.solids import Solids
 from scenelang.backends.pictures.rays import caster_for, depths_of, parallel_rays
 from scenelang.backends.pictures.stage import Stage
 from scenelang.backends.pictures.studio import BRIGHTEST, GROUND_EDGE, ground_colors
@@ -349,7 +349,7 @@ class Reach:
 
 def hidden_share(solids: Solids) -> FloatArray:
     """How much of what is behind each solid (N,) it hides: light passes the surface of a closed one twice."""
-    return np.where(solids.forms == SolidForm.TRIANGLE, solids.opacity, 1.0 - (1.0 - solids.opacity) ** 2)
+    return np.where(solids.that_are("is_closed"), 1.0 - (1.0 - solids.opacity) ** 2, solids.opacity)
 
 
 def albedo_of(stage: Stage, seen: Surface) -> Float32Array:

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import Option, Progress, Work, need, part_of
-from scenelang.backends.geometry.solids import SolidForm, Solids
+from scenelang.backends.geometry.solids import Solids
 from scenelang.backends.pictures.appearance import Look
 from scenelang.backends.pictures.draft import Draft, DraftCache, draw
 from scenelang.backends.pictures.film import (
@@ -43,6 +43,7 @@ from scenelang.backends.pictures.mitsuba_scene import (
 from scenelang.backends.pictures.stage import Shot, Stage, Staging
 from scenelang.backends.pictures.studio import encode, tone_map
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.scene.primitives.forms import Form
 
 # Mitsuba's variants, ways to compute: ``scalar`` always works, ``llvm`` compiles for the CPU, ``cuda`` for a GPU.
 #
@@ -182,7 +183,7 @@ class _Shapes:
         self._mi = mi
         self._staging = staging
         self._instances = instances
-        self._units: dict[tuple[int, Look], Any] = {}
+        self._units: dict[tuple[Form, tuple[float, ...], Look], Any] = {}
         self._groups: dict[int, tuple[Prototype, Any]] = {}  # by the prototype's entity
         self._fixed: dict[str, Any] | None = None
         self._frames: dict[int, dict[str, Any]] = {}
@@ -224,11 +225,11 @@ class _Shapes:
     def _alone(self, solids: Solids, stage: Stage, name: str) -> Iterator[tuple[str, Any]]:
         """Solids in the stage's frame: placed exact shapes of the commonest kinds, the others as merged meshes."""
         exact = self._exact(solids) if self._instances else np.zeros(len(solids), bool)
-        kinds = np.column_stack([solids.forms.astype(np.int64), solids.look])
-        used, kind = np.unique(kinds[exact], axis=0, return_inverse=True)
         rows = np.flatnonzero(exact)
-        for k, (form, look) in enumerate(used):
-            unit = self._unit(SolidForm(int(form)), solids.looks.rows[int(look)])
+        used, first, kind = np.unique(_kinds(solids)[rows], axis=0, return_index=True, return_inverse=True)
+        for k in range(len(used)):
+            form, ratios = solids.form(int(rows[first[k]]))
+            unit = self._unit(form, ratios, solids.looks.rows[int(used[k, 1])])
             yield from self._placed(f"{name}{k}", unit, solids.matrices[rows[kind.reshape(-1) == k]]).items()
         rest = solids.take(~exact)
         if len(rest):
@@ -239,19 +240,18 @@ class _Shapes:
 
     def _exact(self, solids: Solids) -> npt.NDArray[np.bool_]:
         """Which solids are placed as exact shapes: no lamps, no triangles, of the commonest kinds."""
-        able = ~solids.emission.any(axis=1) & (solids.forms != SolidForm.TRIANGLE) & ~is_too_flat(solids)
-        kinds = np.column_stack([solids.forms.astype(np.int64), solids.look])
-        _, kind, count = np.unique(kinds, axis=0, return_inverse=True, return_counts=True)
+        able = ~solids.emission.any(axis=1) & solids.that_are("is_closed") & ~is_too_flat(solids)
+        _, kind, count = np.unique(_kinds(solids), axis=0, return_inverse=True, return_counts=True)
         if len(count) > _MOST_GROUPS:
             least = np.sort(count)[-_MOST_GROUPS]
             common = count > least  # of equally common kinds none, so that the limit holds
             able &= common[kind.reshape(-1)]
         return np.asarray(able, bool)
 
-    def _unit(self, form: SolidForm, look: Look) -> Any:
-        key = (int(form), look)
+    def _unit(self, form: Form, ratios: tuple[float, ...], look: Look) -> Any:
+        key = (form, ratios, look)
         if key not in self._units:
-            self._units[key] = unit_group(self._mi, form, look)
+            self._units[key] = unit_group(self._mi, form, ratios, look)
         return self._units[key]
 
     def _placed(self, name: str, group: Any, matrices: FloatArray) -> dict[str, Any]:
@@ -263,6 +263,11 @@ class _Shapes:
         for i, pose in enumerate(poses):
             shapes[f"{name}-{i}"] = {"type": "instance", "shapegroup": group, "to_world": transform(pose)}
         return shapes
+
+
+def _kinds(solids: Solids) -> FloatArray:
+    """Rows (N, K) that are equal where solids are one form with one look."""
+    return np.column_stack([solids.forms, solids.look, solids.ratios])
 
 
 def _pixels_per_unit(matrices: FloatArray, stage: Stage) -> FloatArray:

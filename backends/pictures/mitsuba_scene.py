@@ -10,24 +10,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.geometry.assets import load_asset
-from scenelang.backends.geometry.solids import (
-    SolidForm,
-    Solids,
-    composed,
-    normalized,
-    posed,
-    solids_of,
-    thinness,
-    unit_mesh,
-)
+from scenelang.backends.geometry.solids import Solids, composed, normalized, own_mesh, solids_of, thinness
 from scenelang.backends.pictures.appearance import GLASS, Look, look_of
 from scenelang.backends.pictures.camera import Camera
 from scenelang.backends.pictures.stage import Stage, Staging
 from scenelang.backends.pictures.studio import BRIGHTEST, CHECKER, CHECKER_EDGE, GROUND_EDGE, Studio
 from scenelang.interpreter.scene.entity import Entity, descendants, instance_counts
 from scenelang.interpreter.scene.flatten import flatten_entity
-from scenelang.interpreter.scene.shapes import PrimitiveKind
+from scenelang.interpreter.scene.primitives.forms import Form
+from scenelang.interpreter.scene.primitives.mesh import posed
 
 # What is drawn once and placed many times: a cut through the entity DAG, and the solids that stand alone.
 #
@@ -117,10 +108,9 @@ def _counted(root: Entity) -> _Counts:
 
 
 def _solids_in(entity: Entity) -> int:
-    """How many solids a primitive is: one, but as many as it has triangles for a mesh file."""
-    if entity.shape is not None and entity.shape.kind is PrimitiveKind.ASSET and entity.shape.file is not None:
-        return len(load_asset(entity.shape.file, entity.shape.root).faces)
-    return int(entity.is_primitive)
+    """How many solids a primitive is: one, but as many as it has triangles where it is a mesh."""
+    mesh = None if entity.shape is None else own_mesh(entity.shape)
+    return int(entity.is_primitive) if mesh is None else len(mesh.faces)
 
 
 def _best_cut(root: Entity, counts: _Counts) -> frozenset[int]:
@@ -332,49 +322,35 @@ def _diffuse(reflectance: dict[str, Any]) -> dict[str, Any]:
 
 # Solids as Mitsuba's shapes: exact unit shapes to be placed many times, and merged meshes whose faces carry colours.
 #
-# Mitsuba's own cylinders have no caps, its spheres are none under uneven scales, and it has no cone; so units are
-# closed by disks and placed as instances, which is right under any invertible affine pose. Merged meshes load
-# linearly.
+# What exact shapes a form is made of, the form says (``Form.mitsuba``); Mitsuba's spheres are none under uneven scales,
+# so units are placed as instances, which is right under any invertible affine pose. Merged meshes load linearly.
 
 
 IntArray = npt.NDArray[np.int64]
 
 SEGMENTS = (8, 12, 16, 24, 32, 48, 64, 96, 128, 192)
-CONE_SEGMENTS = 256
+UNIT_SEGMENTS = 256  # of a unit that is a mesh
 _DEVIATION = 0.15  # pixels that a polygon may lie inside the circle that it stands for
 _MOST_FACES = 24_000_000
 _GLOW_STEPS = 16  # distinct strengths per channel that glowing colours are rounded to, per unit
-_FLAT = (SolidForm.BLOCK, SolidForm.TRIANGLE)
-_FLATTEST = 0.02  # least over greatest half axis of a ball that is drawn as Mitsuba's sphere
 
 
-def unit_parts(form: SolidForm) -> list[dict[str, Any]]:
-    """The exact shapes of a canonical solid without their material, poses as (4, 4); none of a cone, which Mitsuba does
-    not have: it is a mesh of ``CONE_SEGMENTS`` sides."""
-    if form == SolidForm.BALL:
-        return [{"type": "sphere"}]
-    if form == SolidForm.BLOCK:
-        return [{"type": "cube"}]
-    if form == SolidForm.CYLINDER:
-        side = {"type": "cylinder", "p0": (0, -1, 0), "p1": (0, 1, 0), "radius": 1.0}
-        return [side, *({"type": "disk", "to_world": _cap(y)} for y in (1.0, -1.0))]
-    return []
+def unit_parts(form: Form, ratios: tuple[float, ...], look: Look) -> list[dict[str, Any]]:
+    """The exact shapes of a canonical form without their material, poses as (4, 4); none where it is a mesh of
+    ``UNIT_SEGMENTS`` sides: where Mitsuba has no such shapes, or light would pass those that lie inside one another."""
+    parts = form.mitsuba(ratios)
+    return [] if form.overlaps and look.opacity < 1.0 else parts
 
 
-def _cap(y: float) -> FloatArray:
-    """The pose of the unit disk as the end of a cylinder, facing outward."""
-    return np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, y, y], [0.0, -y, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
-
-
-def unit_group(mi: Any, form: SolidForm, look: Look) -> Any:
-    """A shape group of the canonical solid, exact but for cones."""
+def unit_group(mi: Any, form: Form, ratios: tuple[float, ...], look: Look) -> Any:
+    """A shape group of the canonical form."""
     bsdf = mi.load_dict(surface(look))
     parts = {}
-    for k, part in enumerate(unit_parts(form)):
+    for k, part in enumerate(unit_parts(form, ratios, look)):
         pose = {"to_world": mi.ScalarTransform4f(part["to_world"])} if "to_world" in part else {}
         parts[f"part{k}"] = part | pose | {"bsdf": bsdf}
     if not parts:
-        mesh = unit_mesh(form, CONE_SEGMENTS)
+        mesh = form.mesh(UNIT_SEGMENTS, ratios)
         parts = {"mesh": _plain_mesh(mi, bsdf, mesh.vertices, mesh.normals, mesh.faces)}
     return mi.load_dict({"type": "shapegroup", **parts})
 
@@ -403,7 +379,7 @@ def _fill(mi: Any, mesh: Any, vertices: FloatArray, normals: FloatArray | None, 
 def merged_meshes(mi: Any, solids: Solids, segments: IntArray) -> Iterator[Any]:
     """Few meshes of all ``solids``: by glow, since an emitter has one radiance, by kind of material, by whether faces
     are flat. ``segments`` (N,) are the sides of round solids."""
-    flat = np.isin(solids.forms, _FLAT)
+    flat = ~solids.that_are("is_curved")
     glow = np.rint(solids.emission * _GLOW_STEPS) / _GLOW_STEPS
     matte, clear = solids.looks.matte[solids.look], solids.opacity < 1.0
     glass = np.array([is_glass(look) for look in solids.looks.rows], bool)[solids.look]
@@ -446,20 +422,23 @@ def segments_for(solids: Solids, pixels: FloatArray) -> IntArray:
     choices = np.array(SEGMENTS)
     for coarser in range(len(choices)):
         sides = choices[np.clip(np.searchsorted(choices, wanted) - coarser, 0, len(choices) - 1)]
-        faces = np.where(solids.forms == SolidForm.BALL, sides * sides, 4 * sides)
-        if faces.sum() <= _MOST_FACES:
+        faces = sum(
+            int(form.face_count(sides[rows], solids.ratios_of(form, rows)).sum()) for form, rows in solids.groups()
+        )
+        if faces <= _MOST_FACES:
             break
-    return np.asarray(np.where(np.isin(solids.forms, _FLAT), 0, sides), np.int64)
+    return np.asarray(np.where(solids.that_are("is_curved"), sides, 0), np.int64)
 
 
 def is_too_flat(solids: Solids) -> npt.NDArray[np.bool_]:
-    """Which solids (N,) are balls that Mitsuba's sphere cannot be."""
-    return np.asarray((solids.forms == SolidForm.BALL) & dissolves(solids.matrices), bool)
+    """Which solids (N,) are so flat that the exact shapes of their forms, in single precision, dissolve."""
+    flattest = np.array([kind.flattest for kind in solids.kinds])[solids.forms]
+    return np.asarray(thinness(solids.matrices) < flattest * sizes_of(solids.matrices), bool)
 
 
-def dissolves(matrices: FloatArray) -> npt.NDArray[np.bool_]:
-    """Under which poses (N, 3, 4) Mitsuba's sphere, in single precision, is so flat that it dissolves."""
-    return np.asarray(thinness(matrices) < _FLATTEST * sizes_of(matrices), bool)
+def dissolves(form: Form, matrix: FloatArray) -> bool:
+    """Whether under the pose (3, 4) the exact shapes of a form are so flat that they dissolve."""
+    return bool(thinness(matrix[None])[0] < form.flattest * sizes_of(matrix[None])[0])
 
 
 def sizes_of(matrices: FloatArray) -> FloatArray:
@@ -471,12 +450,12 @@ def _merged(solids: Solids, segments: IntArray) -> tuple[FloatArray, FloatArray,
     """Vertices, normals, faces of all solids, and the number of the solid that each face belongs to."""
     parts: list[tuple[FloatArray, FloatArray, IntArray, IntArray]] = []
     start = 0
-    for form in SolidForm:
-        for sides in np.unique(segments[solids.forms == form]):
-            rows = np.flatnonzero((solids.forms == form) & (segments == sides))
-            mesh = unit_mesh(form, max(3, int(sides)))
-            vertices, normals, faces = posed(mesh, solids.matrices[rows])
-            parts.append((vertices, normals, faces + start, np.repeat(rows, len(mesh.faces))))
-            start += len(vertices)
+    for form, ratios, members in solids.members():
+        for sides in np.unique(segments[members]):
+            rows = members[segments[members] == sides]
+            mesh = form.mesh(max(3, int(sides)), ratios)
+            placed = posed(mesh, solids.matrices[rows])
+            parts.append((placed.vertices, placed.shading, placed.faces + start, np.repeat(rows, len(mesh.faces))))
+            start += len(placed.vertices)
     vertices, normals, faces, owner = (np.concatenate(column) for column in zip(*parts, strict=True))
     return vertices, normals, faces, owner

@@ -9,136 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.geometry.solids import SolidForm, Solids, inverses_of
+from scenelang.backends.geometry.solids import PosedForms
 from scenelang.backends.pictures.camera import Camera
-
-# Rays against the canonical solids (see ``solids``): all are convex, so a ray meets each in one interval.
-#
-# ``o`` and ``d`` are tuples of three arrays (or floats) that broadcast: origin and direction in the solid's own frame,
-# where ``d`` is never zero. Arithmetic runs into infinities on purpose: callers hold ``numpy.errstate(all="ignore")``.
-
-
-Triple = tuple[Any, Any, Any]
-AnyFloatArray = npt.NDArray[np.floating]
-Interval = tuple[AnyFloatArray, AnyFloatArray]
-
-_TINY = 1e-200
-_SEAM = 1e-9  # by which triangles overlap, so that no ray passes between neighbours
-
-
-def interval(form: int, o: Triple, d: Triple) -> Interval:
-    """The ray parameters where the ray enters and leaves; the first is above the second where it misses."""
-    if form == SolidForm.BALL:
-        return _ball(o, d)
-    if form == SolidForm.BLOCK:
-        return _block(o, d)
-    if form == SolidForm.CYLINDER:
-        return _cylinder(o, d)
-    if form == SolidForm.CONE:
-        return _cone(o, d)
-    return _triangle(o, d)
-
-
-def first_hit(form: int, o: Triple, d: Triple, near: float) -> AnyFloatArray:
-    """The first ray parameter above ``near`` on the surface, infinity where there is none."""
-    enter, leave = interval(form, o, d)
-    hit = np.where(enter > near, enter, leave)
-    return np.where((enter <= leave) & (hit > near), hit, np.inf)
-
-
-def _quadratic(a: Any, b: Any, c: Any) -> tuple[Any, Any, Any]:
-    """The roots of a t^2 + 2 b t + c, smaller first, without cancellation, and the discriminant / 4."""
-    discriminant = b * b - a * c
-    q = -(b + np.copysign(np.sqrt(np.maximum(discriminant, 0.0)), b))
-    q = np.where(q == 0.0, _TINY, q)
-    first, second = q / a, c / q
-    return np.minimum(first, second), np.maximum(first, second), discriminant
-
-
-def _ball(o: Triple, d: Triple) -> Interval:
-    a = d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
-    b = o[0] * d[0] + o[1] * d[1] + o[2] * d[2]
-    c = o[0] * o[0] + o[1] * o[1] + o[2] * o[2] - 1.0
-    root = np.sqrt(b * b - a * c)  # nan where the ray misses, and comparisons with nan are false
-    return (-b - root) / a, (root - b) / a
-
-
-def _slab(o: Any, d: Any) -> tuple[Any, Any]:
-    inverse = 1.0 / np.where(np.abs(d) < _TINY, _TINY, d)
-    first, second = (-1.0 - o) * inverse, (1.0 - o) * inverse
-    return np.minimum(first, second), np.maximum(first, second)
-
-
-def _block(o: Triple, d: Triple) -> Interval:
-    x0, x1 = _slab(o[0], d[0])
-    y0, y1 = _slab(o[1], d[1])
-    z0, z1 = _slab(o[2], d[2])
-    return np.maximum(np.maximum(x0, y0), z0), np.minimum(np.minimum(x1, y1), z1)
-
-
-def _cylinder(o: Triple, d: Triple) -> Interval:
-    a = np.maximum(d[0] * d[0] + d[2] * d[2], _TINY)
-    b = o[0] * d[0] + o[2] * d[2]
-    c = o[0] * o[0] + o[2] * o[2] - 1.0
-    root = np.sqrt(b * b - a * c)
-    y0, y1 = _slab(o[1], d[1])
-    return np.maximum((-b - root) / a, y0), np.minimum((root - b) / a, y1)
-
-
-def _cone(o: Triple, d: Triple) -> Interval:
-    radius, growth = 0.5 - 0.5 * o[1], -0.5 * d[1]  # of the cone at the height of o, and its change along the ray
-    a = d[0] * d[0] + d[2] * d[2] - growth * growth
-    a = np.where(np.abs(a) < _TINY, _TINY, a)
-    b = o[0] * d[0] + o[2] * d[2] - radius * growth
-    c = o[0] * o[0] + o[2] * o[2] - radius * radius
-    low, high, discriminant = _quadratic(a, b, c)
-    # a < 0: the ray is inside both nappes outside the roots; the lower nappe lies where the radius grows
-    steep = a < 0.0
-    enter = np.where(steep, np.where(growth > 0.0, high, -np.inf), np.where(discriminant < 0.0, np.inf, low))
-    leave = np.where(steep, np.where(growth > 0.0, np.inf, low), high)
-    y0, y1 = _slab(o[1], d[1])
-    return np.maximum(enter, y0), np.minimum(leave, y1)
-
-
-def _triangle(o: Triple, d: Triple) -> Interval:
-    t = -o[2] / np.where(np.abs(d[2]) < _TINY, _TINY, d[2])
-    x, y = o[0] + t * d[0], o[1] + t * d[1]
-    inside = (x >= -1.0 - _SEAM) & (y >= -1.0 - _SEAM) & (x + y <= _SEAM)
-    return np.where(inside, t, np.inf), np.where(inside, t, -np.inf)
-
-
-def normals(form: int, p: AnyFloatArray) -> AnyFloatArray:
-    """Outward normals (N, 3), of any length, at surface points ``p`` (N, 3), in the solid's own frame."""
-    n = np.zeros_like(p)
-    if form == SolidForm.BALL:
-        return p
-    if form == SolidForm.BLOCK:
-        axis = np.argmax(np.abs(p), axis=1)
-        rows = np.arange(len(p))
-        n[rows, axis] = np.sign(p[rows, axis])
-    elif form == SolidForm.CYLINDER:
-        cap = np.abs(p[:, 1]) > np.hypot(p[:, 0], p[:, 2])
-        n[:, 0], n[:, 2] = np.where(cap, 0.0, p[:, 0]), np.where(cap, 0.0, p[:, 2])
-        n[:, 1] = np.where(cap, p[:, 1], 0.0)
-    elif form == SolidForm.CONE:
-        _cone_normals(p, n)
-    else:
-        n[:, 2] = 1.0
-    return n
-
-
-def _cone_normals(p: AnyFloatArray, n: AnyFloatArray) -> None:
-    radius = np.hypot(p[:, 0], p[:, 2])
-    base = np.abs(p[:, 1] + 1.0) < np.abs(0.5 - 0.5 * p[:, 1] - radius)
-    scale = np.where(base, 0.0, 1.0 / np.maximum(radius, 1e-12))
-    n[:, 0], n[:, 2] = p[:, 0] * scale, p[:, 2] * scale
-    n[:, 1] = np.where(base, -1.0, 0.5)
-
+from scenelang.interpreter.scene.primitives.forms import Form, Ratios, Triple, box_corners, first_hits
+from scenelang.interpreter.scene.primitives.mesh import inverses_of
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -151,15 +29,8 @@ _BATCH = 1 << 16
 _BLOCK = 1 << 15
 _SHIFT = np.uint64(32)
 
-_CUBE = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+_CUBE = box_corners((1.0, 1.0, 1.0))
 _EDGES = np.array([(i, i | bit) for i in range(8) for bit in (1, 2, 4) if not i & bit])
-_HULLS = {
-    SolidForm.BALL: _CUBE,
-    SolidForm.BLOCK: _CUBE,
-    SolidForm.CYLINDER: _CUBE,
-    SolidForm.CONE: np.array([[-1.0, -1, -1], [1, -1, -1], [-1, -1, 1], [1, -1, 1], [0, 1, 0]]),
-    SolidForm.TRIANGLE: np.array([[-1.0, -1, 0], [1, -1, 0], [-1, 1, 0]]),
-}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -229,7 +100,7 @@ class Caster:
     the solids' rectangles on the picture are columns [x0, x1) and rows [y0, y1), empty where out of view."""
 
     rays: Rays
-    forms: npt.NDArray[np.int8]
+    solids: PosedForms
     inverse: FloatArray
     center: FloatArray
     rectangles: IntArray  # (N, 4): x0, y0, x1, y1
@@ -258,8 +129,7 @@ class Caster:
                 done += float(area[i])
                 if progress is not None:
                     progress(done / total)
-            for form in SolidForm:
-                small = np.flatnonzero(chosen & (area <= _SMALL) & (self.forms == form))
+            for form, small in self.solids.groups(chosen & (area <= _SMALL)):
                 for batch in _batches(small, area):
                     self._cast_batch(form, batch, keys, beyond)
                     done += float(area[batch].sum())
@@ -288,6 +158,7 @@ class Caster:
     def _cast_large(self, i: int, keys: Keys, beyond: Keys | None) -> None:
         x0, y0, x1, y1 = (int(edge) for edge in self.rectangles[i])
         origin, direction = (c[0] for c in self._local_rays(np.array([i])))
+        form, ratios = self.solids.form(i)
         columns = np.arange(x1 - x0, dtype=np.float64)[None, :]
         hidden = _keys_of(np.array([max(0.0, float(self.nearest[i])) * (1.0 - 1e-6)]), np.uint64(0))[0]
         step = max(1, _BLOCK // (x1 - x0))
@@ -302,13 +173,13 @@ class Caster:
             part = keys[top:bottom, x0:x1]
             if part.max() < hidden:
                 continue
-            t = first_hit(int(self.forms[i]), (o[0], o[1], o[2]), (d[0], d[1], d[2]), NEAR)
-            found = _keys_of(t, np.uint64(i))
-            if beyond is not None:
-                found = np.where(found > beyond[top:bottom, x0:x1], found, NOTHING)
-            np.minimum(part, found, out=part)
+            for t in _hits(form, (o[0], o[1], o[2]), (d[0], d[1], d[2]), ratios):
+                found = _keys_of(t, np.uint64(i))
+                if beyond is not None:
+                    found = np.where(found > beyond[top:bottom, x0:x1], found, NOTHING)
+                np.minimum(part, found, out=part)
 
-    def _cast_batch(self, form: int, batch: IntArray, keys: Keys, beyond: Keys | None) -> None:
+    def _cast_batch(self, form: Form, batch: IntArray, keys: Keys, beyond: Keys | None) -> None:
         x0, y0, x1, y1 = self.rectangles[batch].T
         width = x1 - x0
         area = width * (y1 - y0)
@@ -325,28 +196,34 @@ class Caster:
                 if moves:
                     value = value + column * c[:, 1, k][owner] + row * c[:, 2, k][owner]
                 out.append(value)
-        t = first_hit(form, (o[0], o[1], o[2]), (d[0], d[1], d[2]), NEAR)
-        hit = np.flatnonzero(t < np.inf)
-        found = _keys_of(t[hit], batch[owner[hit]].astype(np.uint64))
-        pixel = pixel[hit]
-        if beyond is not None:
-            kept = found > beyond.reshape(-1)[pixel]
-            found, pixel = found[kept], pixel[kept]
-        np.minimum.at(keys.reshape(-1), pixel, found)
+        ratios = tuple(ratio[owner] for ratio in self.solids.ratios_of(form, batch))
+        for t in _hits(form, (o[0], o[1], o[2]), (d[0], d[1], d[2]), ratios):
+            hit = np.flatnonzero(t < np.inf)
+            found, at = _keys_of(t[hit], batch[owner[hit]].astype(np.uint64)), pixel[hit]
+            if beyond is not None:
+                kept = found > beyond.reshape(-1)[at]
+                found, at = found[kept], at[kept]
+            np.minimum.at(keys.reshape(-1), at, found)
 
     def surface(self, ids: IntArray, points: FloatArray, toward: FloatArray) -> FloatArray:
         """Unit normals (N, 3) of the solids ``ids`` at the world ``points`` (N, 3), turned against ``toward``."""
         out = np.zeros_like(points)
         inverse = self.inverse[ids]
         local = np.einsum("nij,nj->ni", inverse, points - self.center[ids])
-        forms = self.forms[ids]
-        for form in np.unique(forms):
-            rows = np.flatnonzero(forms == form)
-            out[rows] = np.einsum("nji,nj->ni", inverse[rows], normals(int(form), local[rows]))
+        forms = self.solids.forms[ids]
+        for number in np.unique(forms).tolist():
+            form, rows = self.solids.kinds[number], np.flatnonzero(forms == number)
+            ratios = self.solids.ratios_of(form, ids[rows])
+            out[rows] = np.einsum("nji,nj->ni", inverse[rows], form.normals(local[rows], ratios))
         length = np.sqrt(np.einsum("ni,ni->n", out, out))
         away = np.einsum("ni,ni->n", out, toward) > 0.0
         sign = np.where(away, -1.0, 1.0)
         return out * (sign / np.where(length > 0.0, length, 1.0))[:, None]
+
+
+def _hits(form: Form, o: Triple, d: Triple, ratios: Ratios) -> list[npt.NDArray[np.floating]]:
+    """For each piece that rays may go through one after the other, where they first meet it."""
+    return first_hits(form.intervals(o, d, ratios), NEAR)
 
 
 def depths_of(keys: Keys) -> npt.NDArray[np.float32]:
@@ -360,7 +237,7 @@ def ids_of(keys: Keys) -> IntArray:
     return np.where(keys == NOTHING, -1, (keys & np.uint64(0xFFFFFFFF)).astype(np.int64))
 
 
-def caster_for(solids: Solids, rays: Rays) -> Caster:
+def caster_for(solids: PosedForms, rays: Rays) -> Caster:
     """Prepare ``solids``, whose poses are invertible, for ``rays``."""
     with np.errstate(all="ignore"):
         inverse = inverses_of(solids.matrices[:, :, :3])
@@ -368,7 +245,7 @@ def caster_for(solids: Solids, rays: Rays) -> Caster:
         forward = rays.axes[2]
         depth = (solids.matrices[:, :, 3] - rays.eye) @ forward
         nearest = depth - np.abs(forward @ solids.matrices[:, :, :3]).sum(axis=1)
-    return Caster(rays, solids.forms, inverse, solids.matrices[:, :, 3], rectangles, nearest)
+    return Caster(rays, solids, inverse, solids.matrices[:, :, 3], rectangles, nearest)
 
 
 def _keys_of(t: npt.NDArray[np.floating], number: npt.NDArray[np.uint64] | np.uint64) -> Keys:
@@ -389,20 +266,18 @@ def _batches(which: IntArray, area: IntArray) -> list[IntArray]:
 # --- rectangles ------------------------------------------------------------------------------------------------
 
 
-def _rectangles(solids: Solids, rays: Rays) -> IntArray:
+def _rectangles(solids: PosedForms, rays: Rays) -> IntArray:
     """The samples (N, 4) that each solid may cover, cut to the picture."""
     low = np.full((len(solids), 2), np.inf)
     high = np.full((len(solids), 2), -np.inf)
     linear = rays.axes @ solids.matrices[:, :, :3]
     center = (solids.matrices[:, :, 3] - rays.eye) @ rays.axes.T
-    for form in SolidForm:
-        rows = np.flatnonzero(solids.forms == form)
+    for form, rows in solids.groups():
+        bounds = _parallel_bounds if rays.parallel else _perspective_bounds
         for start in range(0, len(rows), _BATCH):
             part = rows[start : start + _BATCH]
-            if rays.parallel:
-                low[part], high[part] = _parallel_bounds(form, linear[part], center[part])
-            else:
-                low[part], high[part] = _perspective_bounds(form, linear[part], center[part])
+            hull = form.hull(solids.ratios_of(form, part))
+            low[part], high[part] = bounds(linear[part], center[part], hull, _is_ball(form))
     size = np.array([rays.width, rays.height], np.float64)
     first, last = low * rays.focal + rays.principal, high * rays.focal + rays.principal
     up = np.array(rays.principal)[1] * 2.0
@@ -417,17 +292,33 @@ def _rectangles(solids: Solids, rays: Rays) -> IntArray:
     return out
 
 
-def _parallel_bounds(form: SolidForm, linear: FloatArray, center: FloatArray) -> tuple[FloatArray, FloatArray]:
-    if form == SolidForm.BALL:
+def _is_ball(form: Form) -> bool:
+    """Whether the form is bounded by one ellipsoid, whose outline is known exactly."""
+    outline = form.outline()
+    return outline is not None and len(outline) == 1 and outline[0].shape[1] == 4
+
+
+def _hull_points(linear: FloatArray, hull: FloatArray) -> FloatArray:
+    """The points (N, K, 3) that hulls (K, 3) or (N, K, 3) are under ``linear`` (N, C, 3)."""
+    points: FloatArray = np.einsum("nij,kj->nki" if hull.ndim == 2 else "nij,nkj->nki", linear, hull)
+    return points
+
+
+def _parallel_bounds(
+    linear: FloatArray, center: FloatArray, hull: FloatArray, is_ball: bool
+) -> tuple[FloatArray, FloatArray]:
+    if is_ball:
         reach = np.sqrt(np.einsum("nij,nij->ni", linear, linear))[:, :2]
         return center[:, :2] - reach, center[:, :2] + reach
-    points = np.einsum("nij,kj->nki", linear[:, :2], _HULLS[form]) + center[:, None, :2]
+    points = _hull_points(linear[:, :2], hull) + center[:, None, :2]
     return points.min(axis=1), points.max(axis=1)
 
 
-def _perspective_bounds(form: SolidForm, linear: FloatArray, center: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _perspective_bounds(
+    linear: FloatArray, center: FloatArray, hull: FloatArray, is_ball: bool
+) -> tuple[FloatArray, FloatArray]:
     """Bounds (K, 2) at depth 1 of what lies before the near plane; empty (low > high) where nothing does."""
-    points = np.einsum("nij,kj->nki", linear, _HULLS[form]) + center[:, None, :]
+    points = _hull_points(linear, hull) + center[:, None, :]
     depth = points[:, :, 2]
     before = depth.min(axis=1) > NEAR
     flat = points[:, :, :2] / depth[:, :, None]
@@ -435,7 +326,7 @@ def _perspective_bounds(form: SolidForm, linear: FloatArray, center: FloatArray)
     crossing = np.flatnonzero(~before)
     if len(crossing):
         low[crossing], high[crossing] = _clipped_bounds(linear[crossing], center[crossing])
-    if form == SolidForm.BALL:
+    if is_ball:
         rows = np.flatnonzero(before)
         low[rows], high[rows] = _ball_bounds(linear[rows], center[rows])
     return low, high

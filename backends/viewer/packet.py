@@ -21,8 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import need
-from scenelang.backends.geometry.assets import load_asset
-from scenelang.backends.geometry.solids import SolidForm, composed, is_semantic, local_pose, triangle_normals, unit_mesh
+from scenelang.backends.geometry.solids import composed, is_semantic, keeps_own_colors, own_mesh
 from scenelang.backends.minecraft.models import as_cubes
 from scenelang.backends.neural.weights import INSTALL
 from scenelang.backends.pictures.appearance import GLASS, look_of
@@ -36,7 +35,9 @@ from scenelang.interpreter.runtime.values import Embedding
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants, primitive_count
 from scenelang.interpreter.scene.flatten import FlatFrame, flatten
 from scenelang.interpreter.scene.numbering import number_scene
-from scenelang.interpreter.scene.shapes import PrimitiveKind
+from scenelang.interpreter.scene.primitives import Primitive
+from scenelang.interpreter.scene.primitives.forms import Form
+from scenelang.interpreter.scene.primitives.mesh import Mesh, triangle_normals
 
 if TYPE_CHECKING:
     from scenelang.backends.neural.splats.gaussians import Splats
@@ -145,7 +146,8 @@ def _place_row(span: Span) -> dict[str, Any]:
 
 
 FloatArray = npt.NDArray[np.float64]
-_File = tuple[str, str | None, bool]  # a mesh file, the folder of what it refers to, and whether in its own colours
+_FormKey = tuple[Form, tuple[float, ...]]
+_MeshKey = tuple[Primitive, bool]  # a primitive that is a mesh, and whether in its own colours
 IntArray = npt.NDArray[np.int64]
 
 # Round solids come with two numbers of sides: what is small in the picture is drawn with the few.
@@ -283,44 +285,53 @@ def _geometries(
     return geometries, geometry_of, local
 
 
-def _add(geometries: list[Geometry], key: SolidForm | _File, has_coarse: bool) -> int:
+def _add(geometries: list[Geometry], key: _FormKey | _MeshKey, has_coarse: bool) -> int:
     """Add the geometry of ``key``, and before it its coarse one where that is another; its number."""
-    if not isinstance(key, SolidForm):
-        geometries.append(_asset(*key))
-    elif key == SolidForm.BLOCK or not has_coarse:
-        geometries.append(_unit(key, _MANY_SIDES))
+    what, detail = key
+    if isinstance(what, Primitive):
+        mesh = own_mesh(what)
+        assert mesh is not None, "a mesh without faces has no key"
+        geometries.append(_own(mesh, bool(detail)))
+        return len(geometries) - 1
+    assert isinstance(detail, tuple)
+    if what.is_curved and has_coarse:
+        geometries.append(_unit(what, detail, _FEW_SIDES))
+        geometries.append(replace(_unit(what, detail, _MANY_SIDES), coarse=len(geometries) - 1))
     else:
-        geometries.append(_unit(key, _FEW_SIDES))
-        geometries.append(replace(_unit(key, _MANY_SIDES), coarse=len(geometries) - 1))
+        geometries.append(_unit(what, detail, _MANY_SIDES))
     return len(geometries) - 1
 
 
-def _geometry_key(entity: Entity) -> tuple[SolidForm | _File | None, FloatArray]:
-    """What a primitive is drawn as, a canonical solid or a file's mesh (in its own colours or not), and its pose
-    (3, 4); None: not at all."""
+def _geometry_key(entity: Entity) -> tuple[_FormKey | _MeshKey | None, FloatArray]:
+    """What a primitive is drawn as, a canonical form or a mesh (in its own colours or not), and its pose (3, 4);
+    None: not at all."""
     shape, identity = entity.shape, np.eye(4)[:3]
     if shape is None or not shape.has_geometry:
         return None, identity
-    if shape.kind is PrimitiveKind.ASSET:
-        has_color = entity.embedding.attributes.get("color") is not None
-        return (shape.file, shape.root, not has_color) if shape.file is not None else None, identity
-    found = local_pose(shape)
-    return (None, identity) if found is None else found
+    placed = shape.placed()
+    if placed is not None:
+        return (placed.form, placed.ratios), placed.matrix
+    mesh = own_mesh(shape)
+    return None if mesh is None else (shape.key, keeps_own_colors(entity, mesh)), identity
 
 
-def _unit(form: SolidForm, sides: int) -> Geometry:
-    mesh = unit_mesh(form, sides)
+def _unit(form: Form, ratios: tuple[float, ...], sides: int) -> Geometry:
+    return _shaded(form.mesh(sides, ratios))
+
+
+def _shaded(mesh: Mesh) -> Geometry:
     return Geometry(
         mesh.vertices.astype(np.float32).reshape(-1),
-        mesh.normals.astype(np.float32).reshape(-1),
+        mesh.shading.astype(np.float32).reshape(-1),
         mesh.faces.astype(np.uint32).reshape(-1),
     )
 
 
-def _asset(file: str, root: str | None, own_colors: bool) -> Geometry:
-    """The mesh of a file, flat-shaded; raises SceneError("file") when it cannot be read."""
-    mesh = load_asset(file, root)
-    corners, colors = mesh.corners, mesh.face_colors if own_colors else None
+def _own(mesh: Mesh, own_colors: bool) -> Geometry:
+    """A primitive's own mesh: flat-shaded where it has no normals. A mesh file need not be closed."""
+    if mesh.normals is not None and not own_colors:
+        return _shaded(mesh)
+    corners, colors = mesh.corners, mesh.colors if own_colors else None
     return Geometry(
         corners.astype(np.float32).reshape(-1),
         np.repeat(triangle_normals(corners), 3, axis=0).astype(np.float32).reshape(-1),

@@ -14,7 +14,7 @@ from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, SceneError
 from scenelang.interpreter.lint.rules import FactBook, Facts, can_go, is_written, keeps_root, remove
 from scenelang.interpreter.program.program import Program
 from scenelang.interpreter.runtime.types import STD
-from scenelang.interpreter.scene.shapes import WORDS
+from scenelang.interpreter.scene.primitives import is_word, words
 
 # What can be told of a program's words before it runs: which one is the root, which look like mistakes.
 
@@ -58,9 +58,9 @@ def word_warnings(program: Program) -> list[Diagnostic]:
         if each.word is not None:
             bound.add(each.word)
         for word, span in each.calls:
-            if word not in program.all_words and word not in WORDS:
+            if word not in program.all_words and not is_word(word):
                 if word not in near:
-                    near[word] = _near_word(word, [*program.all_words, *WORDS])
+                    near[word] = _near_word(word, [*program.all_words, *words()])
                 if near[word]:
                     found.append(_misspelled(word, str(near[word]), span))
         found += each.unfilled

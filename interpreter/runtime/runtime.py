@@ -46,7 +46,8 @@ from scenelang.interpreter.runtime.values import (
 )
 from scenelang.interpreter.scene import parts
 from scenelang.interpreter.scene.entity import Entity, Frames
-from scenelang.interpreter.scene.shapes import Asset, shape_of
+from scenelang.interpreter.scene.primitives import class_of
+from scenelang.interpreter.scene.primitives.asset import Asset
 
 # The two random streams of a run: numpy's legacy generator and Python's, so that transpiled programs draw alike.
 
@@ -508,9 +509,10 @@ class Runtime:
         self._count_entity()
         attributes = parts.geometric_attributes(self, z)
         asset = None
-        if word == "asset":
+        cls = class_of(word)
+        if cls.is_file:
             asset, attributes = parts.load_asset(self, attributes)
-        shape = shape_of(word, attributes, asset)
+        shape = cls.made(word, attributes, asset)
         if shape.is_flat:
             self.warn("no-extent", f'the primitive "{word}" has no extent in some direction', span)
         return Entity(word, z, (), shape, tainted, () if span is None else (span,))

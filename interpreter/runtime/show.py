@@ -37,7 +37,6 @@ from scenelang.interpreter.runtime.values import (
 )
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity, Frames
-from scenelang.interpreter.scene.shapes import default_attributes
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -393,7 +392,7 @@ def primitive_attributes(entity: Entity) -> dict[str, Any]:
     """A primitive's attributes as JSON data, its geometry's defaults filled in; what is not plain is left out."""
     found = plain_attributes(entity)
     if entity.shape is not None:
-        defaults = default_attributes(entity.shape)
+        defaults = entity.shape.defining()
         found = {**{k: v for k, v in defaults.items() if k not in found or k != "fill"}, **_kept(found, defaults)}
     return found
 

@@ -15,7 +15,7 @@ from typing import Any
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.runtime.values import IDENTITY, Pair
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
-from scenelang.interpreter.scene.shapes import Box, box_under, interval
+from scenelang.interpreter.scene.primitives import Box
 
 UNIT_BOX: Box = (-0.5, -0.5, -0.5, 0.5, 0.5, 0.5)
 _INFINITY = float("inf")
@@ -29,8 +29,7 @@ def _nothing(work: int) -> None:
 
 def _cost(entity: Entity) -> int:
     """The steps that one look at a part counts for; a mesh has many points."""
-    shape = entity.shape
-    return 1 if shape is None or shape.asset is None else 16 + (len(shape.asset.support) >> 4)
+    return 1 if entity.shape is None else entity.shape.cost
 
 
 def entity_box(entity: Entity, charge: Charge = _nothing) -> Box | None:
@@ -64,7 +63,7 @@ def _fill(root: Entity, charge: Charge) -> None:
             continue
         stack.pop()
         if entity.shape is not None:
-            entity.box = box_under(entity.shape, IDENTITY) if entity.shape.has_geometry else ()
+            entity.box = entity.shape.box_under(IDENTITY) if entity.shape.has_geometry else ()
         else:
             entity.box = _union_box(entity.children, charge)
 
@@ -105,7 +104,7 @@ def _union_box(parts: Sequence[Any], charge: Charge) -> Box | tuple[()]:
             continue
         charge(_cost(child))
         if child.shape is not None:
-            box = child.box if pose == IDENTITY else box_under(child.shape, pose)
+            box = child.box if pose == IDENTITY else child.shape.box_under(pose)
         else:
             box = child.box if pose == IDENTITY else _moved(child.box, pose)
             if not _is_aligned(pose):
@@ -149,7 +148,7 @@ def _search(open_parts: Sequence[tuple[Any, Box]], axis: int, sign: float, best:
             offset = a * m[3] + b * m[7] + c * m[11] + t
             exact = child.shape is not None
             if exact:
-                upper = offset + interval(child.shape, i, j, k)[1]
+                upper = offset + child.shape.interval(i, j, k)[1]
             else:
                 x0, y0, z0, x1, y1, z1 = child.box
                 upper = offset + i * (x1 if i > 0 else x0) + j * (y1 if j > 0 else y0) + k * (z1 if k > 0 else z0)

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import json
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -23,7 +23,8 @@ import numpy as np
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.runtime.show import primitive_attributes
 from scenelang.interpreter.scene.flatten import FlatFrame
-from scenelang.interpreter.scene.shapes import BLOCK_WORDS
+from scenelang.interpreter.scene.primitives import Primitive, class_of, find
+from scenelang.interpreter.scene.primitives.base import Turn
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -46,7 +47,8 @@ _MOST_CANDIDATES = 64  # neighbours of one row that are looked at
 _CHUNK = 50_000  # rows whose neighbours are looked at together
 _MOST_SEARCHES = 2_000  # rows looked at while better pairings are sought
 _MOST_DISTANCES = 4_000_000  # pairs of moved primitives whose distances are compared; beyond, they pair in order
-_BLOCKS = frozenset(("block", *BLOCK_WORDS, *(word.replace("-", "_") for word in BLOCK_WORDS)))
+_BLOCK = "block"
+_STILL = Turn()
 _WHITE: Point = (1.0, 1.0, 1.0)
 _ORIGIN: Point = (0.0, 0.0, 0.0)
 _FIRST = np.zeros(1, np.int64)
@@ -58,8 +60,8 @@ _FIRST = np.zeros(1, np.int64)
 @dataclass(frozen=True, slots=True)
 class ComparedSolid:
     """A primitive before its pose, as far as it is compared. ``kind`` is its word ("block" for all block words), with
-    the file of an asset; ``look`` is what a block has in place of a colour, "" for anything else. ``p0``, ``p1`` and
-    ``radius`` belong to cylinders and cones, ``size`` to all others."""
+    what no pose makes equal, such as the file of an asset; ``look`` is what a block has in place of a colour, "" for
+    anything else. ``p0``, ``p1`` and ``radius`` belong to what has two ends, as cylinders, ``size`` to all others."""
 
     word: str
     kind: str
@@ -71,36 +73,48 @@ class ComparedSolid:
     radius: float = 0.0
 
     @property
+    def turn(self) -> Turn:
+        """How it is told how one is turned."""
+        return _STILL if self.is_block else class_of(self.word).turn
+
+    @property
     def is_round(self) -> bool:
-        return self.word in ("cylinder", "cone")
+        return self.turn.ends
 
     @property
     def is_block(self) -> bool:
-        return self.word == "block"
-
-    @property
-    def is_known(self) -> bool:
-        """Whether the word alone says what the primitive looks like."""
-        return self.is_round or self.is_block or self.word in ("cube", "sphere")
+        return self.word == _BLOCK
 
 
 def solid_of(word: str, attributes: Mapping[str, Any], scaled_blocks: bool = True) -> ComparedSolid:
     """The solid that a word and its attributes (plain data) are. ``scaled_blocks``: a block's ``scale`` counts; golden
     files have it in the matrix. Raises ValueError for attributes that are none."""
     given = {name.lstrip(":").replace("-", "_"): value for name, value in attributes.items()}
-    if word in _BLOCKS:
+    cls = find(word.replace("_", "-")) if "_" in word else None  # the paper's tool spells blocks so
+    cls = cls if cls is not None and cls.is_block else class_of(word)
+    if cls.is_block or word == _BLOCK:
         size = _size(given.get("scale")) if scaled_blocks else _WHITE
-        return ComparedSolid("block", "block", _block_look(given), _ORIGIN, size)
+        return ComparedSolid(_BLOCK, _BLOCK, _block_look(given), _ORIGIN, size)
     color = _color(given.get("color"))
-    if word in ("cylinder", "cone"):
+    numbers = {name: _checked(given[name]) for name in _geometry_of(cls) if given.get(name) is not None}
+    detail, own_size = cls.compared({**given, **numbers})
+    kind = f"{word} {detail}" if detail else word
+    if cls.turn.ends:
         p0, p1 = _point(given.get("p0", _ORIGIN)), _point(given.get("p1", (0.0, 1.0, 0.0)))
-        return ComparedSolid(word, word, "", color, p0=p0, p1=p1, radius=_number(given.get("radius", 1.0)))
-    size = _WHITE
-    if word == "sphere" and given.get("radius") is not None:
-        size = (_number(given["radius"]),) * 3
-    elif word != "sphere":
-        size = _size(given.get("scale"))
-    return ComparedSolid(word, f"{word} {given.get('file')}" if word == "asset" else word, "", color, size)
+        radius = _number(given.get("radius", 1.0))
+        return ComparedSolid(word, kind, "", color, p0=p0, p1=p1, radius=radius)
+    size = _size(given.get("scale")) if own_size is None else own_size
+    return ComparedSolid(word, kind, "", color, size)
+
+
+def _geometry_of(cls: type[Primitive]) -> Iterator[str]:
+    """The attributes that a primitive's geometry reads, as they are spelled here."""
+    return (attribute.name.replace("-", "_") for attribute in cls.attributes if attribute.read is not None)
+
+
+def _checked(value: Any) -> Any:
+    """A number, or a list of three as a point, as it is."""
+    return _point(value) if isinstance(value, (list, tuple)) else _number(value)
 
 
 def _number(value: Any) -> float:
@@ -291,12 +305,12 @@ def _turns(sheet: Sheet) -> tuple[Floats, Floats]:
     edges = sheet.matrices[:, :, :3] * _points(sheet, [s.size for s in sheet.solids])[:, None, :]
     length = np.sqrt((edges**2).sum(axis=(1, 2)))[:, None]
     unit = edges / np.where(length > 0, length, 1.0)[:, :, None]
-    is_cube = np.array([s.word == "cube" for s in sheet.solids], np.bool_)[sheet.index]
-    is_known = np.array([s.is_known for s in sheet.solids], np.bool_)[sheet.index]
+    is_cube = np.array([s.turn.edges for s in sheet.solids], np.bool_)[sheet.index]
+    is_whole = np.array([s.turn.whole for s in sheet.solids], np.bool_)[sheet.index]
     found = np.zeros((len(sheet), len(_QUARTICS)))
     for column, (i, j, k, m) in enumerate(_QUARTICS):
         found[:, column] = (unit[:, i] * unit[:, j] * unit[:, k] * unit[:, m]).sum(axis=1) * is_cube
-    found[~is_known, :9] = unit[~is_known].reshape(-1, 9)
+    found[is_whole, :9] = unit[is_whole].reshape(-1, 9)
     return found * length, length[:, 0]
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from scenelang.grammar.datum import Span
 from scenelang.interpreter.runtime.values import Embedding, Matrix
-from scenelang.interpreter.scene.shapes import BLOCK_WORDS, Box, PrimitiveShape
+from scenelang.interpreter.scene.primitives import Box, Primitive
 
 
 class Entity:
@@ -35,7 +35,7 @@ class Entity:
         word: str,
         embedding: Embedding,
         children: tuple[Any, ...],
-        shape: PrimitiveShape | None = None,
+        shape: Primitive | None = None,
         tainted: bool = False,
         places: tuple[Span, ...] = (),
     ) -> None:
@@ -55,6 +55,11 @@ class Entity:
     @property
     def is_primitive(self) -> bool:
         return self.shape is not None
+
+    @property
+    def is_block(self) -> bool:
+        """True of a primitive of Minecraft blocks."""
+        return self.shape is not None and self.shape.is_block
 
     def __repr__(self) -> str:
         return f"<entity {self.word}>"
@@ -118,7 +123,7 @@ def lays_blocks(entity: Entity, charge: Callable[[int], None]) -> bool:
             continue
         stack.pop()
         if top.has_blocks is None:
-            own = top.shape is not None and top.word in BLOCK_WORDS
+            own = top.shape is not None and top.shape.is_block
             top.has_blocks = own or any(part.car.has_blocks for part in top.children)
     return bool(entity.has_blocks)
 

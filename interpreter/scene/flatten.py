@@ -15,7 +15,6 @@ import numpy as np
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.runtime.values import IDENTITY
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants, primitive_count
-from scenelang.interpreter.scene.shapes import BLOCK_WORDS
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -253,7 +252,7 @@ def flatten_entity(root: Entity, cut: Set[int] = frozenset(), whole_cells: bool 
     used_paths, path_index = _distinct(leaves.path)
     matrices = leaves.pose.T.reshape(-1, 3, 4)
     has_handle = np.array([entity.embedding.handle is not None for entity in graph.nodes])
-    is_block = np.array([graph.nodes[i].word in BLOCK_WORDS for i in used])
+    is_block = np.array([graph.nodes[i].is_block for i in used])
     if whole_cells and is_block.any():
         matrices = np.ascontiguousarray(matrices)
         rows = is_block[index]

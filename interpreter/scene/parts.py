@@ -26,7 +26,7 @@ from scenelang.interpreter.runtime.values import (
 )
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity
-from scenelang.interpreter.scene.shapes import Asset
+from scenelang.interpreter.scene.primitives.asset import Asset
 
 if TYPE_CHECKING:
     from scenelang.interpreter.runtime.runtime import Runtime

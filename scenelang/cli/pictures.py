@@ -269,7 +269,7 @@ def _facts(backend: Any) -> dict[str, Any]:
         "installed": backend.is_installed,
         "install": backend.install,
         "accepts": {
-            "words": list(accepts.words),
+            "words": list(accepts.primitives()),
             "any_word": accepts.any_word,
             "attributes": list(accepts.attributes),
             "animated": accepts.animated,

@@ -22,7 +22,7 @@ from scenelang.grammar.diagnostics import Diagnostic, SceneError, render_text
 from scenelang.inference.brief import Brief, Notation, Task, TaskKind
 from scenelang.inference.listing import program_of
 from scenelang.interpreter.scene.entity import Scene, count_words, primitive_count
-from scenelang.interpreter.scene.shapes import BLOCK_WORDS
+from scenelang.interpreter.scene.primitives import block_words
 from scenelang.interpreter.transpile.python_text import code_of
 from scenelang.sandbox.supervision import limited
 from scenelang.sandbox.worker import trial
@@ -154,7 +154,7 @@ def _unlike(scene: Scene, task: Task) -> list[Diagnostic]:
 
 def has_blocks(scene: Scene) -> bool:
     """Whether a scene has blocks of Minecraft in it."""
-    return any(word in count_words(frame) for frame in scene.frames for word in BLOCK_WORDS)
+    return any(word in count_words(frame) for frame in scene.frames for word in block_words())
 
 
 def _stands_still(scene: Scene) -> bool:

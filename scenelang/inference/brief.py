@@ -15,7 +15,13 @@ from scenelang.backends.language_models.catalogue import ImageContent, TextConte
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.inference.listing import MOST_ITEMS, Renamed, listing, rename_language, rename_python
-from scenelang.interpreter.scene.shapes import ATTRIBUTES, BLOCK_WORDS, GEOMETRY, PRIMITIVES, READ
+from scenelang.interpreter.scene.primitives import (
+    attributes_read,
+    block_words,
+    docs_of_attributes,
+    docs_of_words,
+    solid_words,
+)
 from scenelang.interpreter.transpile.helper_api import HELPERS
 from scenelang.interpreter.transpile.python_text import code_of
 from scenelang.primer import primer
@@ -184,7 +190,7 @@ def helpers_of(kind: TaskKind) -> tuple[str, ...]:
 
 def words_of(kind: TaskKind) -> tuple[str, ...]:
     """The primitives that programs of a kind are told of."""
-    return BLOCK_WORDS if kind is TaskKind.BLOCKS else tuple(GEOMETRY)
+    return block_words() if kind is TaskKind.BLOCKS else solid_words()
 
 
 def untold(kind: TaskKind) -> tuple[str, ...]:
@@ -235,9 +241,9 @@ class Brief:
 
     def _primitives(self) -> str:
         words = words_of(self.task.kind)
-        lines = [f'- "{word}": {in_json(PRIMITIVES[word])}; takes {", ".join(_read(word))}' for word in words]
+        lines = [f'- "{word}": {in_json(docs_of_words()[word])}; takes {", ".join(_read(word))}' for word in words]
         names = dict.fromkeys(name for word in words for name in _read(word))
-        return "\n".join([*lines, *(f"- {name}: {in_json(ATTRIBUTES[name])}" for name in names)])
+        return "\n".join([*lines, *(f"- {name}: {in_json(docs_of_attributes()[name])}" for name in names)])
 
     @cached_property
     def first(self) -> Turn:
@@ -299,7 +305,7 @@ class Brief:
 
 def _read(word: str) -> list[str]:
     """The attributes of a primitive that a list is told of; blocks have the colours of their kind."""
-    return [name for name in READ[word] if not (name == "color" and word in BLOCK_WORDS)]
+    return [name for name in attributes_read(word) if not (name == "color" and word in block_words())]
 
 
 def _docstring(answer: str) -> str:

@@ -24,7 +24,7 @@ from scenelang.grammar.reader import read
 from scenelang.interpreter.runtime.show import primitive_attributes
 from scenelang.interpreter.scene.entity import Entity, Scene
 from scenelang.interpreter.scene.flatten import FlatFrame, flatten
-from scenelang.interpreter.scene.shapes import WORDS
+from scenelang.interpreter.scene.primitives import is_word
 from scenelang.interpreter.transpile.helper_api import HELPERS
 
 MOST_ITEMS = 5_000
@@ -55,7 +55,7 @@ def _frame(frame: FlatFrame, with_words: bool) -> list[dict[str, Any]]:
 
 
 def _item(entity: Entity, path: tuple[str, ...], matrix: list[list[float]], with_words: bool) -> dict[str, Any]:
-    has_geometry = entity.word in WORDS
+    has_geometry = is_word(entity.word)
     word = path[-1] if has_geometry and path else entity.word
     item: dict[str, Any] = {"word": word} if with_words else {}
     item["shape"] = entity.word if has_geometry else "box"
@@ -130,7 +130,7 @@ def _part(item: Any) -> str:
     shape, word = item.get("shape"), item.get("word")
     if not isinstance(shape, str) or not shape or not (word is None or isinstance(word, str)):
         raise SceneError("listing", f"an item lacks `shape`, a name: {json.dumps(item)[:80]}")
-    is_semantic = shape not in WORDS
+    is_semantic = not is_word(shape)
     name = word if is_semantic and word else shape
     text = f" {string_text(item['text'])}" if isinstance(item.get("text"), str) else ""
     primitive = f"(call {string_text(name)}{text}{''.join(_attributes(item))})"

@@ -15,7 +15,7 @@ from scenelang.interpreter.expand.forms import FORMS, snippet
 from scenelang.interpreter.expand.scope import ConstantBinding, Macro, PaperForm, Special, Variable
 from scenelang.interpreter.program.program import Param
 from scenelang.interpreter.runtime.types import BASE_TYPES, STD, Builtin
-from scenelang.interpreter.scene.shapes import GEOMETRY, PRIMITIVES, WORDS
+from scenelang.interpreter.scene.primitives import docs_of_words, geometry_read, words
 from scenelang.lsp.names import Around, CursorContext, Names, context, local_bindings, range_of
 from scenelang.lsp.references import Document
 from scenelang.primer import attribute_doc, attributes_of
@@ -72,10 +72,11 @@ def of_word(names: Names, word: str) -> str:
     """The Markdown of a word: how it is called, what the program says above its function, where it is used."""
     form = names.definitions.get(word)
     if form is None:
-        if word in PRIMITIVES:
+        docs = docs_of_words()
+        if word in docs:
             shape = f"(call {quoted(word)} {' '.join(f':{name}' for name in attributes_of(word))})"
             rows = [f"- `:{name}`: {attribute_doc(word, name)}" for name in attributes_of(word)]
-            return "\n\n".join([code(shape), PRIMITIVES[word], "\n".join(rows)])
+            return "\n\n".join([code(shape), docs[word], "\n".join(rows)])
         return f"{code(f'(call {quoted(word)} ...)')}\n\na word that nothing binds: a primitive of its own"
     uses = sum(1 for use in names.uses_of_word(word) if not use.defines)
     times = "once" if uses == 1 else f"{uses} times"
@@ -269,8 +270,8 @@ def _in_string(document: Document, around: CursorContext) -> Iterator[lsp.Comple
             yield lsp.CompletionItem(word, kind=lsp.CompletionItemKind.Class, detail=detail, sort_text=f"0{word}",
                                      data="word")  # fmt: skip
         if head in ("call", "primitive"):
-            for word in sorted(WORDS):
-                attributes = " ".join(f":{name}" for name in GEOMETRY.get(word, ()))
+            for word in sorted(words()):
+                attributes = " ".join(f":{name}" for name in geometry_read(word) or ())
                 yield lsp.CompletionItem(word, kind=lsp.CompletionItemKind.Constant, sort_text=f"1{word}",
                                          detail=f"(call {quoted(word)} {attributes})".replace(" )", ")"))  # fmt: skip
 
@@ -372,8 +373,9 @@ def _signature(document: Document, around: CursorContext, list_: Around) -> tupl
         form = document.definitions().get(word)
         if form is not None:
             return call_shape(word, form.function), None
-        if word in GEOMETRY:
-            return f"(call {quoted(word)} {' '.join(f':{name}' for name in GEOMETRY[word])})", None
+        read = geometry_read(word)
+        if read is not None:
+            return f"(call {quoted(word)} {' '.join(f':{name}' for name in read)})", None
     for binding, form in document.definitions().items():
         if isinstance(binding, Variable) and binding.name == head and type(form.value) is ast.Lambda:
             return signature(head, form.value), None

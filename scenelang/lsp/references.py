@@ -14,7 +14,7 @@ from scenelang.grammar.datum import Source, Span
 from scenelang.interpreter.expand.scope import PaperForm, Variable, base_name
 from scenelang.interpreter.program.interactive import Version
 from scenelang.interpreter.runtime.types import STD
-from scenelang.interpreter.scene.shapes import WORDS
+from scenelang.interpreter.scene.primitives import is_word
 from scenelang.lsp.names import Names, file_of
 from scenelang.session import IMPORT_FORM, Editing, Options, Session, VersionAnalysis
 
@@ -343,7 +343,7 @@ def _unfit(target: Target, new: str) -> str | None:
 
 def _check_word(documents: Documents, document: Document, new: str) -> None:
     """Refuse a word that something else has already."""
-    if new in WORDS:
+    if is_word(new):
         raise RefusedError(f'"{new}" is the word of a primitive')
     for names in connected(documents, document):
         if new in names.version.program.all_words or any(names.uses_of_word(new)):

@@ -14,7 +14,7 @@ from prompt_toolkit.document import Document
 from scenelang.interpreter.expand.scope import Macro
 from scenelang.interpreter.runtime.procedures import Closure
 from scenelang.interpreter.runtime.types import Builtin
-from scenelang.interpreter.scene.shapes import PRIMITIVES
+from scenelang.interpreter.scene.primitives import docs_of_words
 from scenelang.primer import attribute_doc, attribute_names, attributes_of
 from scenelang.repl.commands import commands
 from scenelang.repl.display import signature_of
@@ -169,7 +169,7 @@ class SceneCompleter(Completer):
             if cell.function is not None:
                 function = cell.function
                 yield word, signature_of(function) if type(function) is Closure else "a word"
-        for word, doc in PRIMITIVES.items():
+        for word, doc in docs_of_words().items():
             if word not in top.rt.words or top.rt.words[word].function is None:
                 yield word, doc
 

@@ -418,8 +418,8 @@ def _stamps(path: str, program: Program | None, scene: Scene | None, found: Sequ
     if program is not None:
         names += [source.name for source in program.sources if not source.name.startswith(("<", STD))]
     if scene is not None:
-        shapes = (entity.shape for entity in descendants(*scene.frames))
-        names += [shape.file for shape in shapes if shape is not None and shape.file is not None]
+        files = (getattr(entity.shape, "file", None) for entity in descendants(*scene.frames))
+        names += [file for file in files if file is not None]
     if any(diagnostic.name == "file" for diagnostic in found):  # what was not found may come to be
         names += sorted({str(Path(name).parent) for name in names})
     return stamps_of(dict.fromkeys(names))

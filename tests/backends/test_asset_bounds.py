@@ -14,7 +14,7 @@ from scenelang.backends.support import PointSupport
 from scenelang.interpreter.runtime.values import ANONYMOUS, Matrix, Pair
 from scenelang.interpreter.scene.bounds import entity_box, parts_box
 from scenelang.interpreter.scene.entity import Entity
-from scenelang.interpreter.scene.shapes import PrimitiveShape, box_under, shape_of
+from scenelang.interpreter.scene.primitives import Primitive, shape_of
 
 
 def points_of(kind: str, count: int, rng: np.random.Generator) -> np.ndarray:
@@ -59,14 +59,14 @@ def test_boxes_of_posed_meshes_are_those_of_their_vertices(star: tuple[Path, np.
     """Under any affine map, directly and through entities that are turned again."""
     path, vertices = star
     asset = AssetFiles(path.parent, path.parent, False).measure(path.name)
-    shape: PrimitiveShape = shape_of("asset", {"file": asset.path}, asset)
+    shape: Primitive = shape_of("asset", {"file": asset.path}, asset)
     leaf = Entity("asset", ANONYMOUS, (), shape, False, ())
     rng = np.random.default_rng(3)
     for _ in range(50):
         first, second = rng.normal(size=(2, 3, 4))
         inner, outer = Matrix(first.ravel().tolist()), Matrix(second.ravel().tolist())
         posed = vertices @ first[:, :3].T + first[:, 3]
-        assert box_under(shape, inner) == pytest.approx([*posed.min(axis=0), *posed.max(axis=0)], abs=1e-9)
+        assert shape.box_under(inner) == pytest.approx([*posed.min(axis=0), *posed.max(axis=0)], abs=1e-9)
         twice = posed @ second[:, :3].T + second[:, 3]
         group = Entity("group", ANONYMOUS, (Pair(leaf, inner),), None, False, ())
         found = parts_box((Pair(group, outer),))

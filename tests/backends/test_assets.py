@@ -61,10 +61,10 @@ def test_colours_of_files(tmp_path: Path, kind: str, ending: str, expected: np.n
     mesh = load_asset(path)
     assert len(mesh.faces) == 12
     if expected is None:
-        assert mesh.face_colors is None or ending == ".off"
+        assert mesh.colors is None or ending == ".off"
         return
-    assert mesh.face_colors is not None
-    assert mesh.face_colors == pytest.approx(np.tile(expected, (12, 1)), abs=3e-3)
+    assert mesh.colors is not None
+    assert mesh.colors == pytest.approx(np.tile(expected, (12, 1)), abs=3e-3)
 
 
 def test_parts_of_one_file_keep_their_colours_where_they_touch(tmp_path: Path) -> None:
@@ -77,11 +77,11 @@ def test_parts_of_one_file_keep_their_colours_where_they_touch(tmp_path: Path) -
         scene.add_geometry(box, node_name=name, geom_name=name)
     scene.export(tmp_path / "a.glb")
     mesh = load_asset(tmp_path / "a.glb")
-    assert mesh.face_colors is not None
+    assert mesh.colors is not None
     first = np.arange(24) < 12  # whichever part comes first
     left = first if mesh.corners[first].mean() < mesh.corners[~first].mean() else ~first
-    assert mesh.face_colors[left] == pytest.approx(np.tile([1.0, 0, 0], (12, 1)))
-    assert mesh.face_colors[~left] == pytest.approx(np.tile([0, 0, 1.0], (12, 1)))
+    assert mesh.colors[left] == pytest.approx(np.tile([1.0, 0, 0], (12, 1)))
+    assert mesh.colors[~left] == pytest.approx(np.tile([0, 0, 1.0], (12, 1)))
 
 
 def test_a_color_replaces_the_files_own(tmp_path: Path) -> None:

@@ -7,45 +7,47 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scenelang.backends.geometry.solids import SolidForm, inverses_of, posed, triangle_poses, unit_mesh
+from scenelang.backends.geometry.solids import triangle_poses
 from scenelang.backends.pictures.camera import Viewpoint
 from scenelang.backends.pictures.rays import (
     NOTHING,
     camera_rays,
     caster_for,
     depths_of,
-    first_hit,
     ids_of,
-    interval,
-    normals,
 )
 from scenelang.backends.pictures.stage import Stage, staging_of, still
+from scenelang.interpreter.scene.primitives import standard_forms
+from scenelang.interpreter.scene.primitives.forms import Form, nearest_hit
+from scenelang.interpreter.scene.primitives.mesh import inverses_of, posed
+
+BALL, BLOCK, CYLINDER, CONE, TRIANGLE = standard_forms()
 
 
 def staged(scene: Any, view: Viewpoint, width: int, height: int) -> Stage:
     return staging_of(scene, [0], 1000).stage(still(scene, view, 0, width, height))
 
 
-def inside(form: SolidForm, p: np.ndarray) -> np.ndarray:
+def inside(form: Form, p: np.ndarray) -> np.ndarray:
     x, y, z = p[..., 0], p[..., 1], p[..., 2]
-    if form == SolidForm.BALL:
+    if form == BALL:
         return x * x + y * y + z * z <= 1
-    if form == SolidForm.BLOCK:
+    if form == BLOCK:
         return np.abs(p).max(axis=-1) <= 1
-    radius = 1.0 if form == SolidForm.CYLINDER else (1 - y) / 2
+    radius = 1.0 if form == CYLINDER else (1 - y) / 2
     return (np.abs(y) <= 1) & (x * x + z * z <= radius * radius)
 
 
-@pytest.mark.parametrize("form", [SolidForm.BALL, SolidForm.BLOCK, SolidForm.CYLINDER, SolidForm.CONE])
-def test_intervals_agree_with_marching(form: SolidForm) -> None:
-    rng = np.random.default_rng(int(form))
+@pytest.mark.parametrize("form", [BALL, BLOCK, CYLINDER, CONE])
+def test_intervals_agree_with_marching(form: Form) -> None:
+    rng = np.random.default_rng(standard_forms().index(form))
     o = rng.normal(size=(400, 3)) * 2
     d = rng.normal(size=(400, 3))
     d[:40, 0] = 0.0  # rays along planes and axes of the solids
     d[:20, 2] = 0.0
     o[:10, 0] = 0.3
     with np.errstate(all="ignore"):
-        enter, leave = interval(form, tuple(o.T), tuple(d.T))
+        ((enter, leave),) = form.intervals(tuple(o.T), tuple(d.T), ())
     t = np.linspace(-8, 8, 4001)
     within = inside(form, o[:, None] + t[None, :, None] * d[:, None])
     step = t[1] - t[0]
@@ -58,10 +60,10 @@ def test_intervals_agree_with_marching(form: SolidForm) -> None:
             assert not enter[k] < leave[k] - 3 * step or leave[k] < -8 or enter[k] > 8
 
 
-@pytest.mark.parametrize("form", list(SolidForm))
-def test_normals_stand_on_the_surface_and_point_out(form: SolidForm) -> None:
+@pytest.mark.parametrize("form", standard_forms())
+def test_normals_stand_on_the_surface_and_point_out(form: Form) -> None:
     rng = np.random.default_rng(3)
-    mesh = unit_mesh(form, 512)
+    mesh = form.mesh(512, ())
     chosen = mesh.faces[rng.integers(len(mesh.faces), size=300)]
     weights = rng.dirichlet(np.ones(3) * 5, size=300)
     points = np.einsum("nk,nki->ni", weights, mesh.vertices[chosen])
@@ -69,7 +71,7 @@ def test_normals_stand_on_the_surface_and_point_out(form: SolidForm) -> None:
         mesh.vertices[chosen[:, 1]] - mesh.vertices[chosen[:, 0]],
         mesh.vertices[chosen[:, 2]] - mesh.vertices[chosen[:, 0]],
     )
-    found = normals(form, points)
+    found = form.normals(points, ())
     cosine = (found * flat).sum(axis=1) / np.linalg.norm(found, axis=1) / np.linalg.norm(flat, axis=1)
     assert cosine.min() > 0.99
 
@@ -87,7 +89,8 @@ def test_every_ray_of_a_picture_sees_what_testing_all_solids_finds(make: Any) ->
         local_o = (o - stage.solids.matrices[i, :, 3]) @ inverse[i].T
         local_d = d @ inverse[i].T
         with np.errstate(all="ignore"):
-            t = first_hit(int(stage.solids.forms[i]), tuple(local_o.T), tuple(local_d.T), 1e-5)
+            form, ratios = stage.solids.form(i)
+            t = nearest_hit(form, tuple(local_o.T), tuple(local_d.T), ratios, 1e-5)
         who = np.where(t < best, i, who)
         best = np.minimum(best, t)
     assert (ids_of(keys).reshape(-1) == who).all()
@@ -112,11 +115,10 @@ def test_a_camera_inside_sees_all_around(make: Any) -> None:
 
 def test_triangles_cast_like_their_mesh(make: Any) -> None:
     stage = staged(make.scene(make.primitive("cone")), Viewpoint(), 100, 100)
-    vertices, _, faces = posed(unit_mesh(SolidForm.CONE, 200), stage.solids.matrices)
-    poses, _ = triangle_poses(vertices[faces])
+    poses, _ = triangle_poses(posed(CONE.mesh(200, ()), stage.solids.matrices).corners)
     rows = np.zeros(len(poses), int)
     mesh = stage.solids.take(rows)
-    mesh.forms[:] = SolidForm.TRIANGLE
+    mesh.forms[:] = mesh.kinds.index(TRIANGLE)
     mesh.matrices[:] = poses
     rays = camera_rays(stage.camera)
     solid, triangles = caster_for(stage.solids, rays).cast(), caster_for(mesh, rays).cast()
@@ -125,20 +127,20 @@ def test_triangles_cast_like_their_mesh(make: Any) -> None:
     assert depths_of(solid)[both] == pytest.approx(depths_of(triangles)[both], abs=2e-3)
 
 
-@pytest.mark.parametrize("form", list(SolidForm))
-def test_meshes_are_closed_and_turned_outwards(form: SolidForm) -> None:
+@pytest.mark.parametrize("form", standard_forms())
+def test_meshes_are_closed_and_turned_outwards(form: Form) -> None:
     for flip in (1.0, -1.0):
         matrix = np.array([[[2.0 * flip, 0.5, 0, 1], [0, 1, 0.3, 2], [0, 0, 1, 3]]])
-        vertices, normal, faces = posed(unit_mesh(form, 24), matrix)
-        a, b, c = (vertices[faces[:, k]] for k in range(3))
+        mesh = posed(form.mesh(24, ()), matrix)
+        a, b, c = (mesh.corners[:, k] for k in range(3))
         across = np.cross(b - a, c - a)
-        assert (np.einsum("ni,ni->n", across, normal[faces].mean(axis=1)) > 0).all()
-        if form != SolidForm.TRIANGLE:
+        assert (np.einsum("ni,ni->n", across, mesh.shading[mesh.faces].mean(axis=1)) > 0).all()
+        if form != TRIANGLE:
             volume = np.einsum("ni,ni->n", a - [1, 2, 3], across).sum() / 6
             true = {
-                SolidForm.BALL: 4 / 3 * np.pi,
-                SolidForm.BLOCK: 8,
-                SolidForm.CYLINDER: 2 * np.pi,
-                SolidForm.CONE: 2 / 3 * np.pi,
+                BALL: 4 / 3 * np.pi,
+                BLOCK: 8,
+                CYLINDER: 2 * np.pi,
+                CONE: 2 / 3 * np.pi,
             }[form]
             assert volume == pytest.approx(2 * true, rel=0.03)

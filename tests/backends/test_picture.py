@@ -238,7 +238,7 @@ def test_an_asset_is_drawn_as_its_mesh(make: Any, tmp_path: Path) -> None:
     from scenelang.backends.geometry.assets import AssetFiles
     from scenelang.interpreter.runtime.values import Embedding
     from scenelang.interpreter.scene.entity import Entity
-    from scenelang.interpreter.scene.shapes import shape_of
+    from scenelang.interpreter.scene.primitives import shape_of
 
     path = tmp_path / "ball.glb"
     trimesh.creation.icosphere(subdivisions=4).export(path)

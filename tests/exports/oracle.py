@@ -20,7 +20,7 @@ from scenelang.interpreter.runtime.values import ANONYMOUS, Embedding, Matrix, P
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
 from scenelang.interpreter.scene.flatten import flatten
-from scenelang.interpreter.scene.shapes import shape_of
+from scenelang.interpreter.scene.primitives import shape_of
 from scenelang.session import Options, Session
 
 EXAMPLES = Path(__file__).parent.parent.parent / "examples"

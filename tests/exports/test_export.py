@@ -33,7 +33,7 @@ from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.runtime.values import Embedding, Matrix
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity, Scene
-from scenelang.interpreter.scene.shapes import shape_of
+from scenelang.interpreter.scene.primitives import shape_of
 
 MESHES = [GLTF, USD, OBJ, PLY, STL, MITSUBA_XML]
 

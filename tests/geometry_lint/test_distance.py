@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import numpy.typing as npt
 import pytest
 
-from scenelang.backends.geometry.distance import Pairs, boxes, depths, distances, neighbours, support
-from scenelang.backends.geometry.solids import SolidForm
+from scenelang.backends.geometry.distance import Pairs, boxes, depths, distances, neighbours
+from scenelang.backends.geometry.solids import PosedForms
+from scenelang.interpreter.scene.primitives import standard_forms
 
 Array = npt.NDArray[np.float64]
+BALL, BLOCK, CYLINDER, CONE, TRIANGLE = standard_forms()
 COUNT = 400
 
 
@@ -19,10 +23,18 @@ def poses(chance: np.random.Generator, count: int, apart: float) -> Array:
     return np.concatenate([linear, chance.normal(size=(count, 3, 1)) * apart], axis=2)
 
 
+def forms(numbers: npt.NDArray[np.int64], matrices: Array) -> PosedForms:
+    return PosedForms(standard_forms(), numbers.astype(np.int16), np.zeros((len(matrices), 0)), matrices)
+
+
+def all_of(number: int, matrices: Array) -> PosedForms:
+    return forms(np.full(len(matrices), number), matrices)
+
+
 def random_pairs(seed: int, count: int = COUNT, apart: float = 2.0) -> Pairs:
     chance = np.random.default_rng(seed)
-    forms = chance.integers(0, 4, (2, count)).astype(np.int8)
-    return Pairs(forms[0], poses(chance, count, apart), forms[1], poses(chance, count, apart))
+    kinds = chance.integers(0, 4, (2, count))
+    return Pairs(forms(kinds[0], poses(chance, count, apart)), forms(kinds[1], poses(chance, count, apart)))
 
 
 def directions(count: int) -> Array:
@@ -41,8 +53,7 @@ def test_balls() -> None:
     radii = chance.uniform(0.2, 1.0, (2, COUNT))
     centers = chance.normal(size=(2, COUNT, 3))
     matrices = [np.concatenate([np.eye(3) * r[:, None, None], c[:, :, None]], axis=2) for r, c in zip(radii, centers)]
-    forms = np.full(COUNT, SolidForm.BALL, np.int8)
-    pairs = Pairs(forms, matrices[0], forms, matrices[1])
+    pairs = Pairs(all_of(0, matrices[0]), all_of(0, matrices[1]))
     gap = np.linalg.norm(centers[0] - centers[1], axis=1) - radii.sum(axis=0)
     assert distances(pairs) == pytest.approx(np.maximum(gap, 0.0), abs=1e-6)
     depth, along = depths(pairs)
@@ -55,8 +66,7 @@ def test_boxes_along_the_axes() -> None:
     half = chance.uniform(0.1, 1.0, (2, COUNT, 3))
     centers = chance.normal(size=(2, COUNT, 3)) * 1.5
     matrices = [np.concatenate([np.eye(3) * h[:, None, :], c[:, :, None]], axis=2) for h, c in zip(half, centers)]
-    forms = np.full(COUNT, SolidForm.BLOCK, np.int8)
-    pairs = Pairs(forms, matrices[0], forms, matrices[1])
+    pairs = Pairs(all_of(1, matrices[0]), all_of(1, matrices[1]))
     apart = np.abs(centers[0] - centers[1]) - half.sum(axis=0)
     assert distances(pairs) == pytest.approx(np.linalg.norm(np.maximum(apart, 0.0), axis=1), abs=1e-6)
     inside = (apart < 0).all(axis=1)
@@ -82,29 +92,29 @@ def test_all_solids_against_sampling(seed: int) -> None:
 def test_moving_by_the_depth_parts_the_solids(seed: int) -> None:
     pairs = random_pairs(seed + 10, 200, 0.7)
     depth, along = depths(pairs)
-    moved = pairs.b.copy()
+    moved = pairs.b.matrices.copy()
     moved[:, :, 3] += along * (depth + 1e-3)[:, None]
-    assert (distances(Pairs(pairs.forms_a, pairs.a, pairs.forms_b, moved)) > 0).all()
+    assert (distances(Pairs(pairs.a, replace(pairs.b, matrices=moved))) > 0).all()
 
 
 def test_support_points_are_on_the_solids() -> None:
     pairs = random_pairs(3)
     along = directions(COUNT)
-    points = support(pairs.forms_a, pairs.a, along)
-    local = np.einsum("nij,nj->ni", np.linalg.inv(pairs.a[:, :, :3]), points - pairs.a[:, :, 3])
+    matrices = pairs.a.matrices
+    local = np.einsum("nij,nj->ni", np.linalg.inv(matrices[:, :, :3]), pairs.a.support(along) - matrices[:, :, 3])
     across = np.hypot(local[:, 0], local[:, 2])
     for form, inside in {
-        SolidForm.BLOCK: np.abs(local).max(axis=1),
-        SolidForm.BALL: np.linalg.norm(local, axis=1),
-        SolidForm.CYLINDER: np.maximum(across, np.abs(local[:, 1])),
-        SolidForm.CONE: across + (1 + local[:, 1]) / 2,
+        BLOCK: np.abs(local).max(axis=1),
+        BALL: np.linalg.norm(local, axis=1),
+        CYLINDER: np.maximum(across, np.abs(local[:, 1])),
+        CONE: across + (1 + local[:, 1]) / 2,
     }.items():
-        assert (inside[pairs.forms_a == form] <= 1 + 1e-9).all()
+        assert (inside[pairs.a.forms == pairs.a.kinds.index(form)] <= 1 + 1e-9).all()
 
 
 def test_neighbours_are_all_pairs_of_boxes_that_meet() -> None:
     pairs = random_pairs(4, 120, 4.0)
-    low, high = boxes(pairs.forms_a, pairs.a)
+    low, high = boxes(pairs.a)
     found, complete = neighbours(low, high, 0.1, 10_000)
     expected = {
         (i, j)

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from support import evaluate
 
-from scenelang.backends.geometry.solids import SolidForm
 from scenelang.backends.labels import ground_truth
 from scenelang.backends.labels.dataset import annotations_of, dataset
 from scenelang.backends.labels.ground_truth import (
@@ -29,7 +28,9 @@ from scenelang.cli.main import main
 from scenelang.interpreter.scene.entity import Scene, count_words
 from scenelang.interpreter.scene.flatten import flatten
 from scenelang.interpreter.scene.numbering import ancestry_of, frame_numbers, instance_handles, primitive_handles
+from scenelang.interpreter.scene.primitives import standard_forms
 
+BALL, BLOCK, CYLINDER, CONE, TRIANGLE = standard_forms()
 TABLE = """
 (bind "leg" (lambda () (call "cylinder" :radius .08 :p1 [0 .7 0] :color [.4 .2 .1])))
 (bind "table" (lambda ()
@@ -69,13 +70,13 @@ def mitsuba_hits(found: Truth) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     disk["bottom"] = {"type": "disk", "to_world": transform().translate([0, -1, 0]).rotate([1, 0, 0], 90)}
     side = {"type": "cylinder", "p0": [0, -1, 0], "p1": [0, 1, 0], "radius": 1.0}
     groups = {
-        SolidForm.BALL: {"a": {"type": "sphere"}},
-        SolidForm.BLOCK: {"a": {"type": "cube"}},
-        SolidForm.CYLINDER: {"a": side, **disk},
+        BALL: {"a": {"type": "sphere"}},
+        BLOCK: {"a": {"type": "cube"}},
+        CYLINDER: {"a": side, **disk},
     }
     for i in range(len(found.solids)):
-        form = SolidForm(int(found.solids.forms[i]))
-        if form == SolidForm.CONE:
+        form, _ = found.solids.form(i)
+        if form is CONE:
             continue
         scene[f"g{i}"] = {"type": "shapegroup", **groups[form]}
         pose = transform(np.concatenate([found.solids.matrices[i], [[0, 0, 0, 1]]]))
@@ -136,11 +137,11 @@ def test_full_boxes_are_tight(table: Scene, view: Viewpoint) -> None:
     rim = np.stack([np.cos(angle), np.where(np.arange(20_000) % 2, 1.0, -1.0), np.sin(angle)], axis=1)
     cone = np.where(rim[:, 1:2] > 0, [0.0, 1.0, 0.0], rim)
     corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
-    points = {SolidForm.BALL: ball, SolidForm.BLOCK: corners, SolidForm.CYLINDER: rim, SolidForm.CONE: cone}
+    points = {BALL: ball, BLOCK: corners, CYLINDER: rim, CONE: cone}
     exact = rectangles_of(found.solids, found.camera)
     for i in range(len(found.solids)):
         matrix = found.solids.matrices[i]
-        world = points[SolidForm(int(found.solids.forms[i]))] @ matrix[:, :3].T + matrix[:, 3]
+        world = points[found.solids.form(i)[0]] @ matrix[:, :3].T + matrix[:, 3]
         pixels, _ = found.camera.project(world)
         dense = [*pixels.min(axis=0), *pixels.max(axis=0)]
         assert exact[i] == pytest.approx(dense, abs=0.35)

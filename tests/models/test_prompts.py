@@ -29,7 +29,7 @@ from scenelang.inference.brief import (
     untold,
     words_of,
 )
-from scenelang.interpreter.scene.shapes import BLOCK_WORDS, READ
+from scenelang.interpreter.scene.primitives import attributes_read, block_words
 from scenelang.interpreter.transpile.helper_api import HELPERS
 from scenelang.scene_changes import changes_between, sheets_of
 from scenelang.session import Options, Session
@@ -181,7 +181,7 @@ def test_examples_of_lists_are_right(kind: TaskKind, ablation: Ablation) -> None
     assert len(items) >= 7
     assert all(("word" in item) is (ablation is Ablation.P) for item in items)
     for item in items:
-        assert set(item["attributes"]) <= set(READ[item["shape"]])
+        assert set(item["attributes"]) <= set(attributes_read(item["shape"]))
         assert f'- "{item["shape"]}": ' in chosen.system
 
 
@@ -226,9 +226,9 @@ def test_blocks_have_their_own_primitive_call() -> None:
     texts = {kind: ast.unparse(defined(kind)["primitive_call"]) for kind in TaskKind}
     assert texts[TaskKind.STILL] == texts[TaskKind.FILM] != texts[TaskKind.BLOCKS]
     for word in words_of(TaskKind.STILL):
-        assert f"'{word}'" in texts[TaskKind.STILL]
+        assert f"'{python_word(word)}'" in texts[TaskKind.STILL]
         assert f"'{word}'" not in texts[TaskKind.BLOCKS]
-    for word in BLOCK_WORDS:
+    for word in block_words():
         assert f"'{python_word(word)}'" in texts[TaskKind.BLOCKS]
         assert f"'{python_word(word)}'" not in texts[TaskKind.STILL]
 

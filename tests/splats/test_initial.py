@@ -8,45 +8,45 @@ import numpy as np
 import pytest
 from support import evaluate
 
-from scenelang.backends.geometry.solids import SolidForm
 from scenelang.backends.neural.splats.initial import LEAST, cover_of, gaussians_of, on_solid, on_triangles
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.flatten import flatten_entity
+from scenelang.interpreter.scene.primitives import standard_forms
+from scenelang.interpreter.scene.primitives.forms import Form
 
 torch = pytest.importorskip("torch")
+BALL, BLOCK, CYLINDER, CONE, TRIANGLE = standard_forms()
 
 
 def root_of(body: str) -> Entity:
     return evaluate(f'(bind "a" (lambda () {body}))').root
 
 
-BALL = '(call "sphere" :radius 2 :color [1 0 0])'
+RED_BALL = '(call "sphere" :radius 2 :color [1 0 0])'
 
 
 @pytest.mark.parametrize(
     ("form", "half", "area"),
     [
-        (SolidForm.BALL, (2.0, 2.0, 2.0), 16.0 * np.pi),
-        (SolidForm.BLOCK, (1.0, 2.0, 3.0), 8.0 * (2.0 + 3.0 + 6.0)),
-        (SolidForm.CYLINDER, (1.0, 3.0, 1.0), 2.0 * np.pi * (1.0 + 6.0)),
-        (SolidForm.CONE, (3.0, 2.0, 3.0), np.pi * 3.0 * (3.0 + 5.0)),
-        (SolidForm.BLOCK, (1.0, 0.0, 1.0), 8.0),
+        (BALL, (2.0, 2.0, 2.0), 16.0 * np.pi),
+        (BLOCK, (1.0, 2.0, 3.0), 8.0 * (2.0 + 3.0 + 6.0)),
+        (CYLINDER, (1.0, 3.0, 1.0), 2.0 * np.pi * (1.0 + 6.0)),
+        (CONE, (3.0, 2.0, 3.0), np.pi * 3.0 * (3.0 + 5.0)),
+        (BLOCK, (1.0, 0.0, 1.0), 8.0),
     ],
 )
-def test_points_lie_evenly_on_the_surface(form: SolidForm, half: Any, area: float) -> None:
+def test_points_lie_evenly_on_the_surface(form: Form, half: Any, area: float) -> None:
     found = on_solid(form, half, 600)
     assert len(found.places) == 600
     assert found.area == pytest.approx(area)
     np.testing.assert_allclose(np.linalg.norm(found.normals, axis=1), 1.0)
     x, y, z = found.places.T
     outside = {
-        SolidForm.BALL: np.hypot(np.hypot(x, y), z) / 2.0,
-        SolidForm.BLOCK: np.max(np.abs(found.places) / np.where(np.array(half) > 0.0, half, 1.0), axis=1),
-        SolidForm.CYLINDER: np.maximum(np.hypot(x, z), np.abs(y) / (half[1] or 1.0)),
-        SolidForm.CONE: np.where(
-            y > -half[1] + 1e-9, np.hypot(x, z) / np.maximum(half[0] * (half[1] - y) / 4.0, 1e-12), 1.0
-        ),
+        BALL: np.hypot(np.hypot(x, y), z) / 2.0,
+        BLOCK: np.max(np.abs(found.places) / np.where(np.array(half) > 0.0, half, 1.0), axis=1),
+        CYLINDER: np.maximum(np.hypot(x, z), np.abs(y) / (half[1] or 1.0)),
+        CONE: np.where(y > -half[1] + 1e-9, np.hypot(x, z) / np.maximum(half[0] * (half[1] - y) / 4.0, 1e-12), 1.0),
     }[form]
     if half[1]:
         np.testing.assert_allclose(outside, 1.0, atol=1e-9)
@@ -58,8 +58,8 @@ def test_points_lie_evenly_on_the_surface(form: SolidForm, half: Any, area: floa
     assert np.quantile(nearest, 0.02) > 0.15  # random points have 0.08
 
 
-@pytest.mark.parametrize("form", [SolidForm.BALL, SolidForm.BLOCK, SolidForm.CYLINDER, SolidForm.CONE])
-def test_normals_look_outwards(form: SolidForm) -> None:
+@pytest.mark.parametrize("form", [BALL, BLOCK, CYLINDER, CONE])
+def test_normals_look_outwards(form: Form) -> None:
     found = on_solid(form, (1.0, 1.0, 1.0), 200)
     assert (np.einsum("ni,ni->n", found.normals, found.places + np.array([0.0, 0.3, 0.0])) > 0.0).all()
 
@@ -75,7 +75,7 @@ def test_points_on_triangles_are_as_many_as_their_areas() -> None:
 
 
 def test_the_same_seed_gives_the_same_gaussians() -> None:
-    root = root_of(BALL)
+    root = root_of(RED_BALL)
     first, again, other = gaussians_of(root, 200), gaussians_of(root, 200), gaussians_of(root, 200, seed=1)
     assert first.splats.means.equal(again.splats.means)
     assert not first.splats.means.equal(other.splats.means)
@@ -97,7 +97,7 @@ def test_gaussians_have_their_primitives_looks() -> None:
 
 
 def test_instances_of_one_primitive_share_their_gaussians() -> None:
-    root = root_of(f"(let ((b {BALL})) (union (transform b (translate [9 0 0])) (transform b (scale 2))))")
+    root = root_of(f"(let ((b {RED_BALL})) (union (transform b (translate [9 0 0])) (transform b (scale 2))))")
     frame = flatten_entity(root)
     made = gaussians_of(root, 500)
     if len(frame.primitives) == 1:
@@ -110,7 +110,7 @@ def test_instances_of_one_primitive_share_their_gaussians() -> None:
 
 
 def test_every_primitive_has_some_and_none_that_is_not_seen() -> None:
-    small = " ".join(f"(transform {BALL} (@ (translate [{i} 0 0]) (scale 0.001)))" for i in range(5))
+    small = " ".join(f"(transform {RED_BALL} (@ (translate [{i} 0 0]) (scale 0.001)))" for i in range(5))
     root = root_of(f'(union (call "cube" :scale 100) {small} (call "cube" :opacity 0))')
     made = gaussians_of(root, 1_000)
     counts = np.bincount(made.instance, minlength=7)
@@ -119,7 +119,7 @@ def test_every_primitive_has_some_and_none_that_is_not_seen() -> None:
 
 
 def test_no_gaussian_of_a_solid_sticks_far_out() -> None:
-    cover = cover_of(flatten_entity(root_of(BALL)).primitives[0], 500)
+    cover = cover_of(flatten_entity(root_of(RED_BALL)).primitives[0], 500)
     assert cover is not None
     away = cover.gaussians.means.norm(dim=1)
     assert away.max() <= 2.0 + 1e-9
@@ -132,7 +132,7 @@ def test_no_gaussian_of_a_solid_sticks_far_out() -> None:
 
 def test_too_many_are_refused() -> None:
     with pytest.raises(LimitError, match="Gaussians"):
-        gaussians_of(root_of(BALL), 10_000_000)
+        gaussians_of(root_of(RED_BALL), 10_000_000)
 
 
 def test_a_scene_of_nothing_has_none() -> None:

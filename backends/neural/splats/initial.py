@@ -6,7 +6,7 @@ The Gaussians of a primitive entity are made once, in its own frame, and posed f
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -14,14 +14,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.geometry.assets import load_asset
-from scenelang.backends.geometry.solids import SolidForm, cofactors_of, local_pose, triangle_normals
+from scenelang.backends.geometry.solids import keeps_own_colors, own_mesh
 from scenelang.backends.neural.splats.gaussians import Gaussians, Splats, joined, posed
 from scenelang.backends.pictures.appearance import Look, look_of
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.scene.entity import Entity, primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity
-from scenelang.interpreter.scene.shapes import PrimitiveKind, PrimitiveShape
+from scenelang.interpreter.scene.primitives import Placed
+from scenelang.interpreter.scene.primitives.forms import Form
+from scenelang.interpreter.scene.primitives.mesh import Mesh, cofactors_of, triangle_normals
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -29,25 +30,15 @@ if TYPE_CHECKING:
 
 # Points that lie evenly on the surfaces of primitives: the same ones every time.
 #
-# A surface is made of charts, each of which takes the unit square to a part of it without changing ratios of areas. On
-# each the points are a Fibonacci lattice, so that they are neither random nor in rows.
+# A surface is made of charts (``primitives.forms``), each of which takes the unit square to a part of it without
+# changing ratios of areas. On each the points are a Fibonacci lattice, so that they are neither random nor in rows.
 
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
-Place = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 _PLASTIC = 1.324717957244746  # its powers do in the plane what the golden ratio does on the line
-
-
-@dataclass(frozen=True, slots=True)
-class Chart:
-    """A part of a surface with this ``area``: ``place(u, v)`` gives points and unit normals (K, 3) for numbers (K,) in
-    [0, 1)."""
-
-    area: float
-    place: Place
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,10 +50,12 @@ class SurfaceSamples:
     area: float
 
 
-def on_solid(form: SolidForm, half: Sequence[float], count: int, seed: int = 0) -> SurfaceSamples:
-    """``count`` points on the canonical solid ``form``, stretched by the three ``half`` sizes; a ball, cylinder or cone
-    must be round, so that its first and last size are equal. ``seed`` shifts the lattice."""
-    charts = [chart for chart in _charts(form, half) if chart.area > 0.0]
+def on_solid(
+    form: Form, half: Sequence[float], count: int, seed: int = 0, ratios: tuple[float, ...] = ()
+) -> SurfaceSamples:
+    """``count`` points on the canonical ``form``, stretched by the three ``half`` sizes; a round one must stay so, so
+    that its first and last size are equal. ``seed`` shifts the lattice."""
+    charts = [chart for chart in form.charts(half, ratios) if chart.area > 0.0]
     area = sum(chart.area for chart in charts)
     if not charts:
         return SurfaceSamples(np.zeros((0, 3)), np.zeros((0, 3)), 0.0)
@@ -100,76 +93,6 @@ def _shared_out(areas: Sequence[float], count: int) -> list[int]:
     parts = np.floor(exact).astype(np.int64)
     parts[np.argsort(parts - exact, kind="stable")[: count - int(parts.sum())]] += 1
     return [int(part) for part in parts]
-
-
-# --- charts ----------------------------------------------------------------------------------------------------
-
-
-def _charts(form: SolidForm, half: Sequence[float]) -> list[Chart]:
-    x, y, _ = half
-    if form is SolidForm.BLOCK:
-        return [_face(half, axis, side) for axis in range(3) for side in (-1.0, 1.0)]
-    if form is SolidForm.BALL:
-        return [_sphere(x)]
-    if form is SolidForm.CYLINDER:
-        return [_tube(x, y), _disc(x, y, 1.0), _disc(x, -y, -1.0)]
-    return [_hat(x, y), _disc(x, -y, -1.0)]
-
-
-def _face(half: Sequence[float], axis: int, side: float) -> Chart:
-    """A face of a block; the lattice's steps go along its longer side."""
-    long, short = sorted((k for k in range(3) if k != axis), key=lambda k: -half[k])
-
-    def place(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        places, normals = np.zeros((2, len(u), 3))
-        places[:, axis], normals[:, axis] = side * half[axis], side
-        places[:, long], places[:, short] = (2.0 * u - 1.0) * half[long], (2.0 * v - 1.0) * half[short]
-        return places, normals
-
-    return Chart(4.0 * half[long] * half[short], place)
-
-
-def _sphere(radius: float) -> Chart:
-    def place(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        y = 1.0 - 2.0 * u
-        normals = _round(np.sqrt(1.0 - y * y), v, y)
-        return radius * normals, normals
-
-    return Chart(4.0 * math.pi * radius * radius, place)
-
-
-def _tube(radius: float, half: float) -> Chart:
-    """The side of a cylinder."""
-
-    def place(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        return _round(radius + 0.0 * u, v, (2.0 * u - 1.0) * half), _round(1.0 + 0.0 * u, v, 0.0 * u)
-
-    return Chart(4.0 * math.pi * radius * half, place)
-
-
-def _hat(radius: float, half: float) -> Chart:
-    """The side of a cone, whose apex is up."""
-    slant = math.hypot(radius, 2.0 * half)
-
-    def place(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        down = np.sqrt(u)
-        normals = _round(2.0 * half / slant + 0.0 * u, v, radius / slant + 0.0 * u)
-        return _round(radius * down, v, half - 2.0 * half * down), normals
-
-    return Chart(math.pi * radius * slant, place)
-
-
-def _disc(radius: float, y: float, up: float) -> Chart:
-    def place(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        return _round(radius * np.sqrt(u), v, y + 0.0 * u), np.tile([0.0, up, 0.0], (len(u), 1))
-
-    return Chart(math.pi * radius * radius, place)
-
-
-def _round(radius: FloatArray, turn: FloatArray, y: FloatArray) -> FloatArray:
-    """Points (K, 3) about the y axis, ``turn`` in full turns."""
-    angle = 2.0 * math.pi * turn
-    return np.stack([radius * np.sin(angle), y, radius * np.cos(angle)], axis=1)
 
 
 MOST = 5_000_000  # Gaussians of one scene
@@ -248,9 +171,11 @@ def cover_of(entity: Entity, count: int, seed: int = 0) -> Cover | None:
     shape, look = entity.shape, look_of(entity)
     if shape is None or look.opacity == 0.0 or count < 1:
         return None
-    if shape.kind is PrimitiveKind.ASSET:
-        return _mesh_cover(entity, look, count, seed) if shape.file is not None else None
-    return _solid_cover(shape, look, count, seed)
+    placed = shape.placed()
+    if placed is not None:
+        return _solid_cover(placed, look, count, seed)
+    mesh = own_mesh(shape)
+    return None if mesh is None else _mesh_cover(entity, mesh, look, count, seed)
 
 
 def _cover_of_area(entity: Entity, seed: int) -> Cover | None:
@@ -285,20 +210,18 @@ def _unit(vectors: FloatArray) -> FloatArray:
 # --- one primitive ---------------------------------------------------------------------------------------------
 
 
-def _solid_cover(shape: PrimitiveShape, look: Look, count: int, seed: int) -> Cover | None:
-    """The Gaussians of a canonical solid: flat ones on its surface, round ones inside."""
-    found = local_pose(shape)
-    if found is None:
-        return None
-    form, pose = found
+def _solid_cover(placed: Placed, look: Look, count: int, seed: int) -> Cover | None:
+    """The Gaussians of a canonical form: flat ones on its surface, round ones inside."""
+    pose = placed.matrix
     half = np.linalg.norm(pose[:, :3], axis=0)
     axes = np.where(half > 0.0, pose[:, :3] / np.where(half > 0.0, half, 1.0), np.eye(3))
-    hides = half.min() > 0.0 and look.opacity == 1.0  # through the others one would see what is inside
+    convex = placed.form.is_convex  # shrunk towards its middle, it stays inside
+    hides = convex and half.min() > 0.0 and look.opacity == 1.0  # through the others one would see what is inside
     inside = int(count * _INSIDE) if hides else 0
-    surface = on_solid(form, half.tolist(), count - inside, seed)
+    surface = on_solid(placed.form, half.tolist(), count - inside, seed, placed.ratios)
     if not len(surface.places):
         return None
-    within = on_solid(form, half.tolist(), inside, seed + 1)
+    within = on_solid(placed.form, half.tolist(), inside, seed + 1, placed.ratios)
     depth = np.linspace(_DEEPEST, _HIGHEST, inside)[:, None]
     places = np.concatenate([surface.places, depth * within.places])
     normals = np.concatenate([surface.normals, within.normals])
@@ -310,15 +233,13 @@ def _solid_cover(shape: PrimitiveShape, look: Look, count: int, seed: int) -> Co
     return _cover(turned, scales, np.tile(look.color, (count, 1)), look.opacity)
 
 
-def _mesh_cover(entity: Entity, look: Look, count: int, seed: int) -> Cover | None:
-    """The Gaussians of a mesh file, in its own colours unless the primitive has a ``:color``."""
-    assert entity.shape is not None
-    mesh = load_asset(entity.shape.file or "", entity.shape.root)
+def _mesh_cover(entity: Entity, mesh: Mesh, look: Look, count: int, seed: int) -> Cover | None:
+    """The Gaussians of a mesh, in its own colours unless the primitive has a ``:color``."""
     surface, which = on_triangles(mesh.corners, count, seed)
     if not len(surface.places):
         return None
-    own = mesh.face_colors is not None and entity.embedding.attributes.get("color") is None
-    colors = mesh.face_colors[which] if own and mesh.face_colors is not None else np.tile(look.color, (count, 1))
+    own = mesh.colors if keeps_own_colors(entity, mesh) else None
+    colors = own[which] if own is not None else np.tile(look.color, (count, 1))
     step = np.sqrt(surface.area / count)
     return _cover(surface, np.tile([_WIDTH * step, _WIDTH * step, _THICKNESS * step], (count, 1)), colors, look.opacity)
 

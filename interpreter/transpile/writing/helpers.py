@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from scenelang.grammar.diagnostics import suggest
 from scenelang.grammar.reader import is_keyword_name
 from scenelang.interpreter.lint.rules import idle_hint
-from scenelang.interpreter.scene.shapes import BLOCK_WORDS, GEOMETRY
+from scenelang.interpreter.scene.primitives import block_words, geometry_read, solid_words
 from scenelang.interpreter.transpile.analysis.inference import POSE, SEQUENCES, SHAPE
 from scenelang.interpreter.transpile.analysis.scopes import Function, PythonVariable, is_none
 from scenelang.interpreter.transpile.helper_api import HELPERS
@@ -36,8 +36,8 @@ from scenelang.interpreter.transpile.writing.user_calls import (
 )
 from scenelang.interpreter.transpile.writing.writer import WriteExpression, Writer
 
-_SHAPES = tuple(GEOMETRY)
-_BLOCKS = {word.replace("-", "_"): word for word in BLOCK_WORDS}
+_BLOCKS = {word.replace("-", "_"): word for word in block_words()}
+_SHAPES = {word.replace("-", "_"): word for word in solid_words()}
 _ATTRIBUTES = {"block_type": "block-type", "block_kwargs": "block-kwargs"}
 _LONGEST_NAME = 60
 _VECTORS = ("color", "scale", "p0", "p1")
@@ -241,12 +241,12 @@ def _primitive_word(w: Writer, word: ast.expr) -> tuple[str, Code]:
     """``call`` and the word; ``primitive`` where the program binds the word itself."""
     bound = {f.word for f in w.names.ordered if f.word}
     if not isinstance(word, ast.Constant):
-        return ("primitive" if bound & {*_SHAPES, *_BLOCKS.values()} else "call"), w.expr(word)
+        return ("primitive" if bound & {*_SHAPES.values(), *_BLOCKS.values()} else "call"), w.expr(word)
     name = str(word.value)
     if name not in _SHAPES and name not in _BLOCKS:
         hint = suggest(name, [*_SHAPES, *_BLOCKS]) or "there are cube, sphere, cylinder, set_cuboid and delete_blocks"
         raise w.error("python-call", f"there is no primitive `{name}`", word, hint)
-    name = _BLOCKS.get(name, name)
+    name = {**_SHAPES, **_BLOCKS}.get(name, name)
     return ("primitive" if name in bound else "call"), LiteralCode(name, w.span(word))
 
 
@@ -272,14 +272,16 @@ def _shape_kwargs(w: Writer, value: ast.expr, items: list[Code], tables: list[Co
 
 def _check_read(w: Writer, word: ast.expr, value: ast.expr) -> None:
     """Warn about arguments that no primitive has; those of other primitives are for the checker to find."""
-    kind = word.value if isinstance(word, ast.Constant) else None
-    if not isinstance(kind, str) or kind not in GEOMETRY or not isinstance(value, ast.Dict):
+    said = word.value if isinstance(word, ast.Constant) else None
+    kind = _SHAPES.get(said) if isinstance(said, str) else None
+    read = None if kind is None else geometry_read(kind)
+    if not isinstance(said, str) or kind is None or read is None or not isinstance(value, ast.Dict):
         return
     for key in value.keys:
         name = key.value if isinstance(key, ast.Constant) else None
-        if isinstance(name, str) and key is not None and name not in GEOMETRY[kind] and idle_hint(kind, name) is None:
-            hint = "it reads " + ", ".join(f"`{n}`" for n in GEOMETRY[kind])
-            w.warn("idle-attribute", f"a `{kind}` does not read `{name}`", key, hint)
+        if isinstance(name, str) and key is not None and name not in read and idle_hint(kind, name) is None:
+            hint = "it reads " + ", ".join(f"`{n}`" for n in read)
+            w.warn("idle-attribute", f"a `{said}` does not read `{name}`", key, hint)
 
 
 def _is_text(key: ast.expr | None) -> bool:

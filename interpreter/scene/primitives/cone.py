@@ -1,0 +1,132 @@
+"""The primitive "cone": a solid one from its base to its apex."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from scenelang.interpreter.scene.primitives import forms
+from scenelang.interpreter.scene.primitives.base import ORIGIN, P0, P1, RADIUS, Placed, Point, Primitive, Turn
+from scenelang.interpreter.scene.primitives.cylinder import disk_interval, disk_outline, round_face
+from scenelang.interpreter.scene.primitives.forms import TINY, Chart, Form, Mesh, Ratios, Triple
+from scenelang.interpreter.scene.primitives.lazy import np
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.scene.primitives.forms import BoolArray, FloatArray, Interval
+
+
+class ConeForm(Form):
+    """x^2 + z^2 <= ((1 - y) / 2)^2 between y = -1 and the apex at y = 1. Mitsuba has no cone: there it is a mesh."""
+
+    name = "cone"
+
+    def intervals(self, o: Triple, d: Triple, ratios: Ratios) -> Sequence[Interval]:
+        radius, growth = 0.5 - 0.5 * o[1], -0.5 * d[1]  # of the cone at the height of o, and its change along the ray
+        a = d[0] * d[0] + d[2] * d[2] - growth * growth
+        a = np.where(np.abs(a) < TINY, TINY, a)
+        b = o[0] * d[0] + o[2] * d[2] - radius * growth
+        c = o[0] * o[0] + o[2] * o[2] - radius * radius
+        low, high, discriminant = _quadratic(a, b, c)
+        # a < 0: the ray is inside both nappes outside the roots; the lower nappe lies where the radius grows
+        steep = a < 0.0
+        enter = np.where(steep, np.where(growth > 0.0, high, -np.inf), np.where(discriminant < 0.0, np.inf, low))
+        leave = np.where(steep, np.where(growth > 0.0, np.inf, low), high)
+        return [forms.between((enter, leave), forms.slab(o[1], d[1]))]
+
+    def normals(self, points: FloatArray, ratios: Ratios) -> FloatArray:
+        normals = np.zeros_like(points)
+        radius = np.hypot(points[:, 0], points[:, 2])
+        base = np.abs(points[:, 1] + 1.0) < np.abs(0.5 - 0.5 * points[:, 1] - radius)
+        scale = np.where(base, 0.0, 1.0 / np.maximum(radius, 1e-12))
+        normals[:, 0], normals[:, 2] = points[:, 0] * scale, points[:, 2] * scale
+        normals[:, 1] = np.where(base, -1.0, 0.5)
+        return normals
+
+    def support(self, directions: FloatArray, ratios: Ratios) -> FloatArray:
+        point = np.empty_like(directions)
+        across = np.hypot(directions[:, 0], directions[:, 2])
+        safe = np.where(across > 0.0, across, 1.0)
+        point[:, 0], point[:, 2] = directions[:, 0] / safe, directions[:, 2] / safe
+        point[:, 1] = -1.0
+        point[directions[:, 1] > across - directions[:, 1]] = (0.0, 1.0, 0.0)
+        return point
+
+    def contains(self, u: FloatArray, v: FloatArray, w: FloatArray, ratios: Ratios) -> BoolArray:
+        inside: BoolArray = (u * u + w * w <= ((1.0 - v) / 2.0) ** 2) & (np.abs(v) <= 1.0)
+        return inside
+
+    def mesh(self, segments: int, ratios: Ratios) -> Mesh:
+        return forms.joined(forms.side_mesh(segments, 0.0), forms.cap_mesh(segments, -1.0))
+
+    def face_count(self, segments: Any, ratios: Ratios) -> Any:
+        return 4 * segments
+
+    def vertex_count(self, segments: int, ratios: Ratios) -> int:
+        return 3 * segments
+
+    def charts(self, half: Sequence[float], ratios: Ratios) -> list[Chart]:
+        x, y, _ = half
+        return [_hat_chart(x, y), forms.disc_chart(x, -y, -1.0)]
+
+    def volume(self, ratios: Ratios) -> float:
+        return 2.0 / 3.0 * math.pi
+
+    def hull(self, ratios: Ratios) -> FloatArray:
+        return np.array([[-1.0, -1, -1], [1, -1, -1], [-1, -1, 1], [1, -1, 1], [0, 1, 0]])
+
+    def outline(self) -> tuple[FloatArray, ...] | None:
+        return disk_outline(-1.0), np.array([[0.0], [1.0], [0.0]])
+
+    def flat_faces(self, ratios: Ratios) -> Iterator[tuple[int, float, FloatArray]]:
+        yield 1, -1.0, round_face(-1.0)
+
+
+def _quadratic(a: Any, b: Any, c: Any) -> tuple[Any, Any, Any]:
+    """The roots of a t^2 + 2 b t + c, smaller first, without cancellation, and the discriminant / 4."""
+    discriminant = b * b - a * c
+    q = -(b + np.copysign(np.sqrt(np.maximum(discriminant, 0.0)), b))
+    q = np.where(q == 0.0, TINY, q)
+    first, second = q / a, c / q
+    return np.minimum(first, second), np.maximum(first, second), discriminant
+
+
+def _hat_chart(radius: float, half: float) -> Chart:
+    """The side of a cone, whose apex is up."""
+    slant = math.hypot(radius, 2.0 * half)
+
+    def place(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        down = np.sqrt(u)
+        normals = forms.on_circle(2.0 * half / slant + 0.0 * u, v, radius / slant + 0.0 * u)
+        return forms.on_circle(radius * down, v, half - 2.0 * half * down), normals
+
+    return Chart(math.pi * radius * slant, place)
+
+
+CONE = ConeForm()
+
+
+@dataclass(frozen=True, slots=True)
+class Cone(Primitive):
+    """A solid cone, its base around ``p0``, its apex at ``p1``."""
+
+    word = "cone"
+    doc = "a solid cone, its base around :p0, its apex at :p1"
+    attributes = (RADIUS, P0, P1)
+    turn = Turn(ends=True)
+
+    radius: float = 1.0
+    p0: Point = ORIGIN
+    p1: Point = (0.0, 1.0, 0.0)
+
+    @property
+    def is_flat(self) -> bool:
+        return self.radius == 0.0 or self.p0 == self.p1
+
+    def interval(self, a: float, b: float, c: float) -> tuple[float, float]:
+        return disk_interval(self.p0, self.p1, self.radius, 0.0, (a, b, c))
+
+    def placed(self) -> Placed | None:
+        rows = forms.axis_rows(self.p0, self.p1, self.radius)
+        return None if rows is None else Placed(CONE, (), rows)

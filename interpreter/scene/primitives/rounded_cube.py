@@ -1,0 +1,218 @@
+"""The primitive "rounded-cube": a box whose edges and corners are round."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import TYPE_CHECKING, Any
+
+from scenelang.interpreter.scene.primitives import forms
+from scenelang.interpreter.scene.primitives.base import (
+    SCALE,
+    WHITE,
+    Attribute,
+    Placed,
+    Point,
+    Primitive,
+    Turn,
+    length_of,
+)
+from scenelang.interpreter.scene.primitives.cube import placed_block
+from scenelang.interpreter.scene.primitives.forms import Chart, Form, Mesh, Ratios, Triple
+from scenelang.interpreter.scene.primitives.lazy import np
+from scenelang.interpreter.scene.primitives.mesh import areas_of
+from scenelang.interpreter.scene.primitives.sphere import placed_ball
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.scene.primitives.forms import BoolArray, FloatArray, Interval
+
+ROUNDING = Attribute(
+    "rounding", "the radius of a rounded cube's edges and corners, at most half its least side; default .1",
+    "a number", 0.1, length_of, "rounding",
+)  # fmt: skip
+
+
+class RoundedForm(Form):
+    """What is within r of the block of the half sizes x, y, z; these are its ratios: x, y, z, r."""
+
+    name = "rounded_cube"
+    ratios = 4
+
+    def intervals(self, o: Triple, d: Triple, ratios: Ratios) -> Sequence[Interval]:
+        """A convex union: three blocks, a tube at each of twelve edges, a ball at each of eight corners."""
+        shape = np.broadcast_shapes(*(np.shape(x) for x in (*o, *d, *ratios)))
+        enter, leave = np.full(shape, np.inf), np.full(shape, -np.inf)
+        first, last = forms.between(*(forms.slab(o[k], d[k], ratios[k] + ratios[3]) for k in range(3)))
+        near = np.broadcast_to(first <= last, shape)
+        ox, oy, oz, dx, dy, dz, x, y, z, r = (np.broadcast_to(value, shape)[near] for value in (*o, *d, *ratios))
+        if ox.size:
+            enter[near], leave[near] = _through((ox, oy, oz), (dx, dy, dz), (x, y, z), r)
+        return [(enter, leave)]
+
+    def normals(self, points: FloatArray, ratios: Ratios) -> FloatArray:
+        half = np.stack(np.broadcast_arrays(*ratios[:3]), axis=-1)
+        normals: FloatArray = points - np.clip(points, -half, half)
+        return normals
+
+    def support(self, directions: FloatArray, ratios: Ratios) -> FloatArray:
+        half = np.stack(np.broadcast_arrays(*ratios[:3]), axis=-1)
+        found: FloatArray = np.sign(directions) * half + forms.unit(directions) * np.asarray(ratios[3])[..., None]
+        return found
+
+    def contains(self, u: FloatArray, v: FloatArray, w: FloatArray, ratios: Ratios) -> BoolArray:
+        a, b, c = (np.maximum(np.abs(p) - half, 0.0) for p, half in zip((u, v, w), ratios[:3], strict=True))
+        inside: BoolArray = a * a + b * b + c * c <= ratios[3] ** 2
+        return inside
+
+    def mesh(self, segments: int, ratios: Ratios) -> Mesh:
+        """The mesh of a ball cut along its three planes of symmetry and drawn apart."""
+        half, r = np.array([float(x) for x in ratios[:3]]), float(ratios[3])
+        quarter = np.linspace(0.0, math.pi / 2.0, max(2, segments // 4) + 1)
+        turns = np.concatenate([quarter + k * math.pi / 2.0 for k in range(4)])
+        tilts = np.concatenate([quarter - math.pi / 2.0, quarter])
+        sides_x = np.repeat([1.0, 1.0, -1.0, -1.0], len(quarter))
+        sides_z = np.repeat([1.0, -1.0, -1.0, 1.0], len(quarter))
+        sides_y = np.repeat([-1.0, 1.0], len(quarter))
+        columns, rows = len(turns), len(tilts)
+        flat, up = np.cos(tilts)[:, None], np.sin(tilts)[:, None]
+        flat[[0, -1]] = 0.0
+        normals = np.stack([flat * np.sin(turns), np.broadcast_to(up, (rows, columns)), flat * np.cos(turns)], axis=2)
+        normals[np.abs(normals) < 1e-12] = 0.0
+        signs = np.stack(np.broadcast_arrays(sides_x[None], sides_y[:, None], sides_z[None]), axis=2)
+        vertices = (r * normals + signs * half).reshape(-1, 3)
+        here = np.arange(columns)
+        after = (here + 1) % columns
+        faces = []
+        for low in range(0, (rows - 1) * columns, columns):
+            high = low + columns
+            faces.append(np.stack([low + here, low + after, high + after], axis=1))
+            faces.append(np.stack([low + here, high + after, high + here], axis=1))
+        corners = np.arange(0, columns, len(quarter))  # of the squares at the bottom and the top
+        top = (rows - 1) * columns + corners
+        faces.append(np.array([[top[0], top[1], top[2]], [top[0], top[2], top[3]]]))
+        faces.append(np.array([[corners[0], corners[2], corners[1]], [corners[0], corners[3], corners[2]]]))
+        every = np.concatenate(faces)
+        return Mesh(vertices, normals.reshape(-1, 3), every[areas_of(vertices[every]) > 1e-14])
+
+    def face_count(self, segments: Any, ratios: Ratios) -> Any:
+        return segments * segments + 12 * segments + 24
+
+    def vertex_count(self, segments: int, ratios: Ratios) -> int:
+        return (segments + 4) * (segments // 2 + 2)
+
+    def charts(self, half: Sequence[float], ratios: Ratios) -> list[Chart]:
+        size = half[0]
+        inner, r = [size * float(x) for x in ratios[:3]], size * float(ratios[3])
+        found = [forms.rectangle_chart(inner, k, side, inner[k] + r) for k in range(3) for side in (-1.0, 1.0)]
+        return [*found, *(_edge_chart(inner, r, axis) for axis in range(3)), _corner_chart(inner, r)]
+
+    def volume(self, ratios: Ratios) -> float:
+        x, y, z, r = (float(ratio) for ratio in ratios)
+        faces, edges = 8.0 * (x * y + y * z + z * x), 2.0 * (x + y + z)
+        return 8.0 * x * y * z + faces * r + math.pi * r * r * edges + 4.0 / 3.0 * math.pi * r**3
+
+    def thickness(self, ratios: tuple[float, ...]) -> float:
+        return min(ratios[:3]) + ratios[3]
+
+    def hull(self, ratios: Ratios) -> FloatArray:
+        return forms.box_corners([ratio + ratios[3] for ratio in ratios[:3]])
+
+    def flat_faces(self, ratios: Ratios) -> Iterator[tuple[int, float, FloatArray]]:
+        square = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+        half, r = np.array([float(x) for x in ratios[:3]]), float(ratios[3])
+        for axis, side in product(range(3), (-1.0, 1.0)):
+            corners = np.insert(square, axis, 0.0, axis=1) * half
+            corners[:, axis] = side * (half[axis] + r)
+            yield axis, side, corners
+
+
+def _through(o: Triple, d: Triple, half: Triple, r: FloatArray) -> Interval:
+    slabs = [forms.slab(o[k], d[k], half[k]) for k in range(3)]
+    parts = []
+    for axis in range(3):
+        j, k = (axis + 1) % 3, (axis + 2) % 3
+        parts.append(forms.between(forms.slab(o[axis], d[axis], half[axis] + r), slabs[j], slabs[k]))
+        for a, b in product((-1.0, 1.0), repeat=2):
+            tube = forms.in_tube((o[j] - a * half[j], o[k] - b * half[k]), (d[j], d[k]), r)
+            parts.append(forms.between(tube, slabs[axis]))
+    for signs in product((-1.0, 1.0), repeat=3):
+        center = tuple(o[k] - signs[k] * half[k] for k in range(3))
+        parts.append(forms.in_ball((center[0], center[1], center[2]), d, r))
+    return forms.in_any(*parts)
+
+
+def _edge_chart(half: Sequence[float], r: float, axis: int) -> Chart:
+    """The four round edges along ``axis``: a tube, drawn apart."""
+    tube = forms.tube_chart(r, half[axis])
+    order = [(axis + 2) % 3, axis, (axis + 1) % 3]  # where x, y and z of the tube go
+
+    def place(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        places, normals = np.empty((2, len(u), 3))
+        along, outward = tube.place(u, v)
+        places[:, order], normals[:, order] = along, outward
+        for k in (order[0], order[2]):
+            places[:, k] += np.where(normals[:, k] < 0.0, -half[k], half[k])
+        return places, normals
+
+    return Chart(tube.area, place)
+
+
+def _corner_chart(half: Sequence[float], r: float) -> Chart:
+    """The eight round corners: a ball, drawn apart."""
+    ball = forms.sphere_chart(r)
+
+    def place(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        places, normals = ball.place(u, v)
+        return places + np.where(normals < 0.0, -1.0, 1.0) * np.array(half), normals
+
+    return Chart(ball.area, place)
+
+
+ROUNDED = RoundedForm()
+
+
+@dataclass(frozen=True, slots=True)
+class RoundedCube(Primitive):
+    """A box of ``size`` with edges and corners of the radius ``rounding``, centred at the origin."""
+
+    word = "rounded-cube"
+    doc = "a box with round edges and corners, centred at the origin"
+    attributes = (SCALE, ROUNDING)
+    turn = Turn(edges=True)
+
+    size: Point = WHITE
+    rounding: float = 0.1
+
+    @property
+    def is_flat(self) -> bool:
+        return 0.0 in self.size
+
+    @classmethod
+    def compared(cls, given: Mapping[str, Any]) -> tuple[str, tuple[float, float, float] | None]:
+        scale, rounding = given.get("scale") or 1.0, given.get("rounding")
+        x, y, z = map(abs, scale if isinstance(scale, (list, tuple)) else (scale, scale, scale))
+        r = cls(size=(x, y, z), rounding=abs(0.1 if rounding is None else rounding)).radius
+        return " ".join(f"{r / side if side else 0.0:.4g}" for side in (x, y, z)), None
+
+    @property
+    def radius(self) -> float:
+        """The radius of its edges: the rounding, as far as there is room."""
+        return min(self.rounding, min(self.size) / 2.0)
+
+    def interval(self, a: float, b: float, c: float) -> tuple[float, float]:
+        r = self.radius
+        x, y, z = (side / 2.0 - r for side in self.size)
+        half = abs(a) * x + abs(b) * y + abs(c) * z + r * math.sqrt(a * a + b * b + c * c)
+        return -half, half
+
+    def placed(self) -> Placed | None:
+        r, s = self.radius, max(self.size) / 2.0
+        if r <= 1e-9 * s:
+            return placed_block(self.size)
+        inner = [max(0.0, side / 2.0 - r) for side in self.size]
+        if max(inner) <= 1e-12 * s:
+            return placed_ball(r)
+        ratios = (inner[0] / s, inner[1] / s, inner[2] / s, r / s)
+        return Placed(ROUNDED, ratios, (s, 0.0, 0.0, 0.0, 0.0, s, 0.0, 0.0, 0.0, 0.0, s, 0.0))
