@@ -37,6 +37,7 @@ SHOWN: dict[str, tuple[str, str, int | None]] = {
     "words": ("words", "azimuth=25,elevation=24", None),
     "combinators": ("combinators", "azimuth=20,elevation=28", None),
     "materials": ("materials", "azimuth=14,elevation=32", None),
+    "toys": ("toys", "azimuth=20,elevation=18", None),
     "water-mill": ("water-mill", "azimuth=35,elevation=25", None),
 }
 QUALITIES = {"final": "", "draft": "-draft"}
