@@ -123,7 +123,12 @@ def docs_of_words() -> dict[str, str]:
 
 def docs_of_attributes() -> dict[str, str]:
     """What each attribute of some primitive means, in a line, by name; the first primitive that has it says so."""
-    found = {attribute.name: attribute.doc for cls in every() for attribute in (*cls.attributes, COLOR)}
+    classes = every()
+    solids = [attribute for cls in classes if cls.is_solid for attribute in cls.attributes]
+    others = [attribute for cls in classes if not cls.is_solid for attribute in cls.attributes]
+    found: dict[str, str] = {}
+    for attribute in (*solids, COLOR, *others):
+        found.setdefault(attribute.name, attribute.doc)
     return found
 
 
