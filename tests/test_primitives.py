@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections import Counter
 from collections.abc import Iterator
@@ -404,6 +405,13 @@ def test_mesh_files_hold_it(made: Made, ending: str, tmp_path: Path) -> None:
     box, volume, room = size_of(made)
     assert found.bounds == pytest.approx(box, abs=room)
     assert volume_of(np.asarray(found.triangles)) == pytest.approx(volume, rel=0.02)
+
+
+@pytest.mark.parametrize("made", [case for case in CASES if case.name == "torus"], indirect=True, ids=str)
+def test_meshes_of_gltf_files_say_what_they_stand_for(made: Made, tmp_path: Path) -> None:
+    data = written(made, tmp_path / "a.glb").read_bytes()
+    document = json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")])
+    assert document["meshes"][0]["extras"] == {"form": "torus", "ratios": [pytest.approx(0.8)]}
 
 
 @every_one

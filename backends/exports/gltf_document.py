@@ -55,7 +55,8 @@ class GltfDocument:
         geometry = self._surfaces[solid.key]
         if geometry is None:
             return None
-        return self._add_mesh(word, [geometry | {"material": self._material(look)}])
+        said = None if solid.form is None else solid.form.gltf(solid.ratios)
+        return self._add_mesh(word, [geometry | {"material": self._material(look)}], said)
 
     def merged_mesh(self, entity: Entity) -> int | None:
         """The number of the one mesh of all that is below ``entity``, None where nothing is seen of it."""
@@ -68,8 +69,9 @@ class GltfDocument:
             self._mesh_numbers[key] = self._add_mesh(entity.word, patches) if patches else None
         return self._mesh_numbers[key]
 
-    def _add_mesh(self, name: str, primitives: list[dict[str, Any]]) -> int:
-        self.meshes.append({"name": name, "primitives": primitives})
+    def _add_mesh(self, name: str, primitives: list[dict[str, Any]], extras: dict[str, Any] | None = None) -> int:
+        more = {} if extras is None else {"extras": extras}
+        self.meshes.append({"name": name, "primitives": primitives} | more)
         return len(self.meshes) - 1
 
     def _add_surface(self, surface: ExportSurface) -> dict[str, Any]:

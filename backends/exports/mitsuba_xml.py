@@ -64,15 +64,7 @@ _TAGS = {
     "mask": "bsdf",
     "mesh_attribute": "texture",
     "checkerboard": "texture",
-    "ply": "shape",
-    "sphere": "shape",
-    "cube": "shape",
-    "cylinder": "shape",
-    "disk": "shape",
-    "rectangle": "shape",
-    "shapegroup": "shape",
-    "instance": "shape",
-}
+}  # all others are shapes
 
 
 def _quoted(text: str) -> str:
@@ -107,7 +99,7 @@ def _plugin(named: str, value: Mapping[str, Any], indent: str) -> list[str]:
         return [f"{indent}<ref id={_quoted(value['ref'])}/>"]
     if value["type"] == "rgb":
         return [f'{indent}<rgb{named} value="{_numbers(value["value"])}"/>']
-    tag = _TAGS[value["type"]]
+    tag = _TAGS.get(value["type"], "shape")
     label = f" id={_quoted(value['id'])}" if "id" in value else named if tag == "texture" else ""
     lines = [f'{indent}<{tag} type="{value["type"]}"{label}>']
     for key, item in value.items():

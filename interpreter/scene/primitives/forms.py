@@ -117,8 +117,9 @@ class Form:
         return None
 
     def gltf(self, ratios: Ratios) -> dict[str, Any] | None:
-        """The extensions of a glTF mesh that say what form its triangles stand for; None: none."""
-        return None
+        """What the ``extras`` of a glTF mesh say of the exact form that its triangles stand for, since glTF has no such
+        shapes of its own; None: nothing."""
+        return {"form": self.name, "ratios": list(ratios)} if ratios else None
 
 
 # --- surfaces that are sampled ---------------------------------------------------------------------------------------
