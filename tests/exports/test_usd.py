@@ -14,11 +14,12 @@ from hypothesis import given, settings
 
 from exports.oracle import example, expected, on_examples, same_points, scenes
 from scenelang.backends.base import BackendOptions
-from scenelang.backends.exports.surfaces import surface_of
+from scenelang.backends.exports.surfaces import SEGMENTS, surface_of
 from scenelang.backends.exports.usd import USD, PrimNames
 from scenelang.interpreter.runtime.values import IDENTITY, Embedding, Pair
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene
+from scenelang.interpreter.scene.primitives.capsule import CAPSULE
 
 pytest.importorskip("pxr", reason="usd-core is not installed")
 
@@ -43,9 +44,20 @@ def seen(stage: Any, moment: float = 0.0) -> Iterator[tuple[tuple[str, ...], np.
         if not prim.IsA(UsdGeom.Gprim):
             continue
         world = np.array(places.GetLocalToWorldTransform(prim)).T
-        vertices = np.array(UsdGeom.Mesh(prim).GetPointsAttr().Get(), float)
+        vertices = vertices_of(prim)
         colors = np.array(UsdGeom.Gprim(prim).GetDisplayColorAttr().Get(), float)
         yield _words(prim), vertices @ world[:3, :3].T + world[:3, 3], np.broadcast_to(colors, vertices.shape)
+
+
+def vertices_of(prim: Any) -> np.ndarray:
+    """The points of a mesh; of USD's own capsule, those that one of our meshes would have."""
+    if prim.GetTypeName() == "Mesh":
+        return np.array(prim.GetAttribute("points").Get(), float)
+    assert prim.GetTypeName() == "Capsule"
+    assert prim.GetAttribute("axis").Get() == "Y"
+    radius = prim.GetAttribute("radius").Get()
+    assert radius + prim.GetAttribute("height").Get() / 2 == pytest.approx(1.0)
+    return CAPSULE.mesh(SEGMENTS, (radius,)).vertices
 
 
 def _words(prim: Any) -> tuple[str, ...]:
