@@ -25,6 +25,7 @@ from scenelang.grammar.diagnostics import Diagnostic, SceneError, error_of, sugg
 from scenelang.interpreter.runtime.values import Embedding, Pair, Vector
 from scenelang.interpreter.scene.entity import Entity, count_words, descendants, primitive_count
 from scenelang.interpreter.scene.entity import Scene as SceneGraph
+from scenelang.interpreter.scene.primitives.base import color_of
 
 if TYPE_CHECKING:
     from scenelang.backends.labels.ground_truth import Boxes, Truth
@@ -505,7 +506,7 @@ class Scene:
         matrix = np.zeros((len(found), 4, 4))
         matrix[:, :3], matrix[:, 3, 3] = found.matrices, 1.0
         shapes = [entity.shape for entity in found.primitives]
-        kinds = _objects([shape.kind.value if shape is not None else "" for shape in shapes])
+        kinds = _objects(["" if shape is None else shape.word or "box" for shape in shapes])
         colors = np.array([shape.color if shape is not None else (1.0, 1.0, 1.0) for shape in shapes])
         index = found.index
         return Primitives(
@@ -869,5 +870,5 @@ def _copy(entity: Entity, children: tuple[Any, ...], look: Mapping[str, Any]) ->
     embedding = Embedding(own.handle, own.text, {**own.attributes, **look}) if look else own
     shape = entity.shape
     if shape is not None and "color" in look:
-        shape = replace(shape, color=tuple(min(1.0, max(0.0, x)) for x in look["color"][:3]))
+        shape = replace(shape, color=color_of(entity.word, look["color"]))
     return Entity(entity.word, embedding, children, shape, entity.tainted, entity.places)
