@@ -131,6 +131,27 @@ class Backend:
 
         return all(find_spec(package) is not None for package in self.packages)
 
+    def facts(self) -> dict[str, Any]:
+        """What the backend is, as JSON data."""
+        return {
+            "name": self.name,
+            "doc": self.doc,
+            "command": self.work.value,
+            "endings": list(self.endings),
+            "installed": self.is_installed,
+            "install": self.install,
+            "accepts": {
+                "words": list(self.accepts.primitives()),
+                "any_word": self.accepts.any_word,
+                "attributes": list(self.accepts.attributes),
+                "animated": self.accepts.animated,
+            },
+            "options": [
+                {"name": option.name, "doc": option.doc, "default": option.default, "choices": list(option.choices)}
+                for option in self.options
+            ],
+        }
+
     def setting(self, options: BackendOptions, name: str) -> Any:
         """The checked value of the backend's own option ``name``; raises SceneError("value")."""
         option = next(option for option in self.options if option.name == name)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from typing import Any, NamedTuple
@@ -292,6 +293,19 @@ def error_of(diagnostic: Diagnostic) -> SceneError:
 
 class LimitError(SceneError):
     """A limit was reached. No ``guard`` catches it."""
+
+
+class UsageError(SceneError):
+    """An argument that makes no sense, whatever the program; the command line exits with 2."""
+
+
+@contextmanager
+def usage_errors() -> Iterator[None]:
+    """What is wrong in this block is an argument, not the program."""
+    try:
+        yield
+    except SceneError as error:
+        raise UsageError(error.name, error.message, error.hint) from None
 
 
 def near_names(name: str, candidates: Iterable[str]) -> list[str]:

@@ -1,5 +1,5 @@
 """``python -m scenelang``: the command line."""
 
-from scenelang.start import entry
+from scenelang.cli.start import entry
 
 entry()

@@ -12,8 +12,8 @@ import sys
 import tempfile
 import time
 import webbrowser
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
 from enum import Enum
 from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
@@ -44,6 +44,28 @@ class Check:
     state: State
     detail: str
     remedy: str = ""
+
+    def data(self) -> dict[str, str]:
+        """The finding as JSON data."""
+        return asdict(self) | {"state": self.state.value}
+
+
+def checks() -> Iterator[Check]:
+    """All findings; a group that fails to be looked at is a finding itself."""
+    groups: tuple[tuple[str, Callable[[], Iterable[Check]]], ...] = (
+        ("system", system_checks),
+        ("limits", limit_checks),
+        ("works", work_checks),
+        ("packages", package_checks),
+        ("services", service_checks),
+        ("folders", folder_checks),
+        ("terminal", terminal_checks),
+    )
+    for topic, group in groups:
+        try:
+            yield from group()
+        except Exception as error:  # whatever is wrong with the installation, the others are told
+            yield Check(topic, topic, State.BROKEN, f"{type(error).__name__}: {error}")
 
 
 # Packages: the versions of those that are needed, and what the extras lack.

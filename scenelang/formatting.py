@@ -1,19 +1,112 @@
-"""What the formatter must know besides a text: the forms of the language, and macros of the files that it imports."""
+"""Programs and files in the one style of the language; what the formatter must know besides a text: the forms of the
+language, and macros of the files that it imports."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import os
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from difflib import unified_diff
 from pathlib import Path
 
 from scenelang.backends.files import read_regular
 from scenelang.grammar.datum import Atom, Datum, Keyword, ListDatum, Source
-from scenelang.grammar.formatter import format_text, learnt_indents
+from scenelang.grammar.diagnostics import Diagnostic, SceneError
+from scenelang.grammar.formatter import FormatFault, UnreadableError, format_range, format_text, learnt_indents
 from scenelang.grammar.layout_styles import head_of
 from scenelang.grammar.reader import read
 from scenelang.interpreter.expand.forms import INDENTS
 
 _MOST_FILES = 200
 _LARGEST_FILE = 4_000_000  # bytes
+_LARGEST_PROGRAM = 16_000_000  # bytes
+
+
+def program_files(names: Iterable[str]) -> list[str]:
+    """The files that are meant, each once: of a folder those that end in .scene, hidden ones left out."""
+    found: dict[str, str] = {}
+    for name in names:
+        programs = [name]
+        if name != "-" and os.path.isdir(name):
+            programs = [str(path) for path in _programs(Path(name))] or [name]
+        for each in programs:
+            found.setdefault(each if each == "-" else os.path.realpath(each), each)
+    return list(found.values())
+
+
+def _programs(folder: Path) -> list[Path]:
+    found = [path for path in folder.rglob("*.scene") if path.is_file()]
+    return sorted(p for p in found if not any(part.startswith(".") for part in p.relative_to(folder).parts))
+
+
+@dataclass(frozen=True, slots=True)
+class FormattedFile:
+    """A file that was looked at. ``after`` is None where it could not be formatted; ``fault`` is a fault of ours."""
+
+    name: str
+    before: str = ""
+    after: str | None = None
+    diagnostics: tuple[Diagnostic, ...] = ()
+    fault: str | None = None
+
+    @property
+    def changes(self) -> bool:
+        return self.after is not None and self.after != self.before
+
+    def difference(self) -> Iterator[str]:
+        """The lines of the unified difference."""
+        before, after = _lines(self.before), _lines(self.after or "")
+        return unified_diff(before, after, self.name, f"{self.name} (formatted)", lineterm="")
+
+
+def format_file(name: str, lines: tuple[int, int] | None = None) -> FormattedFile:
+    """A program file in the one style, or only its forms on the given lines; "-" is standard input. Nothing is
+    written, and nothing raised for what is wrong with the file."""
+    shown = "<stdin>" if name == "-" else name
+    try:
+        before = _program_text(name)
+        indents = indents_of(before, Path.cwd() if name == "-" else Path(name).parent)
+        if lines is not None:
+            after = format_range(before, *lines, indents, name=shown)
+        else:
+            after = format_text(before, indents, name=shown)
+    except UnreadableError as error:
+        return FormattedFile(shown, diagnostics=error.diagnostics)
+    except SceneError as error:
+        return FormattedFile(shown, diagnostics=(error.diagnostic,))
+    except FormatFault as fault:
+        return FormattedFile(shown, fault=str(fault))
+    return FormattedFile(shown, before, after)
+
+
+def _lines(text: str) -> list[str]:
+    lines = text.split("\n")
+    return lines if lines[-1] else lines[:-1]
+
+
+def _program_text(name: str) -> str:
+    """The text of a program, with its byte order mark and its line ends; raises SceneError."""
+    if name.endswith((".py", ".txt")):
+        hint = "`scenelang transpile` makes a program of it"
+        raise SceneError("unsupported", f"{name} is Python or a response, not a program", hint)
+    if name.endswith(".json"):
+        raise SceneError("unsupported", f"{name} is a scene as JSON, not a program")
+    if name != "-" and os.path.isdir(name):
+        raise SceneError("file", f"there are no programs (.scene) in {name}")
+    try:
+        most = _LARGEST_PROGRAM + 1
+        data = sys.stdin.buffer.read(most) if name == "-" else read_regular(name, most)
+    except (OSError, ValueError) as error:
+        raise SceneError("file", f"cannot read {name}: {getattr(error, 'strerror', None) or 'is no path'}") from None
+    if len(data) > _LARGEST_PROGRAM:
+        raise SceneError("file", f"{name} is larger than {_LARGEST_PROGRAM:,} bytes, which no program is")
+    try:
+        return data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        line = data[: error.start].count(b"\n") + 1
+        message = f"{name} is not UTF-8 text (line {line}, byte {error.start + 1})"
+        raise SceneError("encoding", message, "save it as UTF-8") from None
 
 
 def formatted(text: str) -> str:

@@ -8,7 +8,7 @@ place, the source line and a hint.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import LOOKS, BackendOptions, Progress, frame_of
+from scenelang.backends.base import BackendOptions, Progress, frame_of, part_of
 from scenelang.backends.pictures.camera import Camera as PlacedCamera
 from scenelang.backends.pictures.camera import Viewpoint, camera_at
 from scenelang.grammar.datum import Source, atom_text
@@ -29,15 +29,16 @@ from scenelang.interpreter.scene.primitives.base import color_of
 
 if TYPE_CHECKING:
     from scenelang.backends.labels.ground_truth import Boxes, Truth
-    from scenelang.backends.pictures.film import Painter, PictureOptions
+    from scenelang.backends.pictures.film import Painter, PictureBackend, PictureOptions
     from scenelang.backends.pictures.stage import Shot
     from scenelang.interpreter.program.program import Program
     from scenelang.scene_changes import Changes
-    from scenelang.session import Options
+    from scenelang.session import Evaluated, Options
 
 FloatArray = npt.NDArray[np.float64]
 Size = tuple[int, int]
 View = Viewpoint | PlacedCamera
+Warn = Callable[[Diagnostic], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,6 +151,14 @@ class Image:
         film.save_image(film.Image(np.ascontiguousarray(self.pixels[:, :, :3]), self.radiance), path)
         return Path(path)
 
+    def beside(self, *others: Image) -> Image:
+        """This picture and others of the same height in a row; ``camera`` stays this one's."""
+        images = (self, *others)
+        if len({image.size[1] for image in images}) > 1:
+            raise SceneError("value", "pictures beside each other must have the same height")
+        pixels = np.concatenate([image.pixels for image in images], axis=1)
+        return Image(pixels, np.concatenate([image.radiance for image in images], axis=1), self.camera)
+
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> npt.NDArray[Any]:
         return np.asarray(self.pixels, dtype) if not copy else np.array(self.pixels, dtype)
 
@@ -174,7 +183,7 @@ class Film:
 
     scene: Scene = field(repr=False)
     _options: PictureOptions = field(repr=False)
-    _quality: str = field(repr=False)
+    _quality: str | Sequence[str] = field(repr=False)
     _shots: tuple[Shot, ...] = field(repr=False)
 
     def __len__(self) -> int:
@@ -185,9 +194,9 @@ class Film:
         return tuple(shot.camera for shot in self._shots)
 
     def __iter__(self) -> Iterator[Image]:
-        (painter,) = self._painters()
+        painters = self._painters()
         for shot in self._shots:
-            yield _image(painter.paint(shot), shot.camera)
+            yield _painted(painters, shot)
 
     def save(self, path: str | Path, fps: float = 24.0, progress: Progress | None = None) -> Path:
         """Write an .mp4, .gif, .apng or .webp; the file is whole or not there. Returns its path."""
@@ -197,9 +206,9 @@ class Film:
         return Path(path)
 
     def _painters(self) -> list[Painter]:
-        from scenelang.backends.pictures.film import painters, picture_backend
+        from scenelang.backends.pictures.film import painters
 
-        return painters(self.scene.graph, self._options, [picture_backend(self._quality)], self._shots)
+        return painters(self.scene.graph, self._options, _backends(self._quality), self._shots)
 
     def __repr__(self) -> str:
         return f"<Film of {len(self):,} pictures>"
@@ -521,10 +530,8 @@ class Scene:
 
     # --- variants ----------------------------------------------------------------------------------------------
 
-    def with_params(self, **values: Any) -> Scene:
+    def with_params(self, values: Mapping[str, Any]) -> Scene:
         """The scene of the same program with other values of its params, as plain Python values.
-
-        Names with hyphens are written with underscores.
 
         Raises
         ------
@@ -533,34 +540,41 @@ class Scene:
         """
         if self.program is None or self.options is None:
             raise SceneError("unsupported", "a scene that was read from JSON has no params")
-        known = self.params
-        chosen = {name if name in known else name.replace("_", "-"): value for name, value in values.items()}
-        texts = {name: literal(value) for name, value in chosen.items()}
+        texts = {name: literal(value) for name, value in values.items()}
         options = replace(self.options, defines={**self.options.defines, **texts})
         return scene_of(self.program.main, options)
 
-    def restyled(self, word: str, **look: Any) -> Scene:
+    def restyled(
+        self,
+        word: str,
+        *,
+        color: Sequence[float] | str | None = None,
+        roughness: float | None = None,
+        metallic: float | None = None,
+        opacity: float | None = None,
+        emission: Sequence[float] | float | None = None,
+        ior: float | None = None,
+    ) -> Scene:
         """The scene with another look of every entity of ``word`` and of all its parts.
 
         Parameters
         ----------
         word : str
             A word of the scene.
-        color : (r, g, b) or str
+        color : (r, g, b) or str, optional
             Linear sRGB from 0 to 1, or a colour's name or hex code.
-        roughness, metallic, opacity, emission, ior : float
+        roughness, metallic, opacity, emission, ior : float, optional
             Attributes of surfaces (docs/language.md).
 
         Raises
         ------
         SceneError
-            No entity has the word, or the attribute is not one of surfaces.
+            No entity has the word.
         """
-        unknown = [name for name in look if name not in LOOKS]
-        if unknown:
-            raise SceneError("value", f"`{unknown[0]}` is not an attribute of surfaces; expected {', '.join(LOOKS)}")
         self._require(word)
-        attributes = {name: _look_value(name, value) for name, value in look.items()}
+        look = {"color": color, "roughness": roughness, "metallic": metallic, "opacity": opacity}
+        look |= {"emission": emission, "ior": ior}
+        attributes = {name: _look_value(name, value) for name, value in look.items() if value is not None}
         known: dict[tuple[int, bool], Entity] = {}
         frames = [_restyled(root, word, attributes, known) for root in self.frames]
         return replace(self, graph=SceneGraph(self.word, frames, self.animated), program=None)
@@ -576,7 +590,7 @@ class Scene:
         camera: View | None = None,
         *,
         size: Size | None = None,
-        quality: str = "draft",
+        quality: str | Sequence[str] = "draft",
         frame: int | None = None,
         environment: str = "studio",
         ground: str | None = None,
@@ -585,6 +599,7 @@ class Scene:
         settings: Mapping[str, Any] | None = None,
         limit: int = 2_000_000,
         progress: Progress | None = None,
+        warn: Warn | None = None,
     ) -> Image:
         """Render a picture.
 
@@ -594,8 +609,8 @@ class Scene:
             Where it is taken from; the default frames the whole scene.
         size : (width, height), optional
             Pixels; default 512 x 512, or the size of a placed camera.
-        quality : str
-            "draft", "final" (path traced), or the name of a backend that draws.
+        quality : str or sequence of str
+            "draft", "final" (path traced), or the name of a backend that draws; several draw side by side.
         frame : int, optional
             Frame of a 4D scene, from 0.
         environment, ground : str
@@ -611,14 +626,24 @@ class Scene:
             Most primitives that are expanded.
         progress : callable, optional
             Called with a fraction from 0 to 1. An exception that it raises cancels the work.
+        warn : callable, optional
+            Called with a ``Diagnostic`` for what is not drawn as the program asks.
 
         Raises
         ------
         SceneError
             Nothing would be drawn, a package is missing, or an argument makes no sense.
         """
-        options = _picture_options(camera, size, frame, environment, ground, labels, seed, settings, limit, progress)
+        options = _picture_options(
+            camera, size, frame, environment, ground, labels, seed, settings, limit, progress, warn
+        )
         return _drawn(self.graph, options, quality)[0]
+
+    def placed(self, camera: View | None = None, size: Size = (512, 512), frame: int = 0) -> PlacedCamera:
+        """The camera of a picture: where it stands, its intrinsics, what it projects where."""
+        from scenelang.backends.pictures.stage import still
+
+        return still(self.graph, Viewpoint() if camera is None else camera, frame, *size).camera
 
     def film(
         self,
@@ -627,24 +652,25 @@ class Scene:
         orbit: float | None = None,
         camera: View | None = None,
         size: Size | None = None,
-        quality: str = "draft",
+        quality: str | Sequence[str] = "draft",
         environment: str = "studio",
         ground: str | None = None,
         labels: bool = True,
         seed: int = 0,
         settings: Mapping[str, Any] | None = None,
         limit: int = 2_000_000,
+        warn: Warn | None = None,
     ) -> Film:
         """A film of ``frames`` pictures, drawn when it is saved or iterated.
 
         A static scene is filmed on a turntable, a 4D scene frame by frame; ``orbit`` says how many degrees the camera
         goes round the scene. The other arguments are those of ``render``.
         """
-        from scenelang.backends.pictures.film import check, picture_backend
+        from scenelang.backends.pictures.film import check
         from scenelang.backends.pictures.stage import film
 
-        options = _picture_options(camera, size, None, environment, ground, labels, seed, settings, limit, None)
-        check(options, [picture_backend(quality)])
+        options = _picture_options(camera, size, None, environment, ground, labels, seed, settings, limit, None, warn)
+        check(options, _backends(quality))
         shots = film(self.graph, options.camera, options.width, options.height, frames, orbit)
         return Film(self, options, quality, tuple(shots))
 
@@ -653,7 +679,7 @@ class Scene:
         camera: View | None = None,
         *,
         size: Size | None = None,
-        quality: str = "draft",
+        quality: str | Sequence[str] = "draft",
         frame: int | None = None,
         environment: str = "studio",
         ground: str | None = None,
@@ -661,14 +687,17 @@ class Scene:
         settings: Mapping[str, Any] | None = None,
         limit: int = 2_000_000,
         progress: Progress | None = None,
+        warn: Warn | None = None,
     ) -> Maps:
         """What every pixel shows: instances, words, depth, normals and more. The arguments are those of ``render``."""
         from scenelang.backends.labels.ground_truth import truth_of
         from scenelang.backends.minecraft.models import as_cubes
         from scenelang.backends.pictures.stage import unit_size
 
-        options = _picture_options(camera, size, frame, environment, ground, True, seed, settings, limit, progress)
-        cubes = as_cubes(self.graph, limit, None)  # the maps label what is drawn
+        options = _picture_options(
+            camera, size, frame, environment, ground, True, seed, settings, limit, progress, warn
+        )
+        cubes = as_cubes(self.graph, limit, warn)  # the maps label what is drawn
         image, shot = _drawn(cubes, options, quality)
         truth = truth_of(cubes, shot, limit, *unit_size(cubes))
         return Maps(replace(self, graph=cubes), truth, image)
@@ -682,6 +711,7 @@ class Scene:
         settings: Mapping[str, Any] | None = None,
         limit: int = 2_000_000,
         progress: Progress | None = None,
+        warn: Warn | None = None,
     ) -> list[Path]:
         """Write the scene for another program, by the ending of ``path`` or with the named backend.
 
@@ -697,9 +727,18 @@ class Scene:
 
         target = Path(path)
         chosen = base.find(backend) if backend is not None else base.for_file(target, base.Work.EXPORT)
-        options = BackendOptions(frame, limit, progress, dict(settings or {}))
+        options = BackendOptions(frame, limit, progress, dict(settings or {}), warn)
         base.check_settings(options, [chosen])
         return list(chosen.run(self.graph, target, options) or [target])
+
+    def save_graph(
+        self, path: str | Path, depth: int | None = None, frame: int | None = None, thumbnails: bool = False
+    ) -> Path:
+        """Write what is made of what as an .svg drawing, as in the paper's Figure 2. Returns its path."""
+        from scenelang.backends.pictures.call_graph import write_graph
+
+        write_graph(self.graph, Path(path), frame, depth, thumbnails)
+        return Path(path)
 
     def html(self) -> str:
         """The interactive viewer as one page that needs no server."""
@@ -749,7 +788,13 @@ def scene_of(source: Source, options: Options) -> Scene:
     result = Session(options).evaluate(source)
     if result.scene is None:
         raise error_of(next(d for d in result.diagnostics if d.is_error))
-    return Scene(result.scene, source.name, result.log, result.diagnostics, result.program, options)
+    return scene_from(result, source.name, options)
+
+
+def scene_from(result: Evaluated, name: str, options: Options) -> Scene:
+    """The scene of a program that was evaluated without a mistake."""
+    assert result.scene is not None
+    return Scene(result.scene, name, result.log, result.diagnostics, result.program, options)
 
 
 def literal(value: Any) -> str:
@@ -785,6 +830,7 @@ def _picture_options(
     settings: Mapping[str, Any] | None,
     limit: int,
     progress: Progress | None,
+    warn: Warn | None,
 ) -> PictureOptions:
     from scenelang.backends.pictures.film import PictureOptions
 
@@ -792,20 +838,32 @@ def _picture_options(
     own = (view.width, view.height) if isinstance(view, PlacedCamera) else (512, 512)
     width, height = size or own
     return PictureOptions(
-        frame, limit, progress, dict(settings or {}), None, width, height, view, environment, ground, seed, labels
+        frame, limit, progress, dict(settings or {}), warn, width, height, view, environment, ground, seed, labels
     )
 
 
-def _drawn(graph: SceneGraph, options: PictureOptions, quality: str) -> tuple[Image, Shot]:
-    """One picture and the shot that it is."""
-    from scenelang.backends.pictures.film import check, painters, picture_backend
+def _backends(quality: str | Sequence[str]) -> list[PictureBackend]:
+    from scenelang.backends.pictures.film import picture_backend
+
+    return [picture_backend(name) for name in ([quality] if isinstance(quality, str) else quality)]
+
+
+def _drawn(graph: SceneGraph, options: PictureOptions, quality: str | Sequence[str]) -> tuple[Image, Shot]:
+    """One picture, drawn by one backend or by several side by side, and the shot that it is."""
+    from scenelang.backends.pictures.film import check, painters
     from scenelang.backends.pictures.stage import still
 
-    backend = picture_backend(quality)
-    check(options, [backend])
+    backends = _backends(quality)
+    check(options, backends)
     shot = still(graph, options.camera, options.frame, options.width, options.height)
-    (painter,) = painters(graph, options, [backend], [shot])
-    return _image(painter.paint(shot, options.progress), shot.camera), shot
+    return _painted(painters(graph, options, backends, [shot]), shot, options.progress), shot
+
+
+def _painted(painters: Sequence[Painter], shot: Shot, progress: Progress | None = None) -> Image:
+    count = len(painters)
+    drawn = [painter.paint(shot, part_of(progress, i / count, (i + 1) / count)) for i, painter in enumerate(painters)]
+    first, *others = (_image(each, shot.camera) for each in drawn)
+    return first.beside(*others) if others else first
 
 
 def _image(drawn: Any, camera: PlacedCamera) -> Image:

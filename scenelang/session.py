@@ -9,6 +9,7 @@ import os
 import re
 import sys
 import threading
+from codecs import BOM_UTF8
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import nullcontext
@@ -17,11 +18,11 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from scenelang.backends.files import read_regular
+from scenelang.backends.files import read_regular, rewrite
 from scenelang.backends.geometry.assets import AssetFiles
 from scenelang.grammar import ast, reader
 from scenelang.grammar.ast import check_strict
-from scenelang.grammar.datum import Atom, Datum, ListDatum, Source, Span, Symbol
+from scenelang.grammar.datum import Atom, Datum, ListDatum, Source, Span, Symbol, walk
 from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError
 from scenelang.grammar.reader import read
 from scenelang.interpreter.lint.fixes import apply_fixes, not_allowed, with_fixes
@@ -220,6 +221,36 @@ class Session:
                 break
             source, total = Source(source.name, text), total + number
         return source, total
+
+    def fix_file(self, path: str) -> tuple[Source, int]:
+        """As ``mended``, written back to the file; raises SceneError where it cannot be read or written."""
+        source, number = self.mended(self.source(path))
+        if number:
+            mark = "\ufeff" if read_regular(path, 3).startswith(BOM_UTF8) else ""
+            rewrite(Path(path), mark + source.text)
+        return source, number
+
+    def expansion(self, program: Program) -> str:
+        """The text of a program after macro expansion."""
+        from scenelang.grammar.layout import layout
+        from scenelang.interpreter.compile.analyse import mentioned
+        from scenelang.interpreter.compile.unparse import unparse
+        from scenelang.interpreter.expand.forms import INDENTS
+
+        forms = [*program.forms, *([program.scene] if program.scene else [])]
+        params = {param.span for param in program.params}
+        imports = (f'(import "{module}")' for module in self.library_imports(program))
+        datums: list[Datum] = list(read(Source("<expansion>", "\n".join(imports))).forms)
+        spelling: dict[int, str] = {}
+        kept = frozenset(variable for form in forms if form.span in params for variable in mentioned(form))
+        for datum, form in zip(unparse(forms, kept), forms, strict=True):
+            if form.span in params:  # as written, so that the expansion can be overridden too
+                (datum,) = read(Source(form.span.source.name, form.span.text)).forms
+                spelling |= {id(atom): atom.span.text for atom in walk(datum) if isinstance(atom, Atom)}
+            elif form is program.scene and isinstance(datum, ListDatum):
+                datum = ListDatum((Atom(Symbol("scene"), datum.span), *datum.items[1:]), None, datum.span)
+            datums.append(datum)
+        return layout(datums, indents=INDENTS, spelling=spelling)
 
     def transpile(self, source: Source) -> Translation:
         """A language model's response, or its Python, as a program, checked; never raises for a mistake in it."""

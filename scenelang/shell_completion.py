@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from enum import Enum
 from shlex import quote
 
-from scenelang.cli.backend_options import add_now
 
 PROGRAMS = ("scene", "py", "txt", "json")  # endings of what commands read as a program
 WORDS = ("root", "word")  # options whose value is a word that the program binds
@@ -69,7 +68,6 @@ def subcommands(parser: argparse.ArgumentParser) -> dict[str, tuple[argparse.Arg
         if isinstance(action, argparse._SubParsersAction):
             briefs = {choice.dest: choice.help or "" for choice in action._choices_actions}
             for name, child in action.choices.items():
-                add_now(child)
                 found[name] = (child, briefs.get(name, ""))
     return found
 

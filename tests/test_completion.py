@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from scenelang.cli.completion import SHELLS, script
 from scenelang.cli.main import build_parser, main
+from scenelang.cli.servers import SHELLS, script
 from scenelang.shell_completion import Values, commands_of, subcommands
 
 SCENE = '(bind "light house" (lambda () (call "cube")))\n(bind "boat" (lambda () (call "sphere")))\n'

@@ -13,7 +13,6 @@ import pytest
 from scenelang import doctor, doctor_trials
 from scenelang.backends import base
 from scenelang.backends.base import Work
-from scenelang.cli import doctor as command
 from scenelang.cli.main import main
 from scenelang.doctor import Check, State
 
@@ -41,12 +40,12 @@ def test_as_text(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[
         Check("works", "usd", State.MISSING, "not installed", "pip install 'scenelang[usd]'"),
         Check("folders", "cache", State.MISSING, "/x cannot be written", "set XDG_CACHE_HOME to a folder"),
     ]
-    monkeypatch.setattr(command, "checks", lambda: iter(found))
+    monkeypatch.setattr(doctor, "checks", lambda: iter(found))
     assert main(["doctor"]) == 0
     text = capsys.readouterr().out
     assert "Everything that needs no extra works." in text
     assert text.endswith("To add what is missing:\n  pip install 'scenelang[usd]'\n")
-    monkeypatch.setattr(command, "checks", lambda: iter([*found, Check("works", "gltf", State.BROKEN, "no")]))
+    monkeypatch.setattr(doctor, "checks", lambda: iter([*found, Check("works", "gltf", State.BROKEN, "no")]))
     assert main(["doctor"]) == 1
     assert "BROKEN gltf" in capsys.readouterr().out
 
@@ -57,7 +56,7 @@ def test_a_group_that_fails_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> Non
 
     for place in ("system_checks", "work_checks", "terminal_checks"):
         monkeypatch.setattr(f"scenelang.doctor.{place}", fails)
-    found = list(command.checks())
+    found = list(doctor.checks())
     assert [check.topic for check in found if check.detail == "RuntimeError: a driver is mad"] == [
         "system",
         "works",

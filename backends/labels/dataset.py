@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import Progress, need, part_of
+from scenelang.backends.base import Progress, frame_of, need, part_of
 from scenelang.backends.files import write_json, written_together, written_whole
 from scenelang.backends.geometry.solids import is_semantic
 from scenelang.backends.labels import ground_truth
@@ -422,6 +422,9 @@ def _legend_picture(truth: Truth) -> Picture:
     return legend_picture([(word, word_color(word)) for word in words])
 
 
+MOST_VIEWS = 10_000
+
+
 @dataclass(frozen=True, slots=True)
 class MapOptions:
     """``pictures`` says size, light, backend settings, seed and limit; ``views`` are the cameras, of which
@@ -466,6 +469,74 @@ def random_views(count: int, seed: int, like: Viewpoint) -> tuple[Viewpoint, ...
     azimuths, elevations = random.uniform(-180.0, 180.0, count), random.uniform(5.0, 65.0, count)
     pairs = zip(azimuths.tolist(), elevations.tolist(), strict=True)
     return tuple(replace(like, azimuth=azimuth, elevation=elevation) for azimuth, elevation in pairs)
+
+
+def views_of(given: Sequence[Viewpoint | Camera], count: int | None, seed: int) -> tuple[Viewpoint | Camera, ...]:
+    """The cameras that are given; ``count`` draws so many at random, which share the viewpoint given. Raises
+    SceneError("value")."""
+    if count is None:
+        return tuple(given)
+    if not 1 <= count <= MOST_VIEWS:
+        raise SceneError("value", f"`--views` must be 1 to {MOST_VIEWS:,}, not {count}")
+    (like,) = given if len(given) == 1 else (None,)
+    if like is None or isinstance(like, Camera):
+        raise SceneError("value", "`--views` draws cameras at random: name one viewpoint that they share, or none")
+    return random_views(count, seed, like)
+
+
+def names_of(files: Sequence[str]) -> list[str]:
+    """A name for each program of a set, all different."""
+    names: list[str] = []
+    for path in files:
+        stem = Path(path).stem if path != "-" else "scene"
+        name, number = stem, 2
+        while name in names:
+            name, number = f"{stem}-{number}", number + 1
+        names.append(name)
+    return names
+
+
+def check_set_folder(folder: Path) -> None:
+    """Raises SceneError where ``folder`` can never be one; it is made when there is something to write."""
+    existing = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+    if not existing.is_dir():
+        raise SceneError("file", f"cannot write to {folder}: {existing} is no folder")
+
+
+@dataclass(frozen=True, slots=True)
+class LabelledScene:
+    """A scene of a set; ``told`` is its program and all that it was run with, so that a change is noticed."""
+
+    name: str
+    scene: Scene
+    told: tuple[str, ...]
+
+
+def write_set(
+    scenes: Iterable[LabelledScene],
+    folder: Path,
+    options: MapOptions,
+    backend: PictureBackend,
+    *,
+    alone: bool = False,
+    frame: int | None = None,
+    progress: Callable[[str], Progress | None] | None = None,
+    skipped: Callable[[DatasetItem], None] | None = None,
+) -> list[DatasetItem]:
+    """Label one scene after the other and list all in ``coco.json``; shots that are there already stay. ``alone``:
+    the only scene of its set has no folder of its own. Raises SceneError."""
+    items: list[DatasetItem] = []
+    for each in scenes:
+        digest = hashlib.sha256("\0".join(each.told).encode("utf-8", "surrogatepass")).hexdigest()
+        if frame is not None:
+            frame_of(each.scene, frame)
+        mine = items_of(folder, each.name, each.scene, len(options.views), alone, frame)
+        shown = progress(each.name) if progress is not None else None
+        write_maps(each.scene, mine, replace(options, digest=digest), backend, shown, skipped)
+        items += mine
+    if items:
+        write_coco(folder, items)
+    return items
 
 
 def write_maps(

@@ -20,6 +20,7 @@ from scenelang.backends.minecraft.build_files import (
     DEFAULT,
     GameVersion,
     LoadedBuild,
+    Lost,
     fitted,
     game_version,
     too_new,
@@ -353,3 +354,33 @@ def read(path: Path, largest: int = LARGEST) -> LoadedBuild:
         raise SceneError("file", f"`{path}` cannot be read: {error.strerror or error}") from error
     except Damaged as problem:
         raise SceneError("file", f"`{path}` is no {name} that can be read: {problem}") from problem
+
+
+def imported(path: Path) -> tuple[str, list[Diagnostic]]:
+    """The program of a file of blocks, and warnings of what it does not have. Raises SceneError."""
+    loaded = read(path)
+    if not loaded.build.cells.any():
+        raise SceneError("empty-scene", f"`{path}` holds no blocks")
+    found = (_lost(loaded.lost, path), _forgotten(loaded.build, path))
+    return program_text(loaded.build, path.stem), [warning for warning in found if warning is not None]
+
+
+def _lost(lost: Lost, path: Path) -> Diagnostic | None:
+    """The warning that says what of a file the program does not have."""
+    blocks, entities = lost.block_entities, lost.entities
+    parts = []
+    if blocks:
+        parts.append(f"what {blocks:,} {'block' if blocks == 1 else 'blocks'} held, such as items or text")
+    if entities:
+        parts.append(f"{entities:,} {'entity' if entities == 1 else 'entities'}, such as animals or item frames")
+    return Diagnostic("lost-contents", f"`{path}` loses {' and '.join(parts)}") if parts else None
+
+
+def _forgotten(build: Build, path: Path) -> Diagnostic | None:
+    """The warning that names the blocks whose states this version does not have."""
+    found = forgotten(build)
+    if not found:
+        return None
+    shown = ", ".join(f"`{state}`" for state in found[:8]) + (", .." if len(found) > 8 else "")
+    said = f"`{path}` holds states that Minecraft {load_table().version} does not have: {shown}"
+    return Diagnostic("lost-contents", said)

@@ -18,6 +18,7 @@ from scenelang.backends.files import written_whole
 from scenelang.backends.geometry.solids import Solids
 from scenelang.backends.pictures.camera import LARGEST, Camera, Viewpoint
 from scenelang.backends.pictures.stage import Shot, Staging, staging_of, still
+from scenelang.backends.pictures.stage import film as shots_of
 from scenelang.backends.pictures.studio import ENVIRONMENTS, GROUNDS
 from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.interpreter.scene.entity import Scene
@@ -226,6 +227,62 @@ def check_film(path: Path, fps: float) -> None:
         raise SceneError("backend", f"a film cannot be written as `{path.name}`", hint=f"use {' '.join(ENDINGS)}")
     if ending == ".mp4":
         need("av", "'scenelang[video]'")
+
+
+@dataclass(frozen=True, slots=True)
+class FilmOptions:
+    """A film's number of pictures (None: the scene's own, or 48), pictures per second (None: 24), and how many degrees
+    the camera goes round the scene (None: once round a static scene)."""
+
+    frames: int | None = None
+    fps: float | None = None
+    orbit: float | None = None
+
+    @property
+    def is_wanted(self) -> bool:
+        """True where any of these was asked for."""
+        return any(value is not None for value in (self.frames, self.fps, self.orbit))
+
+
+def check_output(path: Path, frame: int | None, film: FilmOptions, backends: int) -> None:
+    """Raises SceneError for a file that no picture or film can be written to."""
+    ending = path.suffix.lower()
+    known = sorted({*STILL_ENDINGS, *ENDINGS})
+    if ending not in known:
+        shown = f"`{ending}` files" if ending else "a file without an ending"
+        raise SceneError("backend", f"no backend writes {shown}", hint=f"it can be one of {' '.join(known)}")
+    if is_film(path, film.is_wanted):
+        if frame is not None:
+            raise SceneError("value", "`--frame` asks for one picture, but a film is to be written")
+        check_film(path, FPS if film.fps is None else film.fps)
+    elif film.is_wanted:
+        hint = f"write {' '.join(ENDINGS)}, or leave out --frames, --fps and --orbit"
+        raise SceneError("value", f"`{path.name}` is one picture, but a film is asked for", hint=hint)
+    elif ending == ".exr" and backends > 1:
+        raise SceneError("value", "an .exr file holds what one backend draws")
+
+
+def write_drawing(
+    scene: Scene, path: Path, options: PictureOptions, film: FilmOptions, backends: Sequence[PictureBackend]
+) -> None:
+    """Draw the scene by one backend, or by several side by side, and write a picture or a film by the ending of
+    ``path``: a WebP file of a 4D scene is a film. Raises SceneError."""
+    wanted = film.is_wanted or (scene.animated and options.frame is None and path.suffix.lower() == ".webp")
+    if is_film(path, wanted):
+        shots = shots_of(scene, options.camera, options.width, options.height, film.frames, film.orbit)
+        fps = FPS if film.fps is None else film.fps
+        save_film(painters(scene, options, backends, shots), shots, path, fps, options.progress)
+        return
+    shot = still(scene, options.camera, options.frame, options.width, options.height)
+    count = len(backends)
+    images = [
+        painter.paint(shot, part_of(options.progress, i / count, (i + 1) / count))
+        for i, painter in enumerate(painters(scene, options, backends, [shot]))
+    ]
+    if count == 1:
+        save_image(images[0], path)
+    else:
+        save_picture(side_by_side([image.picture for image in images]), path)
 
 
 def _drawn(painters: Sequence[Painter], shots: Sequence[Shot], progress: Progress | None) -> Iterator[Picture]:

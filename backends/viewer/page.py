@@ -7,6 +7,8 @@ import gzip
 import hashlib
 import html
 import json
+import os
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -91,3 +93,18 @@ def _listed(scenes: Sequence[SavedScene]) -> list[dict[str, Any]]:
         }
         for scene in scenes
     ]
+
+
+def has_screen() -> bool:
+    """False where a browser would open in this terminal."""
+    if sys.platform in ("darwin", "win32"):
+        return True
+    return any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"))
+
+
+def open_in_browser(address: str) -> None:
+    """Open a page where there is a screen for it."""
+    if has_screen():
+        import webbrowser
+
+        webbrowser.open(address)

@@ -1,15 +1,20 @@
-"""The entity hierarchy as text: words, handles, and counts where equal parts stand side by side."""
+"""Scenes as text and data: the entity hierarchy, with counts where equal parts stand side by side, and the flattened
+scene as JSON."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any
+import json
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
 
-from scenelang.interpreter.runtime.show import plain_attributes, show
+from scenelang.interpreter.runtime.show import plain_attributes, primitive_attributes, show
 from scenelang.interpreter.runtime.values import IDENTITY, Matrix, Vector
 from scenelang.interpreter.scene.entity import Entity, Scene
 from scenelang.interpreter.scene.numbering import Numbering, number_scene
 from scenelang.interpreter.scene.pose import to_array
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.scene.flatten import FlatScene
 
 MAX_LINES = 2_000
 _LONGEST_ATTRIBUTES = 60
@@ -137,3 +142,23 @@ def _node(numbering: Numbering, entity: Entity, before: int) -> dict[str, Any]:
         "primitive": entity.is_primitive,
         "children": [],
     }
+
+
+def flat_json(flat: FlatScene, handles: Sequence[Sequence[str]]) -> Iterator[str]:
+    """A flattened scene as JSON, primitive by primitive, so that memory stays small; ``handles`` of each frame."""
+    yield f'{{"root": {json.dumps(flat.word)}, "frames": ['
+    for position, (frame, names) in enumerate(zip(flat.frames, handles, strict=True)):
+        yield (", " if position else "") + '{"primitives": ['
+        words = [json.dumps(entity.word) for entity in frame.primitives]
+        attributes = [json.dumps(primitive_attributes(entity)) for entity in frame.primitives]
+        paths = [json.dumps(path) for path in frame.paths]
+        for i in range(len(frame)):
+            k = frame.index[i]
+            matrix = [*frame.matrices[i].tolist(), [0.0, 0.0, 0.0, 1.0]]
+            handle, path = json.dumps(f"<{names[i]}>"), paths[frame.path_index[i]]
+            yield (
+                f'{", " if i else ""}{{"word": {words[k]}, "attributes": {attributes[k]}, '
+                f'"handle": {handle}, "matrix": {matrix}, "path": {path}}}'
+            )
+        yield "]}"
+    yield "]}"

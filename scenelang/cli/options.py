@@ -3,30 +3,20 @@
 from __future__ import annotations
 
 import argparse
-import os
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+import re
 from dataclasses import fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.cli.output import report_run
+from scenelang.grammar.diagnostics import UsageError as UsageError
+from scenelang.grammar.diagnostics import usage_errors as usage_errors
 from scenelang.interpreter.runtime.limits import Limits
 from scenelang.interpreter.runtime.runtime import ZEntry
-from scenelang.session import Options, Session
+from scenelang.session import Evaluated, Options, Session
 
-
-class UsageError(SceneError):
-    """An option that makes no sense, whatever the program: exit code 2."""
-
-
-@contextmanager
-def usage_errors() -> Iterator[None]:
-    """Mistakes found in this block are the command line's, not the program's."""
-    try:
-        yield
-    except SceneError as error:
-        raise UsageError(error.name, error.message, error.hint) from None
+if TYPE_CHECKING:
+    from scenelang.scene import Scene
 
 
 _LIMIT_HELP = {
@@ -60,25 +50,28 @@ def whole(text: str) -> int:
     return int(text)
 
 
+def picture_size(text: str) -> tuple[int, int]:
+    """``WIDTHxHEIGHT`` in pixels."""
+    match = re.fullmatch(r"(\d+)x(\d+)", text)
+    if match is None or not (1 <= int(match[1]) <= 16384 and 1 <= int(match[2]) <= 16384):
+        raise argparse.ArgumentTypeError(f"`{text}` is no size; write WIDTHxHEIGHT, such as 800x600")
+    return int(match[1]), int(match[2])
+
+
+def add_camera(group: Any, size_help: str, several: bool = False) -> None:
+    """How large pictures are, and where they are taken from: by one camera or ``several``."""
+    group.add_argument("--size", type=picture_size, metavar="WxH", help=size_help)
+    group.add_argument(
+        "--camera",
+        metavar="VIEW",
+        action="append" if several else "store",
+        help="turntable, top, isometric, follow; azimuth=40,elevation=20,distance=5,fov=35,target=0:1:0,aperture=.1,"
+        "focus=4; or a camera's JSON file; what is left out frames the scene",
+    )
+
+
 def add_file(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", metavar="FILE", help="a program, `-` for standard input")
-
-
-def program_files(names: Iterable[str]) -> list[str]:
-    """The files that are meant, each once: of a folder those that end in .scene, hidden ones left out."""
-    found: dict[str, str] = {}
-    for name in names:
-        programs = [name]
-        if name != "-" and os.path.isdir(name):
-            programs = [str(path) for path in _programs(Path(name))] or [name]
-        for each in programs:
-            found.setdefault(each if each == "-" else os.path.realpath(each), each)
-    return list(found.values())
-
-
-def _programs(folder: Path) -> list[Path]:
-    found = [path for path in folder.rglob("*.scene") if path.is_file()]
-    return sorted(p for p in found if not any(part.startswith(".") for part in p.relative_to(folder).parts))
 
 
 def add_output(parser: argparse.ArgumentParser) -> None:
@@ -167,3 +160,33 @@ def session_of(arguments: argparse.Namespace, strict: bool = False) -> Session:
         z_entries=z_entries(arguments),
     )
     return Session(options)
+
+
+def evaluated(arguments: argparse.Namespace) -> Evaluated:
+    """Evaluate the command's file and print what the run said."""
+    return evaluated_text(arguments)[0]
+
+
+def evaluated_text(arguments: argparse.Namespace) -> tuple[Evaluated, str]:
+    """As ``evaluated``, with the file's text."""
+    session = session_of(arguments)
+    source = session.source(arguments.file)
+    result = session.evaluate(source)
+    report_run(arguments, result)
+    return result, source.text
+
+
+def scene_of(arguments: argparse.Namespace) -> Scene | None:
+    """The scene of the command's file; None for a wrong program, which is then told."""
+    from scenelang.scene import scene_from
+
+    session = session_of(arguments)
+    source = session.source(arguments.file)
+    result = session.evaluate(source)
+    report_run(arguments, result)
+    return None if result.scene is None else scene_from(result, source.name, session.options)
+
+
+def session_limit(arguments: argparse.Namespace) -> int:
+    """How many primitives may be expanded."""
+    return limits_of(arguments).primitives

@@ -8,9 +8,11 @@ import os
 import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
 from typing import Any, TextIO
 
-from scenelang.grammar.diagnostics import Diagnostic, capped, printable, render_text, to_json
+from scenelang.backends.files import written_whole
+from scenelang.grammar.diagnostics import Diagnostic, SceneError, capped, printable, render_text, to_json
 from scenelang.session import Evaluated
 
 _PATIENCE = 1.0  # seconds before progress is shown
@@ -90,6 +92,30 @@ def progress(arguments: argparse.Namespace, label: str) -> Callable[[float], Non
         sys.stderr.flush()
 
     return show
+
+
+def check_folder(output: Path) -> None:
+    """Raises SceneError where ``output`` cannot be a file: before the work, so that typos are cheap."""
+    if not output.parent.is_dir():
+        raise SceneError("file", f"cannot write {output}: there is no folder {output.parent}")
+    if output.is_dir():
+        raise SceneError("file", f"cannot write {output}: it is a folder")
+
+
+def deliver(arguments: argparse.Namespace, text: str, output: str | None) -> None:
+    """Write a text to a file, whole or not at all, or to standard output."""
+    if output is None:
+        sys.stdout.write(text)
+        return
+    with written_whole(output) as temporary:
+        temporary.write_text(text, "utf-8")
+
+
+def done(arguments: argparse.Namespace, *written: Path) -> None:
+    """Say what was written."""
+    if not arguments.quiet:
+        for output in written:
+            say(f"wrote {output}")
 
 
 def table(rows: Sequence[Sequence[str]], right: Sequence[bool]) -> str:

@@ -1,54 +1,46 @@
-"""Commands that make files from scenes: render, export, backends."""
+"""Commands that draw scenes and write files of them: render, export, maps, graph, view, backends."""
 
 from __future__ import annotations
 
 import argparse
-import re
+import copy
+import sys
+import tempfile
+import threading
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scenelang.cli.options import add_common, add_file, add_output, usage_errors, whole
-from scenelang.cli.output import print_json, progress, say, table, warnings
-from scenelang.cli.programs import evaluated, session_limit
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.cli.options import (
+    UsageError,
+    add_camera,
+    add_common,
+    add_file,
+    add_output,
+    scene_of,
+    session_limit,
+    session_of,
+    usage_errors,
+    whole,
+)
+from scenelang.cli.output import check_folder, deliver, done, print_json, progress, report, report_run, say, table
+from scenelang.cli.output import warnings as warnings_of
+from scenelang.session import Session
 
 if TYPE_CHECKING:
-    from scenelang.backends.pictures.film import PictureBackend, PictureOptions
-    from scenelang.interpreter.scene.entity import Scene
+    from scenelang.backends.base import Option, Work
+    from scenelang.backends.labels.dataset import DatasetItem, LabelledScene
+    from scenelang.backends.pictures.film import PictureOptions
+    from scenelang.backends.viewer.packet import SplatsOf
+    from scenelang.viewer.workspace import Evaluate, Workspace
 
 _SIZE = (512, 512)
 
 
-def picture_size(text: str) -> tuple[int, int]:
-    """``WIDTHxHEIGHT`` in pixels."""
-    match = re.fullmatch(r"(\d+)x(\d+)", text)
-    if match is None or not (1 <= int(match[1]) <= 16384 and 1 <= int(match[2]) <= 16384):
-        raise argparse.ArgumentTypeError(f"`{text}` is no size; write WIDTHxHEIGHT, such as 800x600")
-    return int(match[1]), int(match[2])
+# --- options of pictures and backends --------------------------------------------------------------------------------
 
 
-# --- render --------------------------------------------------------------------------------------------------------
-
-
-def add_render(subparsers: Any) -> None:
-    parser = subparsers.add_parser("render", help="draw a picture or a film of the scene")
-    add_file(parser)
-    parser.add_argument("-o", "--output", metavar="OUT", required=True, help=".png .jpg .webp .exr .gif .apng .mp4")
-    parser.add_argument("--quality", choices=("draft", "final"), default="draft", help="final is path traced")
-    parser.add_argument("--backend", metavar="NAME,...", help="backends that draw, side by side, instead of a quality")
-    parser.add_argument("--frame", type=whole, metavar="N", help="a picture of this frame of a 4D scene, from 0")
-    add_view(parser)
-    parser.add_argument("--no-labels", action="store_true", help="no words on the boxes of semantic primitives")
-    films = parser.add_argument_group("films")
-    films.add_argument("--frames", type=whole, metavar="N", help="pictures of a film (default: the scene's, or 48)")
-    films.add_argument("--fps", type=float, metavar="X", help="pictures per second (default 24)")
-    films.add_argument("--orbit", type=float, metavar="DEGREES", help="how far the camera goes round the scene")
-    add_picture_options_later(parser)
-    add_common(parser)
-    parser.set_defaults(run=render)
-
-
-def add_view(parser: argparse.ArgumentParser, several: bool = False) -> None:
+def _add_view(parser: argparse.ArgumentParser, several: bool = False) -> None:
     """What tells where pictures are taken from, by one camera or ``several``, and in what light."""
     group = parser.add_argument_group("view")
     add_camera(group, "pixels (default 512x512)", several)
@@ -57,68 +49,59 @@ def add_view(parser: argparse.ArgumentParser, several: bool = False) -> None:
     group.add_argument("--ground", metavar="NAME", help="seamless, none, white, dark, meadow, earth, checker")
 
 
-def add_camera(group: Any, size_help: str, several: bool = False) -> None:
-    """How large pictures are, and where they are taken from: by one camera or ``several``."""
-    group.add_argument("--size", type=picture_size, metavar="WxH", help=size_help)
-    group.add_argument(
-        "--camera",
-        metavar="VIEW",
-        action="append" if several else "store",
-        help="turntable, top, isometric, follow; azimuth=40,elevation=20,distance=5,fov=35,target=0:1:0,aperture=.1,"
-        "focus=4; or a camera's JSON file; what is left out frames the scene",
-    )
+def _add_backend_options(parser: argparse.ArgumentParser, work: Work) -> None:
+    """A flag for every option of the backends that do ``work``; ``_settings_of`` reads them back."""
+    from scenelang.backends.base import every
+
+    owners: dict[str, list[str]] = {}
+    options: dict[str, Option] = {}
+    for backend in every(work):
+        for option in backend.options:
+            owners.setdefault(option.name, []).append(backend.name)
+            options.setdefault(option.name, option)
+    group = parser.add_argument_group("options of backends")
+    for name, option in options.items():
+        text = f"{option.doc} ({', '.join(owners[name])}{_default(option)})".replace("%", "%%")
+        if type(option.default) is bool:
+            group.add_argument(f"--{name}", action="store_const", const=True, dest=_dest(name), help=text)
+            continue
+        kind = int if option.default is None else type(option.default)
+        metavar = "|".join(option.choices) or {int: "N", float: "X"}.get(kind, "TEXT")
+        group.add_argument(f"--{name}", type=kind, dest=_dest(name), metavar=metavar, help=text)
+    parser.set_defaults(backend_options=tuple(options))
 
 
-def add_picture_options_later(parser: argparse.ArgumentParser) -> None:
-    """The options of the backends that draw."""
-    from scenelang.cli.backend_options import add_later
-
-    def add(to: argparse.ArgumentParser) -> None:
-        from scenelang.backends.base import Work
-        from scenelang.cli.backend_options import add_backend_options
-
-        add_backend_options(to, Work.PICTURE)
-
-    add_later(parser, add)
+def _settings_of(arguments: argparse.Namespace) -> dict[str, Any]:
+    """The options of backends that were given, by name."""
+    values = {name: getattr(arguments, _dest(name)) for name in arguments.backend_options}
+    return {name: value for name, value in values.items() if value is not None}
 
 
-def render(arguments: argparse.Namespace) -> int:
-    from scenelang.backends.pictures.film import check, picture_backend
-
-    output = Path(arguments.output)
-    with usage_errors():  # before the work, so that typos are cheap
-        chosen = arguments.backend.split(",") if arguments.backend else [arguments.quality]
-        backends = [picture_backend(name.strip()) for name in chosen]
-        options = picture_options(arguments)
-        check(options, backends)
-        _check_ending(output, arguments, len(backends))
-    check_folder(output)
-    result = evaluated(arguments)
-    if result.scene is None:
-        return 1
-    _draw(result.scene, output, backends, options, arguments)
-    done(arguments, output)
-    return 0
+def _dest(name: str) -> str:
+    return f"backend_{name.replace('-', '_')}"
 
 
-def picture_options(arguments: argparse.Namespace) -> PictureOptions:
+def _default(option: Option) -> str:
+    return "" if option.default in (None, "") or type(option.default) is bool else f"; default {option.default}"
+
+
+def _picture_options(arguments: argparse.Namespace, camera: str | None) -> PictureOptions:
     """What the options of a command that draws ask for; raises SceneError."""
     from scenelang.backends.pictures.camera import Camera, Viewpoint, parse_viewpoint
     from scenelang.backends.pictures.film import PictureOptions
-    from scenelang.cli.backend_options import settings_of
 
-    camera = parse_viewpoint(arguments.camera) if arguments.camera else Viewpoint()
-    own = (camera.width, camera.height) if isinstance(camera, Camera) else _SIZE
+    view = parse_viewpoint(camera) if camera else Viewpoint()
+    own = (view.width, view.height) if isinstance(view, Camera) else _SIZE
     width, height = arguments.size or own
     return PictureOptions(
         frame=arguments.frame,
         limit=session_limit(arguments),
         progress=progress(arguments, "rendering"),
-        settings=settings_of(arguments),
-        warn=warnings(arguments),
+        settings=_settings_of(arguments),
+        warn=warnings_of(arguments),
         width=width,
         height=height,
-        camera=camera,
+        camera=view,
         environment=arguments.environment,
         ground=arguments.ground,
         seed=arguments.seed,
@@ -126,115 +109,315 @@ def picture_options(arguments: argparse.Namespace) -> PictureOptions:
     )
 
 
-def _wants_film(arguments: argparse.Namespace) -> bool:
-    return any(value is not None for value in (arguments.frames, arguments.fps, arguments.orbit))
+# --- render, export --------------------------------------------------------------------------------------------------
 
 
-def _check_ending(output: Path, arguments: argparse.Namespace, backends: int) -> None:
-    """Raises SceneError for a file that no picture or film can be written to."""
-    from scenelang.backends.pictures.film import ENDINGS, FPS, STILL_ENDINGS, check_film, is_film
+def add_render(parser: argparse.ArgumentParser) -> None:
+    from scenelang.backends.base import Work
 
-    ending = output.suffix.lower()
-    known = sorted({*STILL_ENDINGS, *ENDINGS})
-    if ending not in known:
-        shown = f"`{ending}` files" if ending else "a file without an ending"
-        raise SceneError("backend", f"no backend writes {shown}", hint=f"it can be one of {' '.join(known)}")
-    if is_film(output, _wants_film(arguments)):
-        if arguments.frame is not None:
-            raise SceneError("value", "`--frame` asks for one picture, but a film is to be written")
-        check_film(output, FPS if arguments.fps is None else arguments.fps)
-    elif _wants_film(arguments):
-        hint = f"write {' '.join(ENDINGS)}, or leave out --frames, --fps and --orbit"
-        raise SceneError("value", f"`{output.name}` is one picture, but a film is asked for", hint=hint)
-    elif ending == ".exr" and backends > 1:
-        raise SceneError("value", "an .exr file holds what one backend draws")
-
-
-def _draw(
-    scene: Scene, output: Path, backends: list[PictureBackend], options: PictureOptions, arguments: argparse.Namespace
-) -> None:
-    from scenelang.backends.base import part_of
-    from scenelang.backends.pictures.film import (
-        FPS,
-        is_film,
-        painters,
-        save_film,
-        save_image,
-        save_picture,
-        side_by_side,
-    )
-    from scenelang.backends.pictures.stage import film, still
-
-    wanted = _wants_film(arguments) or (scene.animated and arguments.frame is None and output.suffix.lower() == ".webp")
-    if is_film(output, wanted):
-        shots = film(scene, options.camera, options.width, options.height, arguments.frames, arguments.orbit)
-        fps = FPS if arguments.fps is None else arguments.fps
-        save_film(painters(scene, options, backends, shots), shots, output, fps, options.progress)
-        return
-    shot = still(scene, options.camera, options.frame, options.width, options.height)
-    count = len(backends)
-    images = [
-        painter.paint(shot, part_of(options.progress, i / count, (i + 1) / count))
-        for i, painter in enumerate(painters(scene, options, backends, [shot]))
-    ]
-    if count == 1:
-        save_image(images[0], output)
-    else:
-        save_picture(side_by_side([image.picture for image in images]), output)
+    add_file(parser)
+    parser.add_argument("-o", "--output", metavar="OUT", required=True, help=".png .jpg .webp .exr .gif .apng .mp4")
+    parser.add_argument("--quality", choices=("draft", "final"), default="draft", help="final is path traced")
+    parser.add_argument("--backend", metavar="NAME,...", help="backends that draw, side by side, instead of a quality")
+    parser.add_argument("--frame", type=whole, metavar="N", help="a picture of this frame of a 4D scene, from 0")
+    _add_view(parser)
+    parser.add_argument("--no-labels", action="store_true", help="no words on the boxes of semantic primitives")
+    films = parser.add_argument_group("films")
+    films.add_argument("--frames", type=whole, metavar="N", help="pictures of a film (default: the scene's, or 48)")
+    films.add_argument("--fps", type=float, metavar="X", help="pictures per second (default 24)")
+    films.add_argument("--orbit", type=float, metavar="DEGREES", help="how far the camera goes round the scene")
+    _add_backend_options(parser, Work.PICTURE)
+    add_common(parser)
+    parser.set_defaults(run=render)
 
 
-# --- export --------------------------------------------------------------------------------------------------------
+def render(arguments: argparse.Namespace) -> int:
+    from scenelang.backends.pictures.film import FilmOptions, check, check_output, picture_backend, write_drawing
+
+    output = Path(arguments.output)
+    with usage_errors():  # before the work, so that typos are cheap
+        names = arguments.backend.split(",") if arguments.backend else [arguments.quality]
+        backends = [picture_backend(name.strip()) for name in names]
+        options = _picture_options(arguments, arguments.camera)
+        film = FilmOptions(arguments.frames, arguments.fps, arguments.orbit)
+        check(options, backends)
+        check_output(output, options.frame, film, len(backends))
+    check_folder(output)
+    scene = scene_of(arguments)
+    if scene is None:
+        return 1
+    write_drawing(scene.graph, output, options, film, backends)
+    done(arguments, output)
+    return 0
 
 
-def add_export(subparsers: Any) -> None:
-    from scenelang.cli.backend_options import add_later
+def add_export(parser: argparse.ArgumentParser) -> None:
+    from scenelang.backends.base import Work
 
-    parser = subparsers.add_parser("export", help="write the scene as a file for other programs")
     add_file(parser)
     parser.add_argument("-o", "--output", metavar="OUT", required=True, help="the file to write, such as OUT.glb")
     parser.add_argument("--backend", metavar="NAME", help="the backend (default: by file ending)")
     parser.add_argument("--frame", type=whole, metavar="N", help="only this frame of a 4D scene, from 0")
-    add_later(parser, _add_export_options)
+    _add_backend_options(parser, Work.EXPORT)
     add_common(parser)
     parser.set_defaults(run=export)
 
 
-def _add_export_options(parser: argparse.ArgumentParser) -> None:
-    from scenelang.backends.base import Work
-    from scenelang.cli.backend_options import add_backend_options
-
-    add_backend_options(parser, Work.EXPORT)
-
-
 def export(arguments: argparse.Namespace) -> int:
     from scenelang.backends import base
-    from scenelang.cli.backend_options import settings_of
 
-    output = Path(arguments.output)
+    output, limit = Path(arguments.output), session_limit(arguments)
+    shown, warn = progress(arguments, "exporting"), warnings_of(arguments)
     with usage_errors():
         backend = base.find(arguments.backend) if arguments.backend else base.for_file(output, base.Work.EXPORT)
-        options = base.BackendOptions(
-            arguments.frame,
-            session_limit(arguments),
-            progress(arguments, "exporting"),
-            settings_of(arguments),
-            warnings(arguments),
-        )
+        options = base.BackendOptions(arguments.frame, limit, shown, _settings_of(arguments), warn)
         base.check_settings(options, [backend])
     check_folder(output)
-    result = evaluated(arguments)
-    if result.scene is None:
+    scene = scene_of(arguments)
+    if scene is None:
         return 1
-    written = backend.run(result.scene, output, options) or [output]
-    done(arguments, *written)
+    done(arguments, *(backend.run(scene.graph, output, options) or [output]))
     return 0
 
 
-# --- backends ------------------------------------------------------------------------------------------------------
+# --- maps ------------------------------------------------------------------------------------------------------------
 
 
-def add_backends(subparsers: Any) -> None:
-    parser = subparsers.add_parser("backends", help="list what scenes can be turned into")
+def add_maps(parser: argparse.ArgumentParser) -> None:
+    from scenelang.backends.base import Work
+
+    parser.add_argument("files", metavar="FILE", nargs="+", help="programs, `-` for standard input")
+    parser.add_argument("-o", "--output", metavar="DIR", required=True, help="the folder to write to")
+    parser.add_argument("--quality", choices=("draft", "final"), default="draft", help="of the colour pictures")
+    parser.add_argument("--frame", type=whole, metavar="N", help="only this frame of a 4D scene, from 0")
+    parser.add_argument("--views", type=whole, metavar="N", help="so many random cameras, by the seed")
+    parser.add_argument("--tracks", type=whole, default=64, metavar="N", help="tracked points of 4D scenes (64)")
+    parser.add_argument(
+        "--annotations", type=whole, default=20_000, metavar="N", help="instances of a picture in coco.json (20,000)"
+    )
+    _add_view(parser, several=True)
+    _add_backend_options(parser, Work.PICTURE)
+    add_common(parser)
+    parser.set_defaults(run=maps, file="-")
+
+
+def maps(arguments: argparse.Namespace) -> int:
+    from scenelang.backends.labels.dataset import MapOptions, check_set_folder, views_of, write_set
+    from scenelang.backends.pictures.camera import parse_viewpoint
+    from scenelang.backends.pictures.film import check, picture_backend
+
+    with usage_errors():
+        backend = picture_backend(arguments.quality)
+        options = _picture_options(arguments, None)
+        check(options, [backend])
+        given = [parse_viewpoint(text) for text in arguments.camera or [""]]
+        views = views_of(given, arguments.views, arguments.seed)
+    settings = MapOptions(options, views, arguments.size is not None, arguments.tracks, arguments.annotations)
+    folder = Path(arguments.output)
+    check_set_folder(folder)
+    failed: list[str] = []
+
+    def skipped(item: DatasetItem) -> None:
+        if not arguments.quiet:
+            print(f"{item.folder} is there already", file=sys.stderr)
+
+    items = write_set(
+        _labelled(arguments, failed), folder, settings, backend, alone=len(arguments.files) == 1,
+        frame=arguments.frame, progress=lambda name: progress(arguments, name), skipped=skipped,
+    )  # fmt: skip
+    if items:
+        done(arguments, folder)
+    return 1 if failed else 0
+
+
+def _labelled(arguments: argparse.Namespace, failed: list[str]) -> Iterator[LabelledScene]:
+    """The scenes of the files, one after the other; those that have none are told and added to ``failed``."""
+    from scenelang.backends.labels.dataset import LabelledScene, names_of
+
+    for path, name in zip(arguments.files, names_of(arguments.files), strict=True):
+        arguments.file = path
+        session = session_of(arguments)
+        source = session.source(path)
+        result = session.evaluate(source)
+        report_run(arguments, result)
+        if result.scene is None:
+            failed.append(path)
+            continue
+        texts = [source.text, *(s.text for s in result.program.sources)] if result.program else [source.text]
+        ways = (repr(arguments.define), str(arguments.root), str(arguments.seed), str(arguments.z))
+        yield LabelledScene(name, result.scene, (*texts, *ways))
+
+
+# --- graph -----------------------------------------------------------------------------------------------------------
+
+
+def add_graph(parser: argparse.ArgumentParser) -> None:
+    add_file(parser)
+    parser.add_argument("-o", "--output", metavar="OUT.svg", required=True, help="the drawing to write")
+    parser.add_argument("--depth", type=whole, metavar="N", help="levels below the root")
+    parser.add_argument("--frame", type=whole, metavar="N", help="frame of a 4D scene (default 0)")
+    parser.add_argument("--thumbnails", action="store_true", help="a small picture of every node")
+    add_common(parser)
+    parser.set_defaults(run=graph)
+
+
+def graph(arguments: argparse.Namespace) -> int:
+    output = Path(arguments.output)
+    if output.suffix.lower() != ".svg":
+        raise UsageError("backend", f"a graph cannot be written as `{output.name}`", "use .svg")
+    check_folder(output)
+    scene = scene_of(arguments)
+    if scene is None:
+        return 1
+    done(arguments, scene.save_graph(output, arguments.depth, arguments.frame, arguments.thumbnails))
+    return 0
+
+
+# --- view ------------------------------------------------------------------------------------------------------------
+
+
+def _port(text: str) -> int:
+    if not text.isdecimal() or not 0 <= int(text) <= 65535:
+        raise argparse.ArgumentTypeError(f"`{text}` is no port; it is a number from 0 to 65535")
+    return int(text)
+
+
+def add_view(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("files", metavar="FILE", nargs="+", help="programs; their files are watched")
+    parser.add_argument("--html", metavar="OUT.html", help="write one page that works offline, and serve nothing")
+    parser.add_argument("--minecraft", action="store_true", help="the blocks of one program with the game's own looks")
+    parser.add_argument("--textures", metavar="PATH", help="where these looks are (default: the installed game)")
+    parser.add_argument("--splats", action="store_true", help="show Gaussians in place of solids")
+    parser.add_argument("--distilled", metavar="DIR", help="show what a run of `distill` learned")
+    parser.add_argument("--port", type=_port, default=0, metavar="N", help="the port (default: a free one)")
+    parser.add_argument("--no-browser", action="store_true", help="only print the address")
+    add_common(parser)
+    parser.set_defaults(run=view)
+
+
+def view(arguments: argparse.Namespace) -> int:
+    if "-" in arguments.files:
+        raise UsageError("file", "`view` watches files, so it cannot show standard input")
+    if arguments.textures is not None and not arguments.minecraft:
+        raise UsageError("value", "`--textures` goes with `--minecraft`")
+    if arguments.distilled is not None and len(arguments.files) > 1:
+        raise UsageError("value", "`--distilled` shows one program")
+    if arguments.minecraft and (arguments.splats or arguments.distilled is not None):
+        raise UsageError("value", "`--minecraft` shows blocks, `--splats` and `--distilled` Gaussians: choose one")
+    if arguments.minecraft:
+        return _view_build(arguments)
+    from scenelang.sandbox.worker import Worker
+    from scenelang.viewer.workspace import Workspace
+
+    evaluate = _evaluator(arguments)
+    if arguments.html:
+        return _save(arguments, Workspace(arguments.files, evaluate))
+    return _serve(arguments, Workspace(arguments.files, Worker(evaluate).ask))
+
+
+def _evaluator(arguments: argparse.Namespace) -> Evaluate:
+    from scenelang.backends.viewer.packet import LIMIT
+    from scenelang.viewer.workspace import evaluator
+
+    def open_session(file: str, values: Mapping[str, str]) -> Session:
+        chosen = copy.copy(arguments)
+        chosen.file = file
+        chosen.define = [*arguments.define, *(f"{name}={text}" for name, text in values.items())]
+        return session_of(chosen)
+
+    arguments.file = arguments.files[0]
+    session_of(arguments)  # mistakes of the command line come first
+    limit = arguments.max_primitives
+    return evaluator(open_session, LIMIT if limit is None else int(limit), _splats(arguments))
+
+
+def _splats(arguments: argparse.Namespace) -> SplatsOf | None:
+    """The Gaussians that are shown in place of solids, None for solids."""
+    if arguments.distilled is None and not arguments.splats:
+        return None
+    from scenelang.backends.viewer.packet import distilled_splats, own_splats
+
+    return own_splats if arguments.distilled is None else distilled_splats(Path(arguments.distilled))
+
+
+def _serve(arguments: argparse.Namespace, workspace: Workspace) -> int:
+    """Serve until Ctrl-C."""
+    from scenelang.viewer.server import ViewServer
+
+    with ViewServer(workspace, arguments.port) as server:
+        _open(arguments, server.address, "Ctrl-C ends it.")
+        try:
+            server.serve_forever(0.2)
+        except KeyboardInterrupt:
+            pass
+    return 0
+
+
+def _open(arguments: argparse.Namespace, address: str, said: str) -> None:
+    """Print an address, and show it in a browser where there is a screen and the user wants one."""
+    from scenelang.backends.viewer.page import open_in_browser
+
+    print(address, flush=True)
+    if not arguments.quiet:
+        print(said, file=sys.stderr)
+    if not arguments.no_browser:
+        open_in_browser(address)
+
+
+def _page_file(arguments: argparse.Namespace) -> str:
+    """The file that `--html` names; raises UsageError for one that cannot be a page."""
+    output = Path(arguments.html)
+    if output.suffix.lower() not in (".html", ".htm"):
+        raise UsageError("file", f"a page is an .html file, not {output.name}")
+    check_folder(output)
+    return str(arguments.html)
+
+
+def _save(arguments: argparse.Namespace, workspace: Workspace) -> int:
+    """Write the page with all files' scenes; nothing is written when one of them has a mistake."""
+    from scenelang.viewer.workspace import saved_page
+
+    output = _page_file(arguments)
+    page = saved_page(workspace, lambda diagnostics: report(arguments, diagnostics))
+    if page is None:
+        return 1
+    deliver(arguments, page, output)
+    done(arguments, Path(output))
+    return 0
+
+
+def _view_build(arguments: argparse.Namespace) -> int:
+    """Write the page of ``--html``, or show one in a browser until Ctrl-C; the files are not watched."""
+    from scenelang.backends.deepslate.backend import page_of_scene
+
+    if len(arguments.files) > 1:
+        raise UsageError("file", "`view --minecraft` shows one program")
+    output = _page_file(arguments) if arguments.html else None
+    (arguments.file,) = arguments.files
+    scene = scene_of(arguments)
+    if scene is None:
+        return 1
+    page = page_of_scene(scene.graph, arguments.textures or "", session_limit(arguments))
+    report(arguments, page.warnings)
+    if output is not None:
+        deliver(arguments, page.text, output)
+        done(arguments, Path(output))
+        return 0
+    with tempfile.TemporaryDirectory(prefix="scenelang-page-") as folder:
+        path = Path(folder) / "build.html"
+        deliver(arguments, page.text, str(path))
+        _open(arguments, path.as_uri(), "Ctrl-C ends it and removes the page.")
+        try:
+            threading.Event().wait()
+        except KeyboardInterrupt:
+            pass
+    return 0
+
+
+# --- backends --------------------------------------------------------------------------------------------------------
+
+
+def add_backends(parser: argparse.ArgumentParser) -> None:
     add_output(parser)
     parser.set_defaults(run=backends)
 
@@ -244,7 +427,7 @@ def backends(arguments: argparse.Namespace) -> int:
 
     found = base.every()
     if arguments.json:
-        print_json([_facts(backend) for backend in found])
+        print_json([backend.facts() for backend in found])
         return 0
     rows = [
         (b.name, b.work.value, " ".join(b.endings), "yes" if b.is_installed else f"pip install {b.install}", b.doc)
@@ -256,44 +439,3 @@ def backends(arguments: argparse.Namespace) -> int:
             for option in backend.options:
                 say(f"{backend.name} --{option.name}: {option.doc}")
     return 0
-
-
-def _facts(backend: Any) -> dict[str, Any]:
-    """What `backends --json` says of a backend."""
-    accepts = backend.accepts
-    return {
-        "name": backend.name,
-        "doc": backend.doc,
-        "command": backend.work.value,
-        "endings": list(backend.endings),
-        "installed": backend.is_installed,
-        "install": backend.install,
-        "accepts": {
-            "words": list(accepts.primitives()),
-            "any_word": accepts.any_word,
-            "attributes": list(accepts.attributes),
-            "animated": accepts.animated,
-        },
-        "options": [
-            {"name": option.name, "doc": option.doc, "default": option.default, "choices": list(option.choices)}
-            for option in backend.options
-        ],
-    }
-
-
-def check_folder(output: Path) -> None:
-    """Raises SceneError where ``output`` cannot be a file: before the work, so that typos are cheap."""
-    if not output.parent.is_dir():
-        raise SceneError("file", f"cannot write {output}: there is no folder {output.parent}")
-    if output.is_dir():
-        raise SceneError("file", f"cannot write {output}: it is a folder")
-
-
-def done(arguments: argparse.Namespace, *written: Path) -> None:
-    """Say what was written."""
-    if not arguments.quiet:
-        for output in written:
-            say(f"wrote {output}")
-
-
-COMMANDS = (add_render, add_export, add_backends)

@@ -1,50 +1,51 @@
-"""Commands about programs: check, run, expand, tree, flatten, count, bounds."""
+"""Commands about programs: check, run, tree, flatten, count, bounds, expand, fmt, diff, transpile, explain, grammar,
+import, doctor."""
 
 from __future__ import annotations
 
 import argparse
-import codecs
+import re
 import sys
 import time
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain, islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from scenelang.backends.files import read_regular, rewrite
-from scenelang.cli.options import UsageError, add_common, add_file, limits_of, program_files, session_of, whole
-from scenelang.cli.output import print_json, report, report_run, say, table
-from scenelang.grammar.datum import Atom, Datum, ListDatum, Source, Symbol, walk
-from scenelang.grammar.diagnostics import Diagnostic, SceneError
+from scenelang.cli.options import (
+    UsageError,
+    add_common,
+    add_file,
+    add_limits,
+    add_output,
+    evaluated,
+    limits_of,
+    session_limit,
+    session_of,
+    usage_errors,
+    whole,
+)
+from scenelang.cli.output import check_folder, deliver, done, print_json, report, report_run, say, table, use_color
+from scenelang.grammar.diagnostics import CODES, MENDS, Diagnostic, SceneError, diagnostic_named, explanation, suggest
 from scenelang.interpreter.scene.entity import count_words
 from scenelang.primer import summary, summary_rows
 from scenelang.sandbox.supervision import limited
-from scenelang.session import Evaluated, Session
+from scenelang.session import Options, Session
 
 if TYPE_CHECKING:
-    from scenelang.interpreter.program.program import Program
+    from scenelang.doctor import Check
+    from scenelang.formatting import FormattedFile
+    from scenelang.interpreter.scene.difference import Sheet
 
 _FIRST_LINES = 10_000
-
-
-def evaluated(arguments: argparse.Namespace) -> Evaluated:
-    """Evaluate the command's file and print what the run said."""
-    return evaluated_text(arguments)[0]
-
-
-def evaluated_text(arguments: argparse.Namespace) -> tuple[Evaluated, str]:
-    """As ``evaluated``, with the file's text."""
-    session = session_of(arguments)
-    source = session.source(arguments.file)
-    result = session.evaluate(source)
-    report_run(arguments, result)
-    return result, source.text
+_PAINT = {"+": "\x1b[32m", "-": "\x1b[31m", "@": "\x1b[36m"}
+_OFF = "\x1b[0m"
 
 
 # --- check, run, expand --------------------------------------------------------------------------------------------
 
 
-def add_check(subparsers: Any) -> None:
-    parser = subparsers.add_parser("check", help="find mistakes without running the program")
+def add_check(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("files", metavar="FILE", nargs="+", help="programs, folders of them, `-` for standard input")
     parser.add_argument("--strict", action="store_true", help="hold the program to the paper's grammar")
     parser.add_argument("--run", action="store_true", dest="evaluate", help="evaluate the programs as well")
@@ -55,6 +56,8 @@ def add_check(subparsers: Any) -> None:
 
 
 def check(arguments: argparse.Namespace) -> int:
+    from scenelang.formatting import program_files
+
     found: list[Diagnostic] = []
     session: Session | None = None
     files = program_files(arguments.files)
@@ -64,31 +67,27 @@ def check(arguments: argparse.Namespace) -> int:
         arguments.file = path
         session = session or session_of(arguments, arguments.strict)
         try:
-            source = _mended(arguments, session, path) if arguments.fix else session.source(path)
-            if arguments.geometry:
-                found += session.check_geometry(source)
-            else:
-                found += (session.evaluate(source) if arguments.evaluate else session.check(source)).diagnostics
+            found += _found_in(arguments, session, path)
         except SceneError as error:
             found.append(error.diagnostic)
     report(arguments, found, sys.stdout if arguments.json else None)
     return 1 if any(d.is_error for d in found) else 0
 
 
-def _mended(arguments: argparse.Namespace, session: Session, path: str) -> Source:
-    """The program after every safe fix, written back to its file."""
-    before = session.source(path)
-    source, number = session.mended(before)
-    if number:
-        mark = "\ufeff" if read_regular(path, 3).startswith(codecs.BOM_UTF8) else ""
-        rewrite(Path(path), mark + source.text)
-        if not arguments.quiet:
+def _found_in(arguments: argparse.Namespace, session: Session, path: str) -> Sequence[Diagnostic]:
+    """What is wrong with one file, after its fixes."""
+    if arguments.fix:
+        source, number = session.fix_file(path)
+        if number and not arguments.quiet:
             print(f"{path}: {number} {'fix' if number == 1 else 'fixes'} applied", file=sys.stderr)
-    return source
+    else:
+        source = session.source(path)
+    if arguments.geometry:
+        return session.check_geometry(source)
+    return (session.evaluate(source) if arguments.evaluate else session.check(source)).diagnostics
 
 
-def add_run(subparsers: Any) -> None:
-    parser = subparsers.add_parser("run", help="evaluate a program and say what the scene is")
+def add_run(parser: argparse.ArgumentParser) -> None:
     add_file(parser)
     add_common(parser)
     parser.set_defaults(run=run)
@@ -112,8 +111,7 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def add_expand(subparsers: Any) -> None:
-    parser = subparsers.add_parser("expand", help="print the program after macro expansion")
+def add_expand(parser: argparse.ArgumentParser) -> None:
     add_file(parser)
     add_common(parser)
     parser.set_defaults(run=expand)
@@ -122,45 +120,74 @@ def add_expand(subparsers: Any) -> None:
 def expand(arguments: argparse.Namespace) -> int:
     session = session_of(arguments)
     checked = session.check(session.source(arguments.file))
-    report_needed = [d for d in checked.diagnostics if d.is_error]
-    if not report_needed and checked.program is None:
+    if checked.ok and checked.program is None:
         raise SceneError("unsupported", f"{arguments.file} is a scene, not a program, so there is nothing to expand")
-    if report_needed or checked.program is None:
+    if not checked.ok or checked.program is None:
         report(arguments, checked.diagnostics)
         return 1
-    print(expansion(session, checked.program), end="")
+    print(session.expansion(checked.program), end="")
     return 0
 
 
-def expansion(session: Session, program: Program) -> str:
-    """The text of a program after macro expansion."""
-    from scenelang.grammar.layout import layout
-    from scenelang.grammar.reader import read
-    from scenelang.interpreter.compile.analyse import mentioned
-    from scenelang.interpreter.compile.unparse import unparse
-    from scenelang.interpreter.expand.forms import INDENTS
-
-    forms = [*program.forms, *([program.scene] if program.scene else [])]
-    params = {param.span for param in program.params}
-    imports = (f'(import "{module}")' for module in session.library_imports(program))
-    datums: list[Datum] = list(read(Source("<expansion>", "\n".join(imports))).forms)
-    spelling: dict[int, str] = {}
-    kept = frozenset(variable for form in forms if form.span in params for variable in mentioned(form))
-    for datum, form in zip(unparse(forms, kept), forms):
-        if form.span in params:  # as written, so that the expansion can be overridden too
-            (datum,) = read(Source(form.span.source.name, form.span.text)).forms
-            spelling |= {id(atom): atom.span.text for atom in walk(datum) if isinstance(atom, Atom)}
-        elif form is program.scene and isinstance(datum, ListDatum):
-            datum = ListDatum((Atom(Symbol("scene"), datum.span), *datum.items[1:]), None, datum.span)
-        datums.append(datum)
-    return layout(datums, indents=INDENTS, spelling=spelling)
+# --- tree, flatten, count, bounds ------------------------------------------------------------------------------------
 
 
-# --- count, bounds -------------------------------------------------------------------------------------------------
+def add_tree(parser: argparse.ArgumentParser) -> None:
+    add_file(parser)
+    parser.add_argument("--depth", type=whole, metavar="N", help="levels below the root")
+    parser.add_argument("--poses", action="store_true", help="also the pose of every part")
+    parser.add_argument("--all", action="store_true", help="every instance: no counts of repeated parts")
+    add_common(parser)
+    parser.set_defaults(run=tree)
 
 
-def add_count(subparsers: Any) -> None:
-    parser = subparsers.add_parser("count", help="count the instances of every word")
+def tree(arguments: argparse.Namespace) -> int:
+    from scenelang.interpreter.scene.outline import outline, outline_data
+
+    with limited(limits_of(arguments)):
+        result = evaluated(arguments)
+        if result.scene is None:
+            return 1
+        if arguments.json:
+            data = outline_data(result.scene, arguments.depth)
+        else:
+            lines = outline(result.scene, arguments.depth, arguments.poses, arguments.all)
+            first = list(islice(lines, _FIRST_LINES))
+    if arguments.json:
+        print_json(data)
+        return 0
+    for line in chain(first, lines):  # who reads them may take their time
+        say(line)
+    return 0
+
+
+def add_flatten(parser: argparse.ArgumentParser) -> None:
+    add_file(parser)
+    add_common(parser)
+    parser.set_defaults(run=flatten)
+
+
+def flatten(arguments: argparse.Namespace) -> int:
+    from scenelang.interpreter.scene.flatten import flatten as flatten_scene
+    from scenelang.interpreter.scene.numbering import primitive_handles
+    from scenelang.interpreter.scene.outline import flat_json
+
+    with limited(limits_of(arguments)):
+        result = evaluated(arguments)
+        if result.scene is None:
+            return 1
+        flat = flatten_scene(result.scene, session_limit(arguments))
+        handles = primitive_handles(result.scene, flat) if arguments.json else []
+    if arguments.json:
+        sys.stdout.writelines(chain(flat_json(flat, handles), "\n"))
+        return 0
+    for number, frame in enumerate(flat.frames):
+        label = f"frame {number}: " if flat.animated else ""
+        say(f"{label}{len(frame):,} primitives, {len(frame.primitives):,} distinct")
+    return 0
+
+
+def add_count(parser: argparse.ArgumentParser) -> None:
     add_file(parser)
     parser.add_argument("--frame", type=whole, default=0, metavar="N", help="frame of a 4D scene (default 0)")
     add_common(parser)
@@ -186,8 +213,7 @@ def count(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def add_bounds(subparsers: Any) -> None:
-    parser = subparsers.add_parser("bounds", help="the exact bounding box of the scene, or of a word's entities")
+def add_bounds(parser: argparse.ArgumentParser) -> None:
     add_file(parser)
     parser.add_argument("--word", help="only the entities of this word, in the world's frame")
     add_common(parser)
@@ -220,92 +246,302 @@ def bounds(arguments: argparse.Namespace) -> int:
     return 0
 
 
-# --- tree, flatten -------------------------------------------------------------------------------------------------
+# --- fmt -------------------------------------------------------------------------------------------------------------
 
 
-def add_tree(subparsers: Any) -> None:
-    parser = subparsers.add_parser("tree", help="print the entity hierarchy")
-    add_file(parser)
-    parser.add_argument("--depth", type=whole, metavar="N", help="levels below the root")
-    parser.add_argument("--poses", action="store_true", help="also the pose of every part")
-    parser.add_argument("--all", action="store_true", help="every instance: no counts of repeated parts")
-    add_common(parser)
-    parser.set_defaults(run=tree)
+def add_fmt(parser: argparse.ArgumentParser) -> None:
+    parser.description = "Format programs in one style. Only white space changes. Without options files are rewritten."
+    parser.add_argument(
+        "files", metavar="FILE", nargs="+", help="programs, folders of them, `-` for standard input to output"
+    )
+    parser.add_argument("--check", action="store_true", help="change nothing; exit 1 if a file would change")
+    parser.add_argument("--diff", action="store_true", help="change nothing; show what would change")
+    parser.add_argument("--lines", metavar="A:B", type=_lines, help="only the forms on lines A to B of one file")
+    add_output(parser)
+    parser.set_defaults(evaluates=False, run=fmt)
 
 
-def tree(arguments: argparse.Namespace) -> int:
-    from scenelang.interpreter.scene.outline import outline, outline_data
+def _lines(text: str) -> tuple[int, int]:
+    match = re.fullmatch(r"(\d{1,9}):(\d{1,9})", text)
+    if match is None or not 0 < int(match[1]) <= int(match[2]):
+        raise argparse.ArgumentTypeError(f"`{text}` is no range of lines such as 3:10")
+    return int(match[1]), int(match[2])
 
-    with limited(limits_of(arguments)):
-        result = evaluated(arguments)
-        if result.scene is None:
-            return 1
-        if arguments.json:
-            data = outline_data(result.scene, arguments.depth)
-        else:
-            lines = outline(result.scene, arguments.depth, arguments.poses, arguments.all)
-            first = list(islice(lines, _FIRST_LINES))
+
+def fmt(arguments: argparse.Namespace) -> int:
+    from scenelang.formatting import FormattedFile, format_file, program_files
+
+    names = program_files(arguments.files)
+    if arguments.lines is not None and len(names) != 1:
+        raise UsageError("value", f"--lines is for one file, got {len(names)}")
+    files: list[FormattedFile] = []
+    for name in names:
+        file = format_file(name, arguments.lines)
+        try:
+            _deliver(arguments, name, file)
+        except SceneError as error:
+            file = FormattedFile(file.name, diagnostics=(error.diagnostic,))
+        files.append(file)
+    _report_formatted(arguments, files)
+    failed = any(file.after is None for file in files)
+    return 1 if failed or (arguments.check and any(file.changes for file in files)) else 0
+
+
+def _deliver(arguments: argparse.Namespace, name: str, file: FormattedFile) -> None:
+    if file.after is None:
+        return
+    only_shown = arguments.check or arguments.diff
+    if arguments.diff and file.changes and not arguments.json:
+        sys.stdout.writelines(_painted(file.difference(), use_color(arguments, sys.stdout)))
+    if name == "-" and not only_shown and not arguments.json:
+        sys.stdout.flush()
+        sys.stdout.buffer.write(file.after.encode("utf-8"))
+    elif file.changes and not only_shown and name != "-":
+        from scenelang.backends.files import rewrite
+
+        rewrite(Path(name), file.after)
+    if file.changes and name != "-" and not arguments.json and not arguments.quiet and not arguments.diff:
+        say(f"{'would format' if arguments.check else 'formatted'} {name}")
+
+
+def _painted(lines: Iterable[str], color: bool) -> Iterator[str]:
+    for line in lines:
+        paint = _PAINT.get(line[:1]) if color else None
+        yield f"{paint}{line}{_OFF}\n" if paint else f"{line}\n"
+
+
+def _report_formatted(arguments: argparse.Namespace, files: Sequence[FormattedFile]) -> None:
+    found = [diagnostic for file in files for diagnostic in file.diagnostics]
     if arguments.json:
-        print_json(data)
-        return 0
-    for line in chain(first, lines):  # who reads them may take their time
-        say(line)
-    return 0
+        from scenelang.grammar.diagnostics import to_json
+
+        facts = [{"file": f.name, "changed": f.changes, "formatted": f.after is not None} for f in files]
+        print_json({"files": facts, "diagnostics": [to_json(diagnostic) for diagnostic in found]})
+    elif found:
+        report(arguments, found)
+    for file in files:
+        if file.fault is not None:
+            print(f"internal error: {file.fault} (the file is as it was; please report it)", file=sys.stderr)
 
 
-def add_flatten(subparsers: Any) -> None:
-    parser = subparsers.add_parser("flatten", help="the primitives with their world matrices")
-    add_file(parser)
+# --- diff ------------------------------------------------------------------------------------------------------------
+
+
+def tolerance(text: str) -> float:
+    """A part of the scene's size, more than 0 and less than 1."""
+    try:
+        value = float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"`{text}` is no number") from None
+    if not 0 < value < 1:
+        raise argparse.ArgumentTypeError(f"`{text}` is not between 0 and 1")
+    return value
+
+
+def add_diff(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("a", metavar="A", help="a program, or a flattened scene (.json)")
+    parser.add_argument("b", metavar="B", help="a program, or a flattened scene (.json)")
+    parser.add_argument(
+        "--tolerance", type=tolerance, default=1e-5, metavar="T",
+        help="differences up to this part of the scene's size do not count (default 1e-5)",
+    )  # fmt: skip
+    parser.add_argument("--limit", type=whole, default=20, metavar="N", help="changes to print (default 20)")
     add_common(parser)
-    parser.set_defaults(run=flatten)
+    parser.set_defaults(run=diff)
 
 
-def flatten(arguments: argparse.Namespace) -> int:
-    from scenelang.interpreter.scene.flatten import flatten as flatten_scene
-    from scenelang.interpreter.scene.numbering import primitive_handles
+def diff(arguments: argparse.Namespace) -> int:
+    from scenelang.scene_changes import change_lines, changes_between
 
-    with limited(limits_of(arguments)):
-        result = evaluated(arguments)
-        if result.scene is None:
+    if arguments.a == arguments.b == "-":
+        raise UsageError("file", "only one of the two can be standard input")
+    sides: list[Sequence[Sheet]] = []
+    for path in (arguments.a, arguments.b):
+        with limited(limits_of(arguments)):
+            sheets = _sheets(arguments, path)
+        if sheets is None:
             return 1
-        flat = flatten_scene(result.scene, session_limit(arguments))
-        handles = primitive_handles(result.scene, flat) if arguments.json else []
-    if not arguments.json:
-        for number, frame in enumerate(flat.frames):
-            label = f"frame {number}: " if flat.animated else ""
-            say(f"{label}{len(frame):,} primitives, {len(frame.primitives):,} distinct")
-        return 0
-    _write_flat(flat, handles)
+        sides.append(sheets)
+    with limited(limits_of(arguments)):
+        found = changes_between(sides[0], sides[1], arguments.tolerance)
+    if arguments.json:
+        print_json(found.data())
+    else:
+        say("\n".join(change_lines(found, arguments.limit)))
+    return 0 if found.equal else 1
+
+
+def _sheets(arguments: argparse.Namespace, path: str) -> Sequence[Sheet] | None:
+    """The frames of a program or a JSON file; None when the program is wrong, which is then said."""
+    from scenelang.scene_changes import sheets_in, sheets_of
+
+    limit = session_limit(arguments)
+    sheets = sheets_in(path, limit)
+    if sheets is not None:
+        return sheets
+    arguments.file = path  # what the shared options look at: embeddings lie beside it
+    result = evaluated(arguments)
+    return sheets_of(result.scene, limit) if result.scene is not None else None
+
+
+# --- transpile, import, grammar --------------------------------------------------------------------------------------
+
+
+def add_transpile(parser: argparse.ArgumentParser) -> None:
+    parser.description = "Turn the Python of a language model's response into a program. The Python is never run."
+    parser.add_argument(
+        "file", metavar="FILE", help="a response (.txt), a Python program (.py), `-` for standard input"
+    )
+    parser.add_argument("-o", "--output", metavar="OUT.scene", help="where to write it (default: standard output)")
+    add_output(parser)
+    add_limits(parser)
+    parser.set_defaults(run=transpile)
+
+
+def transpile(arguments: argparse.Namespace) -> int:
+    if arguments.output is not None and Path(arguments.output).resolve() == Path(arguments.file).resolve():
+        raise UsageError("file", "the output would replace the Python that it is made of")
+    session = Session(Options(limits=limits_of(arguments)))
+    translation = session.transpile(session.source(arguments.file))
+    report(arguments, translation.diagnostics)
+    if not translation.ok:
+        return 1
+    deliver(arguments, translation.text, arguments.output)
     return 0
 
 
-def session_limit(arguments: argparse.Namespace) -> int:
-    return limits_of(arguments).primitives
+def add_import(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("file", metavar="FILE", help="the build: .schem, .litematic or .nbt")
+    parser.add_argument("-o", "--output", metavar="OUT.scene", help="the program to write (default: standard output)")
+    add_output(parser)
+    parser.set_defaults(run=import_build)
 
 
-def _write_flat(flat: Any, handles: Any) -> None:
-    """The flattened scene as JSON, primitive by primitive, so that memory stays small."""
-    import json
+def import_build(arguments: argparse.Namespace) -> int:
+    from scenelang.backends.minecraft.export import imported
 
-    from scenelang.interpreter.runtime.show import primitive_attributes
-
-    out = sys.stdout
-    out.write(f'{{"root": {json.dumps(flat.word)}, "frames": [')
-    for position, (frame, names) in enumerate(zip(flat.frames, handles)):
-        out.write((", " if position else "") + '{"primitives": [')
-        words = [json.dumps(entity.word) for entity in frame.primitives]
-        attributes = [json.dumps(primitive_attributes(entity)) for entity in frame.primitives]
-        paths = [json.dumps(path) for path in frame.paths]
-        for i in range(len(frame)):
-            k = frame.index[i]
-            matrix = [*frame.matrices[i].tolist(), [0.0, 0.0, 0.0, 1.0]]
-            handle, path = json.dumps(f"<{names[i]}>"), paths[frame.path_index[i]]
-            out.write(
-                f'{", " if i else ""}{{"word": {words[k]}, "attributes": {attributes[k]}, '
-                f'"handle": {handle}, "matrix": {matrix}, "path": {path}}}'
-            )
-        out.write("]}")
-    out.write("]}\n")
+    output = Path(arguments.output) if arguments.output else None
+    if output is not None:
+        if output.suffix != ".scene":
+            raise UsageError("backend", f"a program cannot be written as `{output.name}`", "use .scene")
+        check_folder(output)
+    text, warnings = imported(Path(arguments.file))
+    deliver(arguments, text, arguments.output)
+    if output is not None:
+        done(arguments, output)
+    report(arguments, warnings)
+    return 0
 
 
-COMMANDS = (add_check, add_run, add_tree, add_flatten, add_count, add_bounds, add_expand)
+def add_grammar(parser: argparse.ArgumentParser) -> None:
+    from scenelang.stdlib.grammars import GRAMMARS
+
+    parser.description = (
+        "Write the grammar of programs: text that reads and whose special forms have the right shape. "
+        "Given to a decoder, it makes a local model write nothing else (docs/grammar.md)."
+    )
+    parser.add_argument("--format", required=True, choices=GRAMMARS, help="who is to read it")
+    parser.add_argument("--strict", action="store_true", help="exactly the paper's grammar, as check --strict has it")
+    parser.add_argument("-o", "--output", metavar="FILE", help="where to write it (default: standard output)")
+    add_output(parser)
+    parser.set_defaults(evaluates=False, run=grammar)
+
+
+def grammar(arguments: argparse.Namespace) -> int:
+    from scenelang.stdlib.grammars import grammar_text
+
+    with usage_errors():
+        text = grammar_text(arguments.format, arguments.strict)
+    deliver(arguments, text, arguments.output)
+    return 0
+
+
+# --- explain, doctor -------------------------------------------------------------------------------------------------
+
+
+def add_explain(parser: argparse.ArgumentParser) -> None:
+    parser.description = "Explain codes such as E301, or names such as unbound; without any, list them all."
+    parser.add_argument("codes", metavar="CODE", nargs="*", help="codes or names of errors and warnings")
+    add_output(parser)
+    parser.set_defaults(evaluates=False, run=explain)
+
+
+def explain(arguments: argparse.Namespace) -> int:
+    names = [_named(asked) for asked in arguments.codes]
+    listed = names or sorted(CODES, key=lambda name: CODES[name].code)
+    if arguments.json:
+        print_json([
+            {"code": CODES[name].code, "name": name, "why": CODES[name].why, "mend": MENDS[name]} for name in listed
+        ])  # fmt: skip
+    elif names:
+        print("\n\n".join("\n".join(explanation(name)) for name in names))
+    else:
+        print("\n".join(f"{CODES[name].code} {name}: {CODES[name].why}" for name in listed))
+    return 0
+
+
+def _named(asked: str) -> str:
+    """The name of the diagnostic that a code or name means; raises UsageError for one that there is not."""
+    name = diagnostic_named(asked)
+    if name is not None:
+        return name
+    known = [*(entry.code for entry in CODES.values()), *CODES]
+    hint = suggest(asked, known) or "`scenelang explain` lists all of them"
+    raise UsageError("value", f"there is no code or name `{asked[:80]}`", hint)
+
+
+_TITLES = {
+    "system": "System",
+    "works": "What works",
+    "packages": "Packages",
+    "extras": "Extras",
+    "services": "Services",
+    "folders": "Folders",
+    "terminal": "Terminal and browser",
+}
+_MARKS = {"ok": "ok", "note": "--", "missing": "no", "broken": "BROKEN"}
+_STATES = {"ok": "32", "note": "0", "missing": "33", "broken": "1;31"}
+
+
+def add_doctor(parser: argparse.ArgumentParser) -> None:
+    parser.description = (
+        "Try all that scenelang can do, each for a moment, and say what is missing and how to get it. "
+        "The exit code is 1 only where something that needs no extra is broken."
+    )
+    add_output(parser)
+    parser.set_defaults(evaluates=False, run=doctor)
+
+
+def doctor(arguments: argparse.Namespace) -> int:
+    from scenelang.doctor import checks
+
+    found = list(checks())
+    if arguments.json:
+        print_json([check.data() for check in found])
+    else:
+        print("\n".join(_doctor_lines(found, use_color(arguments, sys.stdout))))
+    return 1 if any(check.state.value == "broken" for check in found) else 0
+
+
+def _doctor_lines(found: list[Check], color: bool) -> Iterator[str]:
+    width = max(len(check.name) for check in found)
+    for topic, title in _TITLES.items():
+        mine = [check for check in found if check.topic == topic]
+        if mine:
+            yield title
+            yield from (_doctor_line(check, width, color) for check in mine)
+    broken = sum(check.state.value == "broken" for check in found)
+    remedies = list(dict.fromkeys(check.remedy for check in found if check.remedy.startswith(("pip ", "pipx "))))
+    yield ""
+    yield f"{broken} broken." if broken else "Everything that needs no extra works."
+    if remedies:
+        yield "To add what is missing:"
+        yield from (f"  {remedy}" for remedy in remedies)
+
+
+def _doctor_line(check: Check, width: int, color: bool) -> str:
+    mark = _MARKS[check.state.value]
+    if color:
+        mark = f"\x1b[{_STATES[check.state.value]}m{mark}\x1b[0m"
+    remedy = f"; {check.remedy}" if check.remedy else ""
+    return f"  {mark} {' ' * max(0, 2 - len(_MARKS[check.state.value]))}{check.name:<{width}}  {check.detail}{remedy}"

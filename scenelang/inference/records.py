@@ -37,7 +37,7 @@ from scenelang.backends.language_models.client import (
     reply_of,
 )
 from scenelang.backends.language_models.provider import Provider, connect, family
-from scenelang.grammar.diagnostics import SceneError, suggest, to_json
+from scenelang.grammar.diagnostics import SceneError, printable, suggest, to_json
 from scenelang.inference.answers import Verdict
 from scenelang.inference.brief import Notation
 from scenelang.inference.steps import SamplePlan, Speaker
@@ -69,6 +69,23 @@ class Attempt:
     @property
     def cost(self) -> float:
         return float(self.facts.get("cost", 0.0))
+
+    def data(self) -> dict[str, Any]:
+        """What became of the question, as JSON data; ``usable`` is None where nothing was judged."""
+        usage = self.facts.get("usage", {})
+        sent = sum(int(usage.get(name, 0)) for name in ("sent", "cache_read", "cache_written"))
+        return {
+            "sample": self.sample,
+            "number": self.number,
+            "purpose": self.purpose,
+            "ended": str(self.facts.get("stop", "")),
+            "tokens": {"sent": sent, "answered": int(usage.get("answered", 0))},
+            "cost": self.cost,
+            "was_kept": bool(self.facts.get("was_kept")),
+            "usable": self.facts.get("usable"),
+            "errors": sum(d.get("severity") == "error" for d in self.facts.get("diagnostics", [])),
+            "findings": len(self.facts.get("findings", [])),
+        }
 
 
 class Run:
@@ -191,6 +208,21 @@ class Run:
         """US dollars, with what interrupted requests may have cost."""
         lost = sum(_lost(path) for path in self.path.glob("sample-*/*/sent.json"))
         return lost + sum(attempt.cost for attempt in self.attempts())
+
+    def summary(self) -> dict[str, Any]:
+        """The run in a few facts, as JSON data; the ``state`` of a folder that cannot be read is "damaged"."""
+        found = {"name": self.name, "path": str(self.path)}
+        try:
+            facts = self.facts
+            task = facts["task"]["text"] or "a reconstruction"
+            command, state = str(facts["command"]), self.state
+        except (SceneError, KeyError, TypeError):
+            return found | {"command": "", "state": "damaged", "attempts": 0, "cost": 0.0, "task": ""}
+        shown = printable(" ".join(str(task).split()))
+        attempts = len(list(self.attempts()))
+        return found | {
+            "command": command, "state": state, "attempts": attempts, "cost": self.spent, "task": shown,
+        }  # fmt: skip
 
     def _folder(self, sample: int) -> Path:
         return self.path / f"sample-{sample}"

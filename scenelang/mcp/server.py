@@ -7,7 +7,9 @@ talks to the client, so it answers whatever a program does.
 from __future__ import annotations
 
 import base64
+import os
 from collections.abc import Awaitable, Callable
+from pathlib import Path
 from typing import Annotated, Any
 
 import anyio
@@ -17,6 +19,7 @@ from mcp.server.mcpserver.exceptions import ToolError, UnexpectedToolError
 from mcp.types import CallToolResult, ContentBlock, ImageContent, InputRequiredResult, TextContent, ToolAnnotations
 from pydantic import Field, ValidationError
 
+from scenelang.interpreter.runtime.limits import Limits
 from scenelang.mcp import tools
 from scenelang.mcp.tools import Project, ProjectProgram, ToolAnswer, WrongArguments, clipped, primer_text, refused
 from scenelang.sandbox.supervision import Ended
@@ -81,6 +84,27 @@ def work(tool: Callable[..., ToolAnswer], *arguments: Any) -> ToolAnswer:
         return tool(*arguments)
     except RecursionError:
         raise WrongArguments("the program is nested too deeply for this tool") from None
+
+
+def serve(root: Path, limits: Limits, version: str) -> None:
+    """Answer on standard input and output until it ends; ``root`` is the only folder that is read."""
+    os.chdir(root)  # what programs import and what diagnostics name is relative to it
+    _import_ahead()
+    worker = Worker(work, (str(root),))
+    build_server(Project(root, limits), version, worker).run("stdio")
+
+
+def _import_ahead() -> None:
+    """Modules and tables that every request needs are loaded once, before processes are forked for requests."""
+    from scenelang.backends.base import every
+    from scenelang.backends.pictures import film  # noqa: F401
+    from scenelang.grammar import ast, reader
+    from scenelang.stdlib.library import build_library
+
+    reader.prepare()
+    ast.prepare()
+    build_library()
+    every()
 
 
 def build_server(project: Project, version: str, worker: Worker) -> SceneServer:

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import argparse
 import re
-import shlex
 import tempfile
 import threading
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING
 
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError, suggest
@@ -19,7 +17,7 @@ from scenelang.interpreter.runtime.types import STD, Builtin
 from scenelang.interpreter.scene.entity import Scene, count_words, primitive_count
 from scenelang.repl.display import clean, signature_of
 from scenelang.repl.evaluation import LiveView, checked_program, comment_of, description, function_of, known_names
-from scenelang.repl.loop import Command, Quit, Repl, find
+from scenelang.repl.loop import Command, ModelRequest, Quit, Repl, find
 from scenelang.viewer.workspace import stamps_of
 
 if TYPE_CHECKING:
@@ -312,84 +310,64 @@ FILE_COMMANDS = (
 _MOST_CHANGES = 12
 
 
-class _Parser(argparse.ArgumentParser):
-    """Says what is wrong with options as every other mistake is said."""
-
-    def error(self, message: str) -> NoReturn:
-        raise SceneError("value", message, f"`,help {self.prog}` says how it is used")
-
-
-def _arguments(command: str, rest: str, what: str) -> argparse.Namespace:
-    """The options of a command and the text behind them. Raises SceneError."""
-    from scenelang.cli.generate import add_kind
-    from scenelang.cli.model_options import add_model_options
-
-    parser = _Parser(prog=command, add_help=False, allow_abbrev=False)
-    if command == "generate":
-        add_kind(parser)
-    add_model_options(parser)
-    parser.add_argument("text", nargs="*")
-    arguments = parser.parse_args(_words(wanted(rest, command, what)))
-    arguments.command, arguments.task = "repl", " ".join(arguments.text)
-    for name in ("resume", "dry_run", "json"):
-        if getattr(arguments, name):
-            raise SceneError("value", f"`--{name.replace('_', '-')}` is for the command line")
-    if not arguments.task:
+def _request(repl: Repl, command: str, rest: str, what: str) -> ModelRequest:
+    """What a command asks for. Raises SceneError."""
+    request = repl.request(command, wanted(rest, command, what))
+    if not request.text:
         raise SceneError("value", f"`,{command}` wants {what}")
-    return arguments
-
-
-def _words(text: str) -> list[str]:
-    try:
-        return shlex.split(text)
-    except ValueError:  # an apostrophe
-        return text.split()
+    return request
 
 
 def _generate(repl: Repl, rest: str) -> None:
-    from scenelang.cli.generate import task_of
-    from scenelang.cli.model_options import settings_from
     from scenelang.inference.conductor import Inference
 
-    arguments = _arguments("generate", rest, "what the scene shows, such as ,generate a lighthouse")
-    task = task_of(arguments)
-    inference = Inference(task, settings_from(arguments), repl.evaluation.session.options)
-    result = _asked(arguments, inference)
+    request = _request(repl, "generate", rest, "what the scene shows, such as ,generate a lighthouse")
+    assert request.task is not None
+    inference = Inference(request.task, request.settings, repl.evaluation.session.options)
+    result = _asked(repl, request, inference)
     repl.screen.report(result.best.diagnostics)
-    _take_over(repl, arguments.task, result.best.program)
+    _take_over(repl, request.text, result.best.program)
 
 
 def _edit(repl: Repl, rest: str) -> None:
-    from scenelang.cli.model_options import ablation_of, settings_from
-    from scenelang.inference.conductor import Inference, edit_of, edit_task, imported_files
+    from scenelang.inference.brief import Ablation
+    from scenelang.inference.conductor import Inference
+    from scenelang.inference.generation import edit_of, edit_task, imported_files
     from scenelang.scene_changes import OF_AN_EDIT, change_lines
 
-    arguments = _arguments("edit", rest, "an instruction, such as ,edit make the tower higher")
+    request = _request(repl, "edit", rest, "an instruction, such as ,edit make the tower higher")
     evaluation = repl.evaluation
     name = evaluation.file or "<repl>"
     program = checked_program(evaluation.session, evaluation.top, name)
     before = evaluation.root()
-    task = edit_task(Source(name, program), before, arguments.task, ablation_of(arguments), arguments.seed)
+    ablation = request.ablation or Ablation.NONE
+    task = edit_task(Source(name, program), before, request.text, ablation, request.seed)
     imports = imported_files(evaluation.session.check(Source(name, program)).program)
     options = replace(evaluation.session.options, imports=imports)
-    inference = Inference(task, settings_from(arguments), options, name)
-    result = _asked(arguments, inference)
+    result = _asked(repl, request, Inference(task, request.settings, options, name))
     done = edit_of("the session", task, before, result.best, evaluation.limits.primitives)
     repl.screen.rows(done.text.splitlines())
     repl.screen.rows(change_lines(done.changes, _MOST_CHANGES, OF_AN_EDIT))
     if repl.screen.ask is not None and not repl.screen.ask("take it over?"):
         return
     evaluation.reset()
-    _take_over(repl, arguments.task, result.best.code)
+    _take_over(repl, request.text, result.best.code)
 
 
-def _asked(arguments: argparse.Namespace, inference: Inference) -> Result:
+def _asked(repl: Repl, request: ModelRequest, inference: Inference) -> Result:
     """Run to the end, in a run folder as on the command line. Raises SceneError."""
-    from scenelang.cli.model_runs import begun, played, recorded
+    from scenelang.inference.generation import NoProgram, begin, play, recorded
 
-    run = begun(arguments, inference, arguments.task)
-    with recorded(arguments, run):
-        return played(arguments, inference, run)[1]
+    run = begin(inference, "repl", request.text, request.runs)
+    try:
+        with recorded(run):
+            return play(inference, run, request.live)
+    except SceneError as error:
+        if isinstance(error, NoProgram):
+            repl.screen.report(error.verdict.diagnostics)
+        if not repl.screen.quiet:
+            repl.screen.complain(f"the run is kept in {run.path}")
+        raise
 
 
 def _take_over(repl: Repl, name: str, program: str) -> None:

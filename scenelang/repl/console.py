@@ -34,7 +34,7 @@ from scenelang.repl.commands import commands
 from scenelang.repl.completion import SceneCompleter, scan
 from scenelang.repl.display import Screen, protocol_of
 from scenelang.repl.evaluation import ReplEvaluation
-from scenelang.repl.loop import Quit, Repl, is_command
+from scenelang.repl.loop import Quit, Repl, RequestReader, is_command, plain_request
 
 # How far a new line of an unfinished form is indented: bodies by two, operands under one another.
 
@@ -113,10 +113,10 @@ PROMPT = "scene> "
 _STYLE = Style.from_dict({"wrong-bracket": "bg:ansired ansiwhite", "prompt": "ansicyan"})
 
 
-def run(evaluation: ReplEvaluation, color: bool, quiet: bool) -> int:
+def run(evaluation: ReplEvaluation, color: bool, quiet: bool, request: RequestReader = plain_request) -> int:
     """Work until Ctrl-D or ``,quit``; how many inputs failed."""
     screen = Screen(_write, _write, color, protocol_of(os.environ), _ask, quiet)
-    repl = Repl(evaluation, screen, commands())
+    repl = Repl(evaluation, screen, commands(), request)
     session = _session(evaluation, color)
     if not quiet:
         _write("The Scene Language. `,help` lists the commands, Ctrl-D leaves.")

@@ -503,12 +503,9 @@ class LiveView:
 
     def open_browser(self) -> None:
         """Open the page where there is a screen for it."""
-        from scenelang.cli.view import has_screen
+        from scenelang.backends.viewer.page import open_in_browser
 
-        if has_screen():
-            import webbrowser
-
-            webbrowser.open(self.address)
+        open_in_browser(self.address)
 
     def again(self) -> LiveView:
         """Another viewer in the place of one whose threads are gone."""

@@ -6,13 +6,15 @@ import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, TextIO
 
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError, suggest
 from scenelang.repl.display import Screen, displayed
 from scenelang.repl.evaluation import EvaluationOutcome, ReplEvaluation
 
 if TYPE_CHECKING:
+    from scenelang.inference.brief import Ablation, Task
+    from scenelang.inference.records import InferenceSettings
     from scenelang.repl.evaluation import LiveView
 
 
@@ -47,11 +49,44 @@ class Background(Protocol):
         ...
 
 
+@dataclass(frozen=True, slots=True)
+class ModelRequest:
+    """What ,generate or ,edit asks a language model for; ``task`` is that of ,generate."""
+
+    text: str
+    settings: InferenceSettings
+    task: Task | None = None
+    ablation: Ablation | None = None
+    seed: int = 0
+    runs: str | None = None
+    live: TextIO | None = None
+
+
+RequestReader = Callable[[str, str], ModelRequest]
+
+
+def plain_request(command: str, line: str) -> ModelRequest:
+    """A request without options: the line is its text."""
+    from scenelang.inference.brief import Ablation
+    from scenelang.inference.generation import task_of
+    from scenelang.inference.records import InferenceSettings
+
+    task = task_of(line) if command == "generate" and line else None
+    return ModelRequest(line, InferenceSettings(), task, Ablation.NONE)
+
+
 class Repl:
     """``feed`` takes one input after the other; ``lock`` is held while one is worked on, since a watched file is
-    evaluated by a thread of its own."""
+    evaluated by a thread of its own. ``request`` reads what stands behind ,generate and ,edit."""
 
-    def __init__(self, evaluation: ReplEvaluation, screen: Screen, commands: Sequence[Command] = ()) -> None:
+    def __init__(
+        self,
+        evaluation: ReplEvaluation,
+        screen: Screen,
+        commands: Sequence[Command] = (),
+        request: RequestReader = plain_request,
+    ) -> None:
+        self.request = request
         self.evaluation = evaluation
         self.screen = screen
         self.commands = commands

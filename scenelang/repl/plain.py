@@ -16,7 +16,7 @@ from scenelang.interpreter.runtime.types import type_name
 from scenelang.repl.commands import commands
 from scenelang.repl.display import Screen, displayed
 from scenelang.repl.evaluation import EvaluationOutcome, ReplEvaluation
-from scenelang.repl.loop import Quit, Repl, is_command
+from scenelang.repl.loop import Quit, Repl, RequestReader, is_command, plain_request
 
 _SMALL = 2_000  # characters; longer inputs are read when they look closed, and again when they have grown
 _GROWTH = 1.1
@@ -32,6 +32,7 @@ class Plain:
     prompt: str = ""
     as_json: bool = False
     quiet: bool = False
+    request: RequestReader = plain_request
 
     def run(self, evaluation: ReplEvaluation) -> int:
         """Work until the input ends; how many inputs failed."""
@@ -40,7 +41,7 @@ class Plain:
             screen = Screen(said.append, lambda text: None, quiet=self.quiet)
         else:
             screen = Screen(lambda text: _say(self.out, text), lambda text: _say(self.errors, text), quiet=self.quiet)
-        repl = Repl(evaluation, screen, commands())
+        repl = Repl(evaluation, screen, commands(), self.request)
         try:
             if evaluation.file is not None:
                 self._answer(repl, evaluation.load(evaluation.file), said)
@@ -164,10 +165,10 @@ def _say(stream: TextIO, text: str) -> None:
     stream.flush()
 
 
-def standard(prompt: str, as_json: bool, quiet: bool) -> Plain:
+def standard(prompt: str, as_json: bool, quiet: bool, request: RequestReader = plain_request) -> Plain:
     """On the process's own streams; what is no UTF-8 is read as replacement characters."""
     for stream in (sys.stdin, sys.stdout, sys.stderr):
         reconfigure = getattr(stream, "reconfigure", None)
         if reconfigure is not None:
             reconfigure(encoding="utf-8", errors="replace")
-    return Plain(sys.stdin, sys.stdout, sys.stderr, prompt, as_json, quiet)
+    return Plain(sys.stdin, sys.stdout, sys.stderr, prompt, as_json, quiet, request)

@@ -459,3 +459,18 @@ def _param_data(control: ParamControl, values: Mapping[str, Any], is_live: bool)
         "writable": control.place is not None,
         "reason": reason,
     }
+
+
+def saved_page(workspace: Workspace, told: Callable[[Sequence[Diagnostic]], None]) -> str | None:
+    """One page with the scenes of all files, which needs no server; None where one of them has a mistake. ``told``
+    hears of the diagnostics."""
+    from scenelang.backends.viewer.page import SavedScene, self_contained
+
+    scenes = []
+    for number, name in enumerate(workspace.files):
+        state = workspace.state(number)
+        told(state.diagnostics)
+        if state.packet is None or not state.ok:
+            return None
+        scenes.append(SavedScene(name, state_data(name, state, is_live=False), state.packet))
+    return self_contained(scenes)

@@ -16,7 +16,6 @@ import pytest
 from fuzz.python_programs import PythonPrograms
 from fuzz.scene_programs import Programs
 from scenelang import session
-from scenelang.cli.programs import expansion
 from scenelang.grammar.datum import Source
 from scenelang.grammar.formatter import format_text
 from scenelang.interpreter.expand.forms import INDENTS
@@ -59,7 +58,7 @@ def _formatted(text: str) -> str:
 
 def _expanded(text: str) -> str | None:
     checked = SESSION.check(Source("<program>", text))
-    return expansion(SESSION, checked.program) if checked.ok and checked.program is not None else None
+    return SESSION.expansion(checked.program) if checked.ok and checked.program is not None else None
 
 
 def _transpiled(text: str) -> str | None:

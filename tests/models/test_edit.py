@@ -11,7 +11,7 @@ from PIL import Image
 
 from models.conftest import GOLDEN, RESPONSES, Place, recorded, system, texts
 from models.server import Said
-from scenelang.inference import conductor
+from scenelang.inference import generation
 from scenelang.scene_changes import changes_between, sheets_in, sheets_of
 from scenelang.session import Session
 
@@ -34,7 +34,7 @@ EDITS = [("t03-bramante-staircase", "shrink staircase radius by 80%"),
 
 @pytest.fixture(autouse=True)
 def _small_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(conductor, "_SIZE", 48)
+    monkeypatch.setattr(generation, "_SIZE", 48)
 
 
 def fenced(text: str) -> Said:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-from scenelang.cli.programs import expansion
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.session import Session
@@ -83,7 +82,7 @@ def test_expansions_keep_what_names_mean(name: str) -> None:
     session = Session()
     checked = session.check(Source("<a>", text))
     assert checked.program is not None, [d.message for d in checked.diagnostics]
-    assert log(expansion(session, checked.program)) == log(text)
+    assert log(session.expansion(checked.program)) == log(text)
 
 
 def test_keyword_parameters_of_a_template() -> None:
@@ -100,4 +99,4 @@ def test_names_that_cannot_change_are_refused() -> None:
     program = session.check(Source("<a>", text)).program
     assert program is not None
     with pytest.raises(SceneError, match="`y` hides another `y`"):
-        expansion(session, program)
+        session.expansion(program)

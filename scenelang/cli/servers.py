@@ -1,0 +1,140 @@
+"""Commands that stay: repl, lsp, mcp; and completion, which prints a script for a shell."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from scenelang.backends.base import need
+from scenelang.cli.options import UsageError, add_common, add_limits, limits_of, session_of
+from scenelang.cli.output import use_color
+
+SHELLS = ("bash", "zsh", "fish")
+
+
+# --- repl ------------------------------------------------------------------------------------------------------------
+
+
+def add_repl(parser: argparse.ArgumentParser) -> None:
+    parser.description = (
+        "Type forms and see their values. `,help` lists the commands. Without a terminal forms are read "
+        "from standard input, values go to standard output and diagnostics to standard error."
+    )
+    parser.add_argument("file", metavar="FILE", nargs="?", help="a program to begin with")
+    parser.add_argument("--plain", action="store_true", help="no terminal features; so too without a terminal")
+    parser.add_argument("--prompt", metavar="TEXT", help="in plain mode, what is written before each line is read")
+    parser.add_argument("--strict-errors", action="store_true", help="in plain mode, exit 1 when an input was wrong")
+    add_common(parser)
+    parser.set_defaults(run=repl)
+
+
+def repl(arguments: argparse.Namespace) -> int:
+    from scenelang.cli.models import model_request
+    from scenelang.repl.evaluation import ReplEvaluation
+
+    file = arguments.file
+    is_terminal = sys.stdin.isatty() and sys.stdout.isatty() and os.environ.get("TERM") != "dumb"
+    is_plain = arguments.plain or arguments.json or not is_terminal
+    arguments.file = file or "-"  # where embeddings are looked for
+    evaluation = ReplEvaluation(session_of(arguments), file)
+    if not is_plain:
+        from scenelang.repl.console import run
+
+        run(evaluation, use_color(arguments, sys.stdout), arguments.quiet, model_request)
+        return 0
+    from scenelang.repl.plain import standard
+
+    prompt = arguments.prompt
+    if prompt is None:
+        prompt = "> " if sys.stdin.isatty() and not arguments.json else ""
+    errors = standard(prompt, arguments.json, arguments.quiet, model_request).run(evaluation)
+    return 1 if errors and arguments.strict_errors else 0
+
+
+# --- lsp, mcp --------------------------------------------------------------------------------------------------------
+
+
+def add_lsp(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--stdio", action="store_true", help="what editors add; the only way there is")
+    parser.set_defaults(evaluates=False, run=lsp)
+
+
+def lsp(arguments: argparse.Namespace) -> int:
+    need("pygls", "'scenelang[lsp]'")
+    from importlib.metadata import version
+
+    from scenelang.lsp.server import serve
+
+    serve(version("scenelang"))
+    sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - the protocol's end has closed the real one
+    return 0
+
+
+def add_mcp(parser: argparse.ArgumentParser) -> None:
+    parser.description = (
+        "A server of the Model Context Protocol: an agent checks, runs, counts, renders and compares "
+        "programs, its own or files of the project folder. It writes no files."
+    )
+    parser.add_argument(
+        "--project", metavar="DIR", default=".", help="the only folder whose files are read (default: the current one)"
+    )
+    add_limits(parser)
+    parser.set_defaults(evaluates=False, run=mcp)
+
+
+def mcp(arguments: argparse.Namespace) -> int:
+    folder = Path(arguments.project)
+    if not folder.is_dir():
+        raise UsageError("file", f"there is no folder {arguments.project}")
+    need("mcp", "'scenelang[mcp]'")
+    from importlib.metadata import version
+
+    from scenelang.mcp.server import serve
+
+    serve(folder.resolve(), limits_of(arguments), version("scenelang"))
+    return 0
+
+
+# --- completion ------------------------------------------------------------------------------------------------------
+
+
+def add_completion(parser: argparse.ArgumentParser) -> None:
+    parser.description = (
+        "Print a script that completes commands, options, choices, files and a program's words. For bash "
+        'put `eval "$(scenelang completion bash)"` into ~/.bashrc, for zsh the same with zsh into ~/.zshrc behind '
+        "`compinit`; for fish write it to ~/.config/fish/completions/scenelang.fish."
+    )
+    parser.add_argument("shell", metavar="SHELL", choices=SHELLS, help="bash, zsh or fish")
+    parser.set_defaults(evaluates=False, run=completion, json=False, quiet=False, no_color=False)
+
+
+def completion(arguments: argparse.Namespace) -> int:
+    sys.stdout.write(script(arguments.shell))
+    return 0
+
+
+def script(shell: str) -> str:
+    """The script for one of ``SHELLS``."""
+    from scenelang.cli.main import build_parser
+    from scenelang.shell_completion import bash_script, commands_of, fish_script, zsh_script
+
+    writers = {"bash": bash_script, "zsh": zsh_script, "fish": fish_script}
+    return writers[shell](commands_of(build_parser(), _known_values()))
+
+
+def _known_values() -> Mapping[str, Sequence[str]]:
+    """Values of options that the parser takes as any text, by option: shells can help with them all the same."""
+    from scenelang.backends import base
+    from scenelang.backends.pictures.studio import ENVIRONMENTS, GROUNDS
+    from scenelang.grammar.diagnostics import CODES
+
+    return {
+        "backend": [backend.name for backend in base.every()],
+        "camera": ["turntable", "top", "isometric", "follow"],
+        "environment": list(ENVIRONMENTS),
+        "ground": list(GROUNDS),
+        "codes": [text for name, entry in CODES.items() for text in (entry.code, name)],
+    }

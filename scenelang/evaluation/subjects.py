@@ -1,0 +1,295 @@
+"""Programs and films as subjects of an evaluation: ``scenelang.evaluate_metrics``, and the page of the user study."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scenelang.backends.base import Progress
+from scenelang.backends.neural.clip import JUDGE, ClipName
+from scenelang.backends.neural.describing import thing
+from scenelang.backends.neural.weights import Shelf
+from scenelang.backends.neural.weights import device as device_called
+from scenelang.backends.neural.weights import shelf as shelf_in
+from scenelang.backends.pictures.film import HIGHEST_FPS, PictureOptions, check, picture_backend
+from scenelang.evaluation.running import (
+    METRICS,
+    Drawing,
+    Evaluation,
+    EvaluationEntry,
+    Measure,
+    MetricRecord,
+    Models,
+    Results,
+    Subject,
+    Tellers,
+    entries_of,
+    measure_called,
+    read_results,
+    write_results,
+)
+from scenelang.evaluation.study import Preferences, StudyQuestion, StudyResult, preferences, questions_of, study_page
+from scenelang.evaluation.tables import ResultTable, tables_of
+from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError, error_of, suggest, usage_errors
+from scenelang.interpreter.scene.entity import Scene
+from scenelang.primer import stated_task
+from scenelang.session import Options, Session
+
+if TYPE_CHECKING:
+    from scenelang.backends.pictures.stage import Shot
+
+_NEURAL = ("clip", "lpips", "dynamic")
+_MOST_VIEWS = 10_000
+_TURN = 36  # pictures of a turntable on the page of a study
+_FPS = 12.0
+Opened = tuple[Scene, str]  # a scene and the text of its program
+
+
+@dataclass(frozen=True, slots=True)
+class MetricOptions:
+    """What is measured and how scenes are drawn for it.
+
+    ``metrics`` are of METRICS, ``backends`` draw the scenes, each as a method of its own; ``size`` in pixels;
+    ``clip_views`` and ``lpips_views`` are numbers of pictures from all around, ``fps`` how fast the frames of 4D
+    scenes pass, ``clip_model`` is ARCHITECTURE/WEIGHTS of OpenCLIP or a folder, ``limit`` bounds the primitives.
+    """
+
+    metrics: tuple[str, ...] = METRICS
+    backends: tuple[str, ...] = ("draft",)
+    size: tuple[int, int] = (512, 512)
+    environment: str = "studio"
+    clip_views: int = 120
+    lpips_views: int = 20
+    fps: float = 24.0
+    clip_model: str | None = None
+    seed: int = 0
+    limit: int = 2_000_000
+    warn: Callable[[Diagnostic], None] | None = None
+
+    def check(self) -> None:
+        """Raises UsageError for what makes no sense, whatever the scenes."""
+        for name in self.metrics:
+            if name not in METRICS:
+                raise UsageError("value", f"there is no metric `{name}`", suggest(name, METRICS) or ", ".join(METRICS))
+        for option, count in (("--clip-views", self.clip_views), ("--lpips-views", self.lpips_views)):
+            if not 1 <= count <= _MOST_VIEWS:
+                raise UsageError("value", f"`{option}` must be 1 to {_MOST_VIEWS:,}, not {count:,}")
+        if not 0.0 < self.fps <= HIGHEST_FPS:
+            raise UsageError("value", f"`--fps` must be above 0 and up to {HIGHEST_FPS:g}, not {self.fps:g}")
+
+    def drawings(self) -> list[Drawing]:
+        """One for each backend. Raises UsageError."""
+        width, height = self.size
+        options = PictureOptions(
+            limit=self.limit, warn=self.warn, width=width, height=height, environment=self.environment,
+            seed=self.seed, labels=False,
+        )  # fmt: skip
+        names = list(dict.fromkeys(self.backends))
+        with usage_errors():
+            check(options, [picture_backend(name) for name in names])
+        return [Drawing(name, options, self.fps) for name in names]
+
+    def measures(self, shelf: Shelf, device: str | None) -> list[Measure]:
+        """The metrics with the models that they need; ``device`` None is the fastest."""
+        judge = ClipName.parse(self.clip_model) if self.clip_model else JUDGE
+        names = list(dict.fromkeys(self.metrics))
+        models = Models(shelf, _device(device) if any(name in _NEURAL for name in names) else "cpu", judge)
+        views = {"clip": self.clip_views, "lpips": self.lpips_views}
+        return [measure_called(name, models, views) for name in names]
+
+
+def _device(chosen: str | None) -> str:
+    """What computes; without torch any metric that needs it says so itself."""
+    try:
+        return device_called(chosen)
+    except SceneError as error:
+        if error.name != "backend":
+            raise
+        return "cpu"
+
+
+@dataclass(frozen=True, slots=True)
+class MetricReport:
+    """What an evaluation came to: one record for each scene, method and metric; ``left_out`` are metrics whose models
+    were not to be had, ``failures`` counts what could not be measured."""
+
+    records: tuple[MetricRecord, ...] = field(repr=False)
+    left_out: tuple[str, ...] = ()
+    failures: int = 0
+
+    @property
+    def tables(self) -> list[ResultTable]:
+        """The paper's tables with these rows beside the paper's."""
+        return tables_of(self.records)
+
+
+# --- subjects --------------------------------------------------------------------------------------------------------
+
+
+def subjects_of(
+    entries: Iterable[EvaluationEntry],
+    drawings: Sequence[Drawing],
+    opened: Callable[[EvaluationEntry], Opened | None],
+) -> Iterator[Subject]:
+    """Entries as scenes and films, one after the other; those for which ``opened`` gives None are left out."""
+    for entry in entries:
+        if entry.scene is None:
+            yield Subject(entry, entry.method or "film", entry.prompt, None, drawings[0])
+            continue
+        found = opened(entry)
+        if found is None:
+            continue
+        scene, text = found
+        prompt = entry.prompt or stated_task(text) or thing(scene.root)
+        for drawing in drawings:
+            yield Subject(entry, _method(entry, drawing, drawings), prompt, scene, _own(entry, drawing))
+
+
+def _method(entry: EvaluationEntry, drawing: Drawing, drawings: Sequence[Drawing]) -> str:
+    """What made a scene: the entry's own name for it, the backend's where there is none or several draw."""
+    if entry.method is None:
+        return drawing.backend
+    return entry.method if len(drawings) == 1 else f"{entry.method}, {drawing.backend}"
+
+
+def _own(entry: EvaluationEntry, drawing: Drawing) -> Drawing:
+    """The drawing with what the entry itself says: a distilled scene is drawn by Gaussians."""
+    if entry.distilled is None:
+        return drawing
+    options = replace(drawing.options, settings={"distilled": str(entry.distilled)})
+    return replace(drawing, backend="splats", options=options)
+
+
+# --- metrics ---------------------------------------------------------------------------------------------------------
+
+
+def measured(
+    subjects: Iterable[Subject],
+    measures: Sequence[Measure],
+    folder: Path | None,
+    answers: Sequence[Path] = (),
+    fail: Callable[[SceneError, str], None] = lambda _, __: None,
+    show: Callable[[Subject, Measure], Progress | None] = lambda _, __: None,
+) -> MetricReport:
+    """Measure subject after subject; each number is kept in ``folder`` as soon as it is there. ``answers`` are files
+    of a user study; ``fail`` hears of faults, ``show`` gives the progress of one measurement."""
+    preferred = preferences(answers) if answers else None  # read first, so that typos are cheap
+    evaluation = Evaluation(Results() if folder is None else read_results(folder))
+    keep = (lambda _: None) if folder is None else (lambda results: write_results(folder, results))
+    evaluation.measure(subjects, measures, Tellers(keep, fail, show))
+    records = evaluation.records
+    records = [*records, *(alignment(preferred, records) if preferred is not None else ())]
+    return MetricReport(tuple(records), tuple(sorted(evaluation.left_out)), evaluation.failures)
+
+
+def alignment(found: Preferences, others: Sequence[MetricRecord]) -> list[MetricRecord]:
+    """The records of preference for the methods and prompts of other records."""
+    groups = {record.prompt: record.group for record in others if record.prompt is not None}
+    return [
+        MetricRecord("", method, "alignment", "", groups[prompt], prompt, {"value": percentage})
+        for prompt, shares in found.percentages.items()
+        for method, percentage in shares.items()
+        if prompt in groups
+    ]
+
+
+def evaluate_metrics(
+    files: Sequence[str | Path],
+    options: MetricOptions | None = None,
+    *,
+    evaluation: Options | None = None,
+    folder: str | Path | None = None,
+    answers: Sequence[str | Path] = (),
+    models_folder: str | None = None,
+    offline: bool = False,
+    device: str | None = None,
+    progress: Callable[[Subject, Measure], Progress | None] = lambda _, __: None,
+) -> MetricReport:
+    """Measure scenes and films as the paper does: CLIP similarity, LPIPS between views, counts, dynamic degree.
+
+    Parameters
+    ----------
+    files : sequence of path
+        Programs, or JSON lists of programs and films with the texts that they were made for (docs/evaluation.md).
+    options : MetricOptions, optional
+        Which metrics, and how scenes are drawn.
+    evaluation : Options, optional
+        How programs are evaluated.
+    folder : path, optional
+        Keeps results, and goes on with those that are there.
+    answers : sequence of path
+        Files of answers to a user study, whose preferences join the tables.
+    models_folder, offline, device
+        Where weights are, whether the hub may be asked, and what computes (None: the fastest).
+    progress : callable
+        Gives, for each measurement, what is called with a fraction from 0 to 1, or None.
+
+    Raises
+    ------
+    UsageError
+        An option makes no sense.
+    SceneError
+        A program is wrong, or a file cannot be read.
+
+    Examples
+    --------
+    >>> report = evaluate_metrics(["examples/menger-sponge.scene"], MetricOptions(metrics=("count",)))
+    >>> report.failures
+    0
+    """
+    chosen = options or MetricOptions()
+    chosen.check()
+    drawings = chosen.drawings()
+    session = Session(evaluation)
+
+    def opened(entry: EvaluationEntry) -> Opened:
+        source = session.source(str(entry.scene))
+        result = session.evaluate(source)
+        if result.scene is None:
+            raise error_of(next(d for d in result.diagnostics if d.is_error))
+        return result.scene, source.text
+
+    kept = Path(folder) if folder is not None else None
+    if kept is not None:
+        kept.mkdir(parents=True, exist_ok=True)
+    measures = chosen.measures(shelf_in(models_folder, fetch=not offline), device)
+    subjects = subjects_of(entries_of([str(file) for file in files]), drawings, opened)
+    return measured(subjects, measures, kept, [Path(path) for path in answers], show=progress)
+
+
+# --- the user study --------------------------------------------------------------------------------------------------
+
+
+def study_of(
+    subjects: Iterable[Subject], seed: int, progress: Callable[[Subject], Progress | None] = lambda _: None
+) -> str:
+    """A page that asks which result fits its text best, with a film of every subject; raises SceneError where one
+    cannot be made."""
+    tasks: dict[str, list[StudyResult]] = {}
+    for subject in subjects:
+        if subject.prompt is None:
+            raise SceneError("value", f"{subject.entry.place} is for no text", hint='its entry needs a "prompt"')
+        tasks.setdefault(subject.prompt, []).append(_filmed(subject, progress(subject)))
+    return study_page(questions_of([StudyQuestion(prompt, tuple(found)) for prompt, found in tasks.items()], seed))
+
+
+def _filmed(subject: Subject, shown: Progress | None) -> StudyResult:
+    """The film of others as it is; of a scene a turn around it, or its frames."""
+    from scenelang.backends.neural.metrics import around, read_film, steady
+    from scenelang.backends.pictures.film import painters, save_film
+
+    if subject.scene is None:
+        assert subject.entry.film is not None
+        read_film(subject.entry.film)  # so that the page has no file that is none
+        return StudyResult(subject.method, subject.entry.film.read_bytes(), subject.entry.film.suffix.lower())
+    scene, options, drawing = subject.scene, subject.drawing.options, subject.drawing
+    width, height = options.width, options.height
+    shots: list[Shot] = steady(scene, width, height) if scene.animated else around(scene, _TURN, width, height)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "film.webp"
+        drawers = painters(scene, options, [picture_backend(drawing.backend)], shots)
+        save_film(drawers, shots, path, drawing.fps if scene.animated else _FPS, shown)
+        return StudyResult(subject.method, path.read_bytes(), ".webp")
