@@ -28,6 +28,15 @@ def user_folder(purpose: str) -> Path:
     return (Path(base) if base else Path.home() / _FOLDERS[purpose]) / "scenelang"
 
 
+def made_folder(path: Path) -> Path:
+    """A folder to write to, made where it is not there; raises SceneError("file")."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise SceneError("file", f"`{path}` cannot be a folder: {error.strerror or error}") from error
+    return path
+
+
 def read_regular(path: Path | str, most: int | None = None) -> bytes:
     """The bytes of a regular file, at most ``most`` of them. Raises OSError for anything else: a device has no end, and
     nobody may ever write to a pipe."""

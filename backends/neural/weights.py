@@ -128,3 +128,35 @@ def device(name: str | None = None) -> str:
     if name.partition(":")[0] not in here:
         raise SceneError("value", f"there is no device `{name}` here", hint=f"there is {', '.join(here)}")
     return name
+
+
+@dataclass(frozen=True, slots=True)
+class Models:
+    """Where the weights of neural models are, and what computes.
+
+    Parameters
+    ----------
+    folder : path, optional
+        A folder that holds models, each in a folder of its own; default: the environment's SCENELANG_MODELS.
+    offline : bool
+        Ask no hub for weights that are not on this machine.
+    device : str, optional
+        "cpu", "cuda", "mps"; default: the fastest that torch finds.
+
+    Examples
+    --------
+    >>> Models(offline=True, device="cpu")
+    Models(folder=None, offline=True, device='cpu')
+    """
+
+    folder: str | Path | None = None
+    offline: bool = False
+    device: str | None = None
+
+    def shelf(self) -> Shelf:
+        """Where the weights are looked for; raises SceneError("file") where the folder is none."""
+        return shelf(self.folder, fetch=not self.offline)
+
+    def computes_on(self) -> str:
+        """The name of the device; raises SceneError("value") for one that is not here, "backend" without torch."""
+        return device(self.device)

@@ -1,26 +1,24 @@
-"""The command that shows and changes Z, the embeddings of a scene."""
+"""The commands embeddings and embed: what Z says of a scene's embeddings, and what numbers say in words."""
 
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from scenelang.cli.embedding_vectors import add_actions, vector_of_picture
-from scenelang.cli.neural_options import add_models
-from scenelang.cli.options import UsageError, add_common, add_file, z_path
+from scenelang.cli.model_options import add_spending, describer
+from scenelang.cli.neural import add_granularity, add_models, granularity_of, models_of, scene_from, z_of
+from scenelang.cli.options import UsageError, add_common, add_file, usage_errors, whole, z_path
 from scenelang.cli.output import print_json, say, table
-from scenelang.cli.programs import evaluated
-from scenelang.grammar.datum import Handle, Source
-from scenelang.grammar.diagnostics import SceneError
-from scenelang.grammar.reader import read
-from scenelang.interpreter.expand.macros import quoted_value
-from scenelang.interpreter.runtime.show import plain_attributes, show
-from scenelang.interpreter.scene.entity import Entity, Scene
-from scenelang.interpreter.scene.numbering import frame_numbers, instances, number_scene
-from scenelang.session import Session, is_scene_file
+from scenelang.cli.pictures import check_folder, done
 
-MAX_ROWS = 500
+if TYPE_CHECKING:
+    from scenelang.backends.neural.wording import Wording, WordingRow
+    from scenelang.embeddings import EmbeddingRow, SceneWording
+
+_SHOWN = 3  # handles of a row that are spelled out
+_EXPORTS = ".npz .safetensors .json"
 
 
 def add_embeddings(subparsers: Any) -> None:
@@ -43,123 +41,268 @@ def add_embeddings(subparsers: Any) -> None:
     add_models(setting)
     add_common(setting)
     setting.set_defaults(run=set_embedding)
-    add_actions(actions)
+    _add_vectors(actions)
+
+
+def _add_vectors(actions: Any) -> None:
+    """The actions that work with vectors."""
+    encoding = actions.add_parser("encode", help="encode every primitive's sentence by OpenCLIP, and keep that in Z")
+    encoding.add_argument("--model", metavar="NAME", help="architecture/weights of OpenCLIP, or a folder")
+    add_granularity(encoding)
+    add_models(encoding)
+    add_common(encoding)
+    encoding.set_defaults(run=encode)
+    swapping = actions.add_parser("swap", help="exchange what Z says of two handles")
+    swapping.add_argument("handle", metavar="'<z2>'")
+    swapping.add_argument("other", metavar="'<z3>'")
+    add_common(swapping)
+    swapping.set_defaults(run=swap)
+    comparing = actions.add_parser("similar", help="what is most like a handle, a text or a picture")
+    comparing.add_argument("query", metavar="'<z2>'|TEXT|PICTURE")
+    comparing.add_argument("-n", "--number", type=whole, default=10, metavar="N", help="how many (default 10)")
+    add_models(comparing)
+    add_common(comparing)
+    comparing.set_defaults(run=similar)
+    exporting = actions.add_parser("export", help="write the vectors in Z for other programs")
+    exporting.add_argument("-o", "--output", metavar="OUT", required=True, help=_EXPORTS)
+    add_common(exporting)
+    exporting.set_defaults(run=export)
+
+
+def add_embed(subparsers: Any) -> None:
+    parser = subparsers.add_parser(
+        "embed",
+        help="describe every primitive in words, for neural backends",
+        description="Turn colours, surfaces, proportions and other numbers of every primitive into words, and store "
+        "these texts, with the templates that use them, in Z beside the program.",
+    )
+    add_file(parser)
+    parser.add_argument(
+        "--template",
+        metavar="TEXT",
+        help="the sentence about a primitive; {embedding}, {word} and {style} stand for its handle, what it is and the "
+        "root's handle (default: a {embedding} {word}, in the style of {style}, 3D model)",
+    )
+    parser.add_argument(
+        "--model", nargs="?", const="", metavar="NAME", help="let a language model find the words (default: a table)"
+    )
+    add_spending(parser)
+    parser.add_argument("--force", action="store_true", help="describe anew what Z describes already")
+    parser.add_argument("--print", action="store_true", dest="only_print", help="show the words, write nothing")
+    add_common(parser)
+    parser.set_defaults(run=embed)
+
+
+# --- list, set, swap -------------------------------------------------------------------------------------------------
 
 
 def list_embeddings(arguments: argparse.Namespace) -> int:
-    result = evaluated(arguments)
-    if result.scene is None:
+    from scenelang.embeddings import MOST_ROWS, Embeddings
+
+    scene = scene_from(arguments)
+    if scene is None:
         return 1
-    rows, learned = _rows(result.scene), _learned(z_path(arguments))
+    rows = Embeddings(z_path(arguments)).table(scene)
     if arguments.json:
-        print_json(
-            [
-                {"handle": f"<{name}>", "word": e.word, "text": e.embedding.text, "attributes": plain_attributes(e)}
-                | ({"vectors": learned[name]} if name in learned else {})
-                for name, e in rows.items()
-            ]
-        )
+        print_json([_row_data(row) for row in rows])
         return 0
-    cells = [
-        (f"<{name}>", e.word, e.embedding.text or "", _attributes(e), learned.get(name, "")) for name, e in rows.items()
-    ]
-    shown = 5 if learned else 4
-    titles = ("handle", "word", "text", "attributes", "learned vectors")
-    say(table([row[:shown] for row in (titles, *cells)], (False,) * shown))
-    if len(rows) == MAX_ROWS:
-        say(f"... only the first {MAX_ROWS} are shown")
+    shown = 5 if any(row.learned for row in rows) else 4
+    cells = [("handle", "word", "text", "attributes", "learned vectors"), *map(_row_cells, rows)]
+    say(table([row[:shown] for row in cells], (False,) * shown))
+    if len(rows) == MOST_ROWS:
+        say(f"... only the first {MOST_ROWS} are shown")
     return 0
 
 
-def _learned(path: Path | None) -> dict[str, str]:
-    """How the vectors came to be that Z has of handles, in words: how many, how wide, by what, of what."""
-    if path is None or not path.exists():
-        return {}
-    from scenelang.zfile import read_made, read_z
+def _row_data(row: EmbeddingRow) -> dict[str, Any]:
+    from scenelang.interpreter.runtime.show import plain_attributes
 
-    vectors, made = read_z(path)[1], read_made(path)
-    found = {}
-    for name, vector in vectors.items():
-        shape = " x ".join(map(str, vector.shape))
-        told = made.get(name)
-        found[name] = f"{shape}, {told.how} of {told.source}" if told is not None else shape
-    return found
+    data = {"handle": f"<{row.handle}>", "word": row.word, "text": row.text}
+    data["attributes"] = plain_attributes(row.entity)
+    return data | ({"vectors": row.learned} if row.learned else {})
 
 
-def _attributes(entity: Entity) -> str:
-    return " ".join(f":{key} {show(value, 40)}" for key, value in entity.embedding.attributes.items())
+def _row_cells(row: EmbeddingRow) -> tuple[str, ...]:
+    from scenelang.interpreter.runtime.show import show
 
-
-def _rows(scene: Scene) -> dict[str, Entity]:
-    """The first entities by handle, each handle once."""
-    numbers = frame_numbers(scene) if scene.animated else {}
-    numbering = number_scene(scene)
-    rows: dict[str, Entity] = {}
-    rank = 0
-    for root in scene.frames:
-        for path, entity in instances(root):
-            name = entity.embedding.handle
-            if name is None:
-                rank += 1
-                name = f"z{numbers[path] if scene.animated else numbering.number(rank)}"
-            rows.setdefault(name, entity)
-            if len(rows) >= MAX_ROWS:
-                return rows
-    return rows
+    attributes = " ".join(f":{key} {show(value, 40)}" for key, value in row.attributes.items())
+    return f"<{row.handle}>", row.word, row.text or "", attributes, row.learned
 
 
 def set_embedding(arguments: argparse.Namespace) -> int:
-    from scenelang.zfile import beside, set_entry, write_vectors
+    from scenelang.embeddings import check_program, handle_name
 
-    name = handle_of(arguments.handle)
+    with usage_errors():
+        name = handle_name(arguments.handle)
     if arguments.file != "-":
-        source = Session().source(arguments.file)  # a program that cannot be read has no embeddings
-        if is_scene_file(source):
-            hint = "set them for the program that made it"
-            raise SceneError("unsupported", f"{arguments.file} is a finished scene, which takes no embeddings", hint)
-    path = z_path(arguments) or beside(arguments.file)
-    if arguments.file == "-" and arguments.z is None:
-        raise SceneError("file", "say where Z is: --z FILE")
+        check_program(arguments.file)
+    z = z_of(arguments)
+    path = z.place()
     if arguments.text is None and not arguments.attribute and not arguments.clear and arguments.image is None:
         raise UsageError("value", "nothing to set", "give --text, --attribute or --image")
     if arguments.start is not None and arguments.image is None:
         raise UsageError("value", "`--start` is the word that a picture's vector starts from: give one with --image")
     attributes = dict(map(_attribute, arguments.attribute))
-    learned = None if arguments.image is None else vector_of_picture(arguments)
-    set_entry(path, name, arguments.text, attributes, arguments.clear)
-    if learned is not None:
-        write_vectors(path, {name: learned.word.vectors}, {name: learned.made})
+    word = z.set(
+        name, text=arguments.text, attributes=attributes, image=arguments.image, start=arguments.start,
+        model=arguments.model, clear=arguments.clear, models=models_of(arguments),
+    )  # fmt: skip
     if not arguments.quiet:
-        told = f"; cosine {learned.word.before:.3f} -> {learned.word.cosine:.3f}" if learned is not None else ""
+        told = f"; cosine {word.before:.3f} -> {word.cosine:.3f}" if word is not None else ""
         say(f"wrote {path}: <{name}>{told}")
     return 0
 
 
 def _attribute(item: str) -> tuple[str, Any]:
     """The name and value of `NAME=VALUE`; raises UsageError."""
+    from scenelang.embeddings import attribute_of
+
     key, sign, text = item.partition("=")
     if not sign or not key or not text.strip():
         raise UsageError("value", f"--attribute wants NAME=VALUE, got `{item}`")
-    return key.lstrip(":").strip(), _value(text)
+    return key.lstrip(":").strip(), attribute_of(text)
 
 
-def handle_of(text: str) -> str:
-    """The name of a handle as a user writes it; raises UsageError."""
-    inner = text if text.startswith("<") else f"<{text}>"
-    forms = read(Source("<handle>", inner)).forms
-    if len(forms) == 1 and type(getattr(forms[0], "value", None)) is Handle:
-        return str(forms[0].value)  # type: ignore[union-attr]
-    raise UsageError("value", f"`{text}` is no handle", "a handle is `<z5>`; quote it for the shell: '<z5>'")
+def swap(arguments: argparse.Namespace) -> int:
+    from scenelang.embeddings import Embeddings, handle_name
+
+    with usage_errors():
+        one, other = handle_name(arguments.handle), handle_name(arguments.other)
+    z = Embeddings(z_path(arguments))
+    z.swap(one, other)
+    if not arguments.quiet:
+        say(f"wrote {z.path}: <{one}> and <{other}> swapped; `encode` again if their sentences are needed")
+    return 0
 
 
-def _value(text: str) -> Any:
-    """The value of an attribute: a literal of the language, `[1,0,0]` with commas too; a bare word is a string."""
-    written = text.replace(",", " ") if text.strip().startswith("[") else text
-    result = read(Source("<attribute>", written))
-    if len(result.forms) != 1 or result.diagnostics:
-        return text
-    value = quoted_value(result.forms[0])
-    return text if type(value).__name__ == "Symbol" else value
+# --- encode, similar, export -----------------------------------------------------------------------------------------
 
 
-COMMANDS = (add_embeddings,)
+def encode(arguments: argparse.Namespace) -> int:
+    scene = scene_from(arguments)
+    if scene is None:
+        return 1
+    z = z_of(arguments)
+    found = z.encode(
+        scene, model=arguments.model, template=arguments.template, granularity=granularity_of(arguments),
+        models=models_of(arguments),
+    )  # fmt: skip
+    if not arguments.quiet:
+        count = sum(len(row.handles) for row in found.rows)
+        say(f"wrote {z.path}: {len(found.rows):,} sentences of {count:,} embeddings, by {found.model}")
+    return 0
+
+
+def similar(arguments: argparse.Namespace) -> int:
+    from scenelang.embeddings import Embeddings
+
+    found = Embeddings(z_path(arguments)).similar(arguments.query, arguments.number, models=models_of(arguments))
+    if arguments.json:
+        print_json([
+            {"cosine": row.cosine, "word": row.word, "prompt": row.prompt,
+             "handles": [f"<{handle}>" for handle in row.handles]}
+            for row in found
+        ])  # fmt: skip
+        return 0
+    cells = [(f"{row.cosine:.3f}", _some(row.handles, "({:,})"), row.prompt) for row in found]
+    say(table([("cosine", "handles", "sentence"), *cells], (True, False, False)))
+    return 0
+
+
+def _some(handles: tuple[str, ...], rest: str) -> str:
+    """The first handles; ``rest`` tells of how many there are."""
+    shown = " ".join(f"<{handle}>" for handle in handles[:_SHOWN])
+    return shown if len(handles) <= _SHOWN else f"{shown} ... {rest.format(len(handles))}"
+
+
+def export(arguments: argparse.Namespace) -> int:
+    from scenelang.embeddings import Embeddings, check_export
+
+    output = Path(arguments.output)
+    with usage_errors():
+        check_export(output)
+    check_folder(output)
+    done(arguments, Embeddings(z_path(arguments)).export(output))
+    return 0
+
+
+# --- embed -----------------------------------------------------------------------------------------------------------
+
+
+def embed(arguments: argparse.Namespace) -> int:
+    from scenelang.backends.neural.wording import DEFAULT, LIMIT, check_template
+    from scenelang.embeddings import Embeddings
+
+    with usage_errors():
+        check_template(DEFAULT if arguments.template is None else arguments.template)
+    z = Embeddings(z_path(arguments)) if arguments.only_print else _target(arguments)
+    scene = scene_from(arguments, fresh=not arguments.only_print and not z.exists)
+    if scene is None:
+        return 1
+    if arguments.model is not None and not arguments.force:
+        with usage_errors():
+            z.check_undescribed()
+    describe = None if arguments.model is None else describer(arguments)
+    work = z.words_of if arguments.only_print else z.describe
+    limit = int(arguments.max_primitives or LIMIT)
+    found = work(scene, template=arguments.template, describe=describe, force=arguments.force, limit=limit)
+    if arguments.json:
+        print_json(_wording_data(found.wording))
+    elif arguments.only_print:
+        say(_wording_table(found.wording))
+    elif not arguments.quiet:
+        say(_summary(z.place(), found))
+    if describe is not None and not arguments.quiet:
+        print(f"asking cost ${describe.spent:.4f}", file=sys.stderr)
+    return 0
+
+
+def _target(arguments: argparse.Namespace) -> Any:
+    """Where the words go; raises SceneError where there is no such place."""
+    from scenelang.embeddings import check_program
+
+    if arguments.file != "-":
+        check_program(arguments.file, "embed the program that made it, or look at the words with --print")
+    elif arguments.z is None:
+        raise UsageError("file", "say where Z is: --z FILE", "or look at the words with --print")
+    return z_of(arguments)
+
+
+def _summary(target: Path, found: SceneWording) -> str:
+    said = f"wrote {target}: {_counted(len(found.texts), 'text')} for {_counted(len(found.handles), 'embedding')}"
+    return f"{said}; {found.known:,} were there before (--force describes them anew)" if found.known else said
+
+
+def _counted(number: int, what: str) -> str:
+    return f"{number:,} {what}{'' if number == 1 else 's'}"
+
+
+def _wording_table(wording: Wording) -> str:
+    from scenelang.backends.neural.wording import filled
+    from scenelang.embeddings import MOST_ROWS
+
+    rows = [
+        (_some(row.handles, "{:,} in all"), row.word, row.text, filled(row.template, row.handles[0]))
+        for row in wording.rows[:MOST_ROWS]
+    ]
+    lines = [f"the style is <{wording.style}>, {wording.style_text}", ""]
+    lines.append(table([("handle", "word", "text", "template"), *rows], (False,) * 4))
+    if len(wording.rows) > MOST_ROWS:
+        lines.append(f"... only the first {MOST_ROWS} rows are shown")
+    return "\n".join(lines)
+
+
+def _wording_data(wording: Wording) -> dict[str, Any]:
+    style = {"handle": f"<{wording.style}>", "text": wording.style_text}
+    return {"style": style, "rows": list(map(_wording_row, wording.rows))}
+
+
+def _wording_row(row: WordingRow) -> dict[str, Any]:
+    from scenelang.backends.neural.wording import plain_text
+
+    data: dict[str, Any] = {"word": row.word, "text": row.text, "template": row.template}
+    data["plain"] = plain_text(row.word, row.text)
+    return data | {"handles": [f"<{handle}>" for handle in row.handles]}
+
+
+COMMANDS = (add_embeddings, add_embed)

@@ -1,0 +1,637 @@
+"""Z of a program from Python: the texts, attributes and learned vectors of embeddings, their words, their encodings.
+
+``Embeddings`` names a file of the form that ``zfile`` reads and writes; docs/embeddings.md tells what is in it.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from scenelang import zfile
+from scenelang.backends.neural.weights import Models
+from scenelang.grammar.datum import Handle, Source
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.reader import read
+from scenelang.interpreter.expand.macros import quoted_value
+from scenelang.interpreter.runtime.runtime import ZEntry
+from scenelang.interpreter.scene.entity import Entity
+from scenelang.interpreter.scene.numbering import frame_numbers, instances, number_scene
+from scenelang.scene import Scene, literal
+from scenelang.session import Session, is_scene_file
+from scenelang.zfile import Made
+
+if TYPE_CHECKING:
+    from scenelang.backends.neural.clip import ClipModel
+    from scenelang.backends.neural.describing import Describe
+    from scenelang.backends.neural.picture_words import PictureWord
+    from scenelang.backends.neural.sentences import Encodings, Granularity, Sayings
+    from scenelang.backends.neural.wording import Wording
+
+EXPORTS = (".npz", ".safetensors", ".json")
+MOST_ROWS = 500
+_PICTURES = (".png", ".jpg", ".jpeg", ".webp")
+_NO_PLACE = "say where Z is: --z FILE"
+_FINISHED = "set them for the program that made it"
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class EmbeddingRow:
+    """One embedding of a scene.
+
+    Attributes
+    ----------
+    handle : str
+        Its name without angle brackets, ``z5``.
+    entity : Entity
+        The first entity that has it.
+    shape : (K, width), optional
+        Of the learned vectors that Z has of it.
+    made : Made, optional
+        How these came to be: ``how``, ``source``, ``model``, ``when``.
+    """
+
+    handle: str
+    entity: Entity
+    shape: tuple[int, ...] | None = None
+    made: Made | None = None
+
+    @property
+    def word(self) -> str:
+        """What the entity is called."""
+        return self.entity.word
+
+    @property
+    def text(self) -> str | None:
+        """The text of the embedding."""
+        return self.entity.embedding.text
+
+    @property
+    def attributes(self) -> Mapping[str, Any]:
+        """The attributes of the embedding, as values of the language."""
+        return self.entity.embedding.attributes
+
+    @property
+    def learned(self) -> str:
+        """Learned vectors in words, ``1 x 1024, inversion of photo.png``; empty without any."""
+        if self.shape is None:
+            return ""
+        size = " x ".join(map(str, self.shape))
+        return f"{size}, {self.made.how} of {self.made.source}" if self.made is not None else size
+
+    def __repr__(self) -> str:
+        text = f": {self.text!r}" if self.text else ""
+        return f'<EmbeddingRow <{self.handle}> "{self.word}"{text}>'
+
+
+@dataclass(frozen=True, slots=True)
+class SimilarEmbedding:
+    """What was found similar: the ``cosine`` of its sentence ``prompt`` to the query, and whose sentence it is."""
+
+    cosine: float
+    word: str
+    prompt: str
+    handles: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class SceneWording:
+    """The words of a scene's primitives, and how many of their ``handles`` Z had words of before."""
+
+    wording: Wording
+    known: int = 0
+
+    @property
+    def handles(self) -> frozenset[str]:
+        """The handles that have a text."""
+        return frozenset(handle for row in self.wording.rows for handle in row.handles)
+
+    @property
+    def texts(self) -> frozenset[str]:
+        """The different texts."""
+        return frozenset(row.text for row in self.wording.rows)
+
+    def __repr__(self) -> str:
+        return f"<SceneWording: {len(self.texts):,} texts for {len(self.handles):,} embeddings>"
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Embeddings:
+    """The file of a program's embeddings, Z. Its contents are read anew each time, since other programs write it too.
+
+    Parameters
+    ----------
+    path : path, optional
+        The file, which need not be there yet; None where there is no place for one: nothing is known then.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> z = Embeddings(Path(tempfile.mkdtemp()) / "beach.z.safetensors")
+    >>> z.set("<z2>", text="of polished jade", attributes={"color": (0, 0.5, 0.25)})
+    >>> z
+    <Embeddings beach.z.safetensors: 1 entry, 0 learned vectors>
+    >>> z.entries["z2"].text
+    'of polished jade'
+    """
+
+    path: Path | None
+
+    # --- files -------------------------------------------------------------------------------------------------------
+
+    @staticmethod
+    def open(path: str | Path) -> Embeddings:
+        """The file at ``path``; raises SceneError("file") where there is none, "z-file" for anything else."""
+        found = Embeddings(Path(path))
+        zfile.read_entries(Path(path))
+        return found
+
+    @staticmethod
+    def beside(program: str | Path) -> Embeddings:
+        """The file beside a program, which need not be there yet: ``beach.z.safetensors`` of ``beach.scene``.
+
+        Raises
+        ------
+        SceneError
+            The program cannot be read ("file"), or is a finished scene, which takes no embeddings ("unsupported").
+        """
+        check_program(program)
+        return Embeddings(zfile.beside(str(program)))
+
+    @staticmethod
+    def of(scene: Scene, given: Embeddings | str | Path | None = "auto") -> Embeddings:
+        """What is meant for a scene: "auto" takes the file beside its program, where it has one; None takes none."""
+        if isinstance(given, Embeddings):
+            return given
+        if given is None:
+            return Embeddings(None)
+        if given != "auto":
+            return Embeddings(Path(given))
+        return Embeddings(None if scene.name.startswith("<") else zfile.beside(scene.name))
+
+    @property
+    def exists(self) -> bool:
+        """Whether there is a file."""
+        return self.path is not None and self.path.exists()
+
+    def place(self) -> Path:
+        """The path to write to; raises SceneError("file") where there is none."""
+        if self.path is None:
+            raise SceneError("file", _NO_PLACE)
+        return self.path
+
+    # --- what it says ------------------------------------------------------------------------------------------------
+
+    @property
+    def entries(self) -> dict[str, ZEntry]:
+        """Texts and attributes by handle; raises SceneError for a malformed file, as all that reads it does."""
+        return zfile.read_entries(self.path) if self.path is not None and self.exists else {}
+
+    @property
+    def vectors(self) -> dict[str, npt.NDArray[Any]]:
+        """Learned vectors (K, width) by handle."""
+        return zfile.read_z(self.path)[1] if self.path is not None and self.exists else {}
+
+    @property
+    def made(self) -> dict[str, Made]:
+        """How the vectors of each handle came to be."""
+        return zfile.read_made(self.path) if self.path is not None and self.exists else {}
+
+    @property
+    def encodings(self) -> Encodings | None:
+        """What ``encode`` found; None before."""
+        return zfile.read_encodings(self.path) if self.path is not None and self.exists else None
+
+    @property
+    def wording(self) -> Wording | None:
+        """What ``describe`` found; None before."""
+        return zfile.read_wording(self.path) if self.path is not None and self.exists else None
+
+    def table(self, scene: Scene, limit: int = MOST_ROWS) -> tuple[EmbeddingRow, ...]:
+        """The embeddings of a scene, each handle once, at most ``limit`` of them.
+
+        Examples
+        --------
+        >>> import scenelang as sl
+        >>> scene = sl.evaluate('(bind "beach" (lambda () (union (call "moai" "weathered"))))')
+        >>> Embeddings(None).table(scene)
+        (<EmbeddingRow <z1> "beach">, <EmbeddingRow <z2> "moai": 'weathered'>)
+        """
+        vectors, made = self.vectors, self.made
+        rows: dict[str, EmbeddingRow] = {}
+        for name, entity in _named(scene):
+            if name not in rows:
+                shape = vectors[name].shape if name in vectors else None
+                rows[name] = EmbeddingRow(name, entity, shape, made.get(name))
+            if len(rows) >= limit:
+                break
+        return tuple(rows.values())
+
+    def sayings(self, template: str | None = None) -> tuple[Sayings, Mapping[str, Any]]:
+        """What Z says besides the program, for sentences by ``template``, and its learned vectors by handle."""
+        from scenelang.backends.neural.sentences import Sayings
+        from scenelang.backends.neural.wording import DEFAULT
+
+        if self.path is None or not self.exists:
+            return Sayings(template=template or DEFAULT), {}
+        entries, vectors = zfile.read_z(self.path)
+        wording = self.wording
+        texts = {handle: row.text for row in wording.rows for handle in row.handles} if wording is not None else {}
+        if wording is not None:
+            texts[wording.style] = wording.style_text
+        texts |= {handle: entry.text for handle, entry in entries.items() if entry.text}
+        kept = wording.rows if wording is not None and template is None else ()
+        templates = {handle: row.template for row in kept for handle in row.handles}
+        return Sayings(frozenset(vectors), texts, template or DEFAULT, templates), vectors
+
+    # --- changes -----------------------------------------------------------------------------------------------------
+
+    def set(
+        self,
+        handle: str,
+        *,
+        text: str | None = None,
+        attributes: Mapping[str, Any] | None = None,
+        vectors: npt.ArrayLike | None = None,
+        image: str | Path | None = None,
+        start: str | None = None,
+        model: str | None = None,
+        clear: bool = False,
+        models: Models = Models(),
+    ) -> PictureWord | None:
+        """Say something of an embedding; what is left out stays as it is.
+
+        Parameters
+        ----------
+        handle : str
+            ``<z2>``, as ``scene.tree()`` shows it.
+        text : str, optional
+            How the thing looks.
+        attributes : mapping, optional
+            More attributes by name: numbers, booleans, strings, sequences of numbers.
+        vectors : (K, width) or (width,) array, optional
+            Learned vectors, one for each token.
+        image : path, optional
+            A picture, whose pseudo-word in the space of OpenCLIP becomes the vector.
+        start : str, optional
+            The word that the picture's vector starts from; default "object".
+        model : str, optional
+            Architecture/weights of OpenCLIP, or a folder, for ``image``.
+        clear : bool
+            Forget first what Z says of the handle.
+        models : Models
+            Where weights are, and what computes.
+
+        Returns
+        -------
+        PictureWord or None
+            For ``image``: ``cosine`` of the sentence to the picture with the vector, and ``before``.
+
+        Raises
+        ------
+        SceneError
+            Nothing is said, the handle is none, an attribute cannot be stored, the picture or the file not read.
+        """
+        name = handle_name(handle)
+        path = self.place()
+        if text is None and not attributes and not clear and image is None and vectors is None:
+            raise SceneError("value", "nothing to set", "give a text, attributes, vectors or an image")
+        given = _given_vectors(vectors)
+        values = {key: _attribute_value(value) for key, value in (attributes or {}).items()}
+        model_name, word = _picture_word(Path(image), start, model, models) if image is not None else ("", None)
+        zfile.set_entry(path, name, text, values, clear)
+        if given is not None:
+            zfile.write_vectors(path, {name: given}, {name: Made("array", "Python", "", _now())})
+        if word is not None and image is not None:
+            zfile.write_vectors(
+                path, {name: word.vectors}, {name: Made("picture", Path(image).name, model_name, _now())}
+            )
+        return word
+
+    def remove(self, handle: str) -> None:
+        """Forget what Z says of a handle: text, attributes and vectors. Raises SceneError where that is nothing."""
+        name = handle_name(handle)
+        if self.path is None or name not in self.entries:
+            raise SceneError("value", f"Z says nothing of <{name}>, so there is nothing to remove")
+        zfile.set_entry(self.path, name, None, {}, clear=True)
+
+    def swap(self, one: str, other: str) -> None:
+        """Exchange what Z says of two handles; encodings of the old sentences are dropped.
+
+        Raises
+        ------
+        SceneError
+            There is no file, or it says nothing of either.
+        """
+        first, second = handle_name(one), handle_name(other)
+        if self.path is None or not self.exists:
+            raise SceneError(
+                "file", "there is no file of embeddings to swap in", hint="`embeddings FILE set` makes one"
+            )
+        if not zfile.swap_handles(self.path, first, second):
+            raise SceneError("value", f"Z says nothing of <{first}> and <{second}>, so there is nothing to swap")
+
+    # --- words -------------------------------------------------------------------------------------------------------
+
+    def words_of(
+        self,
+        scene: Scene,
+        *,
+        template: str | None = None,
+        describe: Describe | None = None,
+        force: bool = False,
+        limit: int | None = None,
+    ) -> SceneWording:
+        """The words of every primitive of a scene, those that Z has first; nothing is written.
+
+        Parameters
+        ----------
+        scene : Scene
+            Its colours, surfaces, proportions and other numbers become words.
+        template : str, optional
+            The sentence about a primitive, with ``{embedding}``, ``{word}`` and ``{style}``.
+        describe : callable, optional
+            What finds the words in place of a table: texts for a sequence of questions, such as a language model's.
+        force : bool
+            Take no words from Z.
+        limit : int, optional
+            Most primitives; default 1,000,000.
+
+        Examples
+        --------
+        >>> import scenelang as sl
+        >>> scene = sl.evaluate('(bind "pawn" (lambda () (union (call "cone" :color [.9 .9 .9]))))')
+        >>> Embeddings(None).words_of(scene)
+        <SceneWording: 1 texts for 1 embeddings>
+        """
+        from scenelang.backends.neural.wording import DEFAULT, LIMIT, check_template, merged, wording_of
+
+        check_template(DEFAULT if template is None else template)
+        if describe is not None and not force:
+            self.check_undescribed()
+        old = None if force else self.wording
+        new = wording_of(scene.graph, DEFAULT if template is None else template, describe, limit or LIMIT)
+        return SceneWording(new) if old is None else SceneWording(*merged(old, new))
+
+    def describe(
+        self,
+        scene: Scene,
+        *,
+        template: str | None = None,
+        describe: Describe | None = None,
+        force: bool = False,
+        limit: int | None = None,
+    ) -> SceneWording:
+        """As ``words_of``, and keep the words in Z, for neural backends. Raises SceneError."""
+        path = self.place()
+        found = self.words_of(scene, template=template, describe=describe, force=force, limit=limit)
+        zfile.write_wording(path, found.wording)
+        return found
+
+    def check_undescribed(self) -> None:
+        """Raises SceneError("value") where Z has words already, which a language model would be asked for in vain."""
+        if self.wording is not None:
+            raise SceneError("value", "Z describes this scene already", "--force lets the model find words anew")
+
+    # --- encodings ---------------------------------------------------------------------------------------------------
+
+    def encode(
+        self,
+        scene: Scene,
+        *,
+        model: str | None = None,
+        template: str | None = None,
+        granularity: Granularity | None = None,
+        models: Models = Models(),
+    ) -> Encodings:
+        """Encode the sentence of every primitive by OpenCLIP, and keep that in Z.
+
+        Parameters
+        ----------
+        scene : Scene
+            What is said of each of its things; texts and vectors in Z win.
+        model : str, optional
+            Architecture/weights of OpenCLIP, or a folder; default the paper's ViT-H-14.
+        template : str, optional
+            The sentence, with ``{embedding}``, ``{word}`` and ``{style}``.
+        granularity : Granularity, optional
+            Which entities count as one; default every primitive.
+        models : Models
+            Where weights are, and what computes.
+
+        Returns
+        -------
+        Encodings
+            ``matrix`` (K, D) of length 1 each, ``rows``, ``model``.
+
+        Raises
+        ------
+        SceneError
+            There is no place for Z, the scene is empty, or the weights are not to be had.
+        """
+        from scenelang.backends.neural.clip import TextEncoder
+        from scenelang.backends.neural.sentences import Granularity, encoded, leaves_of, together
+
+        path = self.place()
+        sayings, vectors = self.sayings(template)
+        frames = leaves_of(scene.graph, granularity or Granularity(), sayings)
+        conditions = together(leaf.condition for leaves in frames for leaf in leaves)
+        loaded = _clip(model, models)
+        found = encoded(conditions, TextEncoder(loaded), tensors_of(vectors, models.computes_on()), str(loaded.name))
+        zfile.write_encodings(path, found)
+        return found
+
+    def similar(
+        self, query: str | Path, number: int = 10, *, models: Models = Models()
+    ) -> tuple[SimilarEmbedding, ...]:
+        """What is most like a handle ``<z2>``, a text or a picture file among what was encoded, best first.
+
+        Raises
+        ------
+        SceneError
+            Nothing was encoded, or nothing of the handle.
+        """
+        kept = self.encodings
+        if kept is None:
+            hint = "scenelang embeddings FILE encode"
+            raise SceneError("value", "nothing of this scene has been encoded yet", hint=hint)
+        wanted, own = _wanted(str(query), kept, models)
+        best = [(i, cosine) for i, cosine in kept.nearest(wanted) if i != own][:number]
+        rows = ((cosine, kept.rows[i]) for i, cosine in best)
+        return tuple(SimilarEmbedding(cosine, row.word, row.prompt, row.handles) for cosine, row in rows)
+
+    def export(self, output: str | Path) -> Path:
+        """Write the learned vectors and the encodings for other programs: .npz, .safetensors or .json.
+
+        Returns its path. ``encodings`` is the matrix (K, D), ``rows`` the row of each handle in it.
+
+        Raises
+        ------
+        SceneError
+            The ending is none of these, or there are no vectors.
+        """
+        from scenelang.backends.files import written_whole
+
+        target = Path(output)
+        check_export(target)
+        if self.path is None or not self.exists:
+            raise SceneError("file", "there is no file of embeddings to export")
+        arrays, encodings = dict(self.vectors), self.encodings
+        rows: dict[str, int] = {}
+        if encodings is not None:
+            arrays["encodings"] = encodings.matrix
+            rows = {handle: i for i, row in enumerate(encodings.rows) for handle in row.handles}
+        if not arrays:
+            raise SceneError("value", "Z holds no vectors", hint="scenelang embeddings FILE encode")
+        with written_whole(target) as temporary:
+            _write_arrays(temporary, target.suffix.lower(), arrays, rows)
+        return target
+
+    def __repr__(self) -> str:
+        if self.path is None or not self.exists:
+            return f"<Embeddings {self.path.name if self.path else ''}: no file>".replace(" :", ":")
+        entries, vectors = len(self.entries), len(self.vectors)
+        said = f"{entries:,} {'entry' if entries == 1 else 'entries'}"
+        return f"<Embeddings {self.path.name}: {said}, {vectors:,} learned {'vector' if vectors == 1 else 'vectors'}>"
+
+
+# --- parts -----------------------------------------------------------------------------------------------------------
+
+
+def check_program(program: str | Path, hint: str = _FINISHED) -> None:
+    """Raises SceneError for a program that cannot be read, and for a finished scene, which takes no embeddings."""
+    if is_scene_file(Session().source(str(program))):
+        raise SceneError("unsupported", f"{program} is a finished scene, which takes no embeddings", hint)
+
+
+def check_export(output: Path) -> None:
+    """Raises SceneError("backend") for a file that vectors cannot be written to."""
+    if output.suffix.lower() not in EXPORTS:
+        raise SceneError("backend", f"vectors cannot be written as `{output.name}`", f"use {' '.join(EXPORTS)}")
+
+
+def handle_name(text: str) -> str:
+    """The name of a handle that is written with or without its brackets.
+
+    Raises
+    ------
+    SceneError
+        The text is no handle.
+
+    Examples
+    --------
+    >>> handle_name("<z5>"), handle_name("young")
+    ('z5', 'young')
+    """
+    inner = text if text.startswith("<") else f"<{text}>"
+    forms = read(Source("<handle>", inner)).forms
+    value = getattr(forms[0], "value", None) if len(forms) == 1 else None
+    if type(value) is Handle:
+        return str(value)
+    raise SceneError("value", f"`{text}` is no handle", "a handle is `<z5>`; quote it for the shell: '<z5>'")
+
+
+def attribute_of(text: str) -> Any:
+    """The value of an attribute that is written as a literal of the language, `[1,0,0]` with commas too; a bare word is
+    a string."""
+    written = text.replace(",", " ") if text.strip().startswith("[") else text
+    result = read(Source("<attribute>", written))
+    if len(result.forms) != 1 or result.diagnostics:
+        return text
+    value = quoted_value(result.forms[0])
+    return text if type(value).__name__ == "Symbol" else value
+
+
+def tensors_of(vectors: Mapping[str, Any], device: str) -> dict[str, Any]:
+    """Arrays by handle as tensors of float32."""
+    import torch
+
+    return {handle: torch.from_numpy(vector).float().to(device) for handle, vector in vectors.items()}
+
+
+def _attribute_value(value: Any) -> Any:
+    """A plain Python value as one of the language; values of the language stay."""
+    if isinstance(value, np.generic | np.ndarray) or type(value) in (list, tuple):
+        return quoted_value(read(Source("<attribute>", literal(value))).forms[0])
+    return value
+
+
+def _given_vectors(vectors: npt.ArrayLike | None) -> npt.NDArray[np.float32] | None:
+    if vectors is None:
+        return None
+    array = np.atleast_2d(np.ascontiguousarray(vectors, np.float32))
+    if array.ndim != 2 or not array.size or not np.isfinite(array).all():
+        raise SceneError("value", f"learned vectors are finite numbers (K, width), not {np.shape(vectors)}")
+    return array
+
+
+def _named(scene: Scene) -> Iterator[tuple[str, Entity]]:
+    """All instances in depth-first order with their handles' names."""
+    graph = scene.graph
+    numbers = frame_numbers(graph) if graph.animated else {}
+    numbering = number_scene(graph)
+    rank = 0
+    for root in graph.frames:
+        for path, entity in instances(root):
+            name = entity.embedding.handle
+            if name is None:
+                rank += 1
+                name = f"z{numbers[path] if graph.animated else numbering.number(rank)}"
+            yield name, entity
+
+
+def _picture_word(image: Path, start: str | None, model: str | None, models: Models) -> tuple[str, PictureWord]:
+    """The name of the model, and the pseudo-word of a picture."""
+    from scenelang.backends.neural.clip import open_picture
+    from scenelang.backends.neural.picture_words import START, picture_word
+
+    picture = open_picture(image)
+    loaded = _clip(model, models)
+    return str(loaded.name), picture_word(loaded, picture, start or START)
+
+
+def _clip(model: str | None, models: Models) -> ClipModel:
+    from scenelang.backends.neural.clip import TEXT_SPACE, ClipName, load_clip
+
+    name = ClipName.parse(model) if model else TEXT_SPACE
+    return load_clip(name, models.shelf(), models.computes_on())
+
+
+def _wanted(query: str, encodings: Encodings, models: Models) -> tuple[Any, int | None]:
+    """The embedding of the query, and its own row where it is a handle."""
+    if query.startswith("<") and query.endswith(">"):
+        row = encodings.row_of(query[1:-1])
+        if row is None:
+            raise SceneError("value", f"nothing was encoded for {query}")
+        return encodings.matrix[row], row
+    from scenelang.backends.neural.clip import TextEncoder, encode_images, open_picture
+
+    model = _clip(encodings.model, models)
+    if Path(query).suffix.lower() in _PICTURES:
+        return encode_images(model, [open_picture(query)])[0].float().cpu().numpy(), None
+    return TextEncoder(model).encode([(query,)]).pooled[0].float().cpu().numpy(), None
+
+
+def _write_arrays(path: Path, ending: str, arrays: dict[str, Any], rows: dict[str, int]) -> None:
+    """The arrays by handle, and the row of ``encodings`` that belongs to each handle."""
+    if ending == ".npz":
+        with path.open("wb") as file:
+            np.savez(file, **arrays, rows=np.array(json.dumps(rows)))
+    elif ending == ".safetensors":
+        from safetensors.numpy import save
+
+        path.write_bytes(save(arrays, metadata={"rows": json.dumps(rows)}))
+    else:
+        listed = {name: array.tolist() for name, array in arrays.items()}
+        path.write_text(json.dumps({"vectors": listed, "rows": rows}), "utf-8")
+
+
+def _now() -> str:
+    return datetime.now(UTC).isoformat(timespec="seconds")
