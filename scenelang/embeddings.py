@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -264,7 +264,7 @@ class Embeddings:
         start: str | None = None,
         model: str | None = None,
         clear: bool = False,
-        models: Models = Models(),
+        models: Models | None = None,
     ) -> PictureWord | None:
         """Say something of an embedding; what is left out stays as it is.
 
@@ -286,7 +286,7 @@ class Embeddings:
             Architecture/weights of OpenCLIP, or a folder, for ``image``.
         clear : bool
             Forget first what Z says of the handle.
-        models : Models
+        models : Models, optional
             Where weights are, and what computes.
 
         Returns
@@ -305,7 +305,9 @@ class Embeddings:
             raise SceneError("value", "nothing to set", "give a text, attributes, vectors or an image")
         given = _given_vectors(vectors)
         values = {key: _attribute_value(value) for key, value in (attributes or {}).items()}
-        model_name, word = _picture_word(Path(image), start, model, models) if image is not None else ("", None)
+        model_name, word = (
+            _picture_word(Path(image), start, model, models or Models()) if image is not None else ("", None)
+        )
         zfile.set_entry(path, name, text, values, clear)
         if given is not None:
             zfile.write_vectors(path, {name: given}, {name: Made("array", "Python", "", _now())})
@@ -409,7 +411,7 @@ class Embeddings:
         model: str | None = None,
         template: str | None = None,
         granularity: Granularity | None = None,
-        models: Models = Models(),
+        models: Models | None = None,
     ) -> Encodings:
         """Encode the sentence of every primitive by OpenCLIP, and keep that in Z.
 
@@ -423,7 +425,7 @@ class Embeddings:
             The sentence, with ``{embedding}``, ``{word}`` and ``{style}``.
         granularity : Granularity, optional
             Which entities count as one; default every primitive.
-        models : Models
+        models : Models, optional
             Where weights are, and what computes.
 
         Returns
@@ -443,13 +445,14 @@ class Embeddings:
         sayings, vectors = self.sayings(template)
         frames = leaves_of(scene.graph, granularity or Granularity(), sayings)
         conditions = together(leaf.condition for leaves in frames for leaf in leaves)
-        loaded = _clip(model, models)
-        found = encoded(conditions, TextEncoder(loaded), tensors_of(vectors, models.computes_on()), str(loaded.name))
+        chosen = models or Models()
+        loaded = _clip(model, chosen)
+        found = encoded(conditions, TextEncoder(loaded), tensors_of(vectors, chosen.computes_on()), str(loaded.name))
         zfile.write_encodings(path, found)
         return found
 
     def similar(
-        self, query: str | Path, number: int = 10, *, models: Models = Models()
+        self, query: str | Path, number: int = 10, *, models: Models | None = None
     ) -> tuple[SimilarEmbedding, ...]:
         """What is most like a handle ``<z2>``, a text or a picture file among what was encoded, best first.
 
@@ -462,7 +465,7 @@ class Embeddings:
         if kept is None:
             hint = "scenelang embeddings FILE encode"
             raise SceneError("value", "nothing of this scene has been encoded yet", hint=hint)
-        wanted, own = _wanted(str(query), kept, models)
+        wanted, own = _wanted(str(query), kept, models or Models())
         best = [(i, cosine) for i, cosine in kept.nearest(wanted) if i != own][:number]
         rows = ((cosine, kept.rows[i]) for i, cosine in best)
         return tuple(SimilarEmbedding(cosine, row.word, row.prompt, row.handles) for cosine, row in rows)

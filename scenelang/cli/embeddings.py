@@ -117,7 +117,7 @@ def list_embeddings(arguments: argparse.Namespace) -> int:
 def _row_data(row: EmbeddingRow) -> dict[str, Any]:
     from scenelang.interpreter.runtime.show import plain_attributes
 
-    data = {"handle": f"<{row.handle}>", "word": row.word, "text": row.text}
+    data: dict[str, Any] = {"handle": f"<{row.handle}>", "word": row.word, "text": row.text}
     data["attributes"] = plain_attributes(row.entity)
     return data | ({"vectors": row.learned} if row.learned else {})
 

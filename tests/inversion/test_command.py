@@ -234,7 +234,7 @@ def test_parts_of_generated_scenes(
     """What the command does once the program is written, with the picture that the language model saw."""
     from argparse import Namespace
 
-    from scenelang.cli.invert import invert_parts
+    from scenelang.cli.neural import invert_parts
     from scenelang.inference.answers import read_picture
 
     asked = Namespace(models_dir=None, offline=True, device="cpu", seed=0, quiet=False, json=False)
