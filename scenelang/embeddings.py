@@ -86,6 +86,14 @@ class EmbeddingRow:
         size = " x ".join(map(str, self.shape))
         return f"{size}, {self.made.how} of {self.made.source}" if self.made is not None else size
 
+    def data(self) -> dict[str, Any]:
+        """The row as JSON data."""
+        from scenelang.interpreter.runtime.show import plain_attributes
+
+        found: dict[str, Any] = {"handle": f"<{self.handle}>", "word": self.word, "text": self.text}
+        found["attributes"] = plain_attributes(self.entity)
+        return found | ({"vectors": self.learned} if self.learned else {})
+
     def __repr__(self) -> str:
         text = f": {self.text!r}" if self.text else ""
         return f'<EmbeddingRow <{self.handle}> "{self.word}"{text}>'
@@ -99,6 +107,11 @@ class SimilarEmbedding:
     word: str
     prompt: str
     handles: tuple[str, ...]
+
+    def data(self) -> dict[str, Any]:
+        """The find as JSON data."""
+        handles = [f"<{handle}>" for handle in self.handles]
+        return {"cosine": self.cosine, "word": self.word, "prompt": self.prompt, "handles": handles}
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -118,8 +131,27 @@ class SceneWording:
         """The different texts."""
         return frozenset(row.text for row in self.wording.rows)
 
+    def data(self) -> dict[str, Any]:
+        """The style and all rows as JSON data; ``plain`` is the sentence for models that read plain text."""
+        from scenelang.backends.neural.wording import plain_text
+
+        rows = [
+            {
+                "word": row.word,
+                "text": row.text,
+                "template": row.template,
+                "plain": plain_text(row.word, row.text),
+                "handles": [f"<{handle}>" for handle in row.handles],
+            }
+            for row in self.wording.rows
+        ]
+        return {"style": {"handle": f"<{self.wording.style}>", "text": self.wording.style_text}, "rows": rows}
+
+    def __str__(self) -> str:
+        return f"{_counted(len(self.texts), 'text')} for {_counted(len(self.handles), 'embedding')}"
+
     def __repr__(self) -> str:
-        return f"<SceneWording: {len(self.texts):,} texts for {len(self.handles):,} embeddings>"
+        return f"<SceneWording: {self}>"
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -371,7 +403,7 @@ class Embeddings:
         >>> import scenelang as sl
         >>> scene = sl.evaluate('(bind "pawn" (lambda () (union (call "cone" :color [.9 .9 .9]))))')
         >>> Embeddings(None).words_of(scene)
-        <SceneWording: 1 texts for 1 embeddings>
+        <SceneWording: 1 text for 1 embedding>
         """
         from scenelang.backends.neural.wording import DEFAULT, LIMIT, check_template, merged, wording_of
 
@@ -502,7 +534,7 @@ class Embeddings:
             return f"<Embeddings {self.path.name if self.path else ''}: no file>".replace(" :", ":")
         entries, vectors = len(self.entries), len(self.vectors)
         said = f"{entries:,} {'entry' if entries == 1 else 'entries'}"
-        return f"<Embeddings {self.path.name}: {said}, {vectors:,} learned {'vector' if vectors == 1 else 'vectors'}>"
+        return f"<Embeddings {self.path.name}: {said}, {_counted(vectors, 'learned vector')}>"
 
 
 # --- parts -----------------------------------------------------------------------------------------------------------
@@ -634,6 +666,10 @@ def _write_arrays(path: Path, ending: str, arrays: dict[str, Any], rows: dict[st
     else:
         listed = {name: array.tolist() for name, array in arrays.items()}
         path.write_text(json.dumps({"vectors": listed, "rows": rows}), "utf-8")
+
+
+def _counted(number: int, what: str) -> str:
+    return f"{number:,} {what}{'' if number == 1 else 's'}"
 
 
 def _now() -> str:

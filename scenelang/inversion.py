@@ -199,6 +199,12 @@ class Inversion:
         """The handles that have learned vectors, each once."""
         return tuple(dict.fromkeys([*(handle for part in self.parts for handle in part.handles), *self.styles]))
 
+    def data(self) -> dict[str, Any]:
+        """What was learned, as JSON data."""
+        parts = [{"text": part.text, "handles": list(part.handles)} for part in self.parts]
+        loss = {"before": self.before, "after": self.after}
+        return {"z": str(self.embeddings.path), "loss": loss, "style": list(self.styles), "parts": parts}
+
     def __repr__(self) -> str:
         loss = f"loss {self.before:.4g} -> {self.after:.4g}"
         return f"<Inversion of {' '.join(f'<{h}>' for h in self.handles[:8])}: {loss if self.finished else 'stopped'}>"

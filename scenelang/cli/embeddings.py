@@ -14,8 +14,8 @@ from scenelang.cli.output import print_json, say, table
 from scenelang.cli.pictures import check_folder, done
 
 if TYPE_CHECKING:
-    from scenelang.backends.neural.wording import Wording, WordingRow
-    from scenelang.embeddings import EmbeddingRow, SceneWording
+    from scenelang.backends.neural.wording import Wording
+    from scenelang.embeddings import EmbeddingRow, Embeddings
 
 _SHOWN = 3  # handles of a row that are spelled out
 _EXPORTS = ".npz .safetensors .json"
@@ -104,7 +104,7 @@ def list_embeddings(arguments: argparse.Namespace) -> int:
         return 1
     rows = Embeddings(z_path(arguments)).table(scene)
     if arguments.json:
-        print_json([_row_data(row) for row in rows])
+        print_json([row.data() for row in rows])
         return 0
     shown = 5 if any(row.learned for row in rows) else 4
     cells = [("handle", "word", "text", "attributes", "learned vectors"), *map(_row_cells, rows)]
@@ -112,14 +112,6 @@ def list_embeddings(arguments: argparse.Namespace) -> int:
     if len(rows) == MOST_ROWS:
         say(f"... only the first {MOST_ROWS} are shown")
     return 0
-
-
-def _row_data(row: EmbeddingRow) -> dict[str, Any]:
-    from scenelang.interpreter.runtime.show import plain_attributes
-
-    data: dict[str, Any] = {"handle": f"<{row.handle}>", "word": row.word, "text": row.text}
-    data["attributes"] = plain_attributes(row.entity)
-    return data | ({"vectors": row.learned} if row.learned else {})
 
 
 def _row_cells(row: EmbeddingRow) -> tuple[str, ...]:
@@ -198,11 +190,7 @@ def similar(arguments: argparse.Namespace) -> int:
 
     found = Embeddings(z_path(arguments)).similar(arguments.query, arguments.number, models=models_of(arguments))
     if arguments.json:
-        print_json([
-            {"cosine": row.cosine, "word": row.word, "prompt": row.prompt,
-             "handles": [f"<{handle}>" for handle in row.handles]}
-            for row in found
-        ])  # fmt: skip
+        print_json([row.data() for row in found])
         return 0
     cells = [(f"{row.cosine:.3f}", _some(row.handles, "({:,})"), row.prompt) for row in found]
     say(table([("cosine", "handles", "sentence"), *cells], (True, False, False)))
@@ -247,17 +235,18 @@ def embed(arguments: argparse.Namespace) -> int:
     limit = int(arguments.max_primitives or LIMIT)
     found = work(scene, template=arguments.template, describe=describe, force=arguments.force, limit=limit)
     if arguments.json:
-        print_json(_wording_data(found.wording))
+        print_json(found.data())
     elif arguments.only_print:
         say(_wording_table(found.wording))
     elif not arguments.quiet:
-        say(_summary(z.place(), found))
+        before = f"; {found.known:,} were there before (--force describes them anew)" if found.known else ""
+        say(f"wrote {z.path}: {found}{before}")
     if describe is not None and not arguments.quiet:
         print(f"asking cost ${describe.spent:.4f}", file=sys.stderr)
     return 0
 
 
-def _target(arguments: argparse.Namespace) -> Any:
+def _target(arguments: argparse.Namespace) -> Embeddings:
     """Where the words go; raises SceneError where there is no such place."""
     from scenelang.embeddings import check_program
 
@@ -266,15 +255,6 @@ def _target(arguments: argparse.Namespace) -> Any:
     elif arguments.z is None:
         raise UsageError("file", "say where Z is: --z FILE", "or look at the words with --print")
     return z_of(arguments)
-
-
-def _summary(target: Path, found: SceneWording) -> str:
-    said = f"wrote {target}: {_counted(len(found.texts), 'text')} for {_counted(len(found.handles), 'embedding')}"
-    return f"{said}; {found.known:,} were there before (--force describes them anew)" if found.known else said
-
-
-def _counted(number: int, what: str) -> str:
-    return f"{number:,} {what}{'' if number == 1 else 's'}"
 
 
 def _wording_table(wording: Wording) -> str:
@@ -290,19 +270,6 @@ def _wording_table(wording: Wording) -> str:
     if len(wording.rows) > MOST_ROWS:
         lines.append(f"... only the first {MOST_ROWS} rows are shown")
     return "\n".join(lines)
-
-
-def _wording_data(wording: Wording) -> dict[str, Any]:
-    style = {"handle": f"<{wording.style}>", "text": wording.style_text}
-    return {"style": style, "rows": list(map(_wording_row, wording.rows))}
-
-
-def _wording_row(row: WordingRow) -> dict[str, Any]:
-    from scenelang.backends.neural.wording import plain_text
-
-    data: dict[str, Any] = {"word": row.word, "text": row.text, "template": row.template}
-    data["plain"] = plain_text(row.word, row.text)
-    return data | {"handles": [f"<{handle}>" for handle in row.handles]}
 
 
 COMMANDS = (add_embeddings, add_embed)

@@ -9,17 +9,21 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scenelang.cli.options import UsageError, add_common, add_file, session_of, usage_errors, whole, z_path
-from scenelang.cli.output import print_json, report_run, say
+from scenelang.cli.options import UsageError, add_common, add_file, amount, session_of, usage_errors, whole, z_path
+from scenelang.cli.output import print_json, progress, report_run, say, warnings
+from scenelang.cli.pictures import add_camera, check_folder, done
+from scenelang.cli.programs import session_limit
 
 if TYPE_CHECKING:
     from scenelang.backends.language_models.catalogue import ImageContent
+    from scenelang.backends.neural.distillation.run import DistillationProgress
     from scenelang.backends.neural.inversion import InversionProgress, InversionSettings
     from scenelang.backends.neural.sentences import Granularity
     from scenelang.backends.neural.weights import Models
     from scenelang.embeddings import Embeddings
     from scenelang.interpreter.scene.entity import Scene as SceneGraph
-    from scenelang.inversion import Inversion, InversionModels, InversionStart, RunFolder
+    from scenelang.inversion import Inversion, InversionModels, InversionStart, PictureSubject, RunFolder
+    from scenelang.neural import DistillationStart, ImagineSettings
     from scenelang.scene import Scene
 
 _ENTITY_HELP = "a word, words down to it (tower/roof), places of children (0/2), or a handle"
@@ -123,6 +127,90 @@ def _show_step(text: str, is_last: bool) -> None:
     """One line on a terminal, written over at the next step."""
     sys.stderr.write(f"\r{text}\033[K" + ("\n" if is_last else ""))
     sys.stderr.flush()
+
+
+# --- imagine ---------------------------------------------------------------------------------------------------------
+
+
+def add_imagine(subparsers: Any) -> None:
+    parser = subparsers.add_parser("imagine", help="a picture of the scene by a text-to-image model")
+    add_file(parser)
+    parser.add_argument("-o", "--output", metavar="OUT", required=True, help=".png; .json for a layout")
+    parser.add_argument(
+        "--count", type=whole, default=1, metavar="N", help="so many pictures, OUT-1.png, OUT-2.png ..."
+    )
+    parser.add_argument("--frame", type=whole, metavar="N", help="this frame of a 4D scene, from 0")
+    add_camera(parser.add_argument_group("view"), "pixels (default: what the model was made for)")
+    layout = parser.add_argument_group("layout")
+    layout.add_argument("--layout-only", action="store_true", help="write the layout as .png or .json, use no model")
+    add_granularity(layout)
+    _add_drawing(parser.add_argument_group("drawing"))
+    add_models(parser)
+    add_common(parser)
+    parser.set_defaults(run=imagine)
+
+
+def _add_drawing(group: Any) -> None:
+    group.add_argument("--prompt", help="what it shows (default: as the file's first comment says, or the root)")
+    group.add_argument("--negative", default="", metavar="TEXT", help="what it should not show")
+    group.add_argument("--steps", type=whole, default=50, metavar="N", help="steps of denoising (default 50)")
+    group.add_argument("--guidance", type=float, default=7.5, metavar="X", help="how much words count (default 7.5)")
+    group.add_argument(
+        "--method", choices=("regional", "gligen", "migc"), default="regional",
+        help="how the layout is heeded: without training, by GLIGEN's weights, or by MIGC's",
+    )  # fmt: skip
+    group.add_argument("--strength", type=float, default=10.0, metavar="X", help="of regional attention (default 10)")
+    group.add_argument("--model", metavar="NAME", help="a Stable Diffusion checkpoint of the hub, or a folder")
+    group.add_argument("--migc", metavar="FILE", help="MIGC's weights")
+    group.add_argument("--scheduler", choices=("own", "ddim"), default="own", help="the checkpoint's own, or DDIM")
+    group.add_argument(
+        "--control", nargs="?", const="", metavar="NAME", help="heed depth too, by a ControlNet of the hub, or a folder"
+    )
+    group.add_argument(
+        "--control-scale", type=float, default=1.0, metavar="X", help="how much depth counts (default 1)"
+    )
+
+
+def imagine(arguments: argparse.Namespace) -> int:
+    from scenelang import neural
+    from scenelang.backends.pictures.camera import parse_viewpoint
+    from scenelang.embeddings import Embeddings
+
+    output = Path(arguments.output)
+    with usage_errors():
+        neural.check_output(output, arguments.layout_only)
+        neural.check_count(arguments.count)
+        settings = _drawing_of(arguments)
+        camera = parse_viewpoint(arguments.camera) if arguments.camera else None
+        neural.check_size(camera, arguments.size)
+    check_folder(output)
+    scene = scene_from(arguments)
+    if scene is None:
+        return 1
+    asked = {
+        "size": arguments.size, "frame": arguments.frame, "prompt": arguments.prompt, "template": arguments.template,
+        "granularity": granularity_of(arguments), "embeddings": Embeddings(z_path(arguments)),
+        "limit": session_limit(arguments), "warn": warnings(arguments),
+    }  # fmt: skip
+    if arguments.layout_only:
+        done(arguments, neural.imagine_layout(scene, camera, method=arguments.method, **asked).save(output))
+        return 0
+    pictures = neural.imagine(
+        scene, camera, seed=arguments.seed, count=arguments.count, settings=settings, models=models_of(arguments),
+        progress=progress(arguments, "imagining"), **asked,
+    )  # fmt: skip
+    for picture, path in zip(pictures, pictures.paths(output)):
+        done(arguments, picture.save(path))
+    return 0
+
+
+def _drawing_of(arguments: argparse.Namespace) -> ImagineSettings:
+    from scenelang.neural import ImagineSettings
+
+    return ImagineSettings(
+        arguments.steps, arguments.guidance, arguments.negative, arguments.method, arguments.strength, arguments.model,
+        arguments.migc, arguments.scheduler, arguments.control, arguments.control_scale,
+    )  # fmt: skip
 
 
 # --- invert, style ---------------------------------------------------------------------------------------------------
@@ -256,7 +344,7 @@ def _run_of(arguments: argparse.Namespace) -> RunFolder:
     return run
 
 
-def _subject_of(arguments: argparse.Namespace) -> Any:
+def _subject_of(arguments: argparse.Namespace) -> PictureSubject:
     from scenelang.inversion import PictureSubject
 
     return PictureSubject(
@@ -297,12 +385,103 @@ def _loss_teller(arguments: argparse.Namespace) -> Callable[[InversionProgress],
 def _tell(arguments: argparse.Namespace, found: Inversion) -> None:
     """Say what was stored, and how much better the sentences fit the pictures."""
     if arguments.json:
-        print_json({
-            "z": str(found.embeddings.path), "loss": {"before": found.before, "after": found.after},
-            "style": list(found.styles),
-            "parts": [{"text": part.text, "handles": list(part.handles)} for part in found.parts],
-        })  # fmt: skip
+        print_json(found.data())
     elif not arguments.quiet:
         learned = [name for part in found.parts for name in part.handles]
         shown = " ".join(f"<{handle}>" for handle in dict.fromkeys([*learned[:8], *found.styles[:8]]))
         say(f"wrote {found.embeddings.path}: {shown}; loss {found.before:.4g} -> {found.after:.4g}")
+
+
+# --- distill ---------------------------------------------------------------------------------------------------------
+
+
+def add_distill(subparsers: Any) -> None:
+    parser = subparsers.add_parser("distill", help="learn how primitives look as Gaussians, from diffusion models")
+    add_file(parser)
+    parser.add_argument("-o", "--output", metavar="DIR", required=True, help="the folder of the run")
+    parser.add_argument("--prompt", metavar="TEXT", help="what the scene is (default: what the file's head says)")
+    add_granularity(parser)
+    _add_optimisation(parser.add_argument_group("the optimisation"))
+    add_models(parser)
+    parser.add_argument("--model", metavar="NAME", help="the multi-view model (MVDream/MVDream), or a folder")
+    parser.add_argument("--scene-model", metavar="NAME", help="the model of single pictures for the whole scene")
+    parser.add_argument("--control", metavar="NAME", help="its ControlNet for depth, or a folder")
+    parser.add_argument("--no-scene-term", action="store_true", help="learn each thing for itself; poses stay")
+    parser.add_argument("--half", action="store_true", help="models in half precision (the default on a GPU)")
+    add_common(parser)
+    parser.set_defaults(run=distill)
+
+
+def _add_optimisation(group: Any) -> None:
+    weightings = ("reconstruction", "sds", "uniform")
+    group.add_argument("--steps", type=whole, default=2000, metavar="N", help="for each thing to learn (2000)")
+    group.add_argument("--budget", type=amount, metavar="MINUTES", help="end by then, the annealing with it")
+    group.add_argument("--gaussians", type=whole, default=20_000, metavar="N", help="of each thing at most (20,000)")
+    group.add_argument("--guidance", type=float, default=50.0, metavar="X", help="what a sentence counts (50)")
+    group.add_argument("--weighting", choices=weightings, default="reconstruction", help="of the steps of noise")
+    group.add_argument("--start", metavar="DIR", help="take over the things of an earlier run that are the same")
+    group.add_argument("--resume", action="store_true", help="go on with the run in the folder")
+    group.add_argument("--force", action="store_true", help="begin anew where the folder holds a run")
+    group.add_argument("--film", metavar="OUT", help="also write a film of what was learned: .mp4 .gif .webp .apng")
+
+
+def distill(arguments: argparse.Namespace) -> int:
+    from scenelang import neural
+    from scenelang.backends.neural.distillation.learning import DistillationSettings
+    from scenelang.embeddings import Embeddings
+    from scenelang.inversion import RunFolder
+
+    with usage_errors():
+        run = RunFolder(arguments.output, arguments.resume, arguments.force, arguments.start)
+        settings = DistillationSettings.of(
+            arguments.steps, arguments.gaussians, arguments.guidance, arguments.weighting, arguments.seed
+        )
+    _check_film(arguments.film)
+    scene = scene_from(arguments)
+    if scene is None:
+        return 1
+    networks = neural.DistillationModels(
+        arguments.model, arguments.scene_model, arguments.control, not arguments.no_scene_term, arguments.half
+    )
+    with interruptions() as stop:
+        found = neural.distill(
+            scene, run, prompt=arguments.prompt, template=arguments.template, granularity=granularity_of(arguments),
+            settings=settings, networks=networks, embeddings=Embeddings(z_path(arguments)), models=models_of(arguments),
+            budget=None if arguments.budget is None else 60.0 * arguments.budget,
+            on_start=_start_teller(arguments), on_step=_losses_teller(arguments), stop=stop,
+        )  # fmt: skip
+    _check_finished(found.finished, found.folder)
+    film = [] if arguments.film is None else [found.film(scene).save(arguments.film)]
+    done(arguments, *found.files, *film)
+    return 0
+
+
+def _check_film(film: str | None) -> None:
+    """Raises SceneError for a file that no film can be written to: before the work, so that typos are cheap."""
+    if film is not None:
+        from scenelang.backends.pictures.film import FPS, check_film
+
+        check_film(Path(film), FPS)
+        check_folder(Path(film))
+
+
+def _start_teller(arguments: argparse.Namespace) -> Callable[[DistillationStart], None] | None:
+    def tell(start: DistillationStart) -> None:
+        said = f"{start.things:,} things, {start.learned:,} to learn, {start.steps:,} steps in {arguments.output}"
+        lines = [said, *(f"  {sentence}" for sentence in start.sentences if arguments.verbose)]
+        print("\n".join(lines), file=sys.stderr, flush=True)
+
+    return None if arguments.quiet else tell
+
+
+def _losses_teller(arguments: argparse.Namespace) -> Callable[[DistillationProgress], None] | None:
+    """A line with the losses on a terminal."""
+    if arguments.quiet or not sys.stderr.isatty():
+        return None
+
+    def tell(told: DistillationProgress) -> None:
+        losses = told.losses
+        parts = f"figure {losses.figure:.4g}  scene {losses.scene:.4g}  layout {losses.layout:.3g}"
+        _show_step(f"{100 * told.share:3.0f}%  step {told.done:,}/{told.steps:,}  {parts}", told.share >= 1.0)
+
+    return tell

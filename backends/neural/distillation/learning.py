@@ -14,13 +14,13 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.neural.distillation.sds import Guiding, Heard, sds_loss, window_at
+from scenelang.backends.neural.distillation.sds import WEIGHTINGS, Guiding, Heard, sds_loss, window_at
 from scenelang.backends.neural.distillation.theta import (
     Poses,
     Theta,
@@ -62,6 +62,7 @@ FloatArray = npt.NDArray[np.float64]
 
 _ALIKE = 1e-3  # boxes whose half sizes differ by less are equal
 _THINNEST = 1e-3  # of the largest half size: a flat thing is as thick
+_MOST_GUIDANCE = 1e4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -192,6 +193,57 @@ class DistillationSettings:
     weights: Weights = field(default_factory=Weights)
     rates: Rates = field(default_factory=Rates)
     hull: int = 2000  # Gaussians of the surface that gives a figure's depth
+
+    @staticmethod
+    def of(
+        steps: int = 2000,
+        gaussians: int = 20_000,
+        guidance: float = 50.0,
+        weighting: str = "reconstruction",
+        seed: int = 0,
+    ) -> DistillationSettings:
+        """The settings that matter most, the others chosen to fit.
+
+        Parameters
+        ----------
+        steps : int
+            For each thing to learn.
+        gaussians : int
+            Of each thing at most; 16 or more.
+        guidance : float
+            The guidance scale of both models, 0 to 10,000.
+        weighting : str
+            Of the steps of noise, in the term of single things: "reconstruction", "sds", "uniform".
+        seed : int
+            Of all that is random.
+
+        Raises
+        ------
+        SceneError
+            A number that makes no sense.
+
+        Examples
+        --------
+        >>> DistillationSettings.of(steps=50).every
+        10
+        """
+        if not 0.0 <= guidance <= _MOST_GUIDANCE:
+            raise SceneError("value", f"`--guidance` must be 0 to {_MOST_GUIDANCE:,.0f}, not {guidance:g}")
+        if steps < 1 or gaussians < 16:
+            raise SceneError("value", "there is at least 1 step, and 16 Gaussians")
+        if weighting not in WEIGHTINGS:
+            raise SceneError("value", f"`--weighting` is one of {', '.join(WEIGHTINGS)}, not `{weighting}`")
+        plain = DistillationSettings()
+        return replace(
+            plain,
+            seed=seed,
+            steps=steps,
+            first=min(plain.first, gaussians),
+            most=gaussians,
+            every=max(1, min(plain.every, steps // 5)),
+            guiding=replace(plain.guiding, guidance=guidance, weighting=weighting),
+            scene_guiding=replace(plain.scene_guiding, guidance=guidance),
+        )
 
     @property
     def growths(self) -> int:
