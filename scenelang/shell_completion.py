@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from enum import Enum
 from shlex import quote
 
-
 PROGRAMS = ("scene", "py", "txt", "json")  # endings of what commands read as a program
 WORDS = ("root", "word")  # options whose value is a word that the program binds
 

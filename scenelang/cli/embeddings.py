@@ -7,22 +7,21 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scenelang.cli.model_options import add_spending, describer
-from scenelang.cli.neural import add_granularity, add_models, granularity_of, models_of, scene_from, z_of
-from scenelang.cli.options import UsageError, add_common, add_file, usage_errors, whole, z_path
-from scenelang.cli.output import print_json, say, table
-from scenelang.cli.pictures import check_folder, done
+from scenelang.cli.models import add_spending, live_stream, service_of
+from scenelang.cli.neural import add_granularity, add_models, granularity_of, models_of, z_of
+from scenelang.cli.options import UsageError, add_common, add_file, scene_of, usage_errors, whole, z_path
+from scenelang.cli.output import check_folder, done, print_json, say, table
 
 if TYPE_CHECKING:
     from scenelang.backends.neural.wording import Wording
     from scenelang.embeddings import EmbeddingRow, Embeddings
+    from scenelang.inference.conductor import Describer
 
 _SHOWN = 3  # handles of a row that are spelled out
 _EXPORTS = ".npz .safetensors .json"
 
 
-def add_embeddings(subparsers: Any) -> None:
-    parser = subparsers.add_parser("embeddings", help="the embeddings of a scene: list, change, encode, compare")
+def add_embeddings(parser: argparse.ArgumentParser) -> None:
     add_file(parser)
     actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
     listing = actions.add_parser("list", help="every entity's handle, word, text and attributes")
@@ -69,12 +68,10 @@ def _add_vectors(actions: Any) -> None:
     exporting.set_defaults(run=export)
 
 
-def add_embed(subparsers: Any) -> None:
-    parser = subparsers.add_parser(
-        "embed",
-        help="describe every primitive in words, for neural backends",
-        description="Turn colours, surfaces, proportions and other numbers of every primitive into words, and store "
-        "these texts, with the templates that use them, in Z beside the program.",
+def add_embed(parser: argparse.ArgumentParser) -> None:
+    parser.description = (
+        "Turn colours, surfaces, proportions and other numbers of every primitive into words, and store "
+        "these texts, with the templates that use them, in Z beside the program."
     )
     add_file(parser)
     parser.add_argument(
@@ -99,7 +96,7 @@ def add_embed(subparsers: Any) -> None:
 def list_embeddings(arguments: argparse.Namespace) -> int:
     from scenelang.embeddings import MOST_ROWS, Embeddings
 
-    scene = scene_from(arguments)
+    scene = scene_of(arguments)
     if scene is None:
         return 1
     rows = Embeddings(z_path(arguments)).table(scene)
@@ -171,7 +168,7 @@ def swap(arguments: argparse.Namespace) -> int:
 
 
 def encode(arguments: argparse.Namespace) -> int:
-    scene = scene_from(arguments)
+    scene = scene_of(arguments)
     if scene is None:
         return 1
     z = z_of(arguments)
@@ -224,13 +221,13 @@ def embed(arguments: argparse.Namespace) -> int:
     with usage_errors():
         check_template(DEFAULT if arguments.template is None else arguments.template)
     z = Embeddings(z_path(arguments)) if arguments.only_print else _target(arguments)
-    scene = scene_from(arguments, fresh=not arguments.only_print and not z.exists)
+    scene = scene_of(arguments, fresh=not arguments.only_print and not z.exists)
     if scene is None:
         return 1
     if arguments.model is not None and not arguments.force:
         with usage_errors():
             z.check_undescribed()
-    describe = None if arguments.model is None else describer(arguments)
+    describe = _describer(arguments)
     work = z.words_of if arguments.only_print else z.describe
     limit = int(arguments.max_primitives or LIMIT)
     found = work(scene, template=arguments.template, describe=describe, force=arguments.force, limit=limit)
@@ -244,6 +241,13 @@ def embed(arguments: argparse.Namespace) -> int:
     if describe is not None and not arguments.quiet:
         print(f"asking cost ${describe.spent:.4f}", file=sys.stderr)
     return 0
+
+
+def _describer(arguments: argparse.Namespace) -> Describer | None:
+    """The language model that finds the words, where one is asked for."""
+    from scenelang.inference.generation import describer
+
+    return None if arguments.model is None else describer(service_of(arguments), live_stream(arguments))
 
 
 def _target(arguments: argparse.Namespace) -> Embeddings:
@@ -270,6 +274,3 @@ def _wording_table(wording: Wording) -> str:
     if len(wording.rows) > MOST_ROWS:
         lines.append(f"... only the first {MOST_ROWS} rows are shown")
     return "\n".join(lines)
-
-
-COMMANDS = (add_embeddings, add_embed)

@@ -8,7 +8,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scenelang.cli.neural import add_models, folder_of, shelf_of
+from scenelang.cli.neural import add_models, models_of
 from scenelang.cli.options import UsageError, add_common, evaluated_text, picture_size, session_limit, whole
 from scenelang.cli.output import check_folder, deliver, done, print_json, progress, report, say, table, warnings
 from scenelang.grammar.diagnostics import SceneError
@@ -52,6 +52,7 @@ def add_eval(parser: argparse.ArgumentParser) -> None:
 
 
 def evaluate(arguments: argparse.Namespace) -> int:
+    from scenelang.backends.files import made_folder
     from scenelang.evaluation.running import entries_of
     from scenelang.evaluation.study import preferences
     from scenelang.evaluation.subjects import measured, study_of, subjects_of
@@ -78,8 +79,8 @@ def evaluate(arguments: argparse.Namespace) -> int:
     def show(subject: Subject, measure: Measure) -> Any:
         return progress(arguments, f"{subject.entry.place} {measure.name}")
 
-    folder = None if arguments.output is None else folder_of(arguments.output)
-    measures = options.measures(shelf_of(arguments), arguments.device)
+    folder = None if arguments.output is None else made_folder(arguments.output)
+    measures = options.measures(models_of(arguments))
     answers = [Path(name) for name in arguments.study_results or ()]
     found = measured(subjects, measures, folder, answers, fail, show)
     _show(arguments, found)

@@ -6,13 +6,23 @@ import argparse
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scenelang.cli.options import UsageError, add_common, add_file, amount, session_of, usage_errors, whole, z_path
-from scenelang.cli.output import print_json, progress, report_run, say, warnings
-from scenelang.cli.pictures import add_camera, check_folder, done
-from scenelang.cli.programs import session_limit
+from scenelang.cli.options import (
+    UsageError,
+    add_camera,
+    add_common,
+    add_file,
+    amount,
+    scene_of,
+    session_limit,
+    usage_errors,
+    whole,
+    z_path,
+)
+from scenelang.cli.output import check_folder, done, print_json, progress, say, warnings
 
 if TYPE_CHECKING:
     from scenelang.backends.language_models.catalogue import ImageContent
@@ -21,7 +31,6 @@ if TYPE_CHECKING:
     from scenelang.backends.neural.sentences import Granularity
     from scenelang.backends.neural.weights import Models
     from scenelang.embeddings import Embeddings
-    from scenelang.interpreter.scene.entity import Scene as SceneGraph
     from scenelang.inversion import Inversion, InversionModels, InversionStart, PictureSubject, RunFolder
     from scenelang.neural import DistillationStart, ImagineSettings
     from scenelang.scene import Scene
@@ -73,20 +82,6 @@ def z_of(arguments: argparse.Namespace) -> Embeddings:
     return Embeddings(z_path(arguments) or (None if arguments.file == "-" else beside(arguments.file)))
 
 
-def scene_from(arguments: argparse.Namespace, fresh: bool = False) -> Scene | None:
-    """Evaluate the command's file and print what the run said; None for a wrong program. ``fresh``: the file of
-    embeddings is only to be made."""
-    from scenelang.scene import Scene
-
-    known = argparse.Namespace(**{**vars(arguments), "z": None, "file": "-"}) if fresh else arguments
-    session = session_of(known)
-    result = session.evaluate(session.source(arguments.file))
-    report_run(arguments, result)
-    if result.scene is None:
-        return None
-    return Scene(result.scene, arguments.file, result.log, result.diagnostics, result.program, session.options)
-
-
 @contextmanager
 def interruptions() -> Iterator[Callable[[], bool]]:
     """Whether Ctrl-C was pressed: from the first time that this is asked on, the step that is being made ends first.
@@ -132,8 +127,7 @@ def _show_step(text: str, is_last: bool) -> None:
 # --- imagine ---------------------------------------------------------------------------------------------------------
 
 
-def add_imagine(subparsers: Any) -> None:
-    parser = subparsers.add_parser("imagine", help="a picture of the scene by a text-to-image model")
+def add_imagine(parser: argparse.ArgumentParser) -> None:
     add_file(parser)
     parser.add_argument("-o", "--output", metavar="OUT", required=True, help=".png; .json for a layout")
     parser.add_argument(
@@ -184,7 +178,7 @@ def imagine(arguments: argparse.Namespace) -> int:
         camera = parse_viewpoint(arguments.camera) if arguments.camera else None
         neural.check_size(camera, arguments.size)
     check_folder(output)
-    scene = scene_from(arguments)
+    scene = scene_of(arguments)
     if scene is None:
         return 1
     asked = {
@@ -216,8 +210,7 @@ def _drawing_of(arguments: argparse.Namespace) -> ImagineSettings:
 # --- invert, style ---------------------------------------------------------------------------------------------------
 
 
-def add_invert(subparsers: Any) -> None:
-    parser = subparsers.add_parser("invert", help="learn the embeddings of entities from a picture of them")
+def add_invert(parser: argparse.ArgumentParser) -> None:
     add_file(parser)
     parser.add_argument("--from", dest="picture", metavar="PICTURE", required=True, help="what shows them")
     parser.add_argument(
@@ -233,8 +226,7 @@ def add_invert(subparsers: Any) -> None:
     parser.set_defaults(run=invert)
 
 
-def add_style(subparsers: Any) -> None:
-    parser = subparsers.add_parser("style", help="learn a style from a picture, for a scene or a part of it")
+def add_style(parser: argparse.ArgumentParser) -> None:
     add_file(parser)
     parser.add_argument("--from", dest="picture", metavar="PICTURE", required=True, help="what has the style")
     parser.add_argument("--entity", metavar="WORD|'<z4>'", help=f"{_ENTITY_HELP} (default: the whole scene)")
@@ -271,7 +263,7 @@ def invert(arguments: argparse.Namespace) -> int:
         subject = _subject_of(arguments)
         subject.check_single(arguments.entity)
     z = z_of(arguments)
-    scene = scene_from(arguments, fresh=not z.exists)
+    scene = scene_of(arguments, fresh=not z.exists)
     if scene is None:
         return 1
     with interruptions() as stop:
@@ -292,7 +284,7 @@ def style(arguments: argparse.Namespace) -> int:
     with usage_errors():
         subject = _subject_of(arguments)
     z = z_of(arguments)
-    scene = scene_from(arguments, fresh=not z.exists)
+    scene = scene_of(arguments, fresh=not z.exists)
     if scene is None:
         return 1
     with interruptions() as stop:
@@ -306,8 +298,8 @@ def style(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def invert_parts(
-    arguments: argparse.Namespace, graph: SceneGraph, pictures: Sequence[ImageContent], program: Path
+def invert_generated(
+    arguments: argparse.Namespace, scene: Scene, pictures: Sequence[ImageContent], program: Path
 ) -> None:
     """Learn the named parts of a scene from the pictures that it was made of, into Z beside ``program``.
 
@@ -319,12 +311,11 @@ def invert_parts(
     from scenelang.backends.neural.inversion import InversionSettings
     from scenelang.inversion import RunFolder
     from scenelang.inversion import invert as invert_entities
-    from scenelang.scene import Scene
 
     given = [open_picture(BytesIO(each.data)) for each in pictures]
     with interruptions() as stop:
         found = invert_entities(
-            Scene(graph, str(program)), given, settings=InversionSettings(seed=arguments.seed),
+            replace(scene, name=str(program)), given, settings=InversionSettings(seed=arguments.seed),
             run=RunFolder(force=True), models=models_of(arguments), missing_ok=True,
             on_start=_missing_teller(arguments), on_step=_loss_teller(arguments), stop=stop,
         )  # fmt: skip
@@ -395,8 +386,7 @@ def _tell(arguments: argparse.Namespace, found: Inversion) -> None:
 # --- distill ---------------------------------------------------------------------------------------------------------
 
 
-def add_distill(subparsers: Any) -> None:
-    parser = subparsers.add_parser("distill", help="learn how primitives look as Gaussians, from diffusion models")
+def add_distill(parser: argparse.ArgumentParser) -> None:
     add_file(parser)
     parser.add_argument("-o", "--output", metavar="DIR", required=True, help="the folder of the run")
     parser.add_argument("--prompt", metavar="TEXT", help="what the scene is (default: what the file's head says)")
@@ -437,7 +427,7 @@ def distill(arguments: argparse.Namespace) -> int:
             arguments.steps, arguments.gaussians, arguments.guidance, arguments.weighting, arguments.seed
         )
     _check_film(arguments.film)
-    scene = scene_from(arguments)
+    scene = scene_of(arguments)
     if scene is None:
         return 1
     networks = neural.DistillationModels(

@@ -176,11 +176,12 @@ def evaluated_text(arguments: argparse.Namespace) -> tuple[Evaluated, str]:
     return result, source.text
 
 
-def scene_of(arguments: argparse.Namespace) -> Scene | None:
-    """The scene of the command's file; None for a wrong program, which is then told."""
+def scene_of(arguments: argparse.Namespace, fresh: bool = False) -> Scene | None:
+    """The scene of the command's file; None for a wrong program, which is then told. ``fresh``: the file of embeddings
+    is only to be made."""
     from scenelang.scene import scene_from
 
-    session = session_of(arguments)
+    session = session_of(argparse.Namespace(**{**vars(arguments), "z": None, "file": "-"}) if fresh else arguments)
     source = session.source(arguments.file)
     result = session.evaluate(source)
     report_run(arguments, result)

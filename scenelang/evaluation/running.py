@@ -361,7 +361,7 @@ class Measure(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Models:
+class MetricModels:
     """Where models are and what computes; ``judge`` is the one of CLIP similarity."""
 
     shelf: Shelf
@@ -374,7 +374,7 @@ class ClipMeasure:
 
     name = "clip"
 
-    def __init__(self, models: Models, views: int = CLIP_VIEWS) -> None:
+    def __init__(self, models: MetricModels, views: int = CLIP_VIEWS) -> None:
         self._models, self._views = models, views
         self._judge: ClipScore | None = None
 
@@ -396,7 +396,7 @@ class LpipsMeasure:
 
     name = "lpips"
 
-    def __init__(self, models: Models, views: int = LPIPS_VIEWS) -> None:
+    def __init__(self, models: MetricModels, views: int = LPIPS_VIEWS) -> None:
         self._models, self._views = models, views
         self._network: Lpips | None = None
 
@@ -442,7 +442,7 @@ class DynamicMeasure:
 
     name = "dynamic"
 
-    def __init__(self, models: Models) -> None:
+    def __init__(self, models: MetricModels) -> None:
         self._models = models
         self._network: Raft | None = None
 
@@ -461,7 +461,7 @@ class DynamicMeasure:
         return {"value": found.share, "pixels": found.pixels, "is_dynamic": found.is_dynamic}
 
 
-def measure_called(name: str, models: Models, views: Mapping[str, int]) -> Measure:
+def measure_called(name: str, models: MetricModels, views: Mapping[str, int]) -> Measure:
     """The metric ``name``, one of METRICS; ``views`` may have numbers of views for "clip" and "lpips"."""
     if name == "clip":
         return ClipMeasure(models, views.get(name, CLIP_VIEWS))

@@ -9,11 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenelang.backends.base import Progress
+from scenelang.backends.files import made_folder
 from scenelang.backends.neural.clip import JUDGE, ClipName
 from scenelang.backends.neural.describing import thing
-from scenelang.backends.neural.weights import Shelf
-from scenelang.backends.neural.weights import device as device_called
-from scenelang.backends.neural.weights import shelf as shelf_in
+from scenelang.backends.neural.weights import Models
 from scenelang.backends.pictures.film import HIGHEST_FPS, PictureOptions, check, picture_backend
 from scenelang.evaluation.running import (
     METRICS,
@@ -21,8 +20,8 @@ from scenelang.evaluation.running import (
     Evaluation,
     EvaluationEntry,
     Measure,
+    MetricModels,
     MetricRecord,
-    Models,
     Results,
     Subject,
     Tellers,
@@ -92,19 +91,21 @@ class MetricOptions:
             check(options, [picture_backend(name) for name in names])
         return [Drawing(name, options, self.fps) for name in names]
 
-    def measures(self, shelf: Shelf, device: str | None) -> list[Measure]:
-        """The metrics with the models that they need; ``device`` None is the fastest."""
+    def measures(self, models: Models | None = None) -> list[Measure]:
+        """The metrics with the models that they need."""
+        models = models or Models()
         judge = ClipName.parse(self.clip_model) if self.clip_model else JUDGE
         names = list(dict.fromkeys(self.metrics))
-        models = Models(shelf, _device(device) if any(name in _NEURAL for name in names) else "cpu", judge)
+        device = _device(models) if any(name in _NEURAL for name in names) else "cpu"
+        known = MetricModels(models.shelf(), device, judge)
         views = {"clip": self.clip_views, "lpips": self.lpips_views}
-        return [measure_called(name, models, views) for name in names]
+        return [measure_called(name, known, views) for name in names]
 
 
-def _device(chosen: str | None) -> str:
+def _device(models: Models) -> str:
     """What computes; without torch any metric that needs it says so itself."""
     try:
-        return device_called(chosen)
+        return models.computes_on()
     except SceneError as error:
         if error.name != "backend":
             raise
@@ -203,9 +204,7 @@ def evaluate_metrics(
     evaluation: Options | None = None,
     folder: str | Path | None = None,
     answers: Sequence[str | Path] = (),
-    models_folder: str | None = None,
-    offline: bool = False,
-    device: str | None = None,
+    models: Models | None = None,
     progress: Callable[[Subject, Measure], Progress | None] = lambda _, __: None,
 ) -> MetricReport:
     """Measure scenes and films as the paper does: CLIP similarity, LPIPS between views, counts, dynamic degree.
@@ -222,8 +221,8 @@ def evaluate_metrics(
         Keeps results, and goes on with those that are there.
     answers : sequence of path
         Files of answers to a user study, whose preferences join the tables.
-    models_folder, offline, device
-        Where weights are, whether the hub may be asked, and what computes (None: the fastest).
+    models : Models, optional
+        Where weights are, and what computes.
     progress : callable
         Gives, for each measurement, what is called with a fraction from 0 to 1, or None.
 
@@ -252,10 +251,8 @@ def evaluate_metrics(
             raise error_of(next(d for d in result.diagnostics if d.is_error))
         return result.scene, source.text
 
-    kept = Path(folder) if folder is not None else None
-    if kept is not None:
-        kept.mkdir(parents=True, exist_ok=True)
-    measures = chosen.measures(shelf_in(models_folder, fetch=not offline), device)
+    kept = made_folder(Path(folder)) if folder is not None else None
+    measures = chosen.measures(models)
     subjects = subjects_of(entries_of([str(file) for file in files]), drawings, opened)
     return measured(subjects, measures, kept, [Path(path) for path in answers], show=progress)
 
