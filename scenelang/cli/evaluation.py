@@ -79,7 +79,7 @@ def evaluate(arguments: argparse.Namespace) -> int:
     def show(subject: Subject, measure: Measure) -> Any:
         return progress(arguments, f"{subject.entry.place} {measure.name}")
 
-    folder = None if arguments.output is None else made_folder(arguments.output)
+    folder = None if arguments.output is None else made_folder(Path(arguments.output))
     measures = options.measures(models_of(arguments))
     answers = [Path(name) for name in arguments.study_results or ()]
     found = measured(subjects, measures, folder, answers, fail, show)

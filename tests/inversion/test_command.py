@@ -20,6 +20,7 @@ from scenelang.backends.neural.grounding import cut_out, random_grey
 from scenelang.backends.neural.inversion import InversionSettings, kept_in
 from scenelang.backends.neural.sentences import Granularity, Sayings, leaves_of
 from scenelang.cli.main import main
+from scenelang.scene import Scene
 from scenelang.zfile import Made, read_made, read_z, write_vectors
 
 PROGRAM = """
@@ -234,12 +235,12 @@ def test_parts_of_generated_scenes(
     """What the command does once the program is written, with the picture that the language model saw."""
     from argparse import Namespace
 
-    from scenelang.cli.neural import invert_parts
+    from scenelang.cli.neural import invert_generated
     from scenelang.inference.answers import read_picture
 
     asked = Namespace(models_dir=None, offline=True, device="cpu", seed=0, quiet=False, json=False)
     monkeypatch.setattr(InversionSettings.__init__, "__defaults__", (2, 1e-2, 1, 0, 2))
-    invert_parts(asked, evaluate(PROGRAM), [read_picture("photo.png")], Path("out.scene"))
+    invert_generated(asked, Scene(evaluate(PROGRAM)), [read_picture("photo.png")], Path("out.scene"))
     assert "wrote out.z.safetensors" in capsys.readouterr().out
     assert sorted(read_z(Path("out.z.safetensors"))[1]) == ["z1", "z2", "z3", "z4"]
     assert read_made(Path("out.z.safetensors"))["z3"].source == "picture 1"

@@ -162,7 +162,7 @@ COMMANDS = [
     (',doc "cube"', '(call "cube" :scale :color :emission|  a box centred|  :scale  sizes along x, y and z|  :ior  '),
     (",doc cylinder", '(call "cylinder" :radius :p0 :p1 :color|  :p1  where the axis ends'),
     (",doc :radius", ":radius|  the radius in the scene's units|  read by sphere, cylinder, cone"),
-    (",doc :opacity", "read by cube, sphere, cylinder, cone, asset, set-cuboid"),
+    (",doc :opacity", "read by cube, sphere, cylinder, cone, capsule, torus, rounded-cube, asset,"),
     (",apropos twic", "twice"),
     (",apropos mirror", "reflect"),
     (",source twice", "; Twice as much.|(define (twice x) (double x))"),

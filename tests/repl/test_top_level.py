@@ -181,9 +181,7 @@ def test_the_root_is_what_a_run_gives(tmp_path: Path) -> None:
     session = Session(Options(seed=5))
     expected = session.evaluate(session.source(str(path))).scene
     assert expected is not None
-    size = lambda scene: (
-        scene.root.children[0].car.shape.file or scene.root.children[0].car.embedding.attributes["scale"]
-    )
+    size = lambda scene: scene.root.children[0].car.embedding.attributes["scale"]
     before = say(evaluation, "(random)")
     assert size(evaluation.root()) == size(expected)
     assert say(evaluation, "(random)") != before
