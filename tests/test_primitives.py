@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-import trimesh
+from later import later
 from support import evaluate
 
 from scenelang.backends.base import BackendOptions, find
@@ -39,6 +39,8 @@ from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.primitives.base import Primitive
 from scenelang.interpreter.scene.primitives.mesh import areas_of, first_hits, posed, sampled, volume_of
 from scenelang.primer import attribute_doc, attributes_of, description
+
+trimesh = later("trimesh")
 
 Floats = npt.NDArray[np.float64]
 

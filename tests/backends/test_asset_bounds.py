@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import trimesh
+from later import later
 
 import scenelang
 from scenelang.backends.geometry.assets import AssetFiles
@@ -15,6 +15,8 @@ from scenelang.interpreter.runtime.values import ANONYMOUS, Matrix, Pair
 from scenelang.interpreter.scene.bounds import entity_box, parts_box
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.primitives import Primitive, shape_of
+
+trimesh = later("trimesh")
 
 
 def points_of(kind: str, count: int, rng: np.random.Generator) -> np.ndarray:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import trimesh
+from later import later
 from PIL import Image
 
 import scenelang
@@ -16,6 +16,8 @@ from scenelang.backends.pictures.camera import PRESETS
 from scenelang.backends.pictures.film import PictureOptions, render
 from scenelang.backends.pictures.studio import from_srgb
 from scenelang.grammar.diagnostics import SceneError
+
+trimesh = later("trimesh")
 
 RED = np.array([200, 40, 20, 255], np.uint8)
 

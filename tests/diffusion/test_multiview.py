@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -22,7 +22,8 @@ from scenelang.backends.neural.mvdream import ORIGINAL, UNET, empty_networks, to
 from scenelang.backends.pictures.camera import Viewpoint, camera_at, place
 from scenelang.grammar.diagnostics import SceneError
 
-from .original import OriginalUNet
+if TYPE_CHECKING:
+    from diffusion.original import OriginalUNet
 
 
 def model(network: Any, views: int = 4, control: Any = None) -> Diffusion:
@@ -37,6 +38,8 @@ def inputs(torch: Any, rows: int = 8) -> tuple[Any, Any, Any, Any]:
 @pytest.fixture(scope="module")
 def pair() -> tuple[Diffusion, OriginalUNet]:
     """The same random weights in both forms."""
+    from diffusion.original import OriginalUNet
+
     seeded()
     network = small_unet()
     plain = OriginalUNet((32, 64), (True, False), (2, 4), 1, 32).eval()
@@ -120,6 +123,8 @@ def test_cameras_that_do_not_fit() -> None:
 
 
 def test_all_names_and_shapes_of_the_full_size_network() -> None:
+    from diffusion.original import OriginalUNet
+
     torch = seeded()
     with torch.device("meta"):
         plain = OriginalUNet((320, 640, 1280, 1280), (True, True, True, False), (5, 10, 20, 20), 2, 1024)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from later import later
 from support import evaluate
-
-torch = pytest.importorskip("torch")
 
 from scenelang.backends.neural.distillation.learning import Cast, cast_of
 from scenelang.backends.neural.distillation.theta import beginning, on_stage, resting
@@ -17,6 +16,8 @@ from scenelang.backends.neural.sentences import (
 )
 from scenelang.backends.neural.splats.initial import gaussians_of
 from scenelang.grammar.diagnostics import SceneError
+
+torch = later("torch")
 
 
 def cast(text: str, *entities: str, depth: int | None = None, learned: frozenset[str] = frozenset()) -> Cast:

@@ -10,14 +10,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from later import later
 from small_models import seeded, small_diffusion
 from support import interruptible
-
-torch = pytest.importorskip("torch")
 
 from scenelang.backends.neural.distillation import run as runs
 from scenelang.backends.neural.distillation.checkpoint import kept_in
 from scenelang.cli.main import main
+
+torch = later("torch")
 
 TWO = '(bind "toys" (lambda () (union (call "sphere") (transform (call "cube") (translate [3 0 0])))))'
 MOVING = """

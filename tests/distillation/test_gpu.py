@@ -6,19 +6,20 @@ import time
 from pathlib import Path
 
 import pytest
-
-torch = pytest.importorskip("torch")
-
+from later import later
 from toy.model import unpack
 
 from distillation.test_toy import TOYS, likeness, views
 from scenelang.backends.neural.distillation.checkpoint import kept_in
 from scenelang.cli.main import main
 
+torch = later("torch")
+
 
 @pytest.mark.gpu
-@pytest.mark.skipif(not torch.cuda.is_available(), reason="there is no GPU")
 def test_colours_and_shapes_on_cuda(tmp_path: Path) -> None:
+    if not torch.cuda.is_available():
+        pytest.skip("there is no GPU")
     toy = unpack(tmp_path / "toy")
     (tmp_path / "toys.scene").write_text(TOYS)
     words = ["distill", str(tmp_path / "toys.scene"), "-o", str(tmp_path / "run"), "--model", str(toy), "-q"]

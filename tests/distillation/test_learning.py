@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from later import later
 from small_models import seeded, small_diffusion
 from support import evaluate
-
-torch = pytest.importorskip("torch")
 
 from scenelang.backends.neural.diffusion_loading import load_diffusion
 from scenelang.backends.neural.distillation.checkpoint import asked_of, check_same, keep, kept_in, same_figures
@@ -33,6 +32,8 @@ from scenelang.backends.neural.sentences import (
     leaves_of,
 )
 from scenelang.grammar.diagnostics import SceneError
+
+torch = later("torch")
 
 TWO = """
 (bind "toys" (lambda () (union (call "sphere" :text "red") (transform (call "cube" :color [0 0 1]) (translate [3 0 0])))))

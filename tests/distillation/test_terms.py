@@ -7,8 +7,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-
-torch = pytest.importorskip("torch")
+from later import later
 
 from scenelang.backends.neural.diffusion import (
     Schedule,
@@ -17,6 +16,8 @@ from scenelang.backends.neural.diffusion import (
 from scenelang.backends.neural.distillation.sds import Guiding, Heard, distance, sds_loss, window_at
 from scenelang.backends.neural.distillation.theta import LONGEST, Theta, beginning, outside, too_long
 from scenelang.backends.neural.splats.gaussians import rotations
+
+torch = later("torch")
 
 
 def model(predict: Any = None, views: int = 1) -> Any:

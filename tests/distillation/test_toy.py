@@ -7,10 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from later import later
 from small_models import seeded
-
-torch = pytest.importorskip("torch")
-
 from toy.model import build, unpack
 from toy.pictures import Orbit, picture
 from toy.train import loss_of, train
@@ -31,6 +29,8 @@ from scenelang.backends.neural.splats.gaussians import (
 from scenelang.backends.neural.splats.rasterise import rasterise
 from scenelang.cli.main import main
 from scenelang.zfile import beside
+
+torch = later("torch")
 
 TOYS = """
 (bind "toys" (lambda () (union

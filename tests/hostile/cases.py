@@ -272,8 +272,10 @@ def _python() -> Iterator[Case]:
 # --- embeddings ------------------------------------------------------------------------------------------------------
 
 
-def z(data: bytes) -> Maker:
-    return lambda path: (path / "prog.z.safetensors").write_bytes(data) and None
+def z(data: bytes | Callable[[], bytes]) -> Maker:
+    """A file of embeddings; where the data take long to make, what makes them."""
+    made = data if callable(data) else lambda: data
+    return lambda path: (path / "prog.z.safetensors").write_bytes(made()) and None
 
 
 def header(document: object, length: int | None = None) -> bytes:
@@ -290,9 +292,9 @@ def sparse_z(path: Path) -> None:
 
 EMBEDDINGS: dict[str, Maker] = {
     "length that lies": z(struct.pack("<Q", 2**63)), "shape that lies": z(header({"a": {"dtype": "F32", "shape": [2**40], "data_offsets": [0, 4]}}) + b"\0" * 4),
-    "huge sparse": sparse_z, "many tensors": z(header({f"a{i}": {"dtype": "F32", "shape": [0], "data_offsets": [0, 0]} for i in range(200_000)})),
+    "huge sparse": sparse_z, "many tensors": z(lambda: header({f"a{i}": {"dtype": "F32", "shape": [0], "data_offsets": [0, 0]} for i in range(200_000)})),
     "deep header": z(struct.pack("<Q", 200_000) + b"[" * 200_000), "controls": z(header({"\x1b[2J\x00": {"dtype": "F32", "shape": [1], "data_offsets": [0, 4]}}) + b"\0" * 4),
-    "metadata": z(header({"__metadata__": {f"k{i}": "x" * 90 for i in range(50_000)}})), "folder": lambda path: (path / "prog.z.safetensors").mkdir(),
+    "metadata": z(lambda: header({"__metadata__": {f"k{i}": "x" * 90 for i in range(50_000)}})), "folder": lambda path: (path / "prog.z.safetensors").mkdir(),
 }  # fmt: skip
 
 

@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-import torch
+from later import later
 from toy.model import ONE_GREY, unpack
 from toy.pictures import COLORS, Orbit, picture
 
 from scenelang.backends.neural.diffusion import Diffusion
 from scenelang.backends.neural.diffusion_loading import load_diffusion
 from scenelang.backends.neural.inversion import STYLE, LearnedSubject, sentence_of, start_of
+
+torch = later("torch")
 
 VIEW = Orbit(0.6, 0.3, 3.2, math.radians(20.0))
 

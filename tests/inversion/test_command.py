@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import torch
+from later import later
 from PIL import Image
 from small_grounding import small_detector, small_segmenter
 from support import evaluate
@@ -22,6 +22,8 @@ from scenelang.backends.neural.sentences import Granularity, Sayings, leaves_of
 from scenelang.cli.main import main
 from scenelang.scene import Scene
 from scenelang.zfile import Made, read_made, read_z, write_vectors
+
+torch = later("torch")
 
 PROGRAM = """
 (bind "yard" (lambda ()

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-import torch
+from later import later
 from small_models import seeded, small_diffusion
 
 from inversion.support import shown, starts, subject, toy
@@ -30,6 +30,8 @@ from scenelang.backends.neural.inversion import (
     start_of,
 )
 from scenelang.grammar.diagnostics import SceneError
+
+torch = later("torch")
 
 
 @pytest.fixture(scope="module")

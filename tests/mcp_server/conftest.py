@@ -7,14 +7,18 @@ from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import asynccontextmanager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from anyio import create_task_group
 from anyio.from_thread import BlockingPortal, start_blocking_portal
-from mcp import ClientSession
-from mcp.client.stdio import StdioServerParameters, stdio_client
-from mcp.types import CallToolResult
+from later import later
+
+if TYPE_CHECKING:
+    from mcp import ClientSession
+    from mcp.types import CallToolResult
+
+mcp, stdio = later("mcp"), later("mcp.client.stdio")
 
 Call = tuple[str, dict[str, Any]]
 
@@ -72,8 +76,8 @@ def text(result: CallToolResult) -> str:
 async def _connected(folder: Path, *options: str) -> AsyncIterator[ClientSession]:
     command = ["-P", "-m", "scenelang", "mcp", "--project", str(folder), *options]
     with (folder.parent / "stderr.txt").open("a") as errors:
-        parameters = StdioServerParameters(command=sys.executable, args=command, cwd=folder.parent)
-        async with stdio_client(parameters, errlog=errors) as streams, ClientSession(*streams) as session:
+        parameters = stdio.StdioServerParameters(command=sys.executable, args=command, cwd=folder.parent)
+        async with stdio.stdio_client(parameters, errlog=errors) as streams, mcp.ClientSession(*streams) as session:
             await session.initialize()
             yield session
 

@@ -5,14 +5,16 @@ from __future__ import annotations
 import base64
 import io
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
-from mcp.types import CallToolResult
 from PIL import Image
 
 from scenelang.api import check
 from scenelang.mcp.tools import primer_text
+
+if TYPE_CHECKING:
+    from mcp.types import CallToolResult
 
 CUBE = '(bind "a" (lambda () (call "cube")))'
 MOVED = '(bind "a" (lambda () (transform (call "cube") (translate [1 0 0]))))'

@@ -13,8 +13,7 @@ from typing import Any
 
 import anyio
 import pytest
-from mcp import ClientSession
-from mcp.client.stdio import StdioServerParameters, stdio_client
+from later import later
 
 from scenelang.grammar.datum import Source
 from scenelang.inference.answers import AnswerReader
@@ -22,6 +21,8 @@ from scenelang.inference.brief import Brief, Prompts, Task
 from scenelang.interpreter.runtime.limits import Limits
 from scenelang.sandbox.supervision import is_supported
 from scenelang.session import Editing, Options, Session
+
+mcp, stdio = later("mcp"), later("mcp.client.stdio")
 
 pytestmark = pytest.mark.skipif(not is_supported(), reason="hard limits need Linux")
 ROGUE = str(Path(__file__).with_name("rogue.py"))
@@ -42,9 +43,11 @@ def test_an_agent_gets_help_while_programs_run(tmp_path: Path) -> None:
 
     async def talk() -> list[Any]:
         options = ["--project", str(tmp_path), "--max-seconds", "1", "--max-memory", "300M"]
-        parameters = StdioServerParameters(command=sys.executable, args=["-P", ROGUE, "mcp", *options], cwd=tmp_path)
+        parameters = stdio.StdioServerParameters(
+            command=sys.executable, args=["-P", ROGUE, "mcp", *options], cwd=tmp_path
+        )
         found = []
-        async with stdio_client(parameters) as streams, ClientSession(*streams) as session:
+        async with stdio.stdio_client(parameters) as streams, mcp.ClientSession(*streams) as session:
             await session.initialize()
             await session.call_tool("help", {"name": "cube"})
             for what in ("hold", "grow", "crash"):
@@ -69,8 +72,8 @@ def test_an_agent_gets_help_while_programs_run(tmp_path: Path) -> None:
 
 def test_an_agent_that_gives_up_ends_the_evaluation(tmp_path: Path) -> None:
     async def talk() -> float:
-        parameters = StdioServerParameters(command=sys.executable, args=["-P", ROGUE, "mcp"], cwd=tmp_path)
-        async with stdio_client(parameters) as streams, ClientSession(*streams) as session:
+        parameters = stdio.StdioServerParameters(command=sys.executable, args=["-P", ROGUE, "mcp"], cwd=tmp_path)
+        async with stdio.stdio_client(parameters) as streams, mcp.ClientSession(*streams) as session:
             await session.initialize()
             with anyio.move_on_after(1.0):
                 await session.call_tool("run", {"program": program("hold")})

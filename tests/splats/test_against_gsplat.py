@@ -9,12 +9,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from later import later
 from splats.drawing import a_camera, random_gaussians, splats_of
 
 from scenelang.backends.neural.splats import gaussians
 from scenelang.backends.neural.splats.gaussians import Splats, project, view_of
 
-torch = pytest.importorskip("torch")
+torch = later("torch")
+
 if find_spec("gsplat") is None:
     pytest.skip("gsplat is not installed", allow_module_level=True)
 

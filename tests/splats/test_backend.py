@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from later import later
 from support import evaluate
 
 from scenelang.backends.base import find
 from scenelang.backends.pictures.film import PictureOptions, render
 from scenelang.grammar.diagnostics import SceneError
 
-torch = pytest.importorskip("torch")
+torch = later("torch")
 
 SCENE = """(bind "a" (lambda () (union
   (call "cube" :scale [4 0.2 4] :color [0.2 0.5 0.2])

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from later import later
 from splats.drawing import random_gaussians
 from support import evaluate
 
@@ -25,7 +26,7 @@ from scenelang.backends.neural.splats.files import (
 from scenelang.backends.neural.splats.gaussians import Gaussians
 from scenelang.grammar.diagnostics import LimitError, SceneError
 
-torch = pytest.importorskip("torch")
+torch = later("torch")
 
 HEADER = "ply\nformat binary_little_endian 1.0\nelement vertex {count}\n{properties}end_header\n"
 PROPERTIES = ["x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0", "scale_1", "scale_2"]

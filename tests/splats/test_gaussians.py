@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from later import later
 from splats.drawing import random_gaussians, splats_of
 
 from scenelang.backends.neural.splats.gaussians import (
@@ -17,7 +18,7 @@ from scenelang.backends.neural.splats.gaussians import (
     rotations,
 )
 
-torch = pytest.importorskip("torch")
+torch = later("torch")
 
 SEEDS = st.integers(0, 2**31)
 

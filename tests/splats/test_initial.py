@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from later import later
 from support import evaluate
 
 from scenelang.backends.neural.splats.initial import LEAST, cover_of, gaussians_of, on_solid, on_triangles
@@ -15,7 +16,8 @@ from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.primitives import standard_forms
 from scenelang.interpreter.scene.primitives.forms import Form
 
-torch = pytest.importorskip("torch")
+torch = later("torch")
+
 BALL, BLOCK, CYLINDER, CONE, TRIANGLE = standard_forms()
 
 

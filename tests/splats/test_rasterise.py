@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from later import later
 from splats.drawing import a_camera, directly, random_gaussians, splats_of
 
 from scenelang.backends.neural.splats import rasterise_numba, rasterise_torch
@@ -13,7 +14,7 @@ from scenelang.backends.neural.splats.gaussians import Splats, view_of
 from scenelang.backends.neural.splats.rasterise import Drawn, Members, engine_for, rasterise, rasterise_by
 from scenelang.grammar.diagnostics import LimitError
 
-torch = pytest.importorskip("torch")
+torch = later("torch")
 
 
 def engines() -> list[Any]:

@@ -6,11 +6,12 @@ import json
 from pathlib import Path
 from typing import Any
 
-import open_clip
-import torch
-from safetensors.torch import load_file, save_file
+from later import later
 
 from toy.pictures import SIZE
+
+open_clip, torch = later("open_clip"), later("torch")
+files = later("safetensors.torch")
 
 WEIGHTS = Path(__file__).parent / "weights.safetensors"  # over backgrounds of all greys, as distillation has them
 ONE_GREY = Path(__file__).parent / "weights_grey.safetensors"  # over one grey, as the pictures of an inversion have
@@ -66,26 +67,26 @@ def save_clip(folder: Path, network: Any) -> None:
     preprocess = {"mean": [0.5] * 3, "std": [0.5] * 3, "interpolation": "bicubic"}
     (folder / "open_clip_config.json").write_text(json.dumps({"model_cfg": _CLIP, "preprocess_cfg": preprocess}))
     tensors = {name: tensor.contiguous() for name, tensor in network.state_dict().items()}
-    save_file(tensors, folder / "open_clip_model.safetensors")
+    files.save_file(tensors, folder / "open_clip_model.safetensors")
 
 
 def pack(folder: Path, file: Path, tokens: list[int], told: dict[str, str]) -> None:
     """The weights in ``folder`` as half-precision numbers in one file; of the token vectors those of ``tokens``."""
     kept = {}
     for name, path in _parts(folder).items():
-        for key, tensor in load_file(path).items():
+        for key, tensor in files.load_file(path).items():
             kept[f"{name}/{key}"] = tensor.half() if tensor.is_floating_point() else tensor
     kept[_TOKENS] = kept[_TOKENS][tokens].contiguous()
     kept["tokens"] = torch.tensor(tokens, dtype=torch.int32)
-    save_file(kept, file, metadata=told)
+    files.save_file(kept, file, metadata=told)
 
 
 def unpack(folder: Path, file: Path = WEIGHTS) -> Path:
     """The layout that ``load_diffusion`` reads, from a packed file."""
     build(folder)
-    packed = load_file(file)
+    packed = files.load_file(file)
     for name, path in _parts(folder).items():
-        whole = load_file(path)
+        whole = files.load_file(path)
         for key in whole:
             found = packed[f"{name}/{key}"]
             if f"{name}/{key}" == _TOKENS:
@@ -93,7 +94,7 @@ def unpack(folder: Path, file: Path = WEIGHTS) -> Path:
                 whole[key][packed["tokens"].long()] = found.float()
             else:
                 whole[key] = found.to(whole[key].dtype)
-        save_file(whole, path, metadata={"format": "pt"})
+        files.save_file(whole, path, metadata={"format": "pt"})
     return folder
 
 

@@ -6,7 +6,10 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-import torch
+from later import later
+
+torch = later("torch")
+
 
 COLORS = {
     "red": (0.92, 0.10, 0.10),

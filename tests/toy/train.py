@@ -16,13 +16,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import torch
+from later import later
 
 from scenelang.backends.neural.clip import ClipModel, ClipName, TextEncoder, load_clip
 from scenelang.backends.neural.diffusion import Diffusion
 from scenelang.backends.neural.diffusion_loading import load_diffusion
 from toy.model import WEIGHTS, build, pack, save_clip
 from toy.pictures import BACKGROUND, COLORS, SENTENCES, SHAPES, STYLES, VIEWS, batch
+
+torch = later("torch")
 
 SEED, STEPS, BATCH = 0, 1500, 6
 RATE, DROPPED = 2e-3, 0.15

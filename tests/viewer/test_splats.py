@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from later import later
 from support import evaluate
-
-torch = pytest.importorskip("torch")
 
 from scenelang.backends.neural.splats.gaussians import Splats
 from scenelang.backends.viewer.packet import (
@@ -20,6 +19,14 @@ from scenelang.backends.viewer.packet import (
 )
 from scenelang.cli.main import main
 from scenelang.grammar.diagnostics import LimitError
+
+torch = later("torch")
+
+
+@pytest.fixture(autouse=True)
+def has_torch() -> None:
+    pytest.importorskip("torch")
+
 
 PAIR = """(bind "pair" (lambda () (union
   (call "sphere" :radius 1 :color [.8 .05 .05]) (transform (call "cube" :color [.05 .1 .8]) (translate [3 0 0])))))
