@@ -6,7 +6,7 @@ BIN    := $(VENV)/bin
 SCENE  := examples/chessboard.scene
 ROOMS  := grammar interpreter stdlib backends scenelang
 
-.PHONY: demo test test-blender lint install bench eval-recorded gallery docs viewer build-page blocks editors chromium wheel test-gpu test-hostile fuzz test-grammar test-minecraft test-slow test-browser train-toy clean
+.PHONY: demo test test-blender lint install bench eval-recorded gallery docs viewer build-page blocks editors chromium wheel test-gpu test-hostile fuzz test-grammar test-minecraft test-slow test-nightly test-browser train-toy clean
 
 # What the package needs, then the tools of development; redone when the project's files change.
 $(VENV)/.run: pyproject.toml constraints.txt
@@ -46,8 +46,15 @@ chromium:
 	@if ! command -v chromium >/dev/null && command -v apt-get >/dev/null && [ "$$(id -u)" = 0 ]; then \
 	  (apt-get update -qq && apt-get install -y -qq chromium) >/dev/null 2>&1 || true; fi
 
+# Work is given out in files of neighbours, so that what a module's tests share is made once; bytecode of the tests is kept.
+PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n 2 --dist worksteal
+
 test: lint chromium $(VENV)/.validator $(VENV)/.textmate
-	$(BIN)/pytest -n 2 -m "not gpu and not slow and not browser"
+	$(PYTEST) -m "not gpu and not slow and not browser"
+
+# Searches at random for long, and what takes more than a minute: an hour or more.
+test-nightly: $(VENV)/.dev $(VENV)/.package
+	$(PYTEST) --hypothesis-profile nightly -m "(hypothesis or search or slow) and not gpu and not browser"
 
 # The Khronos glTF validator, where node and npm are; its tests say when it is not there.
 GLTF_VALIDATOR := gltf-validator@2.0.0-dev.3.10

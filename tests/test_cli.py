@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from searching import many
 from support import interruptible
 
 from scenelang import Limits, Options, Session, Source
@@ -614,19 +615,19 @@ def survives(data: bytes) -> None:
         assert json.dumps(to_json(diagnostic))
 
 
-@settings(max_examples=300, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=many(300), deadline=None, suppress_health_check=list(HealthCheck))
 @given(st.binary(max_size=300))
 def test_any_bytes(data: bytes) -> None:
     survives(data)
 
 
-@settings(max_examples=300, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=many(300), deadline=None, suppress_health_check=list(HealthCheck))
 @given(st.text(max_size=200))
 def test_any_text(text: str) -> None:
     survives(text.encode("utf-8", "surrogatepass"))
 
 
-@settings(max_examples=500, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=many(500), deadline=None, suppress_health_check=list(HealthCheck))
 @given(st.lists(PIECES, max_size=40))
 def test_any_sequence_of_the_languages_own_words(pieces: list[str]) -> None:
     survives(" ".join(pieces).encode())
@@ -642,7 +643,7 @@ FORMS = st.recursive(
 )
 
 
-@settings(max_examples=500, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=many(500), deadline=None, suppress_health_check=list(HealthCheck))
 @given(st.lists(FORMS, max_size=6))
 def test_any_well_nested_text(forms: list[str]) -> None:
     survives("\n".join(forms).encode())

@@ -14,6 +14,7 @@ import pytest
 from corpus.compare import compare
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from searching import many
 from support import evaluate
 
 from scenelang.grammar.diagnostics import SceneError
@@ -201,7 +202,7 @@ def rows(draw: Any) -> Row:
 
 ENDS = [(CUBE, pose(-20, 0, 0)), (CUBE, pose(20, 0, 0))]
 scenes = st.lists(rows(), min_size=1, max_size=12).map(lambda found: [*ENDS, *found])
-RUNS = settings(max_examples=200, deadline=None)
+RUNS = settings(max_examples=many(200), deadline=None)
 
 
 @RUNS
@@ -378,7 +379,7 @@ data = st.recursive(
 )  # fmt: skip
 
 
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=many(120), deadline=None)
 @given(
     data,
     st.lists(st.dictionaries(st.sampled_from([*PRIMITIVE, "attributes", "p0", "radius", "scale", "block_type"]), data)),

@@ -12,6 +12,7 @@ import numpy.typing as npt
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from searching import many
 from support import evaluate
 
 from scenelang.grammar.diagnostics import LimitError
@@ -103,7 +104,7 @@ def naive(root: Entity) -> list[tuple[Entity, npt.NDArray[np.float64]]]:
     return [(e, pose.to_array(part.cdr) @ m) for part in root.children for e, m in naive(part.car)]
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=many(150), deadline=None)
 @given(trees)
 def test_boxes_are_exact(root: Entity) -> None:
     clouds = []
@@ -124,7 +125,7 @@ def test_boxes_are_exact(root: Entity) -> None:
     assert np.allclose(box[3:], high, atol=1e-4 * size)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=many(150), deadline=None)
 @given(trees)
 def test_flattening_is_the_product_of_matrices(root: Entity) -> None:
     expected = naive(root)
@@ -135,7 +136,7 @@ def test_flattening_is_the_product_of_matrices(root: Entity) -> None:
         assert np.allclose(frame.matrices[i], matrix[:3], atol=1e-9)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=many(100), deadline=None)
 @given(trees)
 def test_numbers_follow_depth_first_order(root: Entity) -> None:
     scene = Scene("root", [root], animated=False)

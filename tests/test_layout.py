@@ -10,6 +10,7 @@ from textwrap import dedent
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from searching import many
 from support import shape
 
 from scenelang.grammar.datum import (
@@ -410,7 +411,7 @@ datums = st.recursive(values.map(lambda value: Atom(value, NOWHERE)), compound, 
 programs = st.lists(datums, max_size=3)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=many(200), deadline=None)
 @given(programs, st.integers(20, 100))
 def test_what_is_laid_out_reads_back_equal_and_stays(forms: list[Datum], width: int) -> None:
     text = layout(forms, indents=INDENTS, width=width)
@@ -433,7 +434,7 @@ def comments_in_order(forms: Iterable[Datum], trivia: dict[int, Trivia]) -> list
     return [text.lstrip("; ") for text in out if isinstance(text, str) and text.strip("; ")]
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=many(200), deadline=None)
 @given(programs, st.integers(20, 100), st.data())
 def test_comments_are_kept_in_order(forms: list[Datum], width: int, data: st.DataObject) -> None:
     parts = list(walk(*forms))

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from searching import many
 from support import shape
 
 from scenelang.grammar.datum import (
@@ -66,7 +67,7 @@ def compound(inner: st.SearchStrategy[Datum]) -> st.SearchStrategy[Datum]:
 datums = st.recursive(values.map(lambda value: Atom(value, NOWHERE)), compound, max_leaves=20)
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=many(400), deadline=None)
 @given(datums)
 def test_what_is_printed_reads_back_equal(datum: Datum) -> None:
     text = print_datum(datum)
@@ -75,7 +76,7 @@ def test_what_is_printed_reads_back_equal(datum: Datum) -> None:
     assert [shape(form) for form in result.forms] == [shape(datum)]
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=many(400), deadline=None)
 @given(st.text(alphabet=st.sampled_from("()[]'`,@;#|\"\\. \n:<>z1*-+ae\x00é"), max_size=40))
 def test_any_text_gives_datums_or_diagnostics(text: str) -> None:
     result = reading(text)

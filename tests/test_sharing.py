@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from searching import many
 from support import evaluate, failure, outcome, session, value
 
 from scenelang.grammar.datum import Source
@@ -74,7 +75,7 @@ def programs(draw: st.DrawFn) -> str:
     return "\n".join([*forms, '(scene "root")'])
 
 
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=many(150), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(programs())
 def test_sharing_changes_nothing(program: str) -> None:
     assert outcome(program, memoise=True) == outcome(program, memoise=False)

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from searching import many
 from small_models import seeded, small_clip
 
 from scenelang.backends.neural.clip import (
@@ -56,7 +57,7 @@ def test_layers(model: ClipModel, encoder: TextEncoder) -> None:
     assert found.words.shape == found.earlier.shape == (1, 77, 32)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=many(25), deadline=None)
 @given(st.lists(WORDS, min_size=1, max_size=4), st.lists(WORDS, min_size=1, max_size=3), WORDS)
 def test_a_words_own_vectors_are_the_word(encoder: TextEncoder, before: Any, hidden: Any, after: str) -> None:
     torch = seeded()

@@ -9,6 +9,7 @@ import pytest
 from deepslate.packs import scene_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from searching import many
 
 from scenelang.backends.deepslate import builds as deepslate_builds
 from scenelang.backends.deepslate.builds import AROUND, SIDES, Builds, builds_of, seen
@@ -56,7 +57,7 @@ def plainly(cells: np.ndarray) -> dict[tuple[int, ...], tuple[int, int]]:
 
 
 @given(st.integers(0, 2**32 - 1), st.tuples(*[st.integers(1, 5)] * 3))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=many(40), deadline=None)
 def test_what_is_seen_is_what_a_plain_loop_finds(seed: int, size: tuple[int, int, int]) -> None:
     cells = np.random.default_rng(seed).integers(0, len(STATES), size).astype(np.uint32)
     found = seen(Build((3, -2, 5), cells, STATES), (3, -2, 5))

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from searching import many
 
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import to_json
@@ -63,7 +64,7 @@ def edited(text: str, chance: random.Random) -> str:
     return "".join(lines)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=many(60), deadline=None)
 @given(seed=st.integers(0, 1 << 30))
 def test_edits_give_what_a_check_from_scratch_gives(seed: int) -> None:
     chance = random.Random(seed)
@@ -137,7 +138,7 @@ def test_several_mistakes_of_broken_text_are_found() -> None:
     assert found == [("E102", 1), ("E101", 2), ("E103", 4)]
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=many(150), deadline=None)
 @given(seed=st.integers(0, 1 << 30))
 def test_pieces_after_an_edit_are_those_of_the_text(seed: int) -> None:
     chance = random.Random(seed)

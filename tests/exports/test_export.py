@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given, settings
+from searching import many
 from support import evaluate
 
 from exports.gltf_reader import Gltf
@@ -75,7 +76,7 @@ def test_parts_are_one_file_each_where_they_stand(backend: Backend, ending: str,
     assert same_points(points, np.concatenate([one.vertices for one in expected(scene)]), 1e-5)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=many(25), deadline=None)
 @given(scenes())
 def test_parts_of_any_scene_and_depth(scene: Scene) -> None:
     wanted = np.concatenate([one.vertices for one in expected(scene)] or [np.zeros((0, 3))])

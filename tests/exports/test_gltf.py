@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given, settings
+from searching import many
 
 from exports.gltf_reader import Gltf
 from exports.oracle import Expected, example, expected, on_examples, same_points, scenes
@@ -52,14 +53,14 @@ def test_examples_keep_their_geometry_names_and_colours(name: str, ending: str, 
         check(gltf, scene, frame)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=many(30), deadline=None)
 @given(scenes())
 def test_any_pose(scene: Scene) -> None:
     with tempfile.TemporaryDirectory() as folder:
         check(written(scene, Path(folder) / "a.glb"), scene)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=many(30), deadline=None)
 @given(scenes(frames=4))
 def test_any_animation_is_right_at_every_frame(scene: Scene) -> None:
     with tempfile.TemporaryDirectory() as folder:
@@ -88,7 +89,7 @@ def test_static_nodes_have_no_tracks(tmp_path: Path) -> None:
     assert len(gltf.nodes) == sum(count_words(example("orrery.scene").root).values())
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=many(30), deadline=None)
 @given(scenes())
 def test_merged_repetitions_keep_points_colours_and_counts(scene: Scene) -> None:
     with tempfile.TemporaryDirectory() as folder:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given, settings
+from searching import many
 
 from exports.oracle import example, expected, on_examples, same_points, scenes
 from scenelang.backends.base import BackendOptions
@@ -51,7 +52,7 @@ def test_ply_keeps_positions_and_colours(name: str, tmp_path: Path) -> None:
     assert np.abs(got[:, 3:] - wanted[:, 3:]).max() <= 0.51 / 255
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=many(40), deadline=None)
 @given(scenes())
 def test_ply_of_any_pose(scene: Scene) -> None:
     wanted = points_and_colors(scene)

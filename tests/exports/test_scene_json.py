@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from searching import many
 from support import evaluate, geometry
 
 from exports.oracle import EXAMPLES, example, scenes
@@ -39,7 +40,7 @@ def test_examples_come_back_the_same(name: str, tmp_path: Path) -> None:
     assert len(list(descendants(*back.frames))) == len(list(descendants(*scene.frames)))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=many(40), deadline=None)
 @given(scenes(frames=2))
 def test_any_scene_comes_back_the_same(scene: Scene) -> None:
     with tempfile.TemporaryDirectory() as folder:
@@ -168,7 +169,7 @@ def test_what_is_no_scene_is_one_clear_line(text: str, message: str, tmp_path: P
     assert "\n" not in caught.value.message
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=many(150), deadline=None)
 @given(st.data())
 def test_any_change_is_a_scene_or_an_error(data: Any) -> None:
     """One value somewhere in the document replaced by another."""

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given, settings
+from searching import many
 
 from exports.oracle import example, expected, on_examples, same_points, scenes
 from scenelang.backends.base import BackendOptions
@@ -103,7 +104,7 @@ def test_every_ending(ending: str, tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == [f"a{ending}"]
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=many(30), deadline=None)
 @given(scenes())
 def test_any_pose(scene: Scene) -> None:
     with tempfile.TemporaryDirectory() as folder:
@@ -112,7 +113,7 @@ def test_any_pose(scene: Scene) -> None:
         assert complaints(stage) == []
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=many(30), deadline=None)
 @given(scenes(frames=4))
 def test_any_animation_is_right_at_every_frame(scene: Scene) -> None:
     with tempfile.TemporaryDirectory() as folder:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from searching import many
 
 from formatter.texts import INDENTS, text_of
 from scenelang.grammar.concrete import essence
@@ -18,7 +19,7 @@ def readable(text: str) -> bool:
     return not read(Source("<test>", text)).diagnostics
 
 
-@settings(max_examples=600, deadline=None)
+@settings(max_examples=many(600), deadline=None)
 @given(SEEDS, st.sampled_from([30, 60, 88]))
 @example(118601, 30)  # a string of several lines, then a keyword
 def test_only_white_space_changes_and_once_is_enough(seed: int, width: int) -> None:
@@ -35,7 +36,7 @@ def test_only_white_space_changes_and_once_is_enough(seed: int, width: int) -> N
     assert format_text(done, INDENTS, width=width) == done
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=many(400), deadline=None)
 @given(SEEDS, st.integers(1, 30), st.integers(0, 8))
 def test_a_range_changes_white_space_only(seed: int, first: int, more: int) -> None:
     text = text_of(seed)

@@ -8,6 +8,7 @@ import random
 from pathlib import Path
 
 import pytest
+from searching import many
 
 from fuzz.running import examine, examples
 from fuzz.targets import ALL, Target
@@ -18,10 +19,11 @@ KEPT = sorted(path for path in CORPUS.glob("*/*") if path.is_file())
 FEW = {"options": 6, "programs": 6, "repl": 4, "runs": 8}
 
 
+@pytest.mark.search
 @pytest.mark.parametrize("target", ALL, ids=lambda target: target.name)
 def test_a_few_inputs(target: Target) -> None:
     target.check(target.make(random.Random(0)))  # loads modules
-    found = examples(target, FEW.get(target.name, 12))
+    found = examples(target, many(FEW.get(target.name, 12)))
     assert found is None, found
 
 

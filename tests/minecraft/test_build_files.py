@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from nbtlib import Byte, ByteArray, Compound, Int, IntArray, List, LongArray, Short, String
+from searching import many
 
 from minecraft.builds import BUILDS, STATES, assert_same, made, noise
 from minecraft.oracle import of_build
@@ -32,7 +33,9 @@ FORMATS: list[tuple[ModuleType, str, str]] = [
 BY_FORMAT = pytest.mark.parametrize(
     ("writer", "ending", "version"), FORMATS, ids=["schem-3", "schem-2", "litematic", "nbt"]
 )
-IN_A_FOLDER = settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+IN_A_FOLDER = settings(
+    max_examples=many(40), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
 SMALL = made((2, -3, 4), [[[1, 2], [0, 1]]], STATES)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from searching import many
 from transpile.cases import CORPUS, IMITATIONS, Case, scene_of, translated
 
 from minecraft.builds import BUILDS, STATES, assert_same, made, noise
@@ -35,7 +36,7 @@ def laid(text: str) -> Settled:
 
 
 @given(build=BUILDS)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=many(60), deadline=None)
 def test_the_program_lays_the_build(build: Build) -> None:
     text = program_text(build, "house")
     assert formatted(text) == text
@@ -60,7 +61,7 @@ def test_many_cuboids() -> None:
 
 
 @given(st.data())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=many(100), deadline=None)
 def test_every_state_of_the_game(data: st.DataObject) -> None:
     kinds = [kind for kind in load_table().blocks.values() if kind.name not in NOTHING]
     chosen = data.draw(st.lists(st.sampled_from(kinds), min_size=1, max_size=8))

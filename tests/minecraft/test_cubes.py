@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from searching import many
 from transpile.cases import scene_of
 
 from minecraft.oracle import Cuboid, of_build
@@ -58,7 +59,7 @@ def short(cells: dict[Cell, str]) -> dict[Cell, str]:
     return {cell: state.removeprefix("minecraft:") for cell, state in cells.items()}
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=many(60), deadline=None)
 @given(st.lists(CUBOIDS, max_size=15), st.lists(STEPS, min_size=1, max_size=3), st.integers(1, 20))
 def test_the_cells_are_those_of_the_build(cuboids: list[Cuboid], steps: list[Cell], parts: int) -> None:
     inner = placed(cuboids)

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
+from searching import many
 
 from minecraft.builds import BUILDS, STATES, made, noise
 from minecraft.oracle import Cell, of_build
@@ -106,7 +107,7 @@ def laid_around(cells: dict[Cell, str], at: Cell) -> dict[Cell, str]:
     return {(x + at[0], y + at[1], z + at[2]): state for (x, y, z), state in cells.items()}
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=many(60), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(build=BUILDS)
 def test_a_pack_lays_the_build_around_the_player(tmp_path: Path, build: Build) -> None:
     datapack.write(build, tmp_path / "My House.zip", game_version())

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from searching import many
 from transpile.cases import CORPUS, Case, scene_of, translated
 
 from minecraft.oracle import Cuboid, of_build
@@ -46,7 +47,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=many(40), deadline=None)
 @given(st.lists(CUBOIDS, min_size=1, max_size=12), st.sampled_from(READABLE))
 def test_voxelise_write_read_evaluate(
     tmp_path_factory: pytest.TempPathFactory, cuboids: list[Cuboid], kind: tuple[base.Backend, str]

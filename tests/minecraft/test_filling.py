@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from searching import many
 from transpile.cases import scene_of
 
 from scenelang.backends.minecraft import filling
@@ -35,7 +36,7 @@ ANGLES = st.floats(-3.1, 3.1).map(lambda a: round(a, 2))
 SIZES = st.floats(0.7, 3.0).map(lambda a: round(a, 2))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=many(60), deadline=None)
 @given(st.sampled_from(sorted(INSIDE)), ANGLES, ANGLES, st.tuples(SIZES, SIZES, SIZES), st.integers(9, 16))
 def test_cells_are_filled_where_their_centres_are_inside(
     word: str, a: float, b: float, size: Any, longest: int
@@ -188,7 +189,7 @@ def test_colours_of_everyday(color: str, block: str) -> None:
     assert found.startswith(block)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=many(60), deadline=None)
 @given(st.tuples(*[st.integers(0, 255)] * 3))
 def test_colours_become_the_nearest_block(color: tuple[int, int, int]) -> None:
     red, green, blue = from_srgb(np.array(color) / 255).tolist()

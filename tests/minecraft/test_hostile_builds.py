@@ -15,6 +15,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from nbtlib import ByteArray, Compound, Int, IntArray, List, LongArray, Short, String
+from searching import many
 
 from minecraft.builds import STATES, made
 from scenelang.backends.minecraft import litematic, nbt, sponge, structure
@@ -25,7 +26,7 @@ from scenelang.grammar.diagnostics import SceneError
 BUILD = made((1, 2, 3), np.arange(24).reshape(2, 3, 4), STATES)
 WRITERS = {".schem": sponge, ".litematic": litematic, ".nbt": structure}
 BY_ENDING = pytest.mark.parametrize("ending", WRITERS)
-SETTINGS = settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+SETTINGS = settings(max_examples=many(150), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
 def refused(path: Path, *words: str, **limits: int) -> None:

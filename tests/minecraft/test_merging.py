@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
+from searching import many
 
 from scenelang.backends.minecraft.blocks import Cells, Cuboids, merged
 
@@ -24,7 +25,7 @@ def laid(shape: tuple[int, ...], cuboids: Cuboids) -> Cells:
 
 
 @given(GRIDS)
-@settings(max_examples=300)
+@settings(max_examples=many(300))
 def test_cuboids_fill_the_same_cells(cells: Cells) -> None:
     cuboids = merged(cells)
     assert (laid(cells.shape, cuboids) == cells).all()
@@ -32,7 +33,7 @@ def test_cuboids_fill_the_same_cells(cells: Cells) -> None:
 
 
 @given(GRIDS, arrays.arrays(np.bool_, (4, 3)))
-@settings(max_examples=300)
+@settings(max_examples=many(300))
 def test_cells_are_joined_only_along_their_axes(cells: Cells, along: np.ndarray) -> None:
     cuboids = merged(cells, along)
     assert (laid(cells.shape, cuboids) == cells).all()

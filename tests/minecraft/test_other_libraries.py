@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from mcschematic import MCSchematic
+from searching import many
 
 from minecraft.builds import BUILDS, STATES, assert_same, made, noise
 from minecraft.oracle import Cell, of_build
@@ -17,7 +18,9 @@ from scenelang.backends.minecraft.blocks import Build
 from scenelang.backends.minecraft.build_files import fitted, game_version
 from scenelang.backends.minecraft.export import read
 
-IN_A_FOLDER = settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+IN_A_FOLDER = settings(
+    max_examples=many(40), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
 SEVERAL = [
     noise((5, 6, 7), 3),
     noise((9, 8, 7), 300),

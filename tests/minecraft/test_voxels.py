@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from searching import many
 from transpile.cases import CORPUS, IMITATIONS, Case, scene_of, translated
 
 from minecraft.oracle import Cuboid, laid, of_build, of_golden
@@ -61,7 +62,7 @@ def expected_of(root: Entity) -> dict[tuple[int, int, int], str]:
     return laid(cuboids)
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=many(80), deadline=None)
 @given(st.lists(CUBOIDS, max_size=25))
 def test_overlap_deletes_hollow_and_negative_coordinates(cuboids: list[Cuboid]) -> None:
     root = placed(cuboids)
@@ -74,7 +75,7 @@ def test_overlap_deletes_hollow_and_negative_coordinates(cuboids: list[Cuboid]) 
         assert not len(solid) or (solid[0] and solid[-1])
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=many(60), deadline=None)
 @given(st.data())
 def test_shared_entities(data: st.DataObject) -> None:
     """Repeated entities, nested, laid whole and under fractional moves and scales, beside their own deletes."""

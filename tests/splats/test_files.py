@@ -9,6 +9,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from later import later
+from searching import many
 from splats.drawing import random_gaussians
 from support import evaluate
 
@@ -39,7 +40,7 @@ def ply(count: object = 1, names: list[str] = PROPERTIES, kind: str = "float", b
     return HEADER.format(count=count, properties=properties).encode() + (row if body is None else body)
 
 
-@settings(deadline=None, max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(deadline=None, max_examples=many(25), suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.integers(0, 2**31), st.integers(0, 30))
 def test_a_ply_is_read_back(tmp_path: Path, seed: int, count: int) -> None:
     one = random_gaussians(count, seed, dtype=torch.float32)
@@ -51,7 +52,7 @@ def test_a_ply_is_read_back(tmp_path: Path, seed: int, count: int) -> None:
     torch.testing.assert_close(again.covariances, one.covariances)
 
 
-@settings(deadline=None, max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(deadline=None, max_examples=many(25), suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.integers(0, 2**31), st.integers(0, 30))
 def test_a_splat_is_read_back_as_its_8_bits_allow(tmp_path: Path, seed: int, count: int) -> None:
     one = random_gaussians(count, seed, dtype=torch.float32)
@@ -150,7 +151,7 @@ def test_counts_that_cannot_be_are_refused() -> None:
         from_ply(ply(MOST + 1))
 
 
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=many(200))
 @given(st.binary(max_size=200), st.integers(0, 400))
 def test_any_bytes_give_gaussians_or_one_error(noise: bytes, at: int) -> None:
     data = ply()

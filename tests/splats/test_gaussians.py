@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from later import later
+from searching import many
 from splats.drawing import random_gaussians, splats_of
 
 from scenelang.backends.neural.splats.gaussians import (
@@ -28,7 +29,7 @@ def density(means: object, covariances: object, points: object) -> object:
     return torch.exp(-0.5 * torch.einsum("ni,nij,nj->n", away, torch.linalg.inv(covariances), away))
 
 
-@settings(deadline=None, max_examples=50)
+@settings(deadline=None, max_examples=many(50))
 @given(SEEDS)
 def test_a_posed_gaussian_has_at_posed_points_what_it_had(seed: int) -> None:
     """``G_t(t(x)) = G(x)`` for any invertible pose, mirrors and shear included."""
@@ -45,7 +46,7 @@ def test_a_posed_gaussian_has_at_posed_points_what_it_had(seed: int) -> None:
     torch.testing.assert_close(after, before, rtol=1e-6, atol=1e-9)
 
 
-@settings(deadline=None, max_examples=50)
+@settings(deadline=None, max_examples=many(50))
 @given(SEEDS, st.floats(0.01, 100.0))
 def test_the_papers_form_is_equal_for_one_scale(seed: int, scale: float) -> None:
     gaussians = random_gaussians(4, seed)
@@ -92,7 +93,7 @@ def test_derivatives_by_gaussians_and_pose() -> None:
     assert torch.autograd.gradcheck(both, given_)
 
 
-@settings(deadline=None, max_examples=50)
+@settings(deadline=None, max_examples=many(50))
 @given(SEEDS)
 def test_quaternions_and_rotations(seed: int) -> None:
     turns = rotations(random_gaussians(8, seed).quaternions)

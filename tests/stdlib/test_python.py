@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from searching import many
 from support import failure, session, value
 
 from scenelang.grammar.datum import Source
@@ -113,7 +114,7 @@ def agrees(name: str, python: Callable[..., Any], choice: Any, *arguments: Any) 
     assert same(got, expected), (name, arguments, [show(c) for c in converted], got, expected)
 
 
-CASES = settings(max_examples=300, deadline=None)
+CASES = settings(max_examples=many(300), deadline=None)
 
 
 @CASES

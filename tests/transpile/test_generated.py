@@ -7,6 +7,7 @@ import os
 
 import pytest
 from hypothesis import HealthCheck, given, settings
+from searching import many
 
 from scenelang.grammar.datum import Source, print_datum
 from scenelang.session import Session
@@ -15,7 +16,7 @@ from transpile.generator import programs
 from transpile.reassignments import reassigning
 from transpile.reference_model import flatten
 
-EXAMPLES = int(os.environ.get("SCENELANG_EXAMPLES", "100"))  # by hand: 2,000
+EXAMPLES = int(os.environ.get("SCENELANG_EXAMPLES", many(100)))  # by hand: 2,000
 SESSION = Session()
 
 

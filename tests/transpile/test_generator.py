@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 
 from hypothesis import HealthCheck, given, settings
+from searching import many
 
 from transpile.generator import programs
 from transpile.reference_model import flatten
 
 
-@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
+@settings(
+    max_examples=many(200), deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large]
+)
 @given(programs())
 def test_drawn_programs_run(code: str) -> None:
     scene = flatten(code)
