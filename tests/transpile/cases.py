@@ -6,6 +6,7 @@ import gzip
 import json
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -75,6 +76,18 @@ def translated(case: Case) -> Translation:
     if case.path not in _translations:
         _translations[case.path] = translate(Source(str(case.path), case.text))
     return _translations[case.path]
+
+
+@lru_cache(maxsize=2)
+def scene_of_case(case: Case) -> Scene:
+    """The scene of a case's translation; the tests of one case come one after the other."""
+    return scene_of(f"{case.name}.scene", translated(case).text)
+
+
+@lru_cache(maxsize=2)
+def flattened_case(case: Case) -> Any:
+    """It as `scenelang flatten --json` gives it, not to be changed."""
+    return flattened(scene_of_case(case))
 
 
 def told(diagnostics: Iterable[Diagnostic]) -> str:

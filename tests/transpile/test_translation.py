@@ -19,7 +19,19 @@ from scenelang.cli.main import main
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, ListDatum, Source, Symbol, print_datum
 from scenelang.grammar.diagnostics import Diagnostic
 from scenelang.session import Checked, Session
-from transpile.cases import CORPUS, HERE, IMITATIONS, Case, evaluated, flattened, printed, scene_of, told, translated
+from transpile.cases import (
+    CORPUS,
+    HERE,
+    IMITATIONS,
+    Case,
+    evaluated,
+    flattened,
+    flattened_case,
+    printed,
+    scene_of_case,
+    told,
+    translated,
+)
 
 UPDATE = bool(os.environ.get("SCENELANG_UPDATE_GOLDENS"))
 SCENES = HERE / "scenes"
@@ -42,9 +54,10 @@ KEPT = (
     "solar-system-dict-of-parameters",  # dicts of parameters
 )
 
-every = pytest.mark.parametrize("case", CORPUS, ids=lambda case: case.name)
-imitation = pytest.mark.parametrize("case", IMITATIONS, ids=lambda case: case.name)
-both = pytest.mark.parametrize("case", [*CORPUS, *IMITATIONS], ids=lambda case: case.name)
+# of the module, so that all tests of a case come one after the other and share its scene
+every = pytest.mark.parametrize("case", CORPUS, ids=lambda case: case.name, scope="module")
+imitation = pytest.mark.parametrize("case", IMITATIONS, ids=lambda case: case.name, scope="module")
+both = pytest.mark.parametrize("case", [*CORPUS, *IMITATIONS], ids=lambda case: case.name, scope="module")
 
 
 def test_the_cases_are_there() -> None:
@@ -59,15 +72,14 @@ def test_the_cases_are_there() -> None:
 @both
 def test_the_geometry_is_the_golden_one(case: Case) -> None:
     golden = case.golden_scene()
-    result = compare(flattened(scene_of(f"{case.name}.scene", translated(case).text)), golden)
+    result = compare(flattened_case(case), golden)
     assert result["equal"], result
     assert result["matched"] == sum(len(frame["primitives"]) for frame in golden["frames"])
 
 
 @both
 def test_the_root_is_the_same(case: Case) -> None:
-    scene = scene_of(f"{case.name}.scene", translated(case).text)
-    assert scene.word == case.golden_scene()["root"]
+    assert scene_of_case(case).word == case.golden_scene()["root"]
 
 
 @every
@@ -86,7 +98,7 @@ def test_a_response_runs_directly(case: Case) -> None:
     """A .txt file, evaluated, is the program that its translation is."""
     result = evaluated(f"{case.name}.txt", case.text)
     assert result.scene is not None, told(result.diagnostics)
-    assert flattened(result.scene) == flattened(scene_of(f"{case.name}.scene", translated(case).text))
+    assert flattened(result.scene) == flattened_case(case)
 
 
 # --- the text ----------------------------------------------------------------------------------------------------
