@@ -20,6 +20,11 @@ if TYPE_CHECKING:
     from scenelang.api import load as load
     from scenelang.api import parse as parse
     from scenelang.api import transpile as transpile
+    from scenelang.backends.neural.distillation.learning import DistillationSettings as DistillationSettings
+    from scenelang.backends.neural.inversion import InversionSettings as InversionSettings
+    from scenelang.backends.neural.sentences import Granularity as Granularity
+    from scenelang.backends.neural.weights import Models as Models
+    from scenelang.embeddings import Embeddings as Embeddings
     from scenelang.grammar.datum import Datum as Datum
     from scenelang.grammar.datum import Source as Source
     from scenelang.grammar.diagnostics import Diagnostic as Diagnostic
@@ -27,6 +32,16 @@ if TYPE_CHECKING:
     from scenelang.grammar.reader import ReadResult as ReadResult
     from scenelang.interpreter.runtime.limits import Limits as Limits
     from scenelang.interpreter.scene.entity import Entity as Entity
+    from scenelang.inversion import InversionModels as InversionModels
+    from scenelang.inversion import PictureSubject as PictureSubject
+    from scenelang.inversion import RunFolder as RunFolder
+    from scenelang.inversion import invert as invert
+    from scenelang.inversion import learn_style as learn_style
+    from scenelang.neural import DistillationModels as DistillationModels
+    from scenelang.neural import ImagineSettings as ImagineSettings
+    from scenelang.neural import distill as distill
+    from scenelang.neural import imagine as imagine
+    from scenelang.neural import imagine_layout as imagine_layout
     from scenelang.scene import Camera as Camera
     from scenelang.scene import Film as Film
     from scenelang.scene import Image as Image
@@ -50,6 +65,11 @@ _HOMES = {
     "Diagnostic": "grammar.diagnostics", "SceneError": "grammar.diagnostics", "ReadResult": "grammar.reader",
     "Entity": "interpreter.scene.entity", "Limits": "interpreter.runtime.limits",
     "Camera": "scene", "Film": "scene", "Image": "scene", "Maps": "scene", "Primitives": "scene", "Scene": "scene",
+    "Embeddings": "embeddings", "Granularity": "backends.neural.sentences", "Models": "backends.neural.weights",
+    "InversionModels": "inversion", "InversionSettings": "backends.neural.inversion", "PictureSubject": "inversion",
+    "RunFolder": "inversion", "invert": "inversion", "learn_style": "inversion",
+    "DistillationModels": "neural", "DistillationSettings": "backends.neural.distillation.learning",
+    "ImagineSettings": "neural", "distill": "neural", "imagine": "neural", "imagine_layout": "neural",
     "Checked": "session", "Evaluated": "session", "Options": "session", "Session": "session",
 }  # fmt: skip
 __all__ = sorted(_HOMES)

@@ -154,7 +154,7 @@ class SceneWording:
         return f"<SceneWording: {self}>"
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True, init=False, repr=False)
 class Embeddings:
     """The file of a program's embeddings, Z. Its contents are read anew each time, since other programs write it too.
 
@@ -166,7 +166,7 @@ class Embeddings:
     Examples
     --------
     >>> import tempfile
-    >>> z = Embeddings(Path(tempfile.mkdtemp()) / "beach.z.safetensors")
+    >>> z = Embeddings(tempfile.mkdtemp() + "/beach.z.safetensors")
     >>> z.set("<z2>", text="of polished jade", attributes={"color": (0, 0.5, 0.25)})
     >>> z
     <Embeddings beach.z.safetensors: 1 entry, 0 learned vectors>
@@ -176,14 +176,16 @@ class Embeddings:
 
     path: Path | None
 
+    def __init__(self, path: str | Path | None) -> None:
+        object.__setattr__(self, "path", None if path is None else Path(path))
+
     # --- files -------------------------------------------------------------------------------------------------------
 
     @staticmethod
     def open(path: str | Path) -> Embeddings:
         """The file at ``path``; raises SceneError("file") where there is none, "z-file" for anything else."""
-        found = Embeddings(Path(path))
         zfile.read_entries(Path(path))
-        return found
+        return Embeddings(path)
 
     @staticmethod
     def beside(program: str | Path) -> Embeddings:
@@ -205,7 +207,7 @@ class Embeddings:
         if given is None:
             return Embeddings(None)
         if given != "auto":
-            return Embeddings(Path(given))
+            return Embeddings(given)
         return Embeddings(None if scene.name.startswith("<") else zfile.beside(scene.name))
 
     @property
@@ -469,6 +471,11 @@ class Embeddings:
         ------
         SceneError
             There is no place for Z, the scene is empty, or the weights are not to be had.
+
+        Examples
+        --------
+        >>> Embeddings.beside("beach.scene").encode(scene, models=Models("weights")).matrix.shape  # doctest: +SKIP
+        (3, 1024)
         """
         from scenelang.backends.neural.clip import TextEncoder
         from scenelang.backends.neural.sentences import Granularity, encoded, leaves_of, together

@@ -55,6 +55,11 @@ class RunFolder:
     ------
     SceneError
         ``resume`` together with ``force`` or ``start``.
+
+    Examples
+    --------
+    >>> RunFolder("run", resume=True)
+    RunFolder(folder='run', resume=True, force=False, start=None)
     """
 
     folder: str | Path | None = None
@@ -98,6 +103,11 @@ class PictureSubject:
     ------
     SceneError
         Arguments that do not belong together, or a word without letters.
+
+    Examples
+    --------
+    >>> PictureSubject(whole=True, style_word="painting").style_word
+    'painting'
     """
 
     text: str | None = None
@@ -136,6 +146,11 @@ class InversionModels:
         What finds things in pictures; default ``IDEA-Research/grounding-dino-base``.
     segmenter : str, optional
         What cuts them out; default ``facebook/sam-vit-huge``.
+
+    Examples
+    --------
+    >>> InversionModels(model="stabilityai/stable-diffusion-2-1-base").detector is None
+    True
     """
 
     model: str | None = None
@@ -161,6 +176,11 @@ class InversionStart:
     parts: tuple[LearnedPart, ...]
     missing: tuple[str, ...]
     folder: Path
+
+    def __str__(self) -> str:
+        """What is missing, in a line; empty where nothing is."""
+        named = ", ".join(f'"{text}"' for text in self.missing)
+        return f"not found in the picture, so left as they are: {named}" if named else ""
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -205,9 +225,14 @@ class Inversion:
         loss = {"before": self.before, "after": self.after}
         return {"z": str(self.embeddings.path), "loss": loss, "style": list(self.styles), "parts": parts}
 
+    def __str__(self) -> str:
+        """The handles, and how much better the sentences fit the pictures."""
+        learned = [handle for part in self.parts for handle in part.handles]
+        shown = " ".join(f"<{handle}>" for handle in dict.fromkeys([*learned[:8], *self.styles[:8]]))
+        return f"{shown}; loss {self.before:.4g} -> {self.after:.4g}"
+
     def __repr__(self) -> str:
-        loss = f"loss {self.before:.4g} -> {self.after:.4g}"
-        return f"<Inversion of {' '.join(f'<{h}>' for h in self.handles[:8])}: {loss if self.finished else 'stopped'}>"
+        return f"<Inversion of {self}{'' if self.finished else ', stopped'}>"
 
 
 # --- invert, learn_style ---------------------------------------------------------------------------------------------
@@ -267,6 +292,11 @@ def invert(
     SceneError
         No entity or nothing in the picture is called so, a file is not to be read, weights are not to be had, or the
         arguments make no sense.
+
+    Examples
+    --------
+    >>> invert(scene, "photo.png", entities=["moai"], models=Models("weights"))  # doctest: +SKIP
+    <Inversion of <z2> <z1>; loss 0.1203 -> 0.1094>
     """
     from scenelang.backends.neural.inversion import style_handle
 
@@ -302,6 +332,7 @@ def learn_style(
     embeddings: Embeddings | str | Path | None = "auto",
     models: Models | None = None,
     progress: Progress | None = None,
+    on_start: Callable[[InversionStart], None] | None = None,
     on_step: Callable[[InversionProgress], None] | None = None,
     stop: Callable[[], bool] | None = None,
 ) -> Inversion:
@@ -324,6 +355,11 @@ def learn_style(
     ------
     SceneError
         As ``invert``; and where the vectors of a likeness would be lost.
+
+    Examples
+    --------
+    >>> learn_style(scene, "painting.png", models=Models("weights"))  # doctest: +SKIP
+    <Inversion of <z1>; loss 0.1311 -> 0.1287>
     """
     subject = subject or PictureSubject()
     work = _work(scene, subject, settings, networks, run, embeddings, models, ".style")
@@ -338,6 +374,8 @@ def learn_style(
         parts = [_masked_part(work, target, given[0])] if found is None else found
         if not parts:
             raise SceneError("value", f'nothing in {given[0].name} looks like "{subject.text}"')
+    if on_start is not None:
+        on_start(InversionStart((LearnedPart(target.text, target.handles),), (), work.folder))
     outcome = _learn(work, before, parts, target.handles, True, _tellers(progress, on_step), stop)
     return Inversion(work.z, work.folder, (), target.handles, (), outcome.before, outcome.after, outcome.finished)
 
@@ -608,7 +646,7 @@ def _tellers(
         if on_step is not None:
             on_step(told)
         if progress is not None:
-            progress(told.done / told.steps)
+            progress(told.share)
 
     return tell
 

@@ -74,6 +74,11 @@ class ImagineSettings:
     ------
     SceneError
         A number out of its range, or a name that there is none of.
+
+    Examples
+    --------
+    >>> ImagineSettings(steps=30, guidance=9.0).scheduler
+    'own'
     """
 
     steps: int = 50
@@ -315,6 +320,11 @@ def imagine(
     ------
     SceneError
         Weights are not to be had, nothing in the scene is called so, or an argument makes no sense.
+
+    Examples
+    --------
+    >>> imagine(scene, prompt="a beach at dusk", models=Models("weights")).save("beach.png")  # doctest: +SKIP
+    [PosixPath('beach.png')]
     """
     from scenelang.backends.neural.imagine.sampling import check_sampling
 
@@ -493,6 +503,11 @@ class DistillationModels:
         False: learn each thing for itself; poses stay as they are.
     half : bool
         Half precision, which is the default on a GPU.
+
+    Examples
+    --------
+    >>> DistillationModels("my-model", scene_term=False).half
+    False
     """
 
     model: str | None = None
@@ -504,13 +519,17 @@ class DistillationModels:
 
 @dataclass(frozen=True, slots=True)
 class DistillationStart:
-    """What a run is about to do: ``things`` in the scene, ``learned`` of them, ``steps`` that are left, and the
-    sentence of each different thing."""
+    """What a run in ``folder`` is about to do: ``things`` in the scene, ``learned`` of them, ``steps`` that are left,
+    and the sentence of each different thing."""
 
     things: int
     learned: int
     steps: int
-    sentences: tuple[str, ...]
+    folder: Path
+    sentences: tuple[str, ...] = field(repr=False)
+
+    def __str__(self) -> str:
+        return f"{self.things:,} things, {self.learned:,} to learn, {self.steps:,} steps in {self.folder}"
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -591,6 +610,11 @@ def distill(
     SceneError
         The folder holds a run that would be lost or none that can go on, weights are not to be had, nothing is left to
         learn, or an argument makes no sense.
+
+    Examples
+    --------
+    >>> distill(scene, RunFolder("run"), models=Models("weights", device="cuda"))  # doctest: +SKIP
+    <Distillation in run: 3 things, finished>
     """
     from scenelang.backends.files import made_folder
     from scenelang.backends.neural.diffusion import memory_told
@@ -614,7 +638,7 @@ def distill(
         asked = asked_of(settings, names, asked_prompt)
         learning = _learning(run, cast, teachers, settings, device, before, asked)
         made_folder(folder)
-        start = _start(cast, learning)
+        start = _start(cast, learning, folder)
         if on_start is not None:
             on_start(start)
         finished = run_steps(
@@ -693,10 +717,10 @@ def _scene_model(networks: DistillationModels, models: Models, dtype: Any) -> Di
     return load_depth(control=networks.control, shelf=shelf, device=device, dtype=dtype, **named)
 
 
-def _start(cast: Cast, learning: Learning) -> DistillationStart:
+def _start(cast: Cast, learning: Learning, folder: Path) -> DistillationStart:
     left = learning.steps - learning.step_number
     sentences = tuple(figure.condition.plain for figure in cast.figures)
-    return DistillationStart(len(cast.actors), learning.learned, left, sentences)
+    return DistillationStart(len(cast.actors), learning.learned, left, folder, sentences)
 
 
 def _tellers(

@@ -52,9 +52,30 @@ _LARGEST_BATCH = 256
 
 @dataclass(frozen=True, slots=True)
 class InversionSettings:
-    """``steps`` with the rate ``rate`` of AdamW, both the paper's; ``batch`` noisy copies of each picture in a step.
+    """Numbers of Textual Inversion; steps and learning rate are the paper's.
 
-    ``draws`` noisy copies, the same ones every time, measure the loss before and after.
+    Parameters
+    ----------
+    steps : int
+        Steps of AdamW.
+    rate : float
+        The learning rate, above 0 and at most 1.
+    batch : int
+        Noisy copies of each picture in a step.
+    seed : int
+        Of the noise.
+    draws : int
+        Noisy copies, the same every time, that measure the loss before and after.
+
+    Raises
+    ------
+    SceneError
+        A number out of its range.
+
+    Examples
+    --------
+    >>> InversionSettings(steps=200).rate
+    0.01
     """
 
     steps: int = 100
@@ -435,6 +456,14 @@ class InversionProgress:
     done: int
     steps: int
     loss: float
+
+    @property
+    def share(self) -> float:
+        """How much of the run is done, 0 to 1."""
+        return self.done / self.steps
+
+    def __str__(self) -> str:
+        return f"step {self.done:,}/{self.steps:,}  loss {self.loss:.4g}"
 
 
 @dataclass(frozen=True, slots=True)

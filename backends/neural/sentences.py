@@ -255,8 +255,20 @@ _PATH = re.compile(r"\d+(/\d+)*\Z")
 
 @dataclass(frozen=True, slots=True)
 class Granularity:
-    """Which entities count as one: those ``depth`` below the root (None: only primitives), and the ``named`` ones, each
-    by a handle ``<z5>``, by the places of children from the root ``0/2``, or by a word."""
+    """Which entities count as one.
+
+    Parameters
+    ----------
+    depth : int, optional
+        Those so many levels below the root; None: only primitives.
+    named : tuple of str
+        Others, each by a handle ``<z5>``, by the places of children from the root ``0/2``, or by a word.
+
+    Examples
+    --------
+    >>> Granularity(named=("moai",))
+    Granularity(depth=None, named=('moai',))
+    """
 
     depth: int | None = None
     named: tuple[str, ...] = ()

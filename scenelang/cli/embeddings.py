@@ -14,11 +14,9 @@ from scenelang.cli.output import check_folder, done, print_json, say, table
 
 if TYPE_CHECKING:
     from scenelang.backends.neural.wording import Wording
-    from scenelang.embeddings import EmbeddingRow, Embeddings
-    from scenelang.inference.conductor import Describer
+    from scenelang.embeddings import EmbeddingRow
 
 _SHOWN = 3  # handles of a row that are spelled out
-_EXPORTS = ".npz .safetensors .json"
 
 
 def add_embeddings(parser: argparse.ArgumentParser) -> None:
@@ -30,9 +28,8 @@ def add_embeddings(parser: argparse.ArgumentParser) -> None:
     setting = actions.add_parser("set", help="give a handle a text, attributes or the vector of a picture")
     setting.add_argument("handle", metavar="'<z5>'", help="a handle as `tree` shows it")
     setting.add_argument("--text", help="the text of the embedding")
-    setting.add_argument(
-        "--attribute", action="append", default=[], metavar="NAME=VALUE", help="an attribute, such as color=[1,0,0]"
-    )
+    named = "an attribute, such as color=[1,0,0]"
+    setting.add_argument("--attribute", action="append", default=[], metavar="NAME=VALUE", help=named)
     setting.add_argument("--image", metavar="FILE", help="a picture, which gives the handle a vector (a pseudo-word)")
     setting.add_argument("--start", metavar="TEXT", help="the word that the picture's vector starts from (object)")
     setting.add_argument("--model", metavar="NAME", help="architecture/weights of OpenCLIP, or a folder, for --image")
@@ -63,7 +60,7 @@ def _add_vectors(actions: Any) -> None:
     add_common(comparing)
     comparing.set_defaults(run=similar)
     exporting = actions.add_parser("export", help="write the vectors in Z for other programs")
-    exporting.add_argument("-o", "--output", metavar="OUT", required=True, help=_EXPORTS)
+    exporting.add_argument("-o", "--output", metavar="OUT", required=True, help=".npz .safetensors .json")
     add_common(exporting)
     exporting.set_defaults(run=export)
 
@@ -75,22 +72,17 @@ def add_embed(parser: argparse.ArgumentParser) -> None:
     )
     add_file(parser)
     parser.add_argument(
-        "--template",
-        metavar="TEXT",
+        "--template", metavar="TEXT",
         help="the sentence about a primitive; {embedding}, {word} and {style} stand for its handle, what it is and the "
         "root's handle (default: a {embedding} {word}, in the style of {style}, 3D model)",
-    )
-    parser.add_argument(
-        "--model", nargs="?", const="", metavar="NAME", help="let a language model find the words (default: a table)"
-    )
+    )  # fmt: skip
+    words = "let a language model find the words (default: a table)"
+    parser.add_argument("--model", nargs="?", const="", metavar="NAME", help=words)
     add_spending(parser)
     parser.add_argument("--force", action="store_true", help="describe anew what Z describes already")
     parser.add_argument("--print", action="store_true", dest="only_print", help="show the words, write nothing")
     add_common(parser)
     parser.set_defaults(run=embed)
-
-
-# --- list, set, swap -------------------------------------------------------------------------------------------------
 
 
 def list_embeddings(arguments: argparse.Namespace) -> int:
@@ -127,7 +119,7 @@ def set_embedding(arguments: argparse.Namespace) -> int:
         check_program(arguments.file)
     z = z_of(arguments)
     path = z.place()
-    if arguments.text is None and not arguments.attribute and not arguments.clear and arguments.image is None:
+    if arguments.text is arguments.image is None and not arguments.attribute and not arguments.clear:
         raise UsageError("value", "nothing to set", "give --text, --attribute or --image")
     if arguments.start is not None and arguments.image is None:
         raise UsageError("value", "`--start` is the word that a picture's vector starts from: give one with --image")
@@ -162,9 +154,6 @@ def swap(arguments: argparse.Namespace) -> int:
     if not arguments.quiet:
         say(f"wrote {z.path}: <{one}> and <{other}> swapped; `encode` again if their sentences are needed")
     return 0
-
-
-# --- encode, similar, export -----------------------------------------------------------------------------------------
 
 
 def encode(arguments: argparse.Namespace) -> int:
@@ -211,23 +200,25 @@ def export(arguments: argparse.Namespace) -> int:
     return 0
 
 
-# --- embed -----------------------------------------------------------------------------------------------------------
-
-
 def embed(arguments: argparse.Namespace) -> int:
     from scenelang.backends.neural.wording import DEFAULT, LIMIT, check_template
-    from scenelang.embeddings import Embeddings
+    from scenelang.embeddings import Embeddings, check_program
+    from scenelang.inference.generation import describer
 
     with usage_errors():
         check_template(DEFAULT if arguments.template is None else arguments.template)
-    z = Embeddings(z_path(arguments)) if arguments.only_print else _target(arguments)
+    if not arguments.only_print and arguments.file != "-":
+        check_program(arguments.file, "embed the program that made it, or look at the words with --print")
+    if not arguments.only_print and z_path(arguments) is None and arguments.file == "-":
+        raise UsageError("file", "say where Z is: --z FILE", "or look at the words with --print")
+    z = Embeddings(z_path(arguments)) if arguments.only_print else z_of(arguments)
     scene = scene_of(arguments, fresh=not arguments.only_print and not z.exists)
     if scene is None:
         return 1
     if arguments.model is not None and not arguments.force:
         with usage_errors():
             z.check_undescribed()
-    describe = _describer(arguments)
+    describe = None if arguments.model is None else describer(service_of(arguments), live_stream(arguments))
     work = z.words_of if arguments.only_print else z.describe
     limit = int(arguments.max_primitives or LIMIT)
     found = work(scene, template=arguments.template, describe=describe, force=arguments.force, limit=limit)
@@ -243,34 +234,15 @@ def embed(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _describer(arguments: argparse.Namespace) -> Describer | None:
-    """The language model that finds the words, where one is asked for."""
-    from scenelang.inference.generation import describer
-
-    return None if arguments.model is None else describer(service_of(arguments), live_stream(arguments))
-
-
-def _target(arguments: argparse.Namespace) -> Embeddings:
-    """Where the words go; raises SceneError where there is no such place."""
-    from scenelang.embeddings import check_program
-
-    if arguments.file != "-":
-        check_program(arguments.file, "embed the program that made it, or look at the words with --print")
-    elif arguments.z is None:
-        raise UsageError("file", "say where Z is: --z FILE", "or look at the words with --print")
-    return z_of(arguments)
-
-
 def _wording_table(wording: Wording) -> str:
     from scenelang.backends.neural.wording import filled
     from scenelang.embeddings import MOST_ROWS
 
+    titles = ("handle", "word", "text", "template")
     rows = [
         (_some(row.handles, "{:,} in all"), row.word, row.text, filled(row.template, row.handles[0]))
         for row in wording.rows[:MOST_ROWS]
     ]
-    lines = [f"the style is <{wording.style}>, {wording.style_text}", ""]
-    lines.append(table([("handle", "word", "text", "template"), *rows], (False,) * 4))
-    if len(wording.rows) > MOST_ROWS:
-        lines.append(f"... only the first {MOST_ROWS} rows are shown")
-    return "\n".join(lines)
+    rest = [f"... only the first {MOST_ROWS} rows are shown"] if len(wording.rows) > MOST_ROWS else []
+    head = f"the style is <{wording.style}>, {wording.style_text}"
+    return "\n".join([head, "", table([titles, *rows], (False,) * 4), *rest])

@@ -7,11 +7,11 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from scenelang.cli.options import (
-    UsageError,
     add_camera,
     add_common,
     add_file,
@@ -23,18 +23,18 @@ from scenelang.cli.options import (
     z_path,
 )
 from scenelang.cli.output import check_folder, done, print_json, progress, say, warnings
+from scenelang.grammar.diagnostics import SceneError
 
 if TYPE_CHECKING:
     from scenelang.backends.language_models.catalogue import ImageContent
-    from scenelang.backends.neural.distillation.run import DistillationProgress
-    from scenelang.backends.neural.inversion import InversionProgress, InversionSettings
     from scenelang.backends.neural.sentences import Granularity
     from scenelang.backends.neural.weights import Models
     from scenelang.embeddings import Embeddings
-    from scenelang.inversion import Inversion, InversionModels, InversionStart, PictureSubject, RunFolder
-    from scenelang.neural import DistillationStart, ImagineSettings
+    from scenelang.inversion import Inversion
+    from scenelang.neural import Distillation
     from scenelang.scene import Scene
 
+Learned = TypeVar("Learned", "Inversion", "Distillation")
 _ENTITY_HELP = "a word, words down to it (tower/roof), places of children (0/2), or a handle"
 
 
@@ -44,9 +44,8 @@ _ENTITY_HELP = "a word, words down to it (tower/roof), places of children (0/2),
 def add_models(parser: argparse.ArgumentParser) -> None:
     """Where weights are, and what computes."""
     group = parser.add_argument_group("neural models")
-    group.add_argument(
-        "--models-dir", metavar="DIR", help="a folder that holds models, each in a folder of its own (SCENELANG_MODELS)"
-    )
+    folder = "a folder that holds models, each in a folder of its own (SCENELANG_MODELS)"
+    group.add_argument("--models-dir", metavar="DIR", help=folder)
     group.add_argument("--offline", action="store_true", help="ask no hub for weights that are not on this machine")
     group.add_argument("--device", metavar="NAME", help="cpu, cuda, mps (default: the fastest there is)")
 
@@ -60,11 +59,8 @@ def models_of(arguments: argparse.Namespace) -> Models:
 def add_granularity(parser: Any) -> None:
     """Which entities are taken as one, and the sentence of each."""
     parser.add_argument("--depth", type=whole, metavar="N", help="take entities N below the root as one each")
-    parser.add_argument(
-        "--entity", action="append", default=[], metavar="NAME",
-        help="take an entity as one: its handle '<z5>', its word, or the places of children from the root, 0/2; "
-        "may be repeated",
-    )  # fmt: skip
+    entity = "take an entity as one: its handle '<z5>', its word, or the places of children from the root, 0/2; may be "
+    parser.add_argument("--entity", action="append", default=[], metavar="NAME", help=f"{entity}repeated")
     parser.add_argument("--template", metavar="TEXT", help="the sentence, with {embedding}, {word} and {style}")
 
 
@@ -111,17 +107,37 @@ def interruptions() -> Iterator[Callable[[], bool]]:
         signal.signal(signal.SIGINT, before)
 
 
-def _check_finished(finished: bool, folder: Path) -> None:
-    """Says that a run was stopped and is kept, and ends the command."""
-    if not finished:
-        print(f"{folder} is kept; `--resume` goes on", file=sys.stderr)
+def finished(arguments: argparse.Namespace, learn: Callable[..., Learned]) -> Learned:
+    """What a run comes to that tells of its start and its steps; one that Ctrl-C ends is kept, and ends the command."""
+    with interruptions() as stop:
+        found = learn(
+            models=models_of(arguments), on_start=_say_start(arguments), on_step=_say_step(arguments), stop=stop
+        )
+    if not found.finished:
+        print(f"{found.folder} is kept; `--resume` goes on", file=sys.stderr)
         raise KeyboardInterrupt
+    return found
 
 
-def _show_step(text: str, is_last: bool) -> None:
-    """One line on a terminal, written over at the next step."""
-    sys.stderr.write(f"\r{text}\033[K" + ("\n" if is_last else ""))
-    sys.stderr.flush()
+def _say_start(arguments: argparse.Namespace) -> Callable[[Any], None] | None:
+    """What tells what is about to be learned."""
+
+    def tell(start: Any) -> None:
+        sentences = getattr(start, "sentences", ())
+        for line in (str(start), *(f"  {sentence}" for sentence in sentences if arguments.verbose)):
+            print(line, end="\n" if line else "", file=sys.stderr)
+
+    return None if arguments.quiet else tell
+
+
+def _say_step(arguments: argparse.Namespace) -> Callable[[Any], None] | None:
+    """What shows the losses on a terminal, in a line that the next step writes over."""
+
+    def tell(told: Any) -> None:
+        sys.stderr.write(f"\r{told}\033[K" + ("\n" if told.share >= 1.0 else ""))
+        sys.stderr.flush()
+
+    return None if arguments.quiet or not sys.stderr.isatty() else tell
 
 
 # --- imagine ---------------------------------------------------------------------------------------------------------
@@ -130,9 +146,8 @@ def _show_step(text: str, is_last: bool) -> None:
 def add_imagine(parser: argparse.ArgumentParser) -> None:
     add_file(parser)
     parser.add_argument("-o", "--output", metavar="OUT", required=True, help=".png; .json for a layout")
-    parser.add_argument(
-        "--count", type=whole, default=1, metavar="N", help="so many pictures, OUT-1.png, OUT-2.png ..."
-    )
+    count = "so many pictures, OUT-1.png, OUT-2.png ..."
+    parser.add_argument("--count", type=whole, default=1, metavar="N", help=count)
     parser.add_argument("--frame", type=whole, metavar="N", help="this frame of a 4D scene, from 0")
     add_camera(parser.add_argument_group("view"), "pixels (default: what the model was made for)")
     layout = parser.add_argument_group("layout")
@@ -149,20 +164,16 @@ def _add_drawing(group: Any) -> None:
     group.add_argument("--negative", default="", metavar="TEXT", help="what it should not show")
     group.add_argument("--steps", type=whole, default=50, metavar="N", help="steps of denoising (default 50)")
     group.add_argument("--guidance", type=float, default=7.5, metavar="X", help="how much words count (default 7.5)")
-    group.add_argument(
-        "--method", choices=("regional", "gligen", "migc"), default="regional",
-        help="how the layout is heeded: without training, by GLIGEN's weights, or by MIGC's",
-    )  # fmt: skip
+    heeded = "how the layout is heeded: without training, by GLIGEN's weights, or by MIGC's"
+    group.add_argument("--method", choices=("regional", "gligen", "migc"), default="regional", help=heeded)
     group.add_argument("--strength", type=float, default=10.0, metavar="X", help="of regional attention (default 10)")
     group.add_argument("--model", metavar="NAME", help="a Stable Diffusion checkpoint of the hub, or a folder")
     group.add_argument("--migc", metavar="FILE", help="MIGC's weights")
     group.add_argument("--scheduler", choices=("own", "ddim"), default="own", help="the checkpoint's own, or DDIM")
-    group.add_argument(
-        "--control", nargs="?", const="", metavar="NAME", help="heed depth too, by a ControlNet of the hub, or a folder"
-    )
-    group.add_argument(
-        "--control-scale", type=float, default=1.0, metavar="X", help="how much depth counts (default 1)"
-    )
+    depth = "heed depth too, by a ControlNet of the hub, or a folder"
+    group.add_argument("--control", nargs="?", const="", metavar="NAME", help=depth)
+    counts = "how much depth counts (default 1)"
+    group.add_argument("--control-scale", type=float, default=1.0, metavar="X", help=counts)
 
 
 def imagine(arguments: argparse.Namespace) -> int:
@@ -174,7 +185,10 @@ def imagine(arguments: argparse.Namespace) -> int:
     with usage_errors():
         neural.check_output(output, arguments.layout_only)
         neural.check_count(arguments.count)
-        settings = _drawing_of(arguments)
+        settings = neural.ImagineSettings(
+            arguments.steps, arguments.guidance, arguments.negative, arguments.method, arguments.strength,
+            arguments.model, arguments.migc, arguments.scheduler, arguments.control, arguments.control_scale,
+        )  # fmt: skip
         camera = parse_viewpoint(arguments.camera) if arguments.camera else None
         neural.check_size(camera, arguments.size)
     check_folder(output)
@@ -187,7 +201,8 @@ def imagine(arguments: argparse.Namespace) -> int:
         "limit": session_limit(arguments), "warn": warnings(arguments),
     }  # fmt: skip
     if arguments.layout_only:
-        done(arguments, neural.imagine_layout(scene, camera, method=arguments.method, **asked).save(output))
+        layout = neural.imagine_layout(scene, camera, method=arguments.method, **asked)
+        done(arguments, layout.save(output))
         return 0
     pictures = neural.imagine(
         scene, camera, seed=arguments.seed, count=arguments.count, settings=settings, models=models_of(arguments),
@@ -198,31 +213,16 @@ def imagine(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _drawing_of(arguments: argparse.Namespace) -> ImagineSettings:
-    from scenelang.neural import ImagineSettings
-
-    return ImagineSettings(
-        arguments.steps, arguments.guidance, arguments.negative, arguments.method, arguments.strength, arguments.model,
-        arguments.migc, arguments.scheduler, arguments.control, arguments.control_scale,
-    )  # fmt: skip
-
-
 # --- invert, style ---------------------------------------------------------------------------------------------------
 
 
 def add_invert(parser: argparse.ArgumentParser) -> None:
     add_file(parser)
     parser.add_argument("--from", dest="picture", metavar="PICTURE", required=True, help="what shows them")
-    parser.add_argument(
-        "--entity",
-        action="append",
-        default=[],
-        metavar="WORD|'<z4>'",
-        help=f"{_ENTITY_HELP}; may be repeated (default: all parts with names that can be seen in the picture)",
-    )
+    entities = f"{_ENTITY_HELP}; may be repeated (default: all parts with names that can be seen in the picture)"
+    parser.add_argument("--entity", action="append", default=[], metavar="WORD|'<z4>'", help=entities)
     parser.add_argument("--no-segment", action="store_true", help="the whole picture is the entity")
     _add_inversion(parser)
-    add_common(parser)
     parser.set_defaults(run=invert)
 
 
@@ -231,7 +231,6 @@ def add_style(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--from", dest="picture", metavar="PICTURE", required=True, help="what has the style")
     parser.add_argument("--entity", metavar="WORD|'<z4>'", help=f"{_ENTITY_HELP} (default: the whole scene)")
     _add_inversion(parser)
-    add_common(parser)
     parser.set_defaults(run=style, no_segment=False)
 
 
@@ -253,124 +252,64 @@ def _add_inversion(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--model", metavar="NAME", help="MVDream/MVDream, another diffusion model, or a folder")
     parser.add_argument("--detector", metavar="NAME", help="IDEA-Research/grounding-dino-base, or a folder")
     parser.add_argument("--segmenter", metavar="NAME", help="facebook/sam-vit-huge, or a folder")
+    add_common(parser)
 
 
 def invert(arguments: argparse.Namespace) -> int:
-    from scenelang.inversion import invert as invert_entities
+    from scenelang.inversion import invert as learn
 
-    run = _run_of(arguments)
-    with usage_errors():
-        subject = _subject_of(arguments)
-        subject.check_single(arguments.entity)
-    z = z_of(arguments)
-    scene = scene_of(arguments, fresh=not z.exists)
-    if scene is None:
-        return 1
-    with interruptions() as stop:
-        found = invert_entities(
-            scene, arguments.picture, entities=arguments.entity, subject=subject, settings=_inversion_of(arguments),
-            networks=_networks_of(arguments), run=run, embeddings=z, models=models_of(arguments),
-            on_start=_missing_teller(arguments), on_step=_loss_teller(arguments), stop=stop,
-        )  # fmt: skip
-    _check_finished(found.finished, found.folder)
-    _tell(arguments, found)
-    return 0
+    return _inverted(arguments, partial(learn, entities=arguments.entity), arguments.entity)
 
 
 def style(arguments: argparse.Namespace) -> int:
     from scenelang.inversion import learn_style
 
-    run = _run_of(arguments)
+    return _inverted(arguments, partial(learn_style, entity=arguments.entity))
+
+
+def _inverted(
+    arguments: argparse.Namespace, learn: Callable[..., Inversion], entities: Sequence[str] | None = None
+) -> int:
+    """Learn from a picture; ``entities`` are those that the options about one entity may mean."""
+    from scenelang.backends.neural.inversion import InversionSettings
+    from scenelang.inversion import InversionModels, PictureSubject, RunFolder
+
     with usage_errors():
-        subject = _subject_of(arguments)
+        run = RunFolder(arguments.output, arguments.resume, arguments.force)
+        if arguments.file == "-" and (arguments.output is None or arguments.z is None):
+            raise SceneError("value", "for a program from standard input say where the run and Z are: -o DIR --z FILE")
+        subject = PictureSubject(
+            arguments.text, arguments.mask, arguments.no_segment, arguments.class_word, arguments.style_word
+        )
+        if entities is not None:
+            subject.check_single(entities)
     z = z_of(arguments)
     scene = scene_of(arguments, fresh=not z.exists)
     if scene is None:
         return 1
-    with interruptions() as stop:
-        found = learn_style(
-            scene, arguments.picture, entity=arguments.entity, subject=subject, settings=_inversion_of(arguments),
-            networks=_networks_of(arguments), run=run, embeddings=z, models=models_of(arguments),
-            on_step=_loss_teller(arguments), stop=stop,
-        )  # fmt: skip
-    _check_finished(found.finished, found.folder)
-    _tell(arguments, found)
+    settings = InversionSettings(arguments.steps, arguments.rate, arguments.batch, arguments.seed)
+    networks = InversionModels(arguments.model, arguments.detector, arguments.segmenter)
+    asked = {"subject": subject, "settings": settings, "networks": networks, "run": run, "embeddings": z}
+    _tell(arguments, finished(arguments, partial(learn, scene, arguments.picture, **asked)))
     return 0
 
 
 def invert_generated(
     arguments: argparse.Namespace, scene: Scene, pictures: Sequence[ImageContent], program: Path
 ) -> None:
-    """Learn the named parts of a scene from the pictures that it was made of, into Z beside ``program``.
-
-    ``arguments`` hold the options of neural models. Raises SceneError; the program stays.
-    """
+    """Learn the named parts of a scene from the pictures that it was made of, into Z beside ``program``."""
     from io import BytesIO
 
     from scenelang.backends.neural.clip import open_picture
     from scenelang.backends.neural.inversion import InversionSettings
     from scenelang.inversion import RunFolder
-    from scenelang.inversion import invert as invert_entities
+    from scenelang.inversion import invert as learn
 
     given = [open_picture(BytesIO(each.data)) for each in pictures]
-    with interruptions() as stop:
-        found = invert_entities(
-            replace(scene, name=str(program)), given, settings=InversionSettings(seed=arguments.seed),
-            run=RunFolder(force=True), models=models_of(arguments), missing_ok=True,
-            on_start=_missing_teller(arguments), on_step=_loss_teller(arguments), stop=stop,
-        )  # fmt: skip
-    _check_finished(found.finished, found.folder)
+    asked = {"settings": InversionSettings(seed=arguments.seed), "run": RunFolder(force=True), "missing_ok": True}
+    found = finished(arguments, partial(learn, replace(scene, name=str(program)), given, **asked))
     if found.parts and not arguments.json:
         _tell(arguments, found)
-
-
-def _run_of(arguments: argparse.Namespace) -> RunFolder:
-    """Where the run is; raises UsageError for standard input without places."""
-    from scenelang.inversion import RunFolder
-
-    with usage_errors():
-        run = RunFolder(arguments.output, arguments.resume, arguments.force)
-    if arguments.file == "-" and (arguments.output is None or arguments.z is None):
-        raise UsageError("value", "for a program from standard input say where the run and Z are: -o DIR --z FILE")
-    return run
-
-
-def _subject_of(arguments: argparse.Namespace) -> PictureSubject:
-    from scenelang.inversion import PictureSubject
-
-    return PictureSubject(
-        arguments.text, arguments.mask, arguments.no_segment, arguments.class_word, arguments.style_word
-    )
-
-
-def _inversion_of(arguments: argparse.Namespace) -> InversionSettings:
-    from scenelang.backends.neural.inversion import InversionSettings
-
-    return InversionSettings(arguments.steps, arguments.rate, arguments.batch, arguments.seed)
-
-
-def _networks_of(arguments: argparse.Namespace) -> InversionModels:
-    from scenelang.inversion import InversionModels
-
-    return InversionModels(arguments.model, arguments.detector, arguments.segmenter)
-
-
-def _missing_teller(arguments: argparse.Namespace) -> Callable[[InversionStart], None]:
-    """Says which parts of the scene no picture shows."""
-
-    def tell(start: InversionStart) -> None:
-        if start.missing and not arguments.quiet:
-            named = ", ".join(f'"{text}"' for text in start.missing)
-            print(f"not found in the picture, so left as they are: {named}", file=sys.stderr)
-
-    return tell
-
-
-def _loss_teller(arguments: argparse.Namespace) -> Callable[[InversionProgress], None] | None:
-    """A line with the loss on a terminal."""
-    if arguments.quiet or not sys.stderr.isatty():
-        return None
-    return lambda told: _show_step(f"step {told.done:,}/{told.steps:,}  loss {told.loss:.4g}", told.done >= told.steps)
 
 
 def _tell(arguments: argparse.Namespace, found: Inversion) -> None:
@@ -378,9 +317,7 @@ def _tell(arguments: argparse.Namespace, found: Inversion) -> None:
     if arguments.json:
         print_json(found.data())
     elif not arguments.quiet:
-        learned = [name for part in found.parts for name in part.handles]
-        shown = " ".join(f"<{handle}>" for handle in dict.fromkeys([*learned[:8], *found.styles[:8]]))
-        say(f"wrote {found.embeddings.path}: {shown}; loss {found.before:.4g} -> {found.after:.4g}")
+        say(f"wrote {found.embeddings.path}: {found}")
 
 
 # --- distill ---------------------------------------------------------------------------------------------------------
@@ -418,6 +355,7 @@ def _add_optimisation(group: Any) -> None:
 def distill(arguments: argparse.Namespace) -> int:
     from scenelang import neural
     from scenelang.backends.neural.distillation.learning import DistillationSettings
+    from scenelang.backends.pictures.film import FPS, check_film
     from scenelang.embeddings import Embeddings
     from scenelang.inversion import RunFolder
 
@@ -426,52 +364,21 @@ def distill(arguments: argparse.Namespace) -> int:
         settings = DistillationSettings.of(
             arguments.steps, arguments.gaussians, arguments.guidance, arguments.weighting, arguments.seed
         )
-    _check_film(arguments.film)
+    if arguments.film is not None:  # before the work, so that typos are cheap
+        check_film(Path(arguments.film), FPS)
+        check_folder(Path(arguments.film))
     scene = scene_of(arguments)
     if scene is None:
         return 1
     networks = neural.DistillationModels(
         arguments.model, arguments.scene_model, arguments.control, not arguments.no_scene_term, arguments.half
     )
-    with interruptions() as stop:
-        found = neural.distill(
-            scene, run, prompt=arguments.prompt, template=arguments.template, granularity=granularity_of(arguments),
-            settings=settings, networks=networks, embeddings=Embeddings(z_path(arguments)), models=models_of(arguments),
-            budget=None if arguments.budget is None else 60.0 * arguments.budget,
-            on_start=_start_teller(arguments), on_step=_losses_teller(arguments), stop=stop,
-        )  # fmt: skip
-    _check_finished(found.finished, found.folder)
+    budget = None if arguments.budget is None else 60.0 * arguments.budget
+    found = finished(arguments, partial(
+        neural.distill, scene, run, prompt=arguments.prompt, template=arguments.template,
+        granularity=granularity_of(arguments), settings=settings, networks=networks, budget=budget,
+        embeddings=Embeddings(z_path(arguments)),
+    ))  # fmt: skip
     film = [] if arguments.film is None else [found.film(scene).save(arguments.film)]
     done(arguments, *found.files, *film)
     return 0
-
-
-def _check_film(film: str | None) -> None:
-    """Raises SceneError for a file that no film can be written to: before the work, so that typos are cheap."""
-    if film is not None:
-        from scenelang.backends.pictures.film import FPS, check_film
-
-        check_film(Path(film), FPS)
-        check_folder(Path(film))
-
-
-def _start_teller(arguments: argparse.Namespace) -> Callable[[DistillationStart], None] | None:
-    def tell(start: DistillationStart) -> None:
-        said = f"{start.things:,} things, {start.learned:,} to learn, {start.steps:,} steps in {arguments.output}"
-        lines = [said, *(f"  {sentence}" for sentence in start.sentences if arguments.verbose)]
-        print("\n".join(lines), file=sys.stderr, flush=True)
-
-    return None if arguments.quiet else tell
-
-
-def _losses_teller(arguments: argparse.Namespace) -> Callable[[DistillationProgress], None] | None:
-    """A line with the losses on a terminal."""
-    if arguments.quiet or not sys.stderr.isatty():
-        return None
-
-    def tell(told: DistillationProgress) -> None:
-        losses = told.losses
-        parts = f"figure {losses.figure:.4g}  scene {losses.scene:.4g}  layout {losses.layout:.3g}"
-        _show_step(f"{100 * told.share:3.0f}%  step {told.done:,}/{told.steps:,}  {parts}", told.share >= 1.0)
-
-    return tell

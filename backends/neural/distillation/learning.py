@@ -178,9 +178,25 @@ class Weights:
 
 @dataclass(frozen=True, slots=True)
 class DistillationSettings:
-    """``steps`` for each figure; ``most`` Gaussians of a figure at the end, at the beginning ``first`` or as many as it
-    takes to grow to ``most``; ``every`` so many of its steps a figure gets more and loses some, until the share
-    ``until`` of its steps is done."""
+    """All numbers of a distillation; ``of`` chooses the usual ones to fit.
+
+    Parameters
+    ----------
+    seed : int
+        Of all that is random.
+    steps : int
+        For each figure.
+    first, most : int
+        Gaussians of a figure at the beginning (or as many as it takes to grow to ``most``) and at the end.
+    every, until : int, float
+        Every so many of its steps a figure gets more Gaussians and loses some, until that share of its steps is done.
+    guiding, scene_guiding : Guiding
+        Guidance scale and weighting of the terms of single things and of the scene.
+    weights, rates : Weights, Rates
+        Of the terms of the loss; the learning rates.
+    hull : int
+        Gaussians of the surface that gives a figure's depth.
+    """
 
     seed: int = 0
     steps: int = 2000
@@ -192,7 +208,7 @@ class DistillationSettings:
     scene_guiding: Guiding = field(default_factory=lambda: Guiding(weighting="sds"))
     weights: Weights = field(default_factory=Weights)
     rates: Rates = field(default_factory=Rates)
-    hull: int = 2000  # Gaussians of the surface that gives a figure's depth
+    hull: int = 2000
 
     @staticmethod
     def of(

@@ -113,6 +113,11 @@ class DistillationProgress:
     share: float
     losses: Losses
 
+    def __str__(self) -> str:
+        losses = self.losses
+        parts = f"figure {losses.figure:.4g}  scene {losses.scene:.4g}  layout {losses.layout:.3g}"
+        return f"{100 * self.share:3.0f}%  step {self.done:,}/{self.steps:,}  {parts}"
+
 
 def run(
     learning: Learning,
