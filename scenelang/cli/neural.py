@@ -306,8 +306,11 @@ def invert_generated(
     from scenelang.inversion import invert as learn
 
     given = [open_picture(BytesIO(each.data)) for each in pictures]
-    asked = {"settings": InversionSettings(seed=arguments.seed), "run": RunFolder(force=True), "missing_ok": True}
-    found = finished(arguments, partial(learn, replace(scene, name=str(program)), given, **asked))
+    named = replace(scene, name=str(program))
+    settings = InversionSettings(seed=arguments.seed)
+    found = finished(
+        arguments, partial(learn, named, given, settings=settings, run=RunFolder(force=True), missing_ok=True)
+    )
     if found.parts and not arguments.json:
         _tell(arguments, found)
 
