@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, suggest
 from scenelang.interpreter.scene.primitives import seen_words
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 GROUP = "scenelang.backends"
 Progress = Callable[[float], None]
+Plugin = TypeVar("Plugin")
 LOOKS = ("color", "roughness", "metallic", "opacity", "emission", "ior")
 
 
@@ -199,30 +200,71 @@ def check_settings(options: BackendOptions, backends: Sequence[Backend]) -> None
             raise SceneError("value", f"{shown} has no option `--{name}`", hint=hint)
 
 
+@dataclass(frozen=True, slots=True)
+class Registry(Generic[Plugin]):
+    """Plug-ins of one kind by name: what packages name in the entry-point group ``group``. ``kind`` is what messages
+    call one, ``cls`` what it must be an instance of."""
+
+    group: str
+    kind: str
+    cls: type[Plugin]
+    error: str = "backend"
+
+    def names(self) -> list[str]:
+        """The names of all, sorted; loads none of them."""
+        return sorted({point.name for point in self._points()})
+
+    def find(self, name: str) -> Plugin:
+        """The plug-in called ``name``; raises SceneError when there is none or it cannot be loaded."""
+        for point in self._points():
+            if point.name == name:
+                return self._load(point)
+        known = self.names()
+        listed = ", ".join(known) if known else "none is installed: `pip install scenelang`"
+        raise SceneError(self.error, f"there is no {self.kind} `{name}` ({listed})", hint=suggest(name, known))
+
+    def every(self) -> list[Plugin]:
+        """All that load, by name. One that fails to load is left out: ``find`` says why."""
+        loaded = []
+        for name in self.names():
+            try:
+                loaded.append(self.find(name))
+            except SceneError:
+                continue
+        return loaded
+
+    def _points(self) -> Iterable[Any]:
+        from importlib.metadata import entry_points
+
+        return entry_points(group=self.group)
+
+    def _load(self, point: Any) -> Plugin:
+        try:
+            found = point.load()
+        except Exception as error:  # foreign code may raise anything as it is imported
+            raise SceneError("backend", f"the {self.kind} `{point.name}` cannot be loaded: {error}") from error
+        if not isinstance(found, self.cls):
+            said = f"the entry point `{point.name}` names no {self.cls.__name__} ({point.value})"
+            raise SceneError("backend", said)
+        return found
+
+
+BACKENDS = Registry(GROUP, "backend", Backend)
+
+
 def names() -> list[str]:
     """The names of all registered backends, sorted; loads none of them."""
-    return sorted({point.name for point in _entry_points()})
+    return BACKENDS.names()
 
 
 def find(name: str) -> Backend:
     """The backend called ``name``; raises SceneError("backend") when there is none or it cannot be loaded."""
-    for point in _entry_points():
-        if point.name == name:
-            return _load(point)
-    known = names()
-    listed = ", ".join(known) if known else "none is installed: `pip install scenelang`"
-    raise SceneError("backend", f"there is no backend `{name}` ({listed})", hint=suggest(name, known))
+    return BACKENDS.find(name)
 
 
 def every(work: Work | None = None) -> list[Backend]:
     """All backends that load, by name. One that fails to load is left out: ``find`` says why."""
-    loaded = []
-    for name in names():
-        try:
-            loaded.append(find(name))
-        except SceneError:
-            continue
-    return [backend for backend in loaded if work is None or backend.work is work]
+    return [backend for backend in BACKENDS.every() if work is None or backend.work is work]
 
 
 def for_file(path: Path | str, work: Work | None = None) -> Backend:
@@ -237,19 +279,3 @@ def for_file(path: Path | str, work: Work | None = None) -> Backend:
     raise SceneError(
         "backend", f"no backend writes {shown}", hint=f"it can be one of {' '.join(known)}" if known else None
     )
-
-
-def _entry_points() -> Iterable[Any]:
-    from importlib.metadata import entry_points
-
-    return entry_points(group=GROUP)
-
-
-def _load(point: Any) -> Backend:
-    try:
-        backend = point.load()
-    except (ImportError, AttributeError) as error:
-        raise SceneError("backend", f"the backend `{point.name}` cannot be loaded: {error}") from error
-    if not isinstance(backend, Backend):
-        raise SceneError("backend", f"the entry point `{point.name}` names no Backend ({point.value})")
-    return backend

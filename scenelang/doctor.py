@@ -20,7 +20,7 @@ from pathlib import Path
 
 from scenelang.backends import base
 from scenelang.backends.base import Work
-from scenelang.backends.language_models.provider import FAMILIES, connection
+from scenelang.backends.language_models.provider import PROVIDERS, connection
 from scenelang.backends.pictures.mitsuba import NAMES, trial_command
 from scenelang.doctor_trials import FILMS, LANGUAGE, PICTURE, VIEWER
 from scenelang.grammar.diagnostics import SceneError
@@ -377,7 +377,7 @@ def _gpu() -> Check:
 
 def service_checks() -> Iterator[Check]:
     """A finding for each provider: its address and whether it has a key."""
-    for family in FAMILIES:
+    for family in PROVIDERS.every():
         try:
             found = connection(family)
         except SceneError as error:

@@ -23,7 +23,7 @@ from scenelang.backends.language_models.catalogue import (
     Usage,
 )
 from scenelang.backends.language_models.openai_chat import tokens_at_most, upper_estimate
-from scenelang.backends.language_models.provider import BrokenStream, Watch, arriving, failure, told
+from scenelang.backends.language_models.provider import BrokenStream, Family, Watch, arriving, failure, told
 from scenelang.grammar.diagnostics import SceneError
 
 if TYPE_CHECKING:
@@ -204,3 +204,9 @@ def _note(message: Any) -> str:
     if details is None:
         return ""
     return str(getattr(details, "explanation", None) or getattr(details, "category", None) or "")
+
+
+ANTHROPIC = Family(
+    "anthropic", "Claude, by the Messages API", "claude-opus-5-5", AnthropicMessages,
+    ("ANTHROPIC_API_KEY",), "ANTHROPIC_BASE_URL", "https://api.anthropic.com",
+)  # fmt: skip

@@ -27,7 +27,7 @@ from scenelang.backends.language_models.catalogue import (
     Turn,
     Usage,
 )
-from scenelang.backends.language_models.provider import BrokenStream, Watch, arriving, told
+from scenelang.backends.language_models.provider import BrokenStream, Family, Watch, arriving, told
 from scenelang.grammar.diagnostics import SceneError
 
 if TYPE_CHECKING:
@@ -212,3 +212,9 @@ def _part(part: Part) -> dict[str, Any]:
     if isinstance(part, TextContent):
         return {"type": "text", "text": part.text}
     raise SceneError("model-request", "this service cannot take a paused answer back")
+
+
+OPENAI = Family(
+    "openai", "any server of OpenAI's chat completions: vLLM, llama.cpp, Ollama", None, OpenAIChat,
+    ("OPENAI_API_KEY",), "OPENAI_BASE_URL", "http://localhost:8000/v1", needs_key=False,
+)  # fmt: skip

@@ -1,4 +1,4 @@
-"""What a provider of language models is, which there are, and what goes wrong with them in users' words."""
+"""What a provider of language models is, how one is found, and what goes wrong with them in users' words."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any, Protocol, TypeVar
 
+from scenelang.backends.base import Registry
 from scenelang.backends.language_models.catalogue import TIMEOUT, Account, Reply, Request, account
-from scenelang.grammar.diagnostics import SceneError, suggest
+from scenelang.grammar.diagnostics import SceneError
 
 Piece = TypeVar("Piece")
 Watch = Callable[[str], None]  # told of every piece of text as it arrives; raises to stop
@@ -53,7 +54,8 @@ class BatchProvider(Provider, Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Family:
-    """A provider before it is connected: where its key and address come from, and how it is made."""
+    """A provider before it is connected: where its key and address come from, and how it is made. Packages add their
+    own through the entry-point group ``scenelang.providers``."""
 
     name: str
     doc: str
@@ -65,37 +67,12 @@ class Family:
     needs_key: bool = True
 
 
-def _anthropic(account: Account) -> Provider:
-    from scenelang.backends.language_models.anthropic_messages import AnthropicMessages
-
-    return AnthropicMessages(account)
-
-
-def _openai(account: Account) -> Provider:
-    from scenelang.backends.language_models.openai_chat import OpenAIChat
-
-    return OpenAIChat(account)
-
-
-FAMILIES = (
-    Family(
-        "anthropic", "Claude, by the Messages API", "claude-opus-5-5", _anthropic,
-        ("ANTHROPIC_API_KEY",), "ANTHROPIC_BASE_URL", "https://api.anthropic.com",
-    ),
-    Family(
-        "openai", "any server of OpenAI's chat completions: vLLM, llama.cpp, Ollama", None, _openai,
-        ("OPENAI_API_KEY",), "OPENAI_BASE_URL", "http://localhost:8000/v1", needs_key=False,
-    ),
-)  # fmt: skip
+PROVIDERS = Registry("scenelang.providers", "provider", Family, error="value")
 
 
 def family(name: str) -> Family:
     """The family of a name; raises SceneError with the nearest one."""
-    for found in FAMILIES:
-        if found.name == name:
-            return found
-    known = [found.name for found in FAMILIES]
-    raise SceneError("value", f"there is no provider `{name}`", suggest(name, known) or f"there are {', '.join(known)}")
+    return PROVIDERS.find(name)
 
 
 def connect(name: str, timeout: float = TIMEOUT) -> Provider:

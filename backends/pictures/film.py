@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, Protocol
@@ -13,7 +13,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import Backend, BackendOptions, Progress, check_settings, find, need, part_of
+from scenelang.backends.base import Backend, BackendOptions, Progress, Registry, check_settings, find, need, part_of
 from scenelang.backends.files import written_whole
 from scenelang.backends.geometry.solids import Solids
 from scenelang.backends.pictures.camera import LARGEST, Camera, Viewpoint
@@ -26,7 +26,6 @@ from scenelang.interpreter.scene.entity import Scene
 Picture = npt.NDArray[np.uint8]
 
 STILL_ENDINGS = (".png", ".jpg", ".jpeg", ".webp", ".exr")
-QUALITIES = {"draft": "draft", "final": "mitsuba"}  # the backend that draws pictures of each quality
 _MOST_PIXELS = 4096 * 4096
 
 
@@ -67,12 +66,40 @@ class PictureBackend(Backend):
     painter: Callable[[Staging, PictureOptions, int], Painter] | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class Quality:
+    """A quality of pictures: the backend that draws them, and values of its own options, which users' win over."""
+
+    name: str
+    doc: str
+    backend: str
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+
+DRAFT_QUALITY = Quality("draft", "solid shading, in a moment", "draft")
+FINAL_QUALITY = Quality("final", "path traced", "mitsuba")
+QUALITIES = Registry("scenelang.qualities", "quality", Quality)
+
+
 def picture_backend(name: str) -> PictureBackend:
     """The backend that is called ``name`` or draws pictures of that quality; raises SceneError("backend")."""
-    backend = find(QUALITIES.get(name, name))
+    quality = QUALITIES.find(name) if name in QUALITIES.names() else Quality(name, "", name)
+    backend = find(quality.backend)
     if not isinstance(backend, PictureBackend) or backend.painter is None:
         raise SceneError("backend", f"the backend `{name}` draws no pictures", hint="`scenelang backends` lists them")
-    return backend
+    return _with_settings(backend, quality.settings) if quality.settings else backend
+
+
+def _with_settings(backend: PictureBackend, settings: Mapping[str, Any]) -> PictureBackend:
+    """A backend whose own options have these values where users give none."""
+    paint = backend.painter
+    assert paint is not None
+
+    def painter(staging: Staging, options: PictureOptions, shots: int) -> Painter:
+        given = {name: value for name, value in options.settings.items() if value is not None}
+        return paint(staging, replace(options, settings={**settings, **given}), shots)
+
+    return replace(backend, painter=painter)
 
 
 def render(scene: Scene, options: PictureOptions | None = None, backend: str = "draft") -> Picture:

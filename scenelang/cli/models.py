@@ -63,7 +63,7 @@ def dollars(text: str) -> float:
 def _add_service(group: Any, cost: float | None, cost_help: str) -> None:
     group.add_argument(
         "--provider", default="anthropic", metavar="NAME",
-        help="anthropic (default), or openai: any server of chat completions",
+        help="anthropic (default), openai: any server of chat completions, or a package's own",
     )  # fmt: skip
     group.add_argument("--max-cost", type=dollars, default=cost, metavar="DOLLARS", help=cost_help)
     group.add_argument(

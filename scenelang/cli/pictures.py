@@ -49,6 +49,13 @@ def _add_view(parser: argparse.ArgumentParser, several: bool = False) -> None:
     group.add_argument("--ground", metavar="NAME", help="seamless, none, white, dark, meadow, earth, checker")
 
 
+def _add_quality(parser: argparse.ArgumentParser, what: str) -> None:
+    from scenelang.backends.pictures.film import QUALITIES
+
+    told = "; ".join(f"{quality.name}: {quality.doc}" for quality in QUALITIES.every())
+    parser.add_argument("--quality", choices=QUALITIES.names(), default="draft", help=f"{what} ({told})")
+
+
 def _add_backend_options(parser: argparse.ArgumentParser, work: Work) -> None:
     """A flag for every option of the backends that do ``work``; ``_settings_of`` reads them back."""
     from scenelang.backends.base import every
@@ -117,7 +124,7 @@ def add_render(parser: argparse.ArgumentParser) -> None:
 
     add_file(parser)
     parser.add_argument("-o", "--output", metavar="OUT", required=True, help=".png .jpg .webp .exr .gif .apng .mp4")
-    parser.add_argument("--quality", choices=("draft", "final"), default="draft", help="final is path traced")
+    _add_quality(parser, "of the picture")
     parser.add_argument("--backend", metavar="NAME,...", help="backends that draw, side by side, instead of a quality")
     parser.add_argument("--frame", type=whole, metavar="N", help="a picture of this frame of a 4D scene, from 0")
     _add_view(parser)
@@ -188,7 +195,7 @@ def add_maps(parser: argparse.ArgumentParser) -> None:
 
     parser.add_argument("files", metavar="FILE", nargs="+", help="programs, `-` for standard input")
     parser.add_argument("-o", "--output", metavar="DIR", required=True, help="the folder to write to")
-    parser.add_argument("--quality", choices=("draft", "final"), default="draft", help="of the colour pictures")
+    _add_quality(parser, "of the colour pictures")
     parser.add_argument("--frame", type=whole, metavar="N", help="only this frame of a 4D scene, from 0")
     parser.add_argument("--views", type=whole, metavar="N", help="so many random cameras, by the seed")
     parser.add_argument("--tracks", type=whole, default=64, metavar="N", help="tracked points of 4D scenes (64)")

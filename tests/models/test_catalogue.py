@@ -22,7 +22,7 @@ from scenelang.backends.language_models.catalogue import (
     model,
     said,
 )
-from scenelang.backends.language_models.provider import FAMILIES
+from scenelang.backends.language_models.provider import PROVIDERS
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.inference.brief import Notation
 from scenelang.inference.records import InferenceSettings
@@ -69,7 +69,7 @@ def test_a_row_is_well_formed(name: str) -> None:
 
 
 def test_the_models_that_are_taken_by_default_are_known() -> None:
-    assert {found.default_model for found in FAMILIES} - {None} <= set(ROWS)
+    assert {found.default_model for found in PROVIDERS.every()} - {None} <= set(ROWS)
 
 
 @pytest.mark.parametrize("name", ROWS)
