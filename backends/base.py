@@ -201,7 +201,7 @@ def check_settings(options: BackendOptions, backends: Sequence[Backend]) -> None
 
 
 @dataclass(frozen=True, slots=True)
-class Registry(Generic[Plugin]):
+class PluginRegistry(Generic[Plugin]):
     """Plug-ins of one kind by name: what packages name in the entry-point group ``group``. ``kind`` is what messages
     call one, ``cls`` what it must be an instance of."""
 
@@ -249,7 +249,7 @@ class Registry(Generic[Plugin]):
         return found
 
 
-BACKENDS = Registry(GROUP, "backend", Backend)
+BACKENDS = PluginRegistry(GROUP, "backend", Backend)
 
 
 def names() -> list[str]:

@@ -15,20 +15,118 @@ import webbrowser
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from enum import Enum
+from functools import partial
 from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
 
 from scenelang.backends import base
-from scenelang.backends.base import Work
+from scenelang.backends.base import Backend, Work
 from scenelang.backends.language_models.provider import PROVIDERS, connection
 from scenelang.backends.pictures.mitsuba import NAMES, trial_command
-from scenelang.doctor_trials import FILMS, LANGUAGE, PICTURE, VIEWER
+from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.scene.entity import Scene
+from scenelang.session import Session
+
+# Small works that are really done, one after the other, in a process of their own: a native library that crashes takes
+# only that process with it. ``python -P -m scenelang.doctor NAME ...`` prints a line of JSON before each and
+# one
+# after it.
+
+
+_PROGRAM = '(bind "trial" (lambda () (union (call "cube") (call "sphere" :color [1 0 0]))))'
+_SIDE = 16  # pixels
+LANGUAGE, PICTURE, VIEWER = "language", "draft", "viewer"
+FILMS = {"film .gif": ".gif", "film .mp4": ".mp4"}
+
+
+def trials() -> Mapping[str, Callable[[Path], str]]:
+    """Every trial by name: it works in a folder, says what came out, and raises where nothing did."""
+    found: dict[str, Callable[[Path], str]] = {LANGUAGE: _evaluate, PICTURE: _draw, VIEWER: _view}
+    found |= {name: partial(_film, ending) for name, ending in FILMS.items()}
+    return found | {backend.name: partial(_export, backend) for backend in base.every(Work.EXPORT)}
+
+
+def _scene() -> Scene:
+    return _evaluated(_PROGRAM)
+
+
+def _evaluated(text: str) -> Scene:
+    result = Session().evaluate(Source("<trial>", text))
+    if result.scene is None:
+        raise SceneError("value", "; ".join(diagnostic.message for diagnostic in result.diagnostics))
+    return result.scene
+
+
+def _build() -> Scene:
+    """A scene for backends that write nothing but blocks."""
+    return _evaluated('(bind "trial" (lambda () (call "set-cuboid" :block-type "stone" :scale [3 2 1])))')
+
+
+def _evaluate(folder: Path) -> str:
+    return f"evaluates a scene of {len(_scene().root.children)} parts"
+
+
+def _draw(folder: Path) -> str:
+    from scenelang.backends.pictures.film import PictureOptions, render, save_picture
+
+    path = folder / "trial.png"
+    save_picture(render(_scene(), PictureOptions(width=_SIDE, height=_SIDE)), path)
+    return f"draws a picture of {_SIDE}x{_SIDE} pixels ({path.stat().st_size} bytes)"
+
+
+def _film(ending: str, folder: Path) -> str:
+    from scenelang.backends.pictures.film import PictureOptions, painters, picture_backend, save_film
+    from scenelang.backends.pictures.stage import still
+
+    scene, options = _scene(), PictureOptions(width=_SIDE, height=_SIDE)
+    shots = [still(scene, options.camera, None, _SIDE, _SIDE)] * 2
+    path = folder / f"trial{ending}"
+    save_film(painters(scene, options, [picture_backend("draft")], shots), shots, path)
+    return f"writes a film ({path.stat().st_size} bytes)"
+
+
+def _view(folder: Path) -> str:
+    from scenelang.backends.viewer.page import STATIC, served_page, static
+
+    size = len(served_page()) + sum(len(static(name)) for name in STATIC)
+    return f"its page is complete ({size:,} bytes)"
+
+
+def _export(backend: Backend, folder: Path) -> str:
+    path = folder / f"trial{backend.endings[0]}"
+    scene = _scene() if backend.accepts.any_word else _build()
+    written = backend.run(scene, path, base.BackendOptions()) or [path]
+    return f"writes {' '.join(backend.endings)} ({sum(each.stat().st_size for each in written)} bytes)"
+
+
+def main(names: list[str]) -> int:
+    """Run the trials of these names, or all."""
+    known = trials()
+    for name in names or known:
+        _say({"name": name})
+        try:
+            with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+                _say({"name": name, "ok": True, "detail": known[name](Path(folder))})
+        except SceneError as error:
+            _say({"name": name, "ok": False, "detail": error.message})
+        except Exception as error:  # a backend may be anybody's
+            _say({"name": name, "ok": False, "detail": f"{type(error).__name__}: {error}"})
+    return 0
+
+
+def _say(line: Mapping[str, object]) -> None:
+    print(json.dumps(line), flush=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
+
 
 # One finding about the installation.
 
 
-class State(Enum):
+class CheckState(Enum):
     OK = "ok"
     NOTE = "note"  # neither good nor bad
     MISSING = "missing"  # comes with an extra, or is better to have
@@ -41,7 +139,7 @@ class Check:
 
     topic: str
     name: str
-    state: State
+    state: CheckState
     detail: str
     remedy: str = ""
 
@@ -65,7 +163,7 @@ def checks() -> Iterator[Check]:
         try:
             yield from group()
         except Exception as error:  # whatever is wrong with the installation, the others are told
-            yield Check(topic, topic, State.BROKEN, f"{type(error).__name__}: {error}")
+            yield Check(topic, topic, CheckState.BROKEN, f"{type(error).__name__}: {error}")
 
 
 # Packages: the versions of those that are needed, and what the extras lack.
@@ -94,7 +192,7 @@ def package_checks() -> Iterator[Check]:
     try:
         stated = requires("scenelang") or []
     except PackageNotFoundError:
-        yield Check("packages", "scenelang", State.NOTE, "runs from its sources, so its needs are not known")
+        yield Check("packages", "scenelang", CheckState.NOTE, "runs from its sources, so its needs are not known")
         return
     extras: dict[str, list[str]] = {}
     for line in stated:
@@ -115,10 +213,10 @@ def package_checks() -> Iterator[Check]:
 def _needed(package: str, only_sometimes: bool) -> Check:
     found = version_of(package)
     if found is not None:
-        return Check("packages", package, State.OK, found)
+        return Check("packages", package, CheckState.OK, found)
     if only_sometimes:
-        return Check("packages", package, State.NOTE, "not installed; not every platform has it")
-    return Check("packages", package, State.BROKEN, "not installed", f"pip install {package}")
+        return Check("packages", package, CheckState.NOTE, "not installed; not every platform has it")
+    return Check("packages", package, CheckState.BROKEN, "not installed", f"pip install {package}")
 
 
 def _extra(name: str, packages: Sequence[str]) -> Check:
@@ -127,8 +225,8 @@ def _extra(name: str, packages: Sequence[str]) -> Check:
     lacking = [package for package, found in versions.items() if found is None]
     if lacking:
         remedy = f"pipx inject scenelang {' '.join(lacking)}" if in_pipx() else f"pip install 'scenelang[{name}]'"
-        return Check("extras", name, State.MISSING, f"not installed: {', '.join(lacking)}", remedy)
-    return Check("extras", name, State.OK, ", ".join(f"{package} {found}" for package, found in versions.items()))
+        return Check("extras", name, CheckState.MISSING, f"not installed: {', '.join(lacking)}", remedy)
+    return Check("extras", name, CheckState.OK, ", ".join(f"{package} {found}" for package, found in versions.items()))
 
 
 _SECONDS = 4.2  # for all trials together
@@ -151,7 +249,7 @@ def work_checks() -> Iterator[Check]:
     for name in (*exports, *FILMS, VIEWER):
         if name in installs:
             remedy = "" if in_pipx() else f"pip install {installs[name]}"  # what pipx injects stands with the extras
-            yield Check("works", name, State.MISSING, "not installed", remedy)
+            yield Check("works", name, CheckState.MISSING, "not installed", remedy)
         else:
             yield _finding(name, told)
 
@@ -191,7 +289,7 @@ def _tried(names: Sequence[str], end: float) -> Mapping[str, tuple[bool, str]]:
     left = list(names)
     while left and time.monotonic() < end:
         begun = ""
-        with _Lines([sys.executable, "-P", "-m", "scenelang.doctor_trials", *left], end) as lines:
+        with _Lines([sys.executable, "-P", "-m", "scenelang.doctor", *left], end) as lines:
             for line in lines:
                 begun = str(line["name"])
                 if "ok" in line:
@@ -236,31 +334,31 @@ class _Lines:
 
 def _finding(name: str, told: Mapping[str, tuple[bool, str]]) -> Check:
     if name not in told:
-        return Check("works", name, State.NOTE, f"not tried: {_SECONDS:g} seconds were over")
+        return Check("works", name, CheckState.NOTE, f"not tried: {_SECONDS:g} seconds were over")
     ok, detail = told[name]
     if ok:
-        return Check("works", name, State.OK, detail)
+        return Check("works", name, CheckState.OK, detail)
     promised = name in (*_OWN, LANGUAGE, VIEWER, "film .gif")
-    return Check("works", name, State.BROKEN if promised else State.MISSING, detail)
+    return Check("works", name, CheckState.BROKEN if promised else CheckState.MISSING, detail)
 
 
 def _variant_checks(variants: Mapping[str, subprocess.Popen[str] | None], end: float) -> Iterator[Check]:
     for name in NAMES:
         if name not in variants:
-            yield Check("works", f"mitsuba {name}", State.NOTE, "no NVIDIA driver here")
+            yield Check("works", f"mitsuba {name}", CheckState.NOTE, "no NVIDIA driver here")
             continue
         text = _output(variants[name], end)
         if text is None:
-            yield Check("works", f"mitsuba {name}", State.NOTE, f"not ready within {_SECONDS:g} seconds")
+            yield Check("works", f"mitsuba {name}", CheckState.NOTE, f"not ready within {_SECONDS:g} seconds")
         elif text.strip() == "True":
-            yield Check("works", f"mitsuba {name}", State.OK, "draws a picture")
+            yield Check("works", f"mitsuba {name}", CheckState.OK, "draws a picture")
         elif name == "scalar":
             yield Check(
-                "works", "mitsuba scalar", State.BROKEN, "draws nothing", "pip install --force-reinstall mitsuba"
+                "works", "mitsuba scalar", CheckState.BROKEN, "draws nothing", "pip install --force-reinstall mitsuba"
             )
         else:
             what = "finds no LLVM (Debian: libllvm19)" if name == "llvm" else "draws nothing on this GPU"
-            yield Check("works", f"mitsuba {name}", State.NOTE, f"{what}; `scalar` works without")
+            yield Check("works", f"mitsuba {name}", CheckState.NOTE, f"{what}; `scalar` works without")
 
 
 # The machine: Python, folders, terminal, browser, GPU.
@@ -273,10 +371,10 @@ _PATIENCE = 2.0  # seconds, for a driver's tool
 
 def system_checks() -> Iterator[Check]:
     """Versions, and where the program stands."""
-    yield Check("system", "scenelang", State.OK, version_of("scenelang") or "from its sources")
-    yield Check("system", "Python", State.OK, f"{platform.python_version()}, {sys.executable}")
+    yield Check("system", "scenelang", CheckState.OK, version_of("scenelang") or "from its sources")
+    yield Check("system", "Python", CheckState.OK, f"{platform.python_version()}, {sys.executable}")
     cores = os.cpu_count() or 1
-    yield Check("system", "platform", State.OK, f"{platform.platform()}, {platform.machine()}, {cores} cores")
+    yield Check("system", "platform", CheckState.OK, f"{platform.platform()}, {platform.machine()}, {cores} cores")
     yield _gpu()
 
 
@@ -286,15 +384,15 @@ def limit_checks() -> Iterator[Check]:
     from scenelang.sandbox.supervision import is_supported
 
     if is_supported():
-        yield Check("limits", "processes", State.OK, "programs are evaluated in processes that can be ended")
+        yield Check("limits", "processes", CheckState.OK, "programs are evaluated in processes that can be ended")
     else:
         detail = "only soft limits, which a builtin may overrun: ending processes needs Linux 5.4 or newer"
-        yield Check("limits", "processes", State.NOTE, detail)
+        yield Check("limits", "processes", CheckState.NOTE, detail)
     version = landlock_version()
     files = f"Landlock {version}: evaluation may only read the project" if version else "this kernel has no Landlock"
-    yield Check("limits", "files", State.OK if version else State.NOTE, files)
+    yield Check("limits", "files", CheckState.OK if version else CheckState.NOTE, files)
     calls = "seccomp: no sockets, no other programs" if has_seccomp() else "no seccomp on this system"
-    yield Check("limits", "calls", State.OK if has_seccomp() else State.NOTE, calls)
+    yield Check("limits", "calls", CheckState.OK if has_seccomp() else CheckState.NOTE, calls)
 
 
 def folder_checks() -> Iterator[Check]:
@@ -306,9 +404,11 @@ def folder_checks() -> Iterator[Check]:
     ):
         folder = Path(os.environ.get(variable) or default) / "scenelang"
         if _is_writable(folder):
-            yield Check("folders", name, State.OK, str(folder))
+            yield Check("folders", name, CheckState.OK, str(folder))
         else:
-            yield Check("folders", name, State.MISSING, f"{folder} cannot be written", f"set {variable} to a folder")
+            yield Check(
+                "folders", name, CheckState.MISSING, f"{folder} cannot be written", f"set {variable} to a folder"
+            )
 
 
 def _is_writable(folder: Path) -> bool:
@@ -326,12 +426,14 @@ def terminal_checks() -> Iterator[Check]:
     if sys.stdout.isatty():
         size = shutil.get_terminal_size()
         colors = "no colours" if "NO_COLOR" in os.environ else _colors()
-        yield Check("terminal", "output", State.OK, f"a terminal of {size.columns}x{size.lines}, {colors}")
+        yield Check("terminal", "output", CheckState.OK, f"a terminal of {size.columns}x{size.lines}, {colors}")
     else:
-        yield Check("terminal", "output", State.NOTE, "no terminal")
-    yield Check("terminal", "text", State.OK, f"{sys.stdout.encoding}, TERM={os.environ.get('TERM', '')}")
+        yield Check("terminal", "output", CheckState.NOTE, "no terminal")
+    yield Check("terminal", "text", CheckState.OK, f"{sys.stdout.encoding}, TERM={os.environ.get('TERM', '')}")
     shown = _shows_images()
-    yield Check("terminal", "pictures", State.OK if shown else State.NOTE, "inline" if shown else "not shown inline")
+    yield Check(
+        "terminal", "pictures", CheckState.OK if shown else CheckState.NOTE, "inline" if shown else "not shown inline"
+    )
     yield _browser()
 
 
@@ -353,23 +455,23 @@ def _browser() -> Check:
             found = getattr(webbrowser.get(), "name", "the system's own")
         except webbrowser.Error:
             detail = "none found; `scenelang view --html FILE` writes a page for another machine"
-            return Check("terminal", "browser", State.MISSING, detail)
-    return Check("terminal", "browser", State.OK, str(found))
+            return Check("terminal", "browser", CheckState.MISSING, detail)
+    return Check("terminal", "browser", CheckState.OK, str(found))
 
 
 def _gpu() -> Check:
     tool = shutil.which("nvidia-smi")
     if tool is None:
-        return Check("system", "GPU", State.NOTE, "no NVIDIA GPU found; nothing needs one")
+        return Check("system", "GPU", CheckState.NOTE, "no NVIDIA GPU found; nothing needs one")
     try:
         # a list of words, no shell: our interpreter or a program by its own name
         done = subprocess.run([tool, "-L"], capture_output=True, text=True, timeout=_PATIENCE)  # noqa: S603  # nosec B603
     except (OSError, subprocess.SubprocessError):
-        return Check("system", "GPU", State.NOTE, "its driver does not answer; nothing needs one")
+        return Check("system", "GPU", CheckState.NOTE, "its driver does not answer; nothing needs one")
     cards = [line.partition(" (UUID")[0] for line in done.stdout.splitlines() if line.startswith("GPU")]
     if done.returncode != 0 or not cards:
-        return Check("system", "GPU", State.NOTE, "its driver finds none; nothing needs one")
-    return Check("system", "GPU", State.OK, ", ".join(cards))
+        return Check("system", "GPU", CheckState.NOTE, "its driver finds none; nothing needs one")
+    return Check("system", "GPU", CheckState.OK, ", ".join(cards))
 
 
 # Services that commands may ask: whether there is a key for each family of language models. Nothing is sent.
@@ -381,7 +483,7 @@ def service_checks() -> Iterator[Check]:
         try:
             found = connection(family)
         except SceneError as error:
-            yield Check("services", family.name, State.MISSING, error.message, error.hint or "")
+            yield Check("services", family.name, CheckState.MISSING, error.message, error.hint or "")
             continue
         key = "a key" if found.key is not None else "no key"
-        yield Check("services", family.name, State.NOTE, f"{key} for {found.shown_address}; not asked")
+        yield Check("services", family.name, CheckState.NOTE, f"{key} for {found.shown_address}; not asked")

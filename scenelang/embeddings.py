@@ -31,7 +31,7 @@ from scenelang.zfile import Made
 if TYPE_CHECKING:
     from scenelang.backends.neural.clip import ClipModel
     from scenelang.backends.neural.describing import Describe
-    from scenelang.backends.neural.picture_words import PictureWord
+    from scenelang.backends.neural.inversion import PictureWord
     from scenelang.backends.neural.sentences import Encodings, Granularity, Sayings
     from scenelang.backends.neural.wording import Wording
 
@@ -632,10 +632,11 @@ def _named(scene: Scene) -> Iterator[tuple[str, Entity]]:
 def _picture_word(image: Path, start: str | None, model: str | None, models: Models) -> tuple[str, PictureWord]:
     """The name of the model, and the pseudo-word of a picture."""
     from scenelang.backends.neural.clip import open_picture
-    from scenelang.backends.neural.picture_words import START, picture_word
 
     picture = open_picture(image)
-    loaded = _clip(model, models)
+    loaded = _clip(model, models)  # says what is missing
+    from scenelang.backends.neural.inversion import START, picture_word
+
     return str(loaded.name), picture_word(loaded, picture, start or START)
 
 

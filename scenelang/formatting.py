@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from difflib import unified_diff
 from pathlib import Path
@@ -21,23 +21,6 @@ from scenelang.interpreter.expand.forms import INDENTS
 _MOST_FILES = 200
 _LARGEST_FILE = 4_000_000  # bytes
 _LARGEST_PROGRAM = 16_000_000  # bytes
-
-
-def program_files(names: Iterable[str]) -> list[str]:
-    """The files that are meant, each once: of a folder those that end in .scene, hidden ones left out."""
-    found: dict[str, str] = {}
-    for name in names:
-        programs = [name]
-        if name != "-" and os.path.isdir(name):
-            programs = [str(path) for path in _programs(Path(name))] or [name]
-        for each in programs:
-            found.setdefault(each if each == "-" else os.path.realpath(each), each)
-    return list(found.values())
-
-
-def _programs(folder: Path) -> list[Path]:
-    found = [path for path in folder.rglob("*.scene") if path.is_file()]
-    return sorted(p for p in found if not any(part.startswith(".") for part in p.relative_to(folder).parts))
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,14 +19,20 @@ from types import FrameType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from scenelang.backends.files import read_regular, rewrite
-from scenelang.backends.geometry.assets import AssetFiles
 from scenelang.grammar import ast, reader
 from scenelang.grammar.ast import check_strict
 from scenelang.grammar.datum import Atom, Datum, ListDatum, Source, Span, Symbol, walk
 from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError
 from scenelang.grammar.reader import read
-from scenelang.interpreter.lint.fixes import apply_fixes, not_allowed, with_fixes
-from scenelang.interpreter.lint.lint import find_root, lint, lint_of_forms, word_warnings
+from scenelang.interpreter.lint.lint import (
+    apply_fixes,
+    find_root,
+    lint,
+    lint_of_forms,
+    not_allowed,
+    with_fixes,
+    word_warnings,
+)
 from scenelang.interpreter.program.interactive import JournaledRuntime, TopLevel, Version, Versions
 from scenelang.interpreter.program.program import Program, load_program, prelude_of
 from scenelang.interpreter.runtime.evaluate import ProgramRun, macro_runner
@@ -35,12 +41,13 @@ from scenelang.interpreter.runtime.procedures import Closure
 from scenelang.interpreter.runtime.runtime import Runtime, ZEntry
 from scenelang.interpreter.runtime.types import STD
 from scenelang.interpreter.scene.entity import Scene
-from scenelang.interpreter.scene.graft import automatic_entries, graft, serials_at
+from scenelang.interpreter.scene.numbering import automatic_entries, graft, serials_at
 from scenelang.sandbox.supervision import limited, link
 from scenelang.sandbox.worker import trial
 from scenelang.stdlib.library import build_library
 
 if TYPE_CHECKING:
+    from scenelang.backends.geometry.assets import AssetFiles
     from scenelang.interpreter.program.interactive import TopLevel
     from scenelang.interpreter.transpile.translate import Translation
 
@@ -167,6 +174,12 @@ class Session:
     def _project(self, main: Source) -> Path:
         """The folder that programs may not leave: the one that was set, else the main file's."""
         return (self.options.project or self._folder(main)).resolve()
+
+    def _assets(self, main: Source) -> AssetFiles:
+        """Where the mesh files of a program are looked for."""
+        from scenelang.backends.geometry.assets import AssetFiles
+
+        return AssetFiles(self._folder(main), self._project(main), self.options.allow_outside)
 
     def folders(self, main: Source) -> tuple[str, ...]:
         """What an evaluation may read beside the package."""
@@ -403,7 +416,7 @@ class Session:
         macros run in, so that they can be cancelled. Raises SceneError for a malformed ``--define``."""
         options, library = self.options, self.library
         overrides = {name: _value_datum(name, text) for name, text in options.defines.items()}
-        assets = AssetFiles(self._folder(main), self._project(main), options.allow_outside)
+        assets = self._assets(main)
         runtime = JournaledRuntime(library, options.limits, options.seed, options.z_entries, asset=assets.measure)
         new_macros = lambda: macro_runner(library, self._macro_limits, started)
         return TopLevel(library, runtime, main, self.importer(main), new_macros, overrides)
@@ -445,7 +458,7 @@ class Session:
 
     def _runtime(self, main: Source, snapshots: frozenset[int] = frozenset()) -> Runtime:
         options = self.options
-        assets = AssetFiles(self._folder(main), self._project(main), options.allow_outside)
+        assets = self._assets(main)
         return Runtime(
             self.library, options.limits, options.seed, options.z_entries, snapshots=snapshots, asset=assets.measure
         )
@@ -472,6 +485,23 @@ class Session:
         grafted = graft(again, self._run_once(program, again, word), entries)
         runtime.warnings.update(again.warnings)
         return grafted
+
+
+def program_files(names: Iterable[str]) -> list[str]:
+    """The files that are meant, each once: of a folder those that end in .scene, hidden ones left out."""
+    found: dict[str, str] = {}
+    for name in names:
+        programs = [name]
+        if name != "-" and os.path.isdir(name):
+            programs = [str(path) for path in _programs(Path(name))] or [name]
+        for each in programs:
+            found.setdefault(each if each == "-" else os.path.realpath(each), each)
+    return list(found.values())
+
+
+def _programs(folder: Path) -> list[Path]:
+    found = [path for path in folder.rglob("*.scene") if path.is_file()]
+    return sorted(p for p in found if not any(part.startswith(".") for part in p.relative_to(folder).parts))
 
 
 def is_scene_file(source: Source) -> bool:

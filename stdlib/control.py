@@ -10,7 +10,207 @@ from scenelang.interpreter.runtime.procedures import Condition
 from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.runtime.show import LONGEST, show
 from scenelang.interpreter.runtime.types import Registry
-from scenelang.stdlib.lists import wrong_type
+from scenelang.interpreter.runtime.values import make_list
+from scenelang.stdlib.lists import items, iterate, wrong_type
+
+# Functions that take functions: map, filter, fold and their kin.
+
+
+calling = Registry("sequences")
+
+_NOTHING = object()
+
+
+def is_true(value: Any) -> bool:
+    """Truth as tests have it: only #f and none are false."""
+    return value is not False and value is not None
+
+
+def map_items(rt: Runtime, name: str, f: Any, sequences: tuple[Any, ...]) -> list[Any]:
+    """The results of ``f`` on the items of one sequence, or side by side on several."""
+    if len(sequences) == 1:
+        call = rt.call1
+        return [call(f, item) for item in iterate(rt, sequences[0], name)]
+    columns = [items(rt, xs, name) for xs in sequences]
+    if len(columns) == 2:
+        return [rt.call2(f, a, b) for a, b in zip(*columns)]
+    return [rt.apply(f, row) for row in zip(*columns)]
+
+
+@calling.define("map", "f::Function xs::Sequence more::Sequence ...", "List",
+                 "The list of the results of `f` on every item. With several sequences `f` gets an item of each, as "
+                 "far as the shortest goes.",
+                 ("(list (map square '(1 2 3)) (map + '(1 2) [10 20]))", "((1 4 9) (11 22))"))  # fmt: skip
+def map_(rt: Runtime, f: Any, xs: Any, *more: Any) -> Any:
+    return make_list(map_items(rt, "map", f, (xs, *more)))
+
+
+@calling.define("for-each", "f::Function xs::Sequence more::Sequence ...", "Any",
+                 "Calls `f` on every item, in order, for what it does; gives none.",
+                 ("(let ((out (mutable-list))) (for-each (lambda (x) (push! out (* x x))) '(1 2 3)) out)",
+                  "(mutable-list 1 4 9)"))  # fmt: skip
+def for_each(rt: Runtime, f: Any, xs: Any, *more: Any) -> None:
+    if more:
+        map_items(rt, "for-each", f, (xs, *more))
+        return
+    for item in iterate(rt, xs, "for-each"):
+        rt.call1(f, item)
+
+
+@calling.define("append-map", "f::Function xs::Sequence more::Sequence ...", "List",
+                 "The results of `f`, which are lists, appended.",
+                 ("(append-map (lambda (x) (list x x)) '(1 2))", "(1 1 2 2)"))  # fmt: skip
+def append_map(rt: Runtime, f: Any, xs: Any, *more: Any) -> Any:
+    out: list[Any] = []
+    for result in map_items(rt, "append-map", f, (xs, *more)):
+        if type(result) is str:
+            raise wrong_type("append-map", "a function that gives lists", result)
+        out.extend(items(rt, result, "append-map"))
+        rt.meter.check_size(len(out), "a list")
+    return make_list(out)
+
+
+@calling.define("filter-map", "f::Function xs::Sequence more::Sequence ...", "List",
+                 "The results of `f` that are neither #f nor none.",
+                 ("(filter-map (lambda (x) (and (odd? x) (* x x))) '(1 2 3))", "(1 9)"))  # fmt: skip
+def filter_map(rt: Runtime, f: Any, xs: Any, *more: Any) -> Any:
+    return make_list([result for result in map_items(rt, "filter-map", f, (xs, *more)) if is_true(result)])
+
+
+@calling.define("filter", "f::Function xs::Sequence", "List", "The items that `f` accepts.",
+                 ("(filter odd? '(1 2 3))", "(1 3)"))  # fmt: skip
+def filter_(rt: Runtime, f: Any, xs: Any) -> Any:
+    return make_list([item for item in iterate(rt, xs, "filter") if is_true(rt.call1(f, item))])
+
+
+@calling.define("remove", "f::Function xs::Sequence", "List", "The items that `f` does not accept.",
+                 ("(remove odd? '(1 2 3))", "(2)"))  # fmt: skip
+def remove(rt: Runtime, f: Any, xs: Any) -> Any:
+    return make_list([item for item in iterate(rt, xs, "remove") if not is_true(rt.call1(f, item))])
+
+
+@calling.define("partition", "f::Function xs::Sequence", "List",
+                 "The list of two lists: the items that `f` accepts, and the others.",
+                 ("(partition odd? '(1 2 3))", "((1 3) (2))"))  # fmt: skip
+def partition(rt: Runtime, f: Any, xs: Any) -> Any:
+    accepted: list[Any] = []
+    others: list[Any] = []
+    for item in iterate(rt, xs, "partition"):
+        (accepted if is_true(rt.call1(f, item)) else others).append(item)
+    return make_list((make_list(accepted), make_list(others)))
+
+
+@calling.define("find", "f::Function xs::Sequence", "Any", "The first item that `f` accepts, or #f.",
+                 ("(find even? '(1 4 6))", "4"))  # fmt: skip
+def find(rt: Runtime, f: Any, xs: Any) -> Any:
+    for item in iterate(rt, xs, "find"):
+        if is_true(rt.call1(f, item)):
+            return item
+    return False
+
+
+@calling.define("list-index", "f::Function xs::Sequence", "Any",
+                 "The index of the first item that `f` accepts, or #f. `index-of` looks for a value.",
+                 ("(list-index even? '(1 4 6))", "1"))  # fmt: skip
+def list_index(rt: Runtime, f: Any, xs: Any) -> Any:
+    for index, item in enumerate(iterate(rt, xs, "list-index")):
+        if is_true(rt.call1(f, item)):
+            return index
+    return False
+
+
+def _rows(rt: Runtime, name: str, sequences: tuple[Any, ...]) -> Any:
+    """The argument lists for a function that is called along one or several sequences."""
+    if len(sequences) == 1:
+        return ((item,) for item in iterate(rt, sequences[0], name))
+    return zip(*[items(rt, xs, name) for xs in sequences])
+
+
+@calling.define("any", "f::Function xs::Sequence more::Sequence ...", "Any",
+                 "The first result of `f` that is true, or #f; later items are not looked at.",
+                 ("(any even? '(1 2 3))", "#t"))  # fmt: skip
+def any_(rt: Runtime, f: Any, xs: Any, *more: Any) -> Any:
+    for row in _rows(rt, "any", (xs, *more)):
+        result = rt.apply(f, row)
+        if is_true(result):
+            return result
+    return False
+
+
+@calling.define("every", "f::Function xs::Sequence more::Sequence ...", "Any",
+                 "#f at the first item that `f` does not accept, else the last result (#t for no items).",
+                 ("(every odd? '(1 3))", "#t"))  # fmt: skip
+def every(rt: Runtime, f: Any, xs: Any, *more: Any) -> Any:
+    result: Any = True
+    for row in _rows(rt, "every", (xs, *more)):
+        result = rt.apply(f, row)
+        if not is_true(result):
+            return False
+    return result
+
+
+# --- folds -----------------------------------------------------------------------------------------------------
+
+
+@calling.define("fold", "f::Function start::Any xs::Sequence more::Sequence ...", "Any",
+                 "Goes through the items from the left: each value is `(f item value)`, the first value is `start`.",
+                 ("(fold cons '() '(1 2 3))", "(3 2 1)"))  # fmt: skip
+def fold(rt: Runtime, f: Any, start: Any, xs: Any, *more: Any) -> Any:
+    value = start
+    if not more:
+        for item in iterate(rt, xs, "fold"):
+            value = rt.call2(f, item, value)
+        return value
+    for row in _rows(rt, "fold", (xs, *more)):
+        value = rt.apply(f, (*row, value))
+    return value
+
+
+@calling.define("fold-left", "f::Function start::Any xs::Sequence more::Sequence ...", "Any",
+                 "Goes through the items from the left: each value is `(f value item)`, the first value is `start`.",
+                 ("(fold-left - 10 '(1 2 3))", "4"))  # fmt: skip
+def fold_left(rt: Runtime, f: Any, start: Any, xs: Any, *more: Any) -> Any:
+    value = start
+    for row in _rows(rt, "fold-left", (xs, *more)):
+        value = rt.apply(f, (value, *row))
+    return value
+
+
+@calling.define("fold-right", "f::Function start::Any xs::Sequence more::Sequence ...", "Any",
+                 "Goes through the items from the right: each value is `(f item value)`, the first value is `start`.",
+                 ("(fold-right cons '() '(1 2 3))", "(1 2 3)"))  # fmt: skip
+def fold_right(rt: Runtime, f: Any, start: Any, xs: Any, *more: Any) -> Any:
+    value = start
+    for row in reversed(list(_rows(rt, "fold-right", (xs, *more)))):
+        value = rt.apply(f, (*row, value))
+    return value
+
+
+@calling.define("reduce", "f::Function start::Any [xs::Sequence]", "Any",
+                 "Like `fold`, but begins with the first item: `start` is only the value for no items. `(reduce f xs)` "
+                 "wants at least one item.",
+                 ("(list (reduce max 0 '(3 8 5)) (reduce + '(1 2 3)))", "(8 6)"))  # fmt: skip
+def reduce(rt: Runtime, f: Any, start: Any, *given: Any) -> Any:
+    members = iter(iterate(rt, given[0] if given else start, "reduce"))
+    value = next(members, _NOTHING)
+    if value is _NOTHING:
+        if given:
+            return start
+        raise SceneError("value", "`reduce` of no items needs a start: `(reduce f start xs)`")
+    for item in members:
+        value = rt.call2(f, item, value)
+    return value
+
+
+@calling.define("apply", "f::Function argument::Any more::Any ...", "Any",
+                 "Calls `f` with the items of the last argument, a list; arguments before it come first.",
+                 ("(apply + 1 2 '(3 4))", "10"))  # fmt: skip
+def apply(rt: Runtime, f: Any, *arguments: Any) -> Any:
+    last = arguments[-1]
+    if type(last) is str:
+        raise wrong_type("apply", "a list as the last argument", last)
+    return rt.apply(f, [*arguments[:-1], *items(rt, last, "apply")])
+
 
 registry = Registry("control")
 

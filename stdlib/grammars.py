@@ -43,8 +43,7 @@ def grammar_text(form: str, strict: bool = False) -> str:
 def _parsed(form: str, strict: bool) -> str:
     from scenelang.grammar.export.ebnf import ebnf_text
     from scenelang.grammar.export.gbnf import gbnf_text
-    from scenelang.grammar.export.lark_text import lark_text
-    from scenelang.grammar.export.llguidance import llguidance_text
+    from scenelang.grammar.export.lark_text import lark_text, llguidance_text
     from scenelang.interpreter.expand.forms import full_grammar, strict_grammar
 
     writers = {"lark": lark_text, "llguidance": llguidance_text, "gbnf": gbnf_text, "ebnf": ebnf_text}

@@ -11,8 +11,6 @@ from scenelang.stdlib import (
     colors,
     control,
     entities,
-    geometry,
-    higher_order,
     lists,
     mutation,
     numbers,
@@ -21,20 +19,19 @@ from scenelang.stdlib import (
     random,
     sequences,
     strings,
-    tables,
 )
 from scenelang.stdlib.numbers import CONSTANTS
 
 TOPICS: tuple[Registry, ...] = (
     entities.registry,
-    geometry.registry,
+    entities.poses,
     numbers.registry,
     predicates.registry,
     lists.registry,
     sequences.registry,
-    higher_order.registry,
+    control.calling,
     mutation.registry,
-    tables.registry,
+    mutation.tables,
     strings.registry,
     arrays.registry,
     random.registry,

@@ -19,7 +19,7 @@ from scenelang.interpreter.expand.forms import DEFINITIONS, FORM_EXAMPLES, FORMS
 from scenelang.interpreter.program.program import PAPER_FORMS
 from scenelang.interpreter.runtime.types import BASE_TYPES, STD, Builtin
 from scenelang.interpreter.scene.primitives import attributes_read, block_words, docs_of_attributes, docs_of_words
-from scenelang.interpreter.transpile.helper_api import HELPERS, Helper
+from scenelang.interpreter.transpile.python_text import HELPERS, Helper
 from scenelang.stdlib.library import build_library
 from scenelang.stdlib.numbers import CONSTANTS
 

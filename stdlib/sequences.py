@@ -33,7 +33,7 @@ from scenelang.interpreter.runtime.values import (
 )
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.stdlib.arraydata import ARRAYS, from_numpy, is_array, shape_of, to_numpy
-from scenelang.stdlib.higher_order import is_true
+from scenelang.stdlib.control import is_true
 from scenelang.stdlib.lists import (
     bad_index,
     blocks,

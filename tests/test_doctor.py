@@ -10,11 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from scenelang import doctor, doctor_trials
+from scenelang import doctor
 from scenelang.backends import base
 from scenelang.backends.base import Work
 from scenelang.cli.main import main
-from scenelang.doctor import Check, State
+from scenelang.doctor import Check, CheckState
 
 
 def test_it_tells_what_works_in_a_few_seconds(capsys: pytest.CaptureFixture[str]) -> None:
@@ -36,16 +36,16 @@ def test_it_tells_what_works_in_a_few_seconds(capsys: pytest.CaptureFixture[str]
 
 def test_as_text(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     found = [
-        Check("works", "draft", State.OK, "draws"),
-        Check("works", "usd", State.MISSING, "not installed", "pip install 'scenelang[usd]'"),
-        Check("folders", "cache", State.MISSING, "/x cannot be written", "set XDG_CACHE_HOME to a folder"),
+        Check("works", "draft", CheckState.OK, "draws"),
+        Check("works", "usd", CheckState.MISSING, "not installed", "pip install 'scenelang[usd]'"),
+        Check("folders", "cache", CheckState.MISSING, "/x cannot be written", "set XDG_CACHE_HOME to a folder"),
     ]
     monkeypatch.setattr(doctor, "checks", lambda: iter(found))
     assert main(["doctor"]) == 0
     text = capsys.readouterr().out
     assert "Everything that needs no extra works." in text
     assert text.endswith("To add what is missing:\n  pip install 'scenelang[usd]'\n")
-    monkeypatch.setattr(doctor, "checks", lambda: iter([*found, Check("works", "gltf", State.BROKEN, "no")]))
+    monkeypatch.setattr(doctor, "checks", lambda: iter([*found, Check("works", "gltf", CheckState.BROKEN, "no")]))
     assert main(["doctor"]) == 1
     assert "BROKEN gltf" in capsys.readouterr().out
 
@@ -65,12 +65,12 @@ def test_a_group_that_fails_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> Non
     assert any(check.name == "numpy" for check in found)
 
 
-@pytest.mark.parametrize("name", doctor_trials.trials())
+@pytest.mark.parametrize("name", doctor.trials())
 def test_every_trial_does_what_it_says(name: str, tmp_path: Path) -> None:
     for package, needs in (("av", name == "film .mp4"), ("pxr", name == "usd")):
         if needs:
             pytest.importorskip(package)
-    assert doctor_trials.trials()[name](tmp_path)
+    assert doctor.trials()[name](tmp_path)
 
 
 def test_trials_that_fail_or_crash_leave_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -83,8 +83,8 @@ def test_trials_that_fail_or_crash_leave_the_others(monkeypatch: pytest.MonkeyPa
     assert told["bad"] == (False, "the process that tried it broke off")
     assert told["no such trial"][0] is False
     assert told["language"][0] is True
-    assert doctor._finding("gltf", {"gltf": (False, "x")}).state is State.BROKEN
-    assert doctor._finding("somebody's", {"somebody's": (False, "x")}).state is State.MISSING
+    assert doctor._finding("gltf", {"gltf": (False, "x")}).state is CheckState.BROKEN
+    assert doctor._finding("somebody's", {"somebody's": (False, "x")}).state is CheckState.MISSING
 
 
 def test_time_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -95,7 +95,7 @@ def test_time_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     started = time.monotonic()
     found = list(doctor.work_checks())
     assert time.monotonic() - started < 5
-    assert {check.state for check in found} <= {State.NOTE, State.MISSING}
+    assert {check.state for check in found} <= {CheckState.NOTE, CheckState.MISSING}
     assert any("not tried" in check.detail for check in found)
 
 
@@ -105,10 +105,10 @@ def test_packages_that_are_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(doctor, "requires", lambda _: stated)
     monkeypatch.setattr(doctor, "version_of", lambda name: "1.0" if name in ("numpy", "usd-core") else None)
     assert [(c.name, c.state, c.remedy) for c in doctor.package_checks()] == [
-        ("numpy", State.OK, ""),
-        ("lost", State.BROKEN, "pip install lost"),
-        ("rare", State.NOTE, ""),
-        ("usd", State.MISSING, "pip install 'scenelang[usd]'"),
+        ("numpy", CheckState.OK, ""),
+        ("lost", CheckState.BROKEN, "pip install lost"),
+        ("rare", CheckState.NOTE, ""),
+        ("usd", CheckState.MISSING, "pip install 'scenelang[usd]'"),
     ]
 
     monkeypatch.setattr(doctor, "in_pipx", lambda: True)
@@ -118,7 +118,7 @@ def test_packages_that_are_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
         raise PackageNotFoundError("scenelang")
 
     monkeypatch.setattr(doctor, "requires", unknown)
-    assert [check.state for check in doctor.package_checks()] == [State.NOTE]
+    assert [check.state for check in doctor.package_checks()] == [CheckState.NOTE]
 
 
 def test_folders_that_cannot_be_written(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -127,7 +127,7 @@ def test_folders_that_cannot_be_written(monkeypatch: pytest.MonkeyPatch, tmp_pat
     monkeypatch.setenv("XDG_CACHE_HOME", str(file))
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "new"))
     cache, settings = doctor.folder_checks()
-    assert (cache.state, settings.state) == (State.MISSING, State.OK)
+    assert (cache.state, settings.state) == (CheckState.MISSING, CheckState.OK)
     assert not (tmp_path / "new").exists()
 
 
@@ -135,8 +135,8 @@ def test_a_bare_machine(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(doctor.shutil, "which", lambda name: None)
     monkeypatch.setattr(doctor.webbrowser, "get", _no_browser)
     found = {check.name: check for check in (*doctor.terminal_checks(), *doctor.system_checks())}
-    assert found["browser"].state is State.MISSING
-    assert found["GPU"].state is State.NOTE
+    assert found["browser"].state is CheckState.MISSING
+    assert found["GPU"].state is CheckState.NOTE
 
 
 def _no_browser() -> None:
@@ -150,8 +150,8 @@ def test_services_tell_of_keys_and_show_none(monkeypatch: pytest.MonkeyPatch, tm
     for name in ("ANTHROPIC_API_KEY", "ANTHROPIC_BASE_URL", "OPENAI_API_KEY", "OPENAI_BASE_URL"):
         monkeypatch.delenv(name, raising=False)
     first, second = service_checks()
-    assert (first.name, first.state, first.remedy) == ("anthropic", State.MISSING, "export ANTHROPIC_API_KEY=...")
-    assert (second.name, second.state) == ("openai", State.NOTE)
+    assert (first.name, first.state, first.remedy) == ("anthropic", CheckState.MISSING, "export ANTHROPIC_API_KEY=...")
+    assert (second.name, second.state) == ("openai", CheckState.NOTE)
     monkeypatch.setenv("ANTHROPIC_API_KEY", "sk-secret-secret")
     first, _ = service_checks()
-    assert (first.state, first.detail) == (State.NOTE, "a key for https://api.anthropic.com; not asked")
+    assert (first.state, first.detail) == (CheckState.NOTE, "a key for https://api.anthropic.com; not asked")

@@ -308,7 +308,7 @@ FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Placed:
+class PlacedMesh:
     """One leaf: the words from the root down to it, its look, its ``surface`` in the world. Where the surface has
     colours, these are the whole colour; else the look's is."""
 
@@ -359,7 +359,7 @@ def _leaf_count(root: ExportItem) -> int:
     return counts[id(root)]
 
 
-def placed(plan: ExportPlan, limit: int, ending: str) -> Iterator[Placed]:
+def placed(plan: ExportPlan, limit: int, ending: str) -> Iterator[PlacedMesh]:
     """Every visible leaf with its triangles, one patch of one material after the other.
 
     Round primitives have fewer sides where the file would be too large; raises LimitError where that is not enough.
@@ -376,7 +376,7 @@ def placed(plan: ExportPlan, limit: int, ending: str) -> Iterator[Placed]:
         if id(leaf.item) not in patches:
             patches[id(leaf.item)] = _patches(leaf.item, segments)
         for look, surface in patches[id(leaf.item)]:
-            yield Placed(leaf.path, look, surface.under(np.array(leaf.pose).reshape(1, 3, 4)))
+            yield PlacedMesh(leaf.path, look, surface.under(np.array(leaf.pose).reshape(1, 3, 4)))
 
 
 def _patches(item: ExportItem, segments: int) -> Sequence[tuple[Look, ExportSurface]]:

@@ -43,7 +43,7 @@ from scenelang.interpreter.runtime.values import ANONYMOUS, Matrix
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity, Scene
 from scenelang.interpreter.scene.flatten import flatten_entity
-from scenelang.interpreter.scene.primitives.forms import Form
+from scenelang.interpreter.scene.primitives.forms import CanonicalForm
 
 # Mitsuba's scene dictionaries as the elements of its XML format.
 
@@ -214,7 +214,7 @@ class _Shapes:
             shapes = {f"part{k}": part for k, part in enumerate(parts)}
             fresh += elements(None, {"type": "shapegroup", "id": name, **shapes})
 
-    def _unit(self, form: Form, ratios: tuple[float, ...], look: Look) -> list[dict[str, Any]]:
+    def _unit(self, form: CanonicalForm, ratios: tuple[float, ...], look: Look) -> list[dict[str, Any]]:
         """The canonical form, exact where Mitsuba has such shapes."""
         parts = [part | {"bsdf": bsdf_of(look)} for part in unit_parts(form, ratios, look)]
         return parts or [self._mesh(Patch(look, unit_surface(form, ratios, UNIT_SEGMENTS)))]
@@ -259,7 +259,7 @@ def _is_flat(place: Matrix) -> bool:
     return largest == 0.0 or abs(float(np.linalg.det(linear / largest))) < 1e-9
 
 
-def _dissolves(form: Form, place: Matrix) -> bool:
+def _dissolves(form: CanonicalForm, place: Matrix) -> bool:
     return dissolves(form, np.array(place).reshape(3, 4))
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from scenelang.backends.exports.export import Job, Placed, mesh_backend, placed
+from scenelang.backends.exports.export import Job, PlacedMesh, mesh_backend, placed
 from scenelang.backends.pictures.appearance import Look
 from scenelang.backends.pictures.studio import to_srgb
 
@@ -35,7 +35,7 @@ def write(job: Job, path: Path) -> None:
     library.write_text("".join(_material(name, look) for look, name in materials.items()), encoding="ascii")
 
 
-def _object_name(one: Placed, numbers: dict[tuple[str, ...], int]) -> str:
+def _object_name(one: PlacedMesh, numbers: dict[tuple[str, ...], int]) -> str:
     """The words down to the leaf, and a number that tells it from others with the same words."""
     number = numbers[one.path] = numbers.get(one.path, 0) + 1
     return "/".join(map(_spelled, one.path)) + (f".{number:03d}" if number > 1 else "")
@@ -46,7 +46,7 @@ def _spelled(word: str) -> str:
     return re.sub(r"[\s/#\\]+", "_", word.encode("utf-8", "replace").decode()) or "_"
 
 
-def _lines(one: Placed, start: int) -> Iterator[str]:
+def _lines(one: PlacedMesh, start: int) -> Iterator[str]:
     """The vertices, normals and faces of one object, whose vertices are numbered from ``start``."""
     surface = one.surface
     columns = surface.vertices

@@ -15,7 +15,7 @@ from scenelang.interpreter.runtime.values import IDENTITY, Matrix
 from scenelang.interpreter.scene.entity import Entity, primitive_count
 from scenelang.interpreter.scene.flatten import FlatFrame, flatten_entity
 from scenelang.interpreter.scene.primitives import Primitive
-from scenelang.interpreter.scene.primitives.forms import Form
+from scenelang.interpreter.scene.primitives.forms import CanonicalForm
 from scenelang.interpreter.scene.primitives.mesh import Mesh, posed
 
 FloatArray = npt.NDArray[np.float64]
@@ -98,7 +98,7 @@ class Solid:
     mesh show.
     """
 
-    form: Form | None
+    form: CanonicalForm | None
     ratios: tuple[float, ...]
     shape: Primitive
     pose: Matrix
@@ -136,7 +136,7 @@ def solid_of(entity: Entity) -> Solid | None:
     return Solid(placed.form, placed.ratios, shape, Matrix(placed.rows))
 
 
-def unit_surface(form: Form, ratios: tuple[float, ...], segments: int = SEGMENTS) -> ExportSurface:
+def unit_surface(form: CanonicalForm, ratios: tuple[float, ...], segments: int = SEGMENTS) -> ExportSurface:
     """The canonical form's triangles."""
     mesh = form.mesh(segments, ratios)
     return ExportSurface(mesh.vertices, mesh.shading, mesh.faces)

@@ -26,7 +26,7 @@ from scenelang.backends.pictures.appearance import Look, look_of
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.runtime.values import IDENTITY, Matrix
 from scenelang.interpreter.scene.bounds import entity_box
-from scenelang.interpreter.scene.primitives.forms import Form
+from scenelang.interpreter.scene.primitives.forms import CanonicalForm
 
 # Prims of a USD layer through Sdf, which is twenty times faster than UsdGeom: transforms, shapes, meshes.
 
@@ -66,7 +66,7 @@ class Prims:
     def __init__(self, layer: Any) -> None:
         self.sdf, self.gf, self.vt = (need(f"pxr.{name}", INSTALL) for name in ("Sdf", "Gf", "Vt"))
         self.layer = layer
-        self._solids: dict[tuple[Form, tuple[float, ...]], Any] = {}
+        self._solids: dict[tuple[CanonicalForm, tuple[float, ...]], Any] = {}
         self._shape_names = PrimNames()
 
     def prim(self, parent: Any, name: str, kind: str, abstract: bool = False) -> Any:
@@ -142,7 +142,7 @@ class Prims:
 
     # --- geometry ---
 
-    def shape(self, parent: Any, name: str, form: Form, ratios: tuple[float, ...], look: Look) -> Any:
+    def shape(self, parent: Any, name: str, form: CanonicalForm, ratios: tuple[float, ...], look: Look) -> Any:
         """A canonical form: a reference to one prim for all that are alike, of a schema of USD's own where the form
         names one, else a mesh."""
         schema = form.usd(ratios)
@@ -151,7 +151,7 @@ class Prims:
         self._paint(prim, np.array([look.color]), "constant", look)
         return prim
 
-    def _solid(self, form: Form, ratios: tuple[float, ...]) -> Any:
+    def _solid(self, form: CanonicalForm, ratios: tuple[float, ...]) -> Any:
         """The path of a canonical form's prim, which is added when it is first asked for."""
         key = (form, ratios)
         if key not in self._solids:

@@ -20,7 +20,7 @@ from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.flatten import FlatFrame
 from scenelang.interpreter.scene.primitives import Placed, standard_forms
 from scenelang.interpreter.scene.primitives.base import Primitive, mesh_of
-from scenelang.interpreter.scene.primitives.forms import TRIANGLE, Form, Ratios
+from scenelang.interpreter.scene.primitives.forms import TRIANGLE, CanonicalForm, Ratios
 from scenelang.interpreter.scene.primitives.mesh import Mesh, cofactors_of
 
 FloatArray = npt.NDArray[np.float64]
@@ -38,7 +38,7 @@ class PosedForms:
     ``matrices[i]`` takes the form ``kinds[forms[i]]`` there; its ratios stand first in row ``ratios[i]``.
     """
 
-    kinds: tuple[Form, ...]
+    kinds: tuple[CanonicalForm, ...]
     forms: Numbers  # (N,)
     ratios: FloatArray  # (N, most ratios of a kind)
     matrices: FloatArray  # (N, 3, 4)
@@ -50,23 +50,23 @@ class PosedForms:
         """Those that the mask or the indices ``which`` select."""
         return PosedForms(self.kinds, self.forms[which], self.ratios[which], self.matrices[which])
 
-    def form(self, i: int) -> tuple[Form, tuple[float, ...]]:
+    def form(self, i: int) -> tuple[CanonicalForm, tuple[float, ...]]:
         """The form of row ``i`` and its ratios."""
         kind = self.kinds[int(self.forms[i])]
         return kind, tuple(self.ratios[i, : kind.ratios].tolist())
 
-    def groups(self, which: npt.NDArray[np.bool_] | None = None) -> Iterator[tuple[Form, IntArray]]:
+    def groups(self, which: npt.NDArray[np.bool_] | None = None) -> Iterator[tuple[CanonicalForm, IntArray]]:
         """The forms that occur (among those of the mask ``which``), each with the numbers of its rows."""
         forms = self.forms if which is None else self.forms[which]
         for number in np.unique(forms).tolist():
             same = self.forms == number
             yield self.kinds[number], np.flatnonzero(same if which is None else same & which)
 
-    def ratios_of(self, form: Form, rows: npt.NDArray[Any]) -> Ratios:
+    def ratios_of(self, form: CanonicalForm, rows: npt.NDArray[Any]) -> Ratios:
         """The ratios of ``rows``, all of one form, as arrays (K,)."""
         return tuple(self.ratios[rows, k] for k in range(form.ratios))
 
-    def members(self) -> Iterator[tuple[Form, tuple[float, ...], IntArray]]:
+    def members(self) -> Iterator[tuple[CanonicalForm, tuple[float, ...], IntArray]]:
         """The distinct forms with their ratios, each with the numbers of its rows."""
         for form, rows in self.groups():
             if not form.ratios:
@@ -156,15 +156,15 @@ class _Triangles:
 class FormTable:
     """Numbers for distinct forms; the oldest stand first."""
 
-    def __init__(self, forms: Sequence[Form] = ()) -> None:
+    def __init__(self, forms: Sequence[CanonicalForm] = ()) -> None:
         self._numbers = {form: i for i, form in enumerate(standard_forms())}
         for form in forms:
             self.number(form)
 
-    def number(self, form: Form) -> int:
+    def number(self, form: CanonicalForm) -> int:
         return self._numbers.setdefault(form, len(self._numbers))
 
-    def kinds(self) -> tuple[Form, ...]:
+    def kinds(self) -> tuple[CanonicalForm, ...]:
         return tuple(self._numbers)
 
 

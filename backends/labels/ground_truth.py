@@ -21,7 +21,7 @@ from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Scene
 from scenelang.interpreter.scene.flatten import FlatFrame, flatten_entity
 from scenelang.interpreter.scene.numbering import Ancestry, ancestry_of
-from scenelang.interpreter.scene.primitives.forms import Form, Ratios, nearest_hit
+from scenelang.interpreter.scene.primitives.forms import CanonicalForm, Ratios, nearest_hit
 from scenelang.interpreter.scene.primitives.mesh import inverses_of
 
 FloatArray = npt.NDArray[np.float64]
@@ -254,7 +254,9 @@ def _of_outline(outline: Sequence[FloatArray], linear: FloatArray, center: Float
     return whole
 
 
-def _of_reach(form: Form, linear: FloatArray, center: FloatArray, ratios: Ratios, camera: Camera) -> FloatArray:
+def _of_reach(
+    form: CanonicalForm, linear: FloatArray, center: FloatArray, ratios: Ratios, camera: Camera
+) -> FloatArray:
     """The rectangles of a form of which only its support is known.
 
     The greatest x / z of a body is the limit of the ratios of the points that reach farthest along (1, 0, -x / z),

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any, Protocol, TypeVar
 
-from scenelang.backends.base import Registry
+from scenelang.backends.base import PluginRegistry
 from scenelang.backends.language_models.catalogue import TIMEOUT, Account, Reply, Request, account
 from scenelang.grammar.diagnostics import SceneError
 
@@ -67,7 +67,7 @@ class Family:
     needs_key: bool = True
 
 
-PROVIDERS = Registry("scenelang.providers", "provider", Family, error="value")
+PROVIDERS = PluginRegistry("scenelang.providers", "provider", Family, error="value")
 
 
 def family(name: str) -> Family:

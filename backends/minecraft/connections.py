@@ -12,10 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.minecraft.blocks import AIR_STATE, SIDES, BlockState, Build, Cells, unified
-from scenelang.backends.minecraft.old_properties import modern
 from scenelang.backends.minecraft.table import BlockKind, BlockTable, alias, load_table, nearest, renamed
-from scenelang.backends.minecraft.voxels import NAMESPACE, Voxels, ignored, namespaced
-from scenelang.backends.neural.picture_words import by_meaning
+from scenelang.backends.minecraft.voxels import NAMESPACE, Voxels, ignored, modern, namespaced
+from scenelang.backends.neural.inversion import by_meaning
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, suggest
 

@@ -24,7 +24,7 @@ from scenelang.grammar.diagnostics import LimitError, SceneError, suggest
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene, primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity
-from scenelang.interpreter.scene.primitives.forms import Form
+from scenelang.interpreter.scene.primitives.forms import CanonicalForm
 
 MOST_CELLS = 200_000_000
 _SLAB = 1 << 21  # cells or samples that are looked at together
@@ -90,7 +90,7 @@ def _in_order(solids: Solids) -> list[tuple[int, int]]:
 class _Member:
     """A canonical form with its ratios."""
 
-    form: Form
+    form: CanonicalForm
     ratios: tuple[float, ...]
 
     def holds(self, u: FloatArray, v: FloatArray, w: FloatArray) -> BoolArray:

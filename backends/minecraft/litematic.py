@@ -22,15 +22,18 @@ from scenelang.backends.minecraft.build_files import (
 )
 from scenelang.backends.minecraft.nbt import (
     Damaged,
+    Long,
     Triple,
     array,
     checked_size,
     compound,
+    from_packed_longs,
     how_many,
     listed,
+    packed_longs,
     triple_of_compound,
+    write_nbt,
 )
-from scenelang.backends.minecraft.nbt_writer import Long, from_packed_longs, packed_longs, write_nbt
 
 _FEWEST_BITS = 2  # of the number of a block
 _FIRST_WITH_6 = "1.18"  # the form of the schematic, which has not changed but for its number

@@ -282,7 +282,7 @@ Corner = tuple[float, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Cube:
+class ModelCube:
     """A box of the instance ``owner`` from ``low`` to ``high`` in the world, turned by ``turn`` degrees about the
     vertical line through its cell's centre. ``primitive`` is the unit cube that has its look."""
 
@@ -319,7 +319,7 @@ def parts_of(root: Entity, is_block: BoolArray) -> CubeParts:
     return CubeParts(ancestry, depth, ancestry.at_depth(depth)[parents], has_blocks)
 
 
-def rebuilt(parts: CubeParts, cubes: Iterable[Cube]) -> Entity:
+def rebuilt(parts: CubeParts, cubes: Iterable[ModelCube]) -> Entity:
     """The root with ``cubes``, and everything that is no block where it was."""
     ancestry = parts.ancestry
     anchors = np.trunc(ancestry.poses[:, :, 3])
@@ -356,7 +356,7 @@ def _keep_others(parts: CubeParts, anchors: FloatArray, inside: defaultdict[int,
         inside[owner].append(Pair(ancestry.entity(i), Matrix(moved.ravel().tolist())))
 
 
-def _pose(cube: Cube, anchor: FloatArray) -> Matrix:
+def _pose(cube: ModelCube, anchor: FloatArray) -> Matrix:
     """Where the unit cube stands in its owner."""
     low, high = np.array(cube.low) - anchor, np.array(cube.high) - anchor
     x, y, z = ((low + high) / 2.0).tolist()
@@ -535,14 +535,14 @@ def _cubes(
     states: IntArray,
     looks: _Looks,
     places: Sequence[Span | None],
-) -> Iterator[Cube]:
+) -> Iterator[ModelCube]:
     """Every box of every cuboid; ``owners``, ``inks`` and ``states`` are those of the numbers of the cells."""
     lows = (cuboids.low + origin).tolist()
     for low, size, number in zip(lows, cuboids.size.tolist(), cuboids.number.tolist()):
         ink, state = int(inks[number]), int(states[number])
         primitive = looks.primitive(ink, state, places[ink])
         for bar in looks.model(state):
-            yield Cube(int(owners[number]), primitive, *_placed(bar, low, size), bar.turn)
+            yield ModelCube(int(owners[number]), primitive, *_placed(bar, low, size), bar.turn)
 
 
 def _placed(bar: Bar, low: list[int], size: list[int]) -> tuple[tuple[float, ...], tuple[float, ...]]:

@@ -24,15 +24,18 @@ from scenelang.backends.minecraft.build_files import (
 )
 from scenelang.backends.minecraft.nbt import (
     Damaged,
+    Short,
     Triple,
     array,
     checked_size,
     compound,
+    from_varints,
     how_many,
     triple_of_array,
+    varints,
     whole,
+    write_nbt,
 )
-from scenelang.backends.minecraft.nbt_writer import Short, from_varints, varints, write_nbt
 from scenelang.grammar.diagnostics import SceneError
 
 _FIRST_WITH_3 = "1.20.3"

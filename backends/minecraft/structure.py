@@ -27,8 +27,17 @@ from scenelang.backends.minecraft.build_files import (
     state_of_tag,
     tag_of_state,
 )
-from scenelang.backends.minecraft.nbt import Damaged, Triple, checked_size, how_many, listed, triple_of_array, whole
-from scenelang.backends.minecraft.nbt_writer import Compounds, write_nbt
+from scenelang.backends.minecraft.nbt import (
+    Compounds,
+    Damaged,
+    Triple,
+    checked_size,
+    how_many,
+    listed,
+    triple_of_array,
+    whole,
+    write_nbt,
+)
 
 LARGEST = 48  # cells of a structure along each axis
 _ORIGIN = "ScenelangOrigin"

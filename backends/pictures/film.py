@@ -13,7 +13,16 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import Backend, BackendOptions, Progress, Registry, check_settings, find, need, part_of
+from scenelang.backends.base import (
+    Backend,
+    BackendOptions,
+    PluginRegistry,
+    Progress,
+    check_settings,
+    find,
+    need,
+    part_of,
+)
 from scenelang.backends.files import written_whole
 from scenelang.backends.geometry.solids import Solids
 from scenelang.backends.pictures.camera import LARGEST, Camera, Viewpoint
@@ -78,7 +87,7 @@ class Quality:
 
 DRAFT_QUALITY = Quality("draft", "solid shading, in a moment", "draft")
 FINAL_QUALITY = Quality("final", "path traced", "mitsuba")
-QUALITIES = Registry("scenelang.qualities", "quality", Quality)
+QUALITIES = PluginRegistry("scenelang.qualities", "quality", Quality)
 
 
 def picture_backend(name: str) -> PictureBackend:

@@ -43,7 +43,7 @@ from scenelang.backends.pictures.mitsuba_scene import (
 from scenelang.backends.pictures.stage import Shot, Stage, Staging
 from scenelang.backends.pictures.studio import encode, tone_map
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.scene.primitives.forms import Form
+from scenelang.interpreter.scene.primitives.forms import CanonicalForm
 
 # Mitsuba's variants, ways to compute: ``scalar`` always works, ``llvm`` compiles for the CPU, ``cuda`` for a GPU.
 #
@@ -183,7 +183,7 @@ class _Shapes:
         self._mi = mi
         self._staging = staging
         self._instances = instances
-        self._units: dict[tuple[Form, tuple[float, ...], Look], Any] = {}
+        self._units: dict[tuple[CanonicalForm, tuple[float, ...], Look], Any] = {}
         self._groups: dict[int, tuple[Prototype, Any]] = {}  # by the prototype's entity
         self._fixed: dict[str, Any] | None = None
         self._frames: dict[int, dict[str, Any]] = {}
@@ -248,7 +248,7 @@ class _Shapes:
             able &= common[kind.reshape(-1)]
         return np.asarray(able, bool)
 
-    def _unit(self, form: Form, ratios: tuple[float, ...], look: Look) -> Any:
+    def _unit(self, form: CanonicalForm, ratios: tuple[float, ...], look: Look) -> Any:
         key = (form, ratios, look)
         if key not in self._units:
             self._units[key] = unit_group(self._mi, form, ratios, look)

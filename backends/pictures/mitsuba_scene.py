@@ -17,7 +17,7 @@ from scenelang.backends.pictures.stage import Stage, Staging
 from scenelang.backends.pictures.studio import BRIGHTEST, CHECKER, CHECKER_EDGE, GROUND_EDGE, Studio
 from scenelang.interpreter.scene.entity import Entity, descendants, instance_counts
 from scenelang.interpreter.scene.flatten import flatten_entity
-from scenelang.interpreter.scene.primitives.forms import Form
+from scenelang.interpreter.scene.primitives.forms import CanonicalForm
 from scenelang.interpreter.scene.primitives.mesh import posed
 
 # What is drawn once and placed many times: a cut through the entity DAG, and the solids that stand alone.
@@ -335,14 +335,14 @@ _MOST_FACES = 24_000_000
 _GLOW_STEPS = 16  # distinct strengths per channel that glowing colours are rounded to, per unit
 
 
-def unit_parts(form: Form, ratios: tuple[float, ...], look: Look) -> list[dict[str, Any]]:
+def unit_parts(form: CanonicalForm, ratios: tuple[float, ...], look: Look) -> list[dict[str, Any]]:
     """The exact shapes of a canonical form without their material, poses as (4, 4); none where it is a mesh of
     ``UNIT_SEGMENTS`` sides: where Mitsuba has no such shapes, or light would pass those that lie inside one another."""
     parts = form.mitsuba(ratios)
     return [] if form.overlaps and look.opacity < 1.0 else parts
 
 
-def unit_group(mi: Any, form: Form, ratios: tuple[float, ...], look: Look) -> Any:
+def unit_group(mi: Any, form: CanonicalForm, ratios: tuple[float, ...], look: Look) -> Any:
     """A shape group of the canonical form."""
     bsdf = mi.load_dict(surface(look))
     parts = {}
@@ -436,7 +436,7 @@ def is_too_flat(solids: Solids) -> npt.NDArray[np.bool_]:
     return np.asarray(thinness(solids.matrices) < flattest * sizes_of(solids.matrices), bool)
 
 
-def dissolves(form: Form, matrix: FloatArray) -> bool:
+def dissolves(form: CanonicalForm, matrix: FloatArray) -> bool:
     """Whether under the pose (3, 4) the exact shapes of a form are so flat that they dissolve."""
     return bool(thinness(matrix[None])[0] < form.flattest * sizes_of(matrix[None])[0])
 

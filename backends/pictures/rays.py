@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from scenelang.backends.geometry.solids import PosedForms
 from scenelang.backends.pictures.camera import Camera
-from scenelang.interpreter.scene.primitives.forms import Form, Ratios, Triple, box_corners, first_hits
+from scenelang.interpreter.scene.primitives.forms import CanonicalForm, Ratios, Triple, box_corners, first_hits
 from scenelang.interpreter.scene.primitives.mesh import inverses_of
 
 FloatArray = npt.NDArray[np.float64]
@@ -179,7 +179,7 @@ class Caster:
                     found = np.where(found > beyond[top:bottom, x0:x1], found, NOTHING)
                 np.minimum(part, found, out=part)
 
-    def _cast_batch(self, form: Form, batch: IntArray, keys: Keys, beyond: Keys | None) -> None:
+    def _cast_batch(self, form: CanonicalForm, batch: IntArray, keys: Keys, beyond: Keys | None) -> None:
         x0, y0, x1, y1 = self.rectangles[batch].T
         width = x1 - x0
         area = width * (y1 - y0)
@@ -221,7 +221,7 @@ class Caster:
         return out * (sign / np.where(length > 0.0, length, 1.0))[:, None]
 
 
-def _hits(form: Form, o: Triple, d: Triple, ratios: Ratios) -> list[npt.NDArray[np.floating]]:
+def _hits(form: CanonicalForm, o: Triple, d: Triple, ratios: Ratios) -> list[npt.NDArray[np.floating]]:
     """For each piece that rays may go through one after the other, where they first meet it."""
     return first_hits(form.intervals(o, d, ratios), NEAR)
 
@@ -292,7 +292,7 @@ def _rectangles(solids: PosedForms, rays: Rays) -> IntArray:
     return out
 
 
-def _is_ball(form: Form) -> bool:
+def _is_ball(form: CanonicalForm) -> bool:
     """Whether the form is bounded by one ellipsoid, whose outline is known exactly."""
     outline = form.outline()
     return outline is not None and len(outline) == 1 and outline[0].shape[1] == 4

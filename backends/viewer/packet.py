@@ -36,7 +36,7 @@ from scenelang.interpreter.scene.entity import Entity, Scene, descendants, primi
 from scenelang.interpreter.scene.flatten import FlatFrame, flatten
 from scenelang.interpreter.scene.numbering import number_scene
 from scenelang.interpreter.scene.primitives import Primitive
-from scenelang.interpreter.scene.primitives.forms import Form
+from scenelang.interpreter.scene.primitives.forms import CanonicalForm
 from scenelang.interpreter.scene.primitives.mesh import Mesh, triangle_normals
 
 if TYPE_CHECKING:
@@ -146,7 +146,7 @@ def _place_row(span: Span) -> dict[str, Any]:
 
 
 FloatArray = npt.NDArray[np.float64]
-_FormKey = tuple[Form, tuple[float, ...]]
+_FormKey = tuple[CanonicalForm, tuple[float, ...]]
 _MeshKey = tuple[Primitive, bool]  # a primitive that is a mesh, and whether in its own colours
 IntArray = npt.NDArray[np.int64]
 
@@ -315,7 +315,7 @@ def _geometry_key(entity: Entity) -> tuple[_FormKey | _MeshKey | None, FloatArra
     return None if mesh is None else (shape.key, keeps_own_colors(entity, mesh)), identity
 
 
-def _unit(form: Form, ratios: tuple[float, ...], sides: int) -> Geometry:
+def _unit(form: CanonicalForm, ratios: tuple[float, ...], sides: int) -> Geometry:
     return _shaded(form.mesh(sides, ratios))
 
 

@@ -9,10 +9,15 @@ from scenelang.grammar.export.model import (
     Either,
     Expression,
     Grammar,
+    Joined,
     Literal,
+    Many,
+    Pattern,
     Ref,
+    RuleUse,
     Sequence,
     Terminal,
+    TerminalToken,
     Text,
     choice,
     is_punctuation,
@@ -20,6 +25,7 @@ from scenelang.grammar.export.model import (
     regex,
     substitute,
 )
+from scenelang.grammar.export.spacing import WHITE, spaced
 
 _END = r"""(?=[\s()\]";'`,]|#\||$)"""  # what stands after a word
 _NESTED = 4  # comments in comments: a regular expression nests no deeper than it is written
@@ -128,3 +134,60 @@ def _block(depth: int) -> str:
     """A comment that holds comments, ``depth`` deep."""
     inner = r"[^#|]|#(?!\|)|\|(?!#)"
     return rf"#\|(?:{inner}|{_block(depth - 1)})*\|#" if depth > 1 else rf"#\|(?:{inner})*\|#"
+
+
+# llguidance's dialect of Lark: no look-around, so white space is written out and names say what they are not.
+
+
+def llguidance_text(grammar: Grammar) -> str:
+    """The grammar as `llguidance.LLMatcher` takes it."""
+    whole = spaced(grammar, Many(WHITE, 1))
+    lines = [f"// {grammar.title}, for llguidance.", ""]
+    lines += [f"{name}: {_write_llguidance(expression)}" for name, expression in whole.rules.items()]
+    lines.append("")
+    for name, token in whole.tokens.items():
+        lines.append(_token(name, token))
+    return "\n".join(lines) + "\n"
+
+
+def _write_llguidance(expression: Expression) -> str:
+    if isinstance(expression, Literal):
+        return f'"{expression.text}"'
+    if isinstance(expression, (Terminal, Ref)):
+        return expression.name
+    if isinstance(expression, Sequence):
+        return " ".join(_llguidance_group(item, Choice) for item in expression.items)
+    if isinstance(expression, Choice):
+        return " | ".join(_write_llguidance(option) for option in expression.options)
+    sign = "?" if expression.once else "+" if expression.least else "*"
+    return _llguidance_group(expression.item, Choice, Sequence) + sign
+
+
+def _llguidance_group(expression: Expression, *kinds: type) -> str:
+    text = _write_llguidance(expression)
+    return f"({text})" if isinstance(expression, kinds) else text
+
+
+def _token(name: str, token: TerminalToken) -> str:
+    text = _terminal(token.pattern)
+    if token.excluded:
+        words = "|".join(regex(Text(word)) for word in sorted(token.excluded))
+        text = f"{text} & ~/{words}/"
+    return f"{name}: {text}  // {token.title}"
+
+
+def _terminal(pattern: Pattern) -> str:
+    """A pattern: a regular expression, or several and the tokens that it uses side by side."""
+    if isinstance(pattern, RuleUse):
+        return pattern.token
+    if isinstance(pattern, Joined) and _uses(pattern):
+        return " ".join(_terminal(part) for part in pattern.parts)
+    if isinstance(pattern, Either) and _uses(pattern):
+        return f"({' | '.join(_terminal(option) for option in pattern.options)})"
+    return f"/{regex(pattern)}/"
+
+
+def _uses(pattern: Pattern) -> bool:
+    if isinstance(pattern, Joined):
+        return any(map(_uses, pattern.parts))
+    return isinstance(pattern, RuleUse) or (isinstance(pattern, Either) and any(map(_uses, pattern.options)))

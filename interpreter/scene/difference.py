@@ -24,7 +24,7 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.runtime.show import primitive_attributes
 from scenelang.interpreter.scene.flatten import FlatFrame
 from scenelang.interpreter.scene.primitives import Primitive, class_of, find
-from scenelang.interpreter.scene.primitives.base import Turn
+from scenelang.interpreter.scene.primitives.base import Symmetry
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -48,7 +48,7 @@ _CHUNK = 50_000  # rows whose neighbours are looked at together
 _MOST_SEARCHES = 2_000  # rows looked at while better pairings are sought
 _MOST_DISTANCES = 4_000_000  # pairs of moved primitives whose distances are compared; beyond, they pair in order
 _BLOCK = "block"
-_STILL = Turn()
+_STILL = Symmetry()
 _WHITE: Point = (1.0, 1.0, 1.0)
 _ORIGIN: Point = (0.0, 0.0, 0.0)
 _FIRST = np.zeros(1, np.int64)
@@ -73,7 +73,7 @@ class ComparedSolid:
     radius: float = 0.0
 
     @property
-    def turn(self) -> Turn:
+    def turn(self) -> Symmetry:
         """How it is told how one is turned."""
         return _STILL if self.is_block else class_of(self.word).turn
 

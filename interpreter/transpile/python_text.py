@@ -7,12 +7,71 @@ import re
 import symtable
 import textwrap
 import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from keyword import iskeyword
+from types import MappingProxyType
 from typing import TypeAlias
 
 from scenelang.grammar.datum import Source, Span
 from scenelang.grammar.diagnostics import Diagnostic
+
+# The helper functions that a language model's Python is written against (the paper's macros as Python, section 5).
+#
+# The transpiler takes its names and parameters from here, and so does the header of the prompts.
+
+
+_PARAMETER = re.compile(r"(\w+):[^=]*?(=[^,]*?(?:\([^)]*\))?)?(?:,|$)")
+
+
+@dataclass(frozen=True, slots=True)
+class Helper:
+    """A function in Python's terms. ``signature`` are its parameters with types and defaults; ``counterpart`` is what
+    it becomes in the language, None for a decorator; ``note`` says what only its Python has to say."""
+
+    name: str
+    signature: str
+    result: str
+    counterpart: str | None
+    note: str = ""
+
+    @property
+    def parameters(self) -> str:
+        """The names of its parameters in order, an optional one with a question mark: ``angle direction point?``."""
+        found = _PARAMETER.findall(self.signature)
+        return " ".join(name + ("?" if default else "") for name, default in found)
+
+
+_ALL = (
+    Helper(
+        "register", "docstring: str | None = None", "Callable", None,
+        "Decorator: a function under it makes a shape, and `library_call` finds it by its name.",
+    ),
+    Helper(
+        "register_animation", "docstring: str | None = None", "Callable", None,
+        "Decorator for the one function that makes the film: a generator that yields the shape of every frame.",
+    ),
+    Helper(
+        "library_call", "func_name: str, **kwargs", "Shape", "call",
+        "Calls the registered function `func_name`; all its arguments are given by name.",
+    ),
+    Helper("primitive_call", "name: str, shape_kwargs: dict, color: P = (1, 1, 1)", "Shape", "call"),
+    Helper("loop", "n: int, fn: Callable[[int], Shape]", "Shape", "union-loop"),
+    Helper("concat_shapes", "*shapes: Shape", "Shape", "union"),
+    Helper("transform_shape", "shape: Shape, pose: T", "Shape", "transform"),
+    Helper("translation_matrix", "offset: P", "T", "translate"),
+    Helper("rotation_matrix", "angle: float, direction: P, point: P = (0, 0, 0)", "T", "rotate"),
+    Helper("scale_matrix", "scale: float | P, origin: P = (0, 0, 0)", "T", "scale"),
+    Helper("reflection_matrix", "point: P, normal: P", "T", "reflect"),
+    Helper("identity_matrix", "", "T", "identity-pose"),
+    Helper("compute_shape_center", "shape: Shape", "P", "compute-shape-center"),
+    Helper("compute_shape_min", "shape: Shape", "P", "compute-shape-min"),
+    Helper("compute_shape_max", "shape: Shape", "P", "compute-shape-max"),
+    Helper("compute_shape_sizes", "shape: Shape", "P", "compute-shape-sizes"),
+)  # fmt: skip
+
+HELPERS: Mapping[str, Helper] = MappingProxyType({helper.name: helper for helper in _ALL})
+
 
 # Where the program stands in a language model's response: prose, fenced code, prose.
 

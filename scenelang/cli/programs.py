@@ -28,9 +28,8 @@ from scenelang.cli.options import (
 from scenelang.cli.output import check_folder, deliver, done, print_json, report, report_run, say, table, use_color
 from scenelang.grammar.diagnostics import CODES, MENDS, Diagnostic, SceneError, diagnostic_named, explanation, suggest
 from scenelang.interpreter.scene.entity import count_words
-from scenelang.primer import summary, summary_rows
 from scenelang.sandbox.supervision import limited
-from scenelang.session import Options, Session
+from scenelang.session import Options, Session, program_files
 
 if TYPE_CHECKING:
     from scenelang.doctor import Check
@@ -56,8 +55,6 @@ def add_check(parser: argparse.ArgumentParser) -> None:
 
 
 def check(arguments: argparse.Namespace) -> int:
-    from scenelang.formatting import program_files
-
     found: list[Diagnostic] = []
     session: Session | None = None
     files = program_files(arguments.files)
@@ -94,6 +91,8 @@ def add_run(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
+    from scenelang.primer import summary, summary_rows
+
     session = session_of(arguments)
     source = session.source(arguments.file)
     started = time.perf_counter()
@@ -269,7 +268,7 @@ def _lines(text: str) -> tuple[int, int]:
 
 
 def fmt(arguments: argparse.Namespace) -> int:
-    from scenelang.formatting import FormattedFile, format_file, program_files
+    from scenelang.formatting import FormattedFile, format_file
 
     names = program_files(arguments.files)
     if arguments.lines is not None and len(names) != 1:

@@ -22,8 +22,7 @@ from scenelang.interpreter.scene.primitives import (
     docs_of_words,
     solid_words,
 )
-from scenelang.interpreter.transpile.helper_api import HELPERS
-from scenelang.interpreter.transpile.python_text import code_of
+from scenelang.interpreter.transpile.python_text import HELPERS, code_of
 from scenelang.primer import primer
 from scenelang.session import Session
 from scenelang.stdlib.reference import helper_header, in_json

@@ -25,7 +25,7 @@ from scenelang.interpreter.runtime.show import primitive_attributes
 from scenelang.interpreter.scene.entity import Entity, Scene
 from scenelang.interpreter.scene.flatten import FlatFrame, flatten
 from scenelang.interpreter.scene.primitives import is_word
-from scenelang.interpreter.transpile.helper_api import HELPERS
+from scenelang.interpreter.transpile.python_text import HELPERS
 
 MOST_ITEMS = 5_000
 _FENCE = re.compile(r"^[ \t]*+```[ \t]*+(?:json)?[ \t]*+\n(.*?)^[ \t]*+```", re.M | re.S)

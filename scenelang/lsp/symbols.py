@@ -10,7 +10,7 @@ from lsprotocol import types as lsp
 from scenelang.grammar.datum import Atom, Datum, Handle, Keyword, ListDatum, Source, walk
 from scenelang.grammar.diagnostics import Diagnostic
 from scenelang.interpreter.expand.scope import ConstantBinding, Macro, PaperForm, Special, Variable
-from scenelang.interpreter.lint.fixes import apply_fixes
+from scenelang.interpreter.lint.lint import apply_fixes
 from scenelang.interpreter.program.interactive import Piece
 from scenelang.interpreter.runtime.types import STD, Builtin
 from scenelang.lsp.names import Names, offset, range_of, shown, uses_of, words_of

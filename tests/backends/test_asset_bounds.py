@@ -9,8 +9,7 @@ import pytest
 from later import later
 
 import scenelang
-from scenelang.backends.geometry.assets import AssetFiles
-from scenelang.backends.support import PointSupport
+from scenelang.backends.geometry.assets import AssetFiles, PointSupport
 from scenelang.interpreter.runtime.values import ANONYMOUS, Matrix, Pair
 from scenelang.interpreter.scene.bounds import entity_box, parts_box
 from scenelang.interpreter.scene.entity import Entity

@@ -9,16 +9,10 @@ import pytest
 
 from scenelang.backends.geometry.solids import triangle_poses
 from scenelang.backends.pictures.camera import Viewpoint
-from scenelang.backends.pictures.rays import (
-    NOTHING,
-    camera_rays,
-    caster_for,
-    depths_of,
-    ids_of,
-)
+from scenelang.backends.pictures.rays import NOTHING, camera_rays, caster_for, depths_of, ids_of
 from scenelang.backends.pictures.stage import Stage, staging_of, still
 from scenelang.interpreter.scene.primitives import standard_forms
-from scenelang.interpreter.scene.primitives.forms import Form, nearest_hit
+from scenelang.interpreter.scene.primitives.forms import CanonicalForm, nearest_hit
 from scenelang.interpreter.scene.primitives.mesh import inverses_of, posed
 
 BALL, BLOCK, CYLINDER, CONE, TRIANGLE = standard_forms()
@@ -28,7 +22,7 @@ def staged(scene: Any, view: Viewpoint, width: int, height: int) -> Stage:
     return staging_of(scene, [0], 1000).stage(still(scene, view, 0, width, height))
 
 
-def inside(form: Form, p: np.ndarray) -> np.ndarray:
+def inside(form: CanonicalForm, p: np.ndarray) -> np.ndarray:
     x, y, z = p[..., 0], p[..., 1], p[..., 2]
     if form == BALL:
         return x * x + y * y + z * z <= 1
@@ -39,7 +33,7 @@ def inside(form: Form, p: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("form", [BALL, BLOCK, CYLINDER, CONE])
-def test_intervals_agree_with_marching(form: Form) -> None:
+def test_intervals_agree_with_marching(form: CanonicalForm) -> None:
     rng = np.random.default_rng(standard_forms().index(form))
     o = rng.normal(size=(400, 3)) * 2
     d = rng.normal(size=(400, 3))
@@ -61,7 +55,7 @@ def test_intervals_agree_with_marching(form: Form) -> None:
 
 
 @pytest.mark.parametrize("form", standard_forms())
-def test_normals_stand_on_the_surface_and_point_out(form: Form) -> None:
+def test_normals_stand_on_the_surface_and_point_out(form: CanonicalForm) -> None:
     rng = np.random.default_rng(3)
     mesh = form.mesh(512, ())
     chosen = mesh.faces[rng.integers(len(mesh.faces), size=300)]
@@ -128,7 +122,7 @@ def test_triangles_cast_like_their_mesh(make: Any) -> None:
 
 
 @pytest.mark.parametrize("form", standard_forms())
-def test_meshes_are_closed_and_turned_outwards(form: Form) -> None:
+def test_meshes_are_closed_and_turned_outwards(form: CanonicalForm) -> None:
     for flip in (1.0, -1.0):
         matrix = np.array([[[2.0 * flip, 0.5, 0, 1], [0, 1, 0.3, 2], [0, 0, 1, 3]]])
         mesh = posed(form.mesh(24, ()), matrix)

@@ -11,7 +11,7 @@ from PIL import Image
 from small_models import seeded, small_clip
 
 from scenelang.backends.neural.clip import ClipModel, ClipName, load_clip
-from scenelang.backends.neural.picture_words import SENTENCE, picture_word
+from scenelang.backends.neural.inversion import SENTENCE, picture_word
 from scenelang.cli.main import main
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.zfile import read_encodings, read_made, read_z

@@ -9,11 +9,7 @@ from support import evaluate
 
 from scenelang.backends.neural.distillation.learning import Cast, cast_of
 from scenelang.backends.neural.distillation.theta import beginning, on_stage, resting
-from scenelang.backends.neural.sentences import (
-    Granularity,
-    Sayings,
-    leaves_of,
-)
+from scenelang.backends.neural.sentences import Granularity, Sayings, leaves_of
 from scenelang.backends.neural.splats.initial import gaussians_of
 from scenelang.grammar.diagnostics import SceneError
 

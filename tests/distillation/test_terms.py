@@ -9,10 +9,7 @@ from typing import Any
 import pytest
 from later import later
 
-from scenelang.backends.neural.diffusion import (
-    Schedule,
-    Unshuffled,
-)
+from scenelang.backends.neural.diffusion import Schedule, Unshuffled
 from scenelang.backends.neural.distillation.sds import Guiding, Heard, distance, sds_loss, window_at
 from scenelang.backends.neural.distillation.theta import LONGEST, Theta, beginning, outside, too_long
 from scenelang.backends.neural.splats.gaussians import rotations

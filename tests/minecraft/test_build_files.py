@@ -17,11 +17,11 @@ from searching import many
 
 from minecraft.builds import BUILDS, STATES, assert_same, made, noise
 from minecraft.oracle import of_build
-from scenelang.backends.minecraft import datapack, litematic, reference_json, sponge, structure
+from scenelang.backends.minecraft import datapack, export, litematic, sponge, structure
 from scenelang.backends.minecraft.blocks import BlockState, Build
 from scenelang.backends.minecraft.build_files import Lost, fitted, game_version
 from scenelang.backends.minecraft.export import read
-from scenelang.backends.minecraft.nbt_writer import packed_longs
+from scenelang.backends.minecraft.nbt import packed_longs
 from scenelang.backends.minecraft.table import load_table
 from scenelang.grammar.diagnostics import SceneError
 
@@ -71,7 +71,7 @@ def test_the_same_build_gives_the_same_file(writer: ModuleType, ending: str, ver
 
 WRITERS = [
     (sponge.write, "a.schem"), (litematic.write, "a.litematic"), (structure.write, "a.nbt"), (datapack.write, "a.zip"),
-    (datapack.write_function, "a.mcfunction"), (reference_json.write, "a.json"),
+    (datapack.write_function, "a.mcfunction"), (export.write, "a.json"),
 ]  # fmt: skip
 
 
@@ -239,7 +239,7 @@ def test_other_endings(tmp_path: Path) -> None:
 @IN_A_FOLDER
 @given(build=BUILDS)
 def test_the_json_of_the_reference(tmp_path: Path, build: Build) -> None:
-    [path] = reference_json.write(build, tmp_path / "a.json", NEWEST)
+    [path] = export.write(build, tmp_path / "a.json", NEWEST)
     data = json.loads(path.read_text("utf-8"))
     assert (data["width"], data["height"], data["depth"]) == build.size
     [frame] = data["frames"]
@@ -256,7 +256,7 @@ def test_the_json_of_the_reference(tmp_path: Path, build: Build) -> None:
 
 def test_frames_share_a_box(tmp_path: Path) -> None:
     one, two = made((0, 0, 0), [[[1]]], STATES), made((-2, 3, 0), [[[1, 1]]], STATES)
-    reference_json.write_frames([one, two], tmp_path / "a.json", NEWEST)
+    export.write_frames([one, two], tmp_path / "a.json", NEWEST)
     data = json.loads((tmp_path / "a.json").read_text("utf-8"))
     assert (data["width"], data["height"], data["depth"]) == (3, 4, 2)
     assert [frame[0]["start"] for frame in data["frames"]] == [[2, 0, 0], [0, 3, 0]]

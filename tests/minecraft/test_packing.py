@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenelang.backends.minecraft.nbt import Damaged
-from scenelang.backends.minecraft.nbt_writer import from_packed_longs, from_varints, packed_longs, varints
+from scenelang.backends.minecraft.nbt import Damaged, from_packed_longs, from_varints, packed_longs, varints
 
 NUMBERS = st.lists(st.one_of(st.integers(0, 300), st.integers(0, 2**32 - 1)), max_size=300)
 

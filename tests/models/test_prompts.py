@@ -30,7 +30,7 @@ from scenelang.inference.brief import (
     words_of,
 )
 from scenelang.interpreter.scene.primitives import attributes_read, block_words
-from scenelang.interpreter.transpile.helper_api import HELPERS
+from scenelang.interpreter.transpile.python_text import HELPERS
 from scenelang.scene_changes import changes_between, sheets_of
 from scenelang.session import Options, Session
 from scenelang.stdlib.reference import helper_header, python_word, records

@@ -14,7 +14,7 @@ from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.primitives import standard_forms
-from scenelang.interpreter.scene.primitives.forms import Form
+from scenelang.interpreter.scene.primitives.forms import CanonicalForm
 
 torch = later("torch")
 
@@ -38,7 +38,7 @@ RED_BALL = '(call "sphere" :radius 2 :color [1 0 0])'
         (BLOCK, (1.0, 0.0, 1.0), 8.0),
     ],
 )
-def test_points_lie_evenly_on_the_surface(form: Form, half: Any, area: float) -> None:
+def test_points_lie_evenly_on_the_surface(form: CanonicalForm, half: Any, area: float) -> None:
     found = on_solid(form, half, 600)
     assert len(found.places) == 600
     assert found.area == pytest.approx(area)
@@ -61,7 +61,7 @@ def test_points_lie_evenly_on_the_surface(form: Form, half: Any, area: float) ->
 
 
 @pytest.mark.parametrize("form", [BALL, BLOCK, CYLINDER, CONE])
-def test_normals_look_outwards(form: Form) -> None:
+def test_normals_look_outwards(form: CanonicalForm) -> None:
     found = on_solid(form, (1.0, 1.0, 1.0), 200)
     assert (np.einsum("ni,ni->n", found.normals, found.places + np.array([0.0, 0.3, 0.0])) > 0.0).all()
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import pytest
+from conftest import error, log, refused, run, scene, shown, warned
 
 from scenelang.interpreter.expand.forms import FORMS
-
-from .conftest import error, log, refused, run, scene, shown, warned
 
 # --- shadowing -----------------------------------------------------------------------------------------------------
 

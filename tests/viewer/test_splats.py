@@ -12,11 +12,7 @@ from later import later
 from support import evaluate
 
 from scenelang.backends.neural.splats.gaussians import Splats
-from scenelang.backends.viewer.packet import (
-    own_splats,
-    packet_of,
-    splat_columns,
-)
+from scenelang.backends.viewer.packet import own_splats, packet_of, splat_columns
 from scenelang.cli.main import main
 from scenelang.grammar.diagnostics import LimitError
 

@@ -21,7 +21,7 @@ from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.scene.entity import Entity, primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.primitives import Placed
-from scenelang.interpreter.scene.primitives.forms import Form
+from scenelang.interpreter.scene.primitives.forms import CanonicalForm
 from scenelang.interpreter.scene.primitives.mesh import Mesh, cofactors_of, triangle_normals
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ class SurfaceSamples:
 
 
 def on_solid(
-    form: Form, half: Sequence[float], count: int, seed: int = 0, ratios: tuple[float, ...] = ()
+    form: CanonicalForm, half: Sequence[float], count: int, seed: int = 0, ratios: tuple[float, ...] = ()
 ) -> SurfaceSamples:
     """``count`` points on the canonical ``form``, stretched by the three ``half`` sizes; a round one must stay so, so
     that its first and last size are equal. ``seed`` shifts the lattice."""

@@ -26,7 +26,7 @@ from scenelang.interpreter.scene.primitives.base import (
 )
 
 if TYPE_CHECKING:
-    from scenelang.interpreter.scene.primitives.forms import Form
+    from scenelang.interpreter.scene.primitives.forms import CanonicalForm
 
 GROUP = "scenelang.primitives"
 
@@ -151,7 +151,7 @@ def shape_of(word: str, attributes: Mapping[str, Any], asset: Any = None) -> Pri
 
 
 @cache
-def standard_forms() -> tuple[Form, ...]:
+def standard_forms() -> tuple[CanonicalForm, ...]:
     """The canonical forms of the oldest primitives and the piece of a mesh, which stand first in every table of forms,
     so that what is drawn keeps its order."""
     from scenelang.interpreter.scene.primitives.cone import CONE

@@ -8,7 +8,7 @@ from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.scene.primitives.base import Attribute, Box, Primitive, Support, Turn, color_of
+from scenelang.interpreter.scene.primitives.base import Attribute, Box, Primitive, Support, Symmetry, color_of
 
 if TYPE_CHECKING:
     from scenelang.interpreter.scene.primitives.mesh import Mesh
@@ -45,7 +45,7 @@ class MeshFile(Primitive):
     is_solid = False
     is_file = True
     meaning = "object"
-    turn = Turn(whole=True)
+    turn = Symmetry(whole=True)
 
     file: str | None = None
     asset: Asset | None = None

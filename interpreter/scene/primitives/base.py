@@ -18,7 +18,7 @@ from scenelang.interpreter.runtime.values import Array, MutableArray, MutableLis
 from scenelang.interpreter.scene.primitives.lazy import np
 
 if TYPE_CHECKING:
-    from scenelang.interpreter.scene.primitives.forms import Form, Rows
+    from scenelang.interpreter.scene.primitives.forms import CanonicalForm, Rows
     from scenelang.interpreter.scene.primitives.mesh import BoolArray, FloatArray, Mesh
 
 Point = tuple[float, float, float]
@@ -145,7 +145,7 @@ class Support(Protocol):
 class Placed(NamedTuple):
     """A canonical form with its ratios, and the pose (12 floats) that takes it to the primitive's own frame."""
 
-    form: Form
+    form: CanonicalForm
     ratios: tuple[float, ...]
     rows: Rows
 
@@ -155,7 +155,7 @@ class Placed(NamedTuple):
         return np.array(self.rows, np.float64).reshape(3, 4)
 
 
-class Turn(NamedTuple):
+class Symmetry(NamedTuple):
     """What of a primitive's pose can be told apart when two scenes are compared (see ``difference``).
 
     ``ends``: its :p0 and :p1 and the cross-section between them. ``edges``: directions of edges that are alike, as a
@@ -187,7 +187,7 @@ class Primitive:
     has_geometry: ClassVar[bool] = True
     has_color: ClassVar[bool] = True
     meaning: ClassVar[str | None] = None  # what people call it, where that is not its word
-    turn: ClassVar[Turn] = Turn(whole=True)
+    turn: ClassVar[Symmetry] = Symmetry(whole=True)
 
     color: Point = WHITE
 

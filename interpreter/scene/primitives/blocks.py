@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from scenelang.interpreter.scene.primitives.base import SCALE, WHITE, Attribute, Placed, Point, Primitive, Turn
+from scenelang.interpreter.scene.primitives.base import SCALE, WHITE, Attribute, Placed, Point, Primitive, Symmetry
 from scenelang.interpreter.scene.primitives.cube import placed_block
 
 BLOCK_TYPE = Attribute("block-type", 'the kind of block, a string such as "stone"', "a string")
@@ -29,7 +29,7 @@ class SetCuboid(Primitive):
     is_solid = False
     is_block = True
     meaning: ClassVar[str | None] = "block"
-    turn = Turn()
+    turn = Symmetry()
 
     size: Point = WHITE
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from scenelang.interpreter.scene.primitives import forms
-from scenelang.interpreter.scene.primitives.base import ORIGIN, P0, P1, RADIUS, Placed, Point, Primitive, Turn
-from scenelang.interpreter.scene.primitives.forms import Chart, Form, Mesh, Ratios, Triple
+from scenelang.interpreter.scene.primitives.base import ORIGIN, P0, P1, RADIUS, Placed, Point, Primitive, Symmetry
+from scenelang.interpreter.scene.primitives.forms import CanonicalForm, Chart, Mesh, Ratios, Triple
 from scenelang.interpreter.scene.primitives.lazy import np
 from scenelang.interpreter.scene.primitives.sphere import placed_ball
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from scenelang.interpreter.scene.primitives.forms import BoolArray, FloatArray, Interval
 
 
-class CapsuleForm(Form):
+class CapsuleForm(CanonicalForm):
     """A capsule along y from -1 to 1; its one ratio is the radius r, so that its straight part ends at 1 - r."""
 
     name = "capsule"
@@ -110,7 +110,7 @@ class Capsule(Primitive):
     word = "capsule"
     doc = "a cylinder from :p0 to :p1 with a half ball at each end"
     attributes = (RADIUS, P0, P1)
-    turn = Turn(ends=True)
+    turn = Symmetry(ends=True)
 
     radius: float = 1.0
     p0: Point = ORIGIN

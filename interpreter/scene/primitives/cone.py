@@ -8,16 +8,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from scenelang.interpreter.scene.primitives import forms
-from scenelang.interpreter.scene.primitives.base import ORIGIN, P0, P1, RADIUS, Placed, Point, Primitive, Turn
+from scenelang.interpreter.scene.primitives.base import ORIGIN, P0, P1, RADIUS, Placed, Point, Primitive, Symmetry
 from scenelang.interpreter.scene.primitives.cylinder import disk_interval, disk_outline, round_face
-from scenelang.interpreter.scene.primitives.forms import TINY, Chart, Form, Mesh, Ratios, Triple
+from scenelang.interpreter.scene.primitives.forms import TINY, CanonicalForm, Chart, Mesh, Ratios, Triple
 from scenelang.interpreter.scene.primitives.lazy import np
 
 if TYPE_CHECKING:
     from scenelang.interpreter.scene.primitives.forms import BoolArray, FloatArray, Interval
 
 
-class ConeForm(Form):
+class ConeForm(CanonicalForm):
     """x^2 + z^2 <= ((1 - y) / 2)^2 between y = -1 and the apex at y = 1. Mitsuba has no cone: there it is a mesh."""
 
     name = "cone"
@@ -114,7 +114,7 @@ class Cone(Primitive):
     word = "cone"
     doc = "a solid cone, its base around :p0, its apex at :p1"
     attributes = (RADIUS, P0, P1)
-    turn = Turn(ends=True)
+    turn = Symmetry(ends=True)
 
     radius: float = 1.0
     p0: Point = ORIGIN

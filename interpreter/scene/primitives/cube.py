@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from scenelang.interpreter.scene.primitives import forms
-from scenelang.interpreter.scene.primitives.base import SCALE, WHITE, Placed, Point, Primitive, Turn
-from scenelang.interpreter.scene.primitives.forms import Chart, Form, Mesh, Ratios, Triple
+from scenelang.interpreter.scene.primitives.base import SCALE, WHITE, Placed, Point, Primitive, Symmetry
+from scenelang.interpreter.scene.primitives.forms import CanonicalForm, Chart, Mesh, Ratios, Triple
 from scenelang.interpreter.scene.primitives.lazy import np
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 _SQUARE = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
 
 
-class BlockForm(Form):
+class BlockForm(CanonicalForm):
     """The cube [-1, 1]^3."""
 
     name = "block"
@@ -93,7 +93,7 @@ class Cube(Primitive):
     word = "cube"
     doc = "a box centred at the origin"
     attributes = (SCALE,)
-    turn = Turn(edges=True)
+    turn = Symmetry(edges=True)
 
     size: Point = WHITE
 

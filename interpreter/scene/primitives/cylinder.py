@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from scenelang.interpreter.scene.primitives import forms
-from scenelang.interpreter.scene.primitives.base import ORIGIN, P0, P1, RADIUS, Placed, Point, Primitive, Turn
-from scenelang.interpreter.scene.primitives.forms import Chart, Form, Mesh, Ratios, Triple
+from scenelang.interpreter.scene.primitives.base import ORIGIN, P0, P1, RADIUS, Placed, Point, Primitive, Symmetry
+from scenelang.interpreter.scene.primitives.forms import CanonicalForm, Chart, Mesh, Ratios, Triple
 from scenelang.interpreter.scene.primitives.lazy import np
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def round_face(side: float) -> FloatArray:
     return np.stack([np.cos(turn), np.full(len(turn), side), np.sin(turn)], axis=1)
 
 
-class CylinderForm(Form):
+class CylinderForm(CanonicalForm):
     """x^2 + z^2 <= 1 between y = -1 and y = 1."""
 
     name = "cylinder"
@@ -119,7 +119,7 @@ class Cylinder(Primitive):
     word = "cylinder"
     doc = "a solid cylinder, its axis from :p0 to :p1"
     attributes = (RADIUS, P0, P1)
-    turn = Turn(ends=True)
+    turn = Symmetry(ends=True)
 
     radius: float = 1.0
     p0: Point = ORIGIN

@@ -29,7 +29,7 @@ Rows = tuple[float, float, float, float, float, float, float, float, float, floa
 TINY = 1e-200
 
 
-class Form:
+class CanonicalForm:
     """One canonical form.
 
     ``ratios`` is how many numbers tell its members apart. ``o`` and ``d`` are tuples of three arrays (or floats) that
@@ -192,7 +192,7 @@ def first_hits(intervals: Iterable[Interval], near: float) -> list[npt.NDArray[n
     return found
 
 
-def nearest_hit(form: Form, o: Triple, d: Triple, ratios: Ratios, near: float) -> npt.NDArray[np.floating]:
+def nearest_hit(form: CanonicalForm, o: Triple, d: Triple, ratios: Ratios, near: float) -> npt.NDArray[np.floating]:
     """The first ray parameter above ``near`` on the surface, infinity where there is none."""
     first, *others = first_hits(form.intervals(o, d, ratios), near)
     for other in others:
@@ -363,7 +363,7 @@ def axis_rows(p0: Sequence[float], p1: Sequence[float], radius: float) -> Rows |
     )  # fmt: skip
 
 
-class TriangleForm(Form):
+class TriangleForm(CanonicalForm):
     """The triangle with the corners (-1, -1, 0), (1, -1, 0), (-1, 1, 0): what meshes are made of."""
 
     name = "triangle"
@@ -409,7 +409,32 @@ class TriangleForm(Form):
 TRIANGLE = TriangleForm()
 
 __all__ = [
-    "TRIANGLE", "Chart", "Form", "Mesh", "Ratios", "Rows", "Triple", "axis_rows", "between", "box_corners", "cap_mesh",
-    "circle", "disc_chart", "first_hits", "in_any", "in_ball", "in_tube", "joined", "nearest_hit", "on_circle",
-    "rectangle_chart", "segments_within", "side_mesh", "slab", "sphere_chart", "tube_chart", "turned_mesh", "unit",
+    "TRIANGLE",
+    "CanonicalForm",
+    "Chart",
+    "Mesh",
+    "Ratios",
+    "Rows",
+    "Triple",
+    "axis_rows",
+    "between",
+    "box_corners",
+    "cap_mesh",
+    "circle",
+    "disc_chart",
+    "first_hits",
+    "in_any",
+    "in_ball",
+    "in_tube",
+    "joined",
+    "nearest_hit",
+    "on_circle",
+    "rectangle_chart",
+    "segments_within",
+    "side_mesh",
+    "slab",
+    "sphere_chart",
+    "tube_chart",
+    "turned_mesh",
+    "unit",
 ]  # fmt: skip

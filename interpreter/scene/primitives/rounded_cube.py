@@ -16,11 +16,11 @@ from scenelang.interpreter.scene.primitives.base import (
     Placed,
     Point,
     Primitive,
-    Turn,
+    Symmetry,
     length_of,
 )
 from scenelang.interpreter.scene.primitives.cube import placed_block
-from scenelang.interpreter.scene.primitives.forms import Chart, Form, Mesh, Ratios, Triple
+from scenelang.interpreter.scene.primitives.forms import CanonicalForm, Chart, Mesh, Ratios, Triple
 from scenelang.interpreter.scene.primitives.lazy import np
 from scenelang.interpreter.scene.primitives.mesh import areas_of
 from scenelang.interpreter.scene.primitives.sphere import placed_ball
@@ -34,7 +34,7 @@ ROUNDING = Attribute(
 )  # fmt: skip
 
 
-class RoundedForm(Form):
+class RoundedForm(CanonicalForm):
     """What is within r of the block of the half sizes x, y, z; these are its ratios: x, y, z, r."""
 
     name = "rounded_cube"
@@ -180,7 +180,7 @@ class RoundedCube(Primitive):
     word = "rounded-cube"
     doc = "a box with round edges and corners, centred at the origin"
     attributes = (SCALE, ROUNDING)
-    turn = Turn(edges=True)
+    turn = Symmetry(edges=True)
 
     size: Point = WHITE
     rounding: float = 0.1

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from scenelang.interpreter.scene.primitives.base import Turn
+from scenelang.interpreter.scene.primitives.base import Symmetry
 from scenelang.interpreter.scene.primitives.cube import Cube
 
 
@@ -18,7 +18,7 @@ class Semantic(Cube):
     doc = "a semantic primitive: a box of its `:scale`, centred at the origin"
     is_solid = False
     is_semantic = True
-    turn = Turn(whole=True)
+    turn = Symmetry(whole=True)
 
     def own_color(self, word: str, attributes: Mapping[str, Any]) -> tuple[str, float, float] | None:
         return word, 0.34, 0.93

@@ -8,15 +8,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from scenelang.interpreter.scene.primitives import forms
-from scenelang.interpreter.scene.primitives.base import RADIUS, Placed, Point, Primitive, Turn
-from scenelang.interpreter.scene.primitives.forms import Chart, Form, Mesh, Ratios, Triple
+from scenelang.interpreter.scene.primitives.base import RADIUS, Placed, Point, Primitive, Symmetry
+from scenelang.interpreter.scene.primitives.forms import CanonicalForm, Chart, Mesh, Ratios, Triple
 from scenelang.interpreter.scene.primitives.lazy import np
 
 if TYPE_CHECKING:
     from scenelang.interpreter.scene.primitives.forms import BoolArray, FloatArray, Interval
 
 
-class BallForm(Form):
+class BallForm(CanonicalForm):
     """The ball x^2 + y^2 + z^2 <= 1."""
 
     name = "ball"
@@ -94,7 +94,7 @@ class Sphere(Primitive):
     word = "sphere"
     doc = "a ball centred at the origin"
     attributes = (RADIUS,)
-    turn = Turn()
+    turn = Symmetry()
 
     radius: float = 1.0
 

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from scenelang.interpreter.scene.primitives import forms
-from scenelang.interpreter.scene.primitives.base import RADIUS, Attribute, Placed, Primitive, Turn, length_of
-from scenelang.interpreter.scene.primitives.forms import Chart, Form, Mesh, Ratios, Triple
+from scenelang.interpreter.scene.primitives.base import RADIUS, Attribute, Placed, Primitive, Symmetry, length_of
+from scenelang.interpreter.scene.primitives.forms import CanonicalForm, Chart, Mesh, Ratios, Triple
 from scenelang.interpreter.scene.primitives.lazy import np
 from scenelang.interpreter.scene.primitives.sphere import placed_ball
 
@@ -31,7 +31,7 @@ TUBE = Attribute(
 )
 
 
-class TorusForm(Form):
+class TorusForm(CanonicalForm):
     """What is within 1 - R of the circle of radius R in the plane y = 0; R is its one ratio.
 
     Where the tube is thicker than the ring is wide there is no hole: the surface is what can be seen from outside. It
@@ -212,7 +212,7 @@ class Torus(Primitive):
     word = "torus"
     doc = "a ring about the y axis, round in section, centred at the origin"
     attributes = (RADIUS, TUBE)
-    turn = Turn()
+    turn = Symmetry()
 
     radius: float = 1.0
     tube: float = 0.25

@@ -48,13 +48,7 @@ from scenelang.interpreter.transpile.analysis.inference import (
     narrow,
 )
 from scenelang.interpreter.transpile.analysis.known import METHODS, MUTATORS, RESULTS, draws
-from scenelang.interpreter.transpile.analysis.scopes import (
-    Class,
-    Comprehension,
-    Function,
-    PythonVariable,
-    is_module,
-)
+from scenelang.interpreter.transpile.analysis.scopes import Class, Comprehension, Function, PythonVariable, is_module
 
 # Calls: of functions of the program, its classes, the library and methods.
 

@@ -37,12 +37,7 @@ from scenelang.interpreter.transpile.analysis.inference import (
     merge,
     narrow,
 )
-from scenelang.interpreter.transpile.analysis.scopes import (
-    Function,
-    LibraryPaths,
-    PythonNames,
-    is_annotation,
-)
+from scenelang.interpreter.transpile.analysis.scopes import Function, LibraryPaths, PythonNames, is_annotation
 
 # The inference of a whole program.
 

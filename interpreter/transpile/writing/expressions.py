@@ -24,7 +24,7 @@ from scenelang.interpreter.transpile.analysis.scopes import (
     PythonVariable,
     is_module,
 )
-from scenelang.interpreter.transpile.helper_api import HELPERS
+from scenelang.interpreter.transpile.python_text import HELPERS
 from scenelang.interpreter.transpile.writing.calls import CALLS, CONSTANTS, VALUES
 from scenelang.interpreter.transpile.writing.code import (
     Brackets,

@@ -11,7 +11,7 @@ from scenelang.interpreter.lint.rules import idle_hint
 from scenelang.interpreter.scene.primitives import block_words, geometry_read, solid_words
 from scenelang.interpreter.transpile.analysis.inference import POSE, SEQUENCES, SHAPE
 from scenelang.interpreter.transpile.analysis.scopes import Function, PythonVariable, is_none
-from scenelang.interpreter.transpile.helper_api import HELPERS
+from scenelang.interpreter.transpile.python_text import HELPERS
 from scenelang.interpreter.transpile.writing.code import (
     ArgumentName,
     Code,
