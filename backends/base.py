@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, suggest
+from scenelang.grammar.settings import Setting, setting, whole
 from scenelang.interpreter.scene.primitives import seen_words
 
 if TYPE_CHECKING:
@@ -54,6 +55,14 @@ class Option:
     least: float | None = None
     most: float | None = None
     check: Callable[[Any], object] | None = None
+
+    def setting(self, owners: Sequence[str]) -> Setting:
+        """The option as users give it; ``owners`` are the backends that have it."""
+        has_default = self.default not in (None, "") and type(self.default) is not bool
+        text = f"{self.doc} ({', '.join(owners)}{f'; default {self.default}' if has_default else ''})"
+        kind = int if self.default is None else type(self.default)
+        metavar = "|".join(self.choices) or {int: "N", float: "X"}.get(kind, "TEXT")
+        return Setting(self.default, text, (f"--{self.name}",), metavar, None if kind is str else kind)
 
     def checked(self, value: Any) -> Any:
         """``value`` as the option's type; raises SceneError("value") where it is not allowed."""
@@ -99,7 +108,7 @@ class BackendOptions:
     first), ``limit`` bounds the primitives that are expanded, ``progress`` is called with a fraction from 0 to 1,
     ``settings`` are values of the backend's own options, ``warn`` is told what is not made as the program asks."""
 
-    frame: int | None = None
+    frame: int | None = setting(None, "only this frame of a 4D scene, from 0", metavar="N", read=whole)
     limit: int = 2_000_000
     progress: Progress | None = None
     settings: Mapping[str, Any] = field(default_factory=dict)
@@ -265,6 +274,17 @@ def find(name: str) -> Backend:
 def every(work: Work | None = None) -> list[Backend]:
     """All backends that load, by name. One that fails to load is left out: ``find`` says why."""
     return [backend for backend in BACKENDS.every() if work is None or backend.work is work]
+
+
+def settings_for(work: Work) -> dict[str, Setting]:
+    """The options of the backends that do ``work``, by name; each tells whose it is."""
+    owners: dict[str, list[str]] = {}
+    options: dict[str, Option] = {}
+    for backend in every(work):
+        for option in backend.options:
+            owners.setdefault(option.name, []).append(backend.name)
+            options.setdefault(option.name, option)
+    return {name: option.setting(owners[name]) for name, option in options.items()}
 
 
 def for_file(path: Path | str, work: Work | None = None) -> Backend:

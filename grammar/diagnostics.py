@@ -646,6 +646,21 @@ def diagnostic_named(asked: str) -> str | None:
     return name if name in CODES else None
 
 
+def diagnostic_asked(asked: str) -> str:
+    """The name of the diagnostic that a code or name means; raises UsageError for one that there is not."""
+    name = diagnostic_named(asked)
+    if name is None:
+        known = [*(entry.code for entry in CODES.values()), *CODES]
+        hint = suggest(asked, known) or "`scenelang explain` lists all of them"
+        raise UsageError("value", f"there is no code or name `{asked[:80]}`", hint)
+    return name
+
+
+def explanation_data(name: str) -> dict[str, str]:
+    """A diagnostic as JSON data."""
+    return {"code": CODES[name].code, "name": name, "why": CODES[name].why, "mend": MENDS[name]}
+
+
 def explanation(name: str) -> tuple[str, str, str]:
     """A diagnostic for people: code and name, why it arises, how it is mended."""
     return f"{CODES[name].code} {name}", f"  {CODES[name].why}", f"  {MENDS[name]}"

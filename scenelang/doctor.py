@@ -26,6 +26,7 @@ from scenelang.backends.pictures.mitsuba import NAMES, trial_command
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.entity import Scene
+from scenelang.reports import colored
 from scenelang.session import Session
 
 # Small works that are really done, one after the other, in a process of their own: a native library that crashes takes
@@ -487,3 +488,42 @@ def service_checks() -> Iterator[Check]:
             continue
         key = "a key" if found.key is not None else "no key"
         yield Check("services", family.name, CheckState.NOTE, f"{key} for {found.shown_address}; not asked")
+
+
+# The report.
+
+
+_TITLES = {
+    "system": "System",
+    "works": "What works",
+    "packages": "Packages",
+    "extras": "Extras",
+    "services": "Services",
+    "folders": "Folders",
+    "terminal": "Terminal and browser",
+}
+_MARKS = {"ok": "ok", "note": "--", "missing": "no", "broken": "BROKEN"}
+_STATES = {"ok": "32", "note": "0", "missing": "33", "broken": "1;31"}
+
+
+def report_lines(found: Sequence[Check], color: bool) -> Iterator[str]:
+    """The findings for people, by topic, with what adds what is missing."""
+    width = max(len(check.name) for check in found)
+    for topic, title in _TITLES.items():
+        mine = [check for check in found if check.topic == topic]
+        if mine:
+            yield title
+            yield from (_line_of(check, width, color) for check in mine)
+    broken = sum(check.state.value == "broken" for check in found)
+    remedies = list(dict.fromkeys(check.remedy for check in found if check.remedy.startswith(("pip ", "pipx "))))
+    yield ""
+    yield f"{broken} broken." if broken else "Everything that needs no extra works."
+    if remedies:
+        yield "To add what is missing:"
+        yield from (f"  {remedy}" for remedy in remedies)
+
+
+def _line_of(check: Check, width: int, color: bool) -> str:
+    mark = colored(_MARKS[check.state.value], _STATES[check.state.value] if color else None)
+    remedy = f"; {check.remedy}" if check.remedy else ""
+    return f"  {mark} {' ' * max(0, 2 - len(_MARKS[check.state.value]))}{check.name:<{width}}  {check.detail}{remedy}"

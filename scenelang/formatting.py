@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from difflib import unified_diff
 from pathlib import Path
+from typing import Any
 
 from scenelang.backends.files import read_regular
 from scenelang.grammar.datum import Atom, Datum, Keyword, ListDatum, Source
@@ -36,6 +37,9 @@ class FormattedFile:
     @property
     def changes(self) -> bool:
         return self.after is not None and self.after != self.before
+
+    def data(self) -> dict[str, Any]:
+        return {"file": self.name, "changed": self.changes, "formatted": self.after is not None}
 
     def difference(self) -> Iterator[str]:
         """The lines of the unified difference."""

@@ -12,10 +12,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scenelang import zfile
-from scenelang.backends.base import Progress
+from scenelang.backends.base import Progress, need
 from scenelang.backends.neural.weights import INSTALL, Models
 from scenelang.embeddings import Embeddings
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.settings import setting
 from scenelang.scene import Scene
 
 if TYPE_CHECKING:
@@ -62,10 +63,12 @@ class RunFolder:
     RunFolder(folder='run', resume=True, force=False, start=None)
     """
 
-    folder: str | Path | None = None
-    resume: bool = False
-    force: bool = False
-    start: str | Path | None = None
+    folder: str | Path | None = setting(
+        None, "the folder of the run (default: beside the program)", "-o", "--output", metavar="DIR"
+    )
+    resume: bool = setting(False, "go on with the run in the folder")
+    force: bool = setting(False, "begin anew, and replace what would be lost")
+    start: str | Path | None = setting(None, "take over the things of an earlier run that are the same", metavar="DIR")
 
     def __post_init__(self) -> None:
         if self.resume and self.force:
@@ -110,11 +113,11 @@ class PictureSubject:
     'painting'
     """
 
-    text: str | None = None
-    mask: str | Path | None = None
-    whole: bool = False
-    class_word: str | None = None
-    style_word: str = "photo"
+    text: str | None = setting(None, "what to look for in the picture", metavar="TEXT")
+    mask: str | Path | None = setting(None, "a picture of the same size, white where the thing is", metavar="FILE")
+    whole: bool = setting(False, "the whole picture is the entity", "--no-segment")
+    class_word: str | None = setting(None, "what the picture shows (default: the entity's word)", metavar="TEXT")
+    style_word: str = setting("photo", "what the style starts from (photo)", metavar="TEXT")
 
     def __post_init__(self) -> None:
         if self.whole and (self.text or self.mask):
@@ -153,9 +156,15 @@ class InversionModels:
     True
     """
 
-    model: str | None = None
-    detector: str | None = None
-    segmenter: str | None = None
+    model: str | None = setting(None, "MVDream/MVDream, another diffusion model, or a folder", metavar="NAME")
+    detector: str | None = setting(None, "IDEA-Research/grounding-dino-base, or a folder", metavar="NAME")
+    segmenter: str | None = setting(None, "facebook/sam-vit-huge, or a folder", metavar="NAME")
+
+
+def check_installed() -> None:
+    """Raises SceneError("backend") where a package that learns from pictures is missing."""
+    for package in ("torch", "diffusers", "transformers"):
+        need(package, INSTALL)
 
 
 # --- what comes of it ------------------------------------------------------------------------------------------------

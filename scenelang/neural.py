@@ -21,6 +21,7 @@ from scenelang.backends.pictures.camera import Camera as PlacedCamera
 from scenelang.backends.pictures.camera import Viewpoint
 from scenelang.embeddings import Embeddings, tensors_of
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
+from scenelang.grammar.settings import setting, whole
 from scenelang.inversion import RunFolder
 from scenelang.scene import Film, Scene, Size, View
 
@@ -81,16 +82,20 @@ class ImagineSettings:
     'own'
     """
 
-    steps: int = 50
-    guidance: float = 7.5
-    negative: str = ""
-    method: str = "regional"
-    strength: float = 10.0
-    model: str | None = None
-    migc: str | Path | None = None
-    scheduler: str = "own"
-    control: str | None = None
-    control_scale: float = 1.0
+    steps: int = setting(50, "steps of denoising (default 50)", metavar="N", read=whole)
+    guidance: float = setting(7.5, "how much words count (default 7.5)", metavar="X", read=float)
+    negative: str = setting("", "what it should not show", metavar="TEXT")
+    method: str = setting(
+        "regional", "how the layout is heeded: without training, by GLIGEN's weights, or by MIGC's", choices=METHODS
+    )
+    strength: float = setting(10.0, "of regional attention (default 10)", metavar="X", read=float)
+    model: str | None = setting(None, "a Stable Diffusion checkpoint of the hub, or a folder", metavar="NAME")
+    migc: str | Path | None = setting(None, "MIGC's weights", metavar="FILE")
+    scheduler: str = setting("own", "the checkpoint's own, or DDIM", choices=SCHEDULERS)
+    control: str | None = setting(
+        None, "heed depth too, by a ControlNet of the hub, or a folder", metavar="NAME", alone=""
+    )
+    control_scale: float = setting(1.0, "how much depth counts (default 1)", metavar="X", read=float)
 
     def __post_init__(self) -> None:
         from scenelang.backends.neural.imagine.sampling import check_sampling
@@ -510,11 +515,11 @@ class DistillationModels:
     False
     """
 
-    model: str | None = None
-    scene_model: str | None = None
-    control: str | None = None
-    scene_term: bool = True
-    half: bool = False
+    model: str | None = setting(None, "the multi-view model (MVDream/MVDream), or a folder", metavar="NAME")
+    scene_model: str | None = setting(None, "the model of single pictures for the whole scene", metavar="NAME")
+    control: str | None = setting(None, "its ControlNet for depth, or a folder", metavar="NAME")
+    scene_term: bool = setting(True, "learn each thing for itself; poses stay", "--no-scene-term")
+    half: bool = setting(False, "models in half precision (the default on a GPU)")
 
 
 @dataclass(frozen=True, slots=True)

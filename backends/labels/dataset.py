@@ -40,6 +40,7 @@ from scenelang.backends.pictures.film import Painter, PictureBackend, PictureOpt
 from scenelang.backends.pictures.stage import Shot, box_of, still, unit_size
 from scenelang.backends.pictures.studio import encode
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.settings import setting, whole
 from scenelang.interpreter.scene.entity import Entity, Scene
 from scenelang.interpreter.scene.numbering import frame_numbers, instance_handles
 
@@ -435,8 +436,8 @@ class MapOptions:
     pictures: PictureOptions
     views: tuple[Viewpoint | Camera, ...]
     resize: bool = True
-    tracks: int = 64
-    annotations: int = 20_000
+    tracks: int = setting(64, "tracked points of 4D scenes (64)", metavar="N", read=whole)
+    annotations: int = setting(20_000, "instances of a picture in coco.json (20,000)", metavar="N", read=whole)
     digest: str = ""
 
 

@@ -33,6 +33,7 @@ from scenelang.backends.neural.diffusion import Diffusion, Words, memory_told
 from scenelang.backends.neural.sentences import written
 from scenelang.backends.neural.weights import INSTALL, shelf
 from scenelang.grammar.diagnostics import LimitError, SceneError
+from scenelang.grammar.settings import setting, whole
 from scenelang.interpreter.scene.entity import Scene, primitive_count
 from scenelang.interpreter.scene.numbering import Ancestry, ancestry_of, frame_numbers, instance_handles, number_scene
 
@@ -211,9 +212,9 @@ class InversionSettings:
     0.01
     """
 
-    steps: int = 100
-    rate: float = 1e-2
-    batch: int = 4
+    steps: int = setting(100, "of each run (100)", metavar="N", read=whole)
+    rate: float = setting(1e-2, "how far a step goes (0.01)", metavar="X", read=float)
+    batch: int = setting(4, "noisy copies of a picture in a step (4)", metavar="N", read=whole)
     seed: int = 0
     draws: int = 16
 

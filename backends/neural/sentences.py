@@ -18,6 +18,7 @@ from scenelang.backends.neural.clip import Prompt, Slot, TextEncoder, Vectors, p
 from scenelang.backends.neural.describing import Member, describe_all, has_meaning, thing
 from scenelang.backends.neural.wording import DEFAULT, HOLE, check_template, packed, plain_text, unpacked, with_article
 from scenelang.grammar.diagnostics import LimitError, SceneError
+from scenelang.grammar.settings import setting, whole
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene, primitive_count
 from scenelang.interpreter.scene.numbering import Ancestry, ancestry_of, frame_numbers, instance_handles
@@ -270,8 +271,13 @@ class Granularity:
     Granularity(depth=None, named=('moai',))
     """
 
-    depth: int | None = None
-    named: tuple[str, ...] = ()
+    depth: int | None = setting(None, "take entities N below the root as one each", metavar="N", read=whole)
+    named: tuple[str, ...] = setting(
+        (),
+        "take an entity as one: its handle '<z5>', its word, or the places of children from the root, 0/2; may be "
+        "repeated",
+        "--entity", metavar="NAME", repeated=True,
+    )  # fmt: skip
 
 
 def units_of(ancestry: Ancestry, handles: Sequence[str], granularity: Granularity) -> IntArray:

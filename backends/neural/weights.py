@@ -15,6 +15,7 @@ from urllib.parse import urlsplit
 
 from scenelang.backends.base import need
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.settings import setting
 
 T = TypeVar("T")
 VARIABLE = "SCENELANG_MODELS"
@@ -149,9 +150,14 @@ class Models:
     Models(folder=None, offline=True, device='cpu')
     """
 
-    folder: str | Path | None = None
-    offline: bool = False
-    device: str | None = None
+    folder: str | Path | None = setting(
+        None,
+        "a folder that holds models, each in a folder of its own (SCENELANG_MODELS)",
+        "--models-dir",
+        metavar="DIR",
+    )
+    offline: bool = setting(False, "ask no hub for weights that are not on this machine")
+    device: str | None = setting(None, "cpu, cuda, mps (default: the fastest there is)", metavar="NAME")
 
     def shelf(self) -> Shelf:
         """Where the weights are looked for; raises SceneError("file") where the folder is none."""

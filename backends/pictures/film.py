@@ -30,6 +30,7 @@ from scenelang.backends.pictures.stage import Shot, Staging, staging_of, still
 from scenelang.backends.pictures.stage import film as shots_of
 from scenelang.backends.pictures.studio import ENVIRONMENTS, GROUNDS
 from scenelang.grammar.diagnostics import SceneError, suggest
+from scenelang.grammar.settings import setting, whole
 from scenelang.interpreter.scene.entity import Scene
 
 Picture = npt.NDArray[np.uint8]
@@ -47,10 +48,10 @@ class PictureOptions(BackendOptions):
     width: int = 512
     height: int = 512
     camera: Viewpoint | Camera = field(default_factory=Viewpoint)
-    environment: str = "studio"
-    ground: str | None = None
+    environment: str = setting("studio", "the light: studio, overcast, sunny, sunset, night, flat", metavar="NAME")
+    ground: str | None = setting(None, "seamless, none, white, dark, meadow, earth, checker", metavar="NAME")
     seed: int = 0
-    labels: bool = True
+    labels: bool = setting(True, "no words on the boxes of semantic primitives", "--no-labels")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -270,9 +271,9 @@ class FilmOptions:
     """A film's number of pictures (None: the scene's own, or 48), pictures per second (None: 24), and how many degrees
     the camera goes round the scene (None: once round a static scene)."""
 
-    frames: int | None = None
-    fps: float | None = None
-    orbit: float | None = None
+    frames: int | None = setting(None, "pictures of a film (default: the scene's, or 48)", metavar="N", read=whole)
+    fps: float | None = setting(None, "pictures per second (default 24)", metavar="X", read=float)
+    orbit: float | None = setting(None, "how far the camera goes round the scene", metavar="DEGREES", read=float)
 
     @property
     def is_wanted(self) -> bool:

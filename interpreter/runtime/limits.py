@@ -13,6 +13,7 @@ from operator import length_hint
 from typing import Any, ClassVar
 
 from scenelang.grammar.diagnostics import LimitError
+from scenelang.grammar.settings import amount, setting, whole_amount
 
 _CHUNK = 2048
 _CHUNKS_PER_MEMORY_CHECK = 16
@@ -23,19 +24,24 @@ _SIZE_OF_ITEM = 96
 STEPS_OF_ERROR = 16  # what an error costs that a program catches: its message and its chain of calls are made
 
 
+def _limit(default: float, help: str, flag: str) -> Any:
+    read = whole_amount if type(default) is int else amount
+    return setting(default, f"{help} (default {default:,})", flag, metavar="N", read=read)
+
+
 @dataclass(frozen=True, slots=True)
 class Limits:
     """What a run may use. ``depth``: nested calls; ``size``: items of a list, characters of a string (integers have at
     most 4,000 digits, which Python can still print); ``memory``: bytes beyond what the process had at the start;
     ``seconds``: wall time."""
 
-    steps: int = 10_000_000
-    depth: int = 100_000
-    entities: int = 2_000_000
-    primitives: int = 5_000_000
-    size: int = 10_000_000
-    memory: int = 4_000_000_000
-    seconds: float = 60.0
+    steps: int = _limit(10_000_000, "steps of evaluation", "--max-steps")
+    depth: int = _limit(100_000, "nested calls", "--max-depth")
+    entities: int = _limit(2_000_000, "distinct entities", "--max-entities")
+    primitives: int = _limit(5_000_000, "primitives when the scene is expanded", "--max-primitives")
+    size: int = _limit(10_000_000, "items of a list or array, characters of a string", "--max-size")
+    memory: int = _limit(4_000_000_000, "bytes of memory (suffixes k, M, G)", "--max-memory")
+    seconds: float = _limit(60.0, "wall time", "--max-seconds")
     log: int = 100_000
 
 

@@ -187,6 +187,17 @@ def word_box(scene: Scene, word: str | None) -> Box | None:
     )  # fmt: skip
 
 
+def box_facts(box: Box) -> dict[str, list[float]]:
+    """A box as data: its corners, its middle and its sizes."""
+    low, high = list(box[:3]), list(box[3:])
+    return {
+        "min": low,
+        "max": high,
+        "center": [(a + b) / 2 for a, b in zip(low, high)],
+        "sizes": [b - a for a, b in zip(low, high)],
+    }
+
+
 def _only(root: Entity, word: str) -> Entity | None:
     """The scene with only the entities of ``word`` (whole, wherever they are)."""
     kept: dict[int, Entity | None] = {}

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.reports import table
 
 FORMAT, VERSION = "scenelang-study", 1
 _MOST_BYTES = 500_000_000  # of one page
@@ -170,6 +171,22 @@ class Preferences:
         """The mean percentage of a method and its standard deviation, across the prompts that it has results for."""
         values = [shares[method] for shares in self.percentages.values() if method in shares]
         return float(np.mean(values)), float(np.std(values))
+
+    def data(self) -> dict[str, Any]:
+        """All that is known, as JSON data."""
+        means = {method: dict(zip(("mean", "deviation"), self.of(method), strict=True)) for method in self.methods}
+        prompts = [{"prompt": prompt, "percentages": dict(p)} for prompt, p in self.percentages.items()]
+        return {"participants": self.participants, "methods": means, "prompts": prompts}
+
+    def __str__(self) -> str:
+        """A table of the percentages, and the number of participants."""
+        rows = [("preferred, %", *self.methods)]
+        for prompt, shares in self.percentages.items():
+            cells = (f"{shares[method]:.2f}" if method in shares else "-" for method in self.methods)
+            rows.append((prompt if len(prompt) <= 60 else f"{prompt[:57]}...", *cells))
+        rows.append(("all", *("{:.2f} ± {:.2f}".format(*self.of(method)) for method in self.methods)))
+        people = f"{self.participants:,} {'participant' if self.participants == 1 else 'participants'}"
+        return f"{table(rows, (False, *(True for _ in self.methods)))}\n{people}"
 
 
 def preferences(paths: Sequence[Path]) -> Preferences:

@@ -33,6 +33,7 @@ from scenelang.evaluation.running import (
 from scenelang.evaluation.study import Preferences, StudyQuestion, StudyResult, preferences, questions_of, study_page
 from scenelang.evaluation.tables import ResultTable, tables_of
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError, error_of, suggest, usage_errors
+from scenelang.grammar.settings import names, picture_size, setting, whole
 from scenelang.interpreter.scene.entity import Scene
 from scenelang.primer import stated_task
 from scenelang.session import Options, Session
@@ -56,14 +57,18 @@ class MetricOptions:
     scenes pass, ``clip_model`` is ARCHITECTURE/WEIGHTS of OpenCLIP or a folder, ``limit`` bounds the primitives.
     """
 
-    metrics: tuple[str, ...] = METRICS
-    backends: tuple[str, ...] = ("draft",)
-    size: tuple[int, int] = (512, 512)
-    environment: str = "studio"
-    clip_views: int = 120
-    lpips_views: int = 20
-    fps: float = 24.0
-    clip_model: str | None = None
+    metrics: tuple[str, ...] = setting(
+        METRICS, "clip, lpips, count, dynamic (all)", "--metric", metavar="NAME,...", read=names
+    )
+    backends: tuple[str, ...] = setting(
+        ("draft",), "draft (the default), final, splats", "--backend", metavar="NAME,...", read=names
+    )
+    size: tuple[int, int] = setting((512, 512), "pixels (default 512x512)", metavar="WxH", read=picture_size)
+    environment: str = setting("studio", "the light, as in `render`", metavar="NAME")
+    clip_views: int = setting(120, "views for CLIP (120)", metavar="N", read=whole)
+    lpips_views: int = setting(20, "views for LPIPS (20)", metavar="N", read=whole)
+    fps: float = setting(24.0, "frames of 4D scenes per second (24)", metavar="X", read=float)
+    clip_model: str | None = setting(None, "architecture/weights of OpenCLIP, or a folder", metavar="NAME")
     seed: int = 0
     limit: int = 2_000_000
     warn: Callable[[Diagnostic], None] | None = None

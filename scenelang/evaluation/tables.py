@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -293,3 +294,8 @@ def as_data(table: ResultTable) -> dict[str, Any]:
     ]
     names = [{"heading": c.heading, "title": c.title, "metric": c.metric, "unit": c.unit} for c in columns]
     return {"name": table.paper.name, "title": table.paper.title, "columns": names, "rows": rows}
+
+
+LAYOUTS: Mapping[str, Callable[[ResultTable], str]] = MappingProxyType({
+    "text": as_text, "markdown": as_markdown, "latex": as_latex,
+})  # fmt: skip

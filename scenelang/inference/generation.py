@@ -10,12 +10,13 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TextIO
 
+from scenelang.backends.base import Progress
 from scenelang.backends.files import read_regular, rewrite, written_whole
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError, error_of, to_json, usage_errors
 from scenelang.inference.answers import Verdict, geometry_findings, has_blocks, read_picture
 from scenelang.inference.brief import Ablation, Notation, Task, TaskKind
-from scenelang.inference.conductor import Describer, Inference, LiveCount, NoProgram, Result, inference_of
+from scenelang.inference.conductor import Describer, Inference, LiveCount, NoProgram, Result, inference_of, payload_text
 from scenelang.inference.listing import listing, program_of
 from scenelang.inference.records import InferenceSettings, Run, find_run, new_run, runs_folder
 from scenelang.interpreter.program.program import Program
@@ -34,6 +35,7 @@ _LONGEST_TASK = 100_000  # characters
 _MOST_PICTURES = 20
 _TOKENS_OF_WORDS = 8_000
 _SIZE = 512
+_DRAFT_SIZE = 768
 
 
 # --- what is asked for -----------------------------------------------------------------------------------------------
@@ -98,6 +100,20 @@ class Estimate:
     grammar: str | None = field(repr=False)
     tokens: int
     cost: float
+
+    def __str__(self) -> str:
+        """The request and what it costs, as people read them."""
+        grammar = (
+            f"\ngrammar: {len(self.grammar):,} characters, where the server takes one\n"
+            if self.grammar is not None
+            else ""
+        )
+        most = f"at most {self.tokens:,} tokens and ${self.cost:.4f} before repairs and critiques"
+        return f"{payload_text(self.payload)}\n{grammar}\nto {self.address}: {most}"
+
+    def data(self) -> dict[str, Any]:
+        """The estimate as JSON data."""
+        return {"address": self.address, "request": self.payload, "tokens": self.tokens, "cost": self.cost}
 
 
 def estimate(inference: Inference) -> Estimate:
@@ -210,6 +226,11 @@ class Generated:
         """Write the program; returns its path."""
         return _write(Path(path), self.program)
 
+    def __str__(self) -> str:
+        """Which sample it is, what it cost and where the run is, in a line."""
+        sent, answered = f"{self.usage.prompt:,} tokens sent", f"{self.usage.answered:,} answered"
+        return f"sample {self.sample}; {sent}, {answered}, ${self.cost:.4f}; kept in {self.run}"
+
     def data(self) -> dict[str, Any]:
         """The result as JSON data."""
         return {
@@ -221,6 +242,14 @@ class Generated:
             "tokens": {"sent": self.usage.prompt, "answered": self.usage.answered},
             "cost": self.cost,
         }
+
+
+def draw_draft(scene: Scene, beside: Path, progress: Progress | None = None) -> Path:
+    """Draw a scene beside its program, and give the file: a picture, of a film a GIF."""
+    size = _DRAFT_SIZE
+    if scene.animated:
+        return scene.film(size=(size // 2, size // 2)).save(beside.with_suffix(".gif"), progress=progress)
+    return scene.render(size=(size, size), progress=progress).save(beside.with_suffix(".png"))
 
 
 @dataclass(frozen=True, slots=True)

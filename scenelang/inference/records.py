@@ -37,7 +37,8 @@ from scenelang.backends.language_models.client import (
     reply_of,
 )
 from scenelang.backends.language_models.provider import Provider, connect, family
-from scenelang.grammar.diagnostics import SceneError, printable, suggest, to_json
+from scenelang.grammar.diagnostics import SceneError, UsageError, printable, suggest, to_json
+from scenelang.grammar.settings import dollars, seconds, setting, settings_in, whole
 from scenelang.inference.answers import Verdict
 from scenelang.inference.brief import Notation
 from scenelang.inference.steps import SamplePlan, Speaker
@@ -373,6 +374,7 @@ LIMITS: Mapping[str, tuple[float, float]] = MappingProxyType({
     "max_cost": (1e-9, 1e9),
     "timeout": (0.1, 86_400),
 })  # fmt: skip
+RENEWABLE = ("samples", "repairs", "critiques", "side_by_side", "max_cost")  # a run that goes on may have new ones
 Typed = TypeVar("Typed")
 
 
@@ -380,20 +382,35 @@ Typed = TypeVar("Typed")
 class InferenceSettings:
     """``max_cost`` in US dollars; ``price`` as "INPUT,OUTPUT" in dollars per million tokens."""
 
-    provider: str = "anthropic"
-    model: str | None = None
-    price: str | None = None
-    effort: str | None = None
-    max_tokens: int | None = None
-    max_cost: float = 5.0
-    samples: int = 1
-    repairs: int = 3
-    critiques: int = 0
-    side_by_side: int = 4
-    is_batch: bool = False
-    uses_replies: bool = True
-    prompt_dir: str | None = None
-    timeout: float = TIMEOUT
+    provider: str = setting(
+        "anthropic", "anthropic (default), openai: any server of chat completions, or a package's own", metavar="NAME"
+    )
+    model: str | None = setting(None, "the model (default: the provider's)", metavar="NAME")
+    price: str | None = setting(
+        None, "dollars per million tokens, for a model whose price is not known", metavar="IN,OUT"
+    )
+    effort: str | None = setting(
+        None, "how much the model works: low, medium, high, xhigh, max, as it allows", metavar="LEVEL"
+    )
+    max_tokens: int | None = setting(
+        None, "tokens of one answer (default 32,000, or what the model has)", metavar="N", read=whole
+    )
+    max_cost: float = setting(5.0, "what the run may cost (default 5)", metavar="DOLLARS", read=dollars)
+    samples: int = setting(
+        1, "samples, of which the best is taken (default 1)", "-n", "--samples", metavar="N", read=whole
+    )
+    repairs: int = setting(
+        3, "times that mistakes go back to the model (default 3)", "--repair", metavar="N", read=whole
+    )
+    critiques: int = setting(0, "times that pictures go back to it (default 0)", "--critique", metavar="N", read=whole)
+    side_by_side: int = setting(4, "samples side by side (default 4)", "--jobs", metavar="N", read=whole)
+    is_batch: bool = setting(False, "by batches: half the price, within a day", "--batch")
+    uses_replies: bool = setting(True, "ask anew what was asked before", "--no-cache")
+    prompt_dir: str | None = setting(None, "prompts that replace the package's, file by file", metavar="DIR")
+    timeout: float = setting(
+        TIMEOUT, "seconds without a word from the service, at each of three tries (default 120)",
+        metavar="SECONDS", read=seconds,
+    )  # fmt: skip
 
     def data(self) -> dict[str, Any]:
         return asdict(self)
@@ -438,6 +455,14 @@ class InferenceSettings:
         grammar = _grammar() if self.sends_grammar(notation) else None
         most = self.max_tokens or model.max_output
         return Speaker(model.name, wanted, most, model.thinking, model.effort(self.effort), grammar)
+
+
+def check_limits(given: Mapping[str, Any]) -> None:
+    """Raises UsageError for a field of settings that is out of its limits, called as users write it."""
+    flags = {name: each.flags[0] for name, each in settings_in(InferenceSettings).items()}
+    for name, (low, high) in LIMITS.items():
+        if name in given and not low <= given[name] <= high:
+            raise UsageError("value", f"{flags[name]} may be {low:,} to {high:,}, not {given[name]:,}")
 
 
 def settings_of(data: Mapping[str, Any]) -> InferenceSettings:

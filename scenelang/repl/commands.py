@@ -519,19 +519,12 @@ def _count(repl: Repl, rest: str) -> None:
 
 
 def _bounds(repl: Repl, rest: str) -> None:
-    from scenelang.interpreter.scene.bounds import word_box
+    from scenelang.interpreter.scene.bounds import box_facts, word_box
 
     box = word_box(_scene(repl, rest), None)
     if box is None:
         raise SceneError("empty-scene", "the scene has no geometry, so it has no bounding box")
-    low, high = box[:3], box[3:]
-    facts = {
-        "min": low,
-        "max": high,
-        "center": [(a + b) / 2 for a, b in zip(low, high)],
-        "sizes": [b - a for a, b in zip(low, high)],
-    }
-    rows = [(name, "[" + " ".join(map(_number, values)) + "]") for name, values in facts.items()]
+    rows = [(name, "[" + " ".join(map(_number, values)) + "]") for name, values in box_facts(box).items()]
     repl.screen.rows(table(rows))
 
 

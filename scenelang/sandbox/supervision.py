@@ -411,3 +411,32 @@ def _passed_on(monitor: Monitor) -> Iterator[Monitor]:
             signal.signal(number, handler)
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # one that comes now is too late
         signal.pthread_sigmask(signal.SIG_UNBLOCK, _INTERRUPT)
+
+
+# Ctrl-C in work that is made of steps.
+
+
+@contextmanager
+def interruptions() -> Iterator[Callable[[], bool]]:
+    """Whether Ctrl-C was pressed: from the first time that this is asked on, the step that is being made ends first.
+    Pressed again it interrupts at once."""
+    if threading.current_thread() is not threading.main_thread():
+        yield lambda: False
+        return
+    pressed = threading.Event()
+    before = signal.getsignal(signal.SIGINT)
+
+    def note(*_: object) -> None:
+        if pressed.is_set():
+            raise KeyboardInterrupt
+        pressed.set()
+
+    def stopped() -> bool:
+        if signal.getsignal(signal.SIGINT) is not note:  # what comes before the first step needs no care
+            signal.signal(signal.SIGINT, note)
+        return pressed.is_set()
+
+    try:
+        yield stopped
+    finally:
+        signal.signal(signal.SIGINT, before)

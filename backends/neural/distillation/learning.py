@@ -39,6 +39,7 @@ from scenelang.backends.neural.splats.initial import gaussians_of
 from scenelang.backends.neural.splats.rasterise import rasterise
 from scenelang.backends.pictures.camera import Camera, Viewpoint, axes_of, camera_at, place
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.settings import setting, whole
 from scenelang.interpreter.scene.entity import Entity
 
 if TYPE_CHECKING:
@@ -199,9 +200,9 @@ class DistillationSettings:
     """
 
     seed: int = 0
-    steps: int = 2000
+    steps: int = setting(2000, "for each thing to learn (2000)", metavar="N", read=whole)
     first: int = 1000
-    most: int = 20_000
+    most: int = setting(20_000, "of each thing at most (20,000)", "--gaussians", metavar="N", read=whole)
     every: int = 100
     until: float = 0.7
     guiding: Guiding = field(default_factory=Guiding)

@@ -10,6 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from scenelang.grammar.settings import setting
+
 if TYPE_CHECKING:
     from torch import Generator, Tensor
 
@@ -25,8 +27,8 @@ class Guiding:
     "reconstruction" MVDream's distance to the picture that the model sees, whose contrast is brought back by the share
     ``rescale``."""
 
-    guidance: float = 50.0
-    weighting: str = "reconstruction"
+    guidance: float = setting(50.0, "what a sentence counts (50)", metavar="X", read=float)
+    weighting: str = setting("reconstruction", "of the steps of noise", choices=WEIGHTINGS)
     rescale: float = 0.5
 
 

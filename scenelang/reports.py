@@ -1,0 +1,31 @@
+"""Text for people in columns and colours; no terminal acts on what it holds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+
+from scenelang.grammar.diagnostics import printable
+
+_COLORS = {"+": "32", "-": "31", "@": "36"}
+
+
+def table(rows: Sequence[Sequence[str]], right: Sequence[bool]) -> str:
+    """Rows in aligned columns, of which some are set ``right``; a cell is one line."""
+    rows = [[printable(cell).replace("\n", "\\n") for cell in row] for row in rows]
+    widths = [max((len(row[i]) for row in rows), default=0) for i in range(len(right))]
+    lines = []
+    for row in rows:
+        cells = [c.rjust(w) if r else c.ljust(w) for c, w, r in zip(row, widths, right)]
+        lines.append("  ".join(cells).rstrip())
+    return "\n".join(lines)
+
+
+def colored(text: str, color: str | None) -> str:
+    """A text in one of a terminal's colours, by its number, or as it is."""
+    return f"\x1b[{color}m{text}\x1b[0m" if color else text
+
+
+def painted(difference: Iterable[str], color: bool) -> Iterator[str]:
+    """The lines of a unified difference, in colours where ``color`` says so, each with its end."""
+    for line in difference:
+        yield colored(line, _COLORS.get(line[:1]) if color else None) + "\n"
