@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from scenelang.backends.neural.describing import color_words
-from scenelang.cli.output import table
 from scenelang.grammar.diagnostics import render_text
 from scenelang.interpreter.scene.entity import Entity, count_words, descendants, instance_counts
 from scenelang.interpreter.scene.primitives import items_of
+from scenelang.reports import table
 from scenelang.session import Session
 
 RESPONSES = Path(__file__).parent.parent / "tests" / "transpile" / "responses"

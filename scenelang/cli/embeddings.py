@@ -4,65 +4,77 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from scenelang.backends.neural.wording import DEFAULT, LIMIT, check_template
 from scenelang.cli.models import add_spending, live_stream, service_of
-from scenelang.cli.neural import add_granularity, add_models, granularity_of, models_of, z_of
-from scenelang.cli.options import UsageError, add_common, add_file, scene_of, usage_errors, whole, z_path
-from scenelang.cli.output import check_folder, done, print_json, say, table
-
-if TYPE_CHECKING:
-    from scenelang.backends.neural.wording import Wording
-    from scenelang.embeddings import EmbeddingRow
-
-_SHOWN = 3  # handles of a row that are spelled out
+from scenelang.cli.neural import add_granularity, granularity_of, z_of
+from scenelang.cli.options import (
+    UsageError,
+    add_common,
+    add_models,
+    models_of,
+    scene_of,
+    usage_errors,
+    whole,
+    z_path,
+)
+from scenelang.cli.output import check_folder, done, print_json, say
+from scenelang.embedding_reports import rows_table, similar_table, wording_table
+from scenelang.embeddings import Embeddings, attribute_of, check_export, check_program, handle_name
+from scenelang.inference.generation import describer
 
 
 def add_embeddings(parser: argparse.ArgumentParser) -> None:
-    add_file(parser)
     actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
-    listing = actions.add_parser("list", help="every entity's handle, word, text and attributes")
-    add_common(listing)
-    listing.set_defaults(run=list_embeddings)
-    setting = actions.add_parser("set", help="give a handle a text, attributes or the vector of a picture")
-    setting.add_argument("handle", metavar="'<z5>'", help="a handle as `tree` shows it")
-    setting.add_argument("--text", help="the text of the embedding")
+    for name, (told, add, _) in _ACTIONS.items():
+        action = actions.add_parser(name, help=told)
+        add(action)
+        add_common(action)
+
+
+def run_embeddings(arguments: argparse.Namespace) -> int:
+    run: Callable[[argparse.Namespace], int] = _ACTIONS[arguments.action][2]
+    return run(arguments)
+
+
+def _add_list(parser: argparse.ArgumentParser) -> None:
+    """Nothing of its own."""
+
+
+def _add_set(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("handle", metavar="'<z5>'", help="a handle as `tree` shows it")
+    parser.add_argument("--text", help="the text of the embedding")
     named = "an attribute, such as color=[1,0,0]"
-    setting.add_argument("--attribute", action="append", default=[], metavar="NAME=VALUE", help=named)
-    setting.add_argument("--image", metavar="FILE", help="a picture, which gives the handle a vector (a pseudo-word)")
-    setting.add_argument("--start", metavar="TEXT", help="the word that the picture's vector starts from (object)")
-    setting.add_argument("--model", metavar="NAME", help="architecture/weights of OpenCLIP, or a folder, for --image")
-    setting.add_argument("--clear", action="store_true", help="forget what Z says of the handle first")
-    add_models(setting)
-    add_common(setting)
-    setting.set_defaults(run=set_embedding)
-    _add_vectors(actions)
+    parser.add_argument("--attribute", action="append", default=[], metavar="NAME=VALUE", help=named)
+    parser.add_argument("--image", metavar="FILE", help="a picture, which gives the handle a vector (a pseudo-word)")
+    parser.add_argument("--start", metavar="TEXT", help="the word that the picture's vector starts from (object)")
+    parser.add_argument("--model", metavar="NAME", help="architecture/weights of OpenCLIP, or a folder, for --image")
+    parser.add_argument("--clear", action="store_true", help="forget what Z says of the handle first")
+    add_models(parser)
 
 
-def _add_vectors(actions: Any) -> None:
-    """The actions that work with vectors."""
-    encoding = actions.add_parser("encode", help="encode every primitive's sentence by OpenCLIP, and keep that in Z")
-    encoding.add_argument("--model", metavar="NAME", help="architecture/weights of OpenCLIP, or a folder")
-    add_granularity(encoding)
-    add_models(encoding)
-    add_common(encoding)
-    encoding.set_defaults(run=encode)
-    swapping = actions.add_parser("swap", help="exchange what Z says of two handles")
-    swapping.add_argument("handle", metavar="'<z2>'")
-    swapping.add_argument("other", metavar="'<z3>'")
-    add_common(swapping)
-    swapping.set_defaults(run=swap)
-    comparing = actions.add_parser("similar", help="what is most like a handle, a text or a picture")
-    comparing.add_argument("query", metavar="'<z2>'|TEXT|PICTURE")
-    comparing.add_argument("-n", "--number", type=whole, default=10, metavar="N", help="how many (default 10)")
-    add_models(comparing)
-    add_common(comparing)
-    comparing.set_defaults(run=similar)
-    exporting = actions.add_parser("export", help="write the vectors in Z for other programs")
-    exporting.add_argument("-o", "--output", metavar="OUT", required=True, help=".npz .safetensors .json")
-    add_common(exporting)
-    exporting.set_defaults(run=export)
+def _add_encode(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--model", metavar="NAME", help="architecture/weights of OpenCLIP, or a folder")
+    add_granularity(parser)
+    add_models(parser)
+
+
+def _add_swap(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("handle", metavar="'<z2>'")
+    parser.add_argument("other", metavar="'<z3>'")
+
+
+def _add_similar(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("query", metavar="'<z2>'|TEXT|PICTURE")
+    parser.add_argument("-n", "--number", type=whole, default=10, metavar="N", help="how many (default 10)")
+    add_models(parser)
+
+
+def _add_export(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("-o", "--output", metavar="OUT", required=True, help=".npz .safetensors .json")
 
 
 def add_embed(parser: argparse.ArgumentParser) -> None:
@@ -70,7 +82,6 @@ def add_embed(parser: argparse.ArgumentParser) -> None:
         "Turn colours, surfaces, proportions and other numbers of every primitive into words, and store "
         "these texts, with the templates that use them, in Z beside the program."
     )
-    add_file(parser)
     parser.add_argument(
         "--template", metavar="TEXT",
         help="the sentence about a primitive; {embedding}, {word} and {style} stand for its handle, what it is and the "
@@ -81,38 +92,19 @@ def add_embed(parser: argparse.ArgumentParser) -> None:
     add_spending(parser)
     parser.add_argument("--force", action="store_true", help="describe anew what Z describes already")
     parser.add_argument("--print", action="store_true", dest="only_print", help="show the words, write nothing")
-    add_common(parser)
-    parser.set_defaults(run=embed)
 
 
-def list_embeddings(arguments: argparse.Namespace) -> int:
-    from scenelang.embeddings import MOST_ROWS, Embeddings
-
+def _list(arguments: argparse.Namespace) -> int:
     scene = scene_of(arguments)
-    if scene is None:
-        return 1
     rows = Embeddings(z_path(arguments)).table(scene)
     if arguments.json:
         print_json([row.data() for row in rows])
         return 0
-    shown = 5 if any(row.learned for row in rows) else 4
-    cells = [("handle", "word", "text", "attributes", "learned vectors"), *map(_row_cells, rows)]
-    say(table([row[:shown] for row in cells], (False,) * shown))
-    if len(rows) == MOST_ROWS:
-        say(f"... only the first {MOST_ROWS} are shown")
+    say(rows_table(rows))
     return 0
 
 
-def _row_cells(row: EmbeddingRow) -> tuple[str, ...]:
-    from scenelang.interpreter.runtime.show import show
-
-    attributes = " ".join(f":{key} {show(value, 40)}" for key, value in row.attributes.items())
-    return f"<{row.handle}>", row.word, row.text or "", attributes, row.learned
-
-
-def set_embedding(arguments: argparse.Namespace) -> int:
-    from scenelang.embeddings import check_program, handle_name
-
+def _set(arguments: argparse.Namespace) -> int:
     with usage_errors():
         name = handle_name(arguments.handle)
     if arguments.file != "-":
@@ -136,17 +128,13 @@ def set_embedding(arguments: argparse.Namespace) -> int:
 
 def _attribute(item: str) -> tuple[str, Any]:
     """The name and value of `NAME=VALUE`; raises UsageError."""
-    from scenelang.embeddings import attribute_of
-
     key, sign, text = item.partition("=")
     if not sign or not key or not text.strip():
         raise UsageError("value", f"--attribute wants NAME=VALUE, got `{item}`")
     return key.lstrip(":").strip(), attribute_of(text)
 
 
-def swap(arguments: argparse.Namespace) -> int:
-    from scenelang.embeddings import Embeddings, handle_name
-
+def _swap(arguments: argparse.Namespace) -> int:
     with usage_errors():
         one, other = handle_name(arguments.handle), handle_name(arguments.other)
     z = Embeddings(z_path(arguments))
@@ -156,10 +144,8 @@ def swap(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def encode(arguments: argparse.Namespace) -> int:
+def _encode(arguments: argparse.Namespace) -> int:
     scene = scene_of(arguments)
-    if scene is None:
-        return 1
     z = z_of(arguments)
     found = z.encode(
         scene, model=arguments.model, template=arguments.template, granularity=granularity_of(arguments),
@@ -171,27 +157,16 @@ def encode(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def similar(arguments: argparse.Namespace) -> int:
-    from scenelang.embeddings import Embeddings
-
+def _similar(arguments: argparse.Namespace) -> int:
     found = Embeddings(z_path(arguments)).similar(arguments.query, arguments.number, models=models_of(arguments))
     if arguments.json:
         print_json([row.data() for row in found])
         return 0
-    cells = [(f"{row.cosine:.3f}", _some(row.handles, "({:,})"), row.prompt) for row in found]
-    say(table([("cosine", "handles", "sentence"), *cells], (True, False, False)))
+    say(similar_table(found))
     return 0
 
 
-def _some(handles: tuple[str, ...], rest: str) -> str:
-    """The first handles; ``rest`` tells of how many there are."""
-    shown = " ".join(f"<{handle}>" for handle in handles[:_SHOWN])
-    return shown if len(handles) <= _SHOWN else f"{shown} ... {rest.format(len(handles))}"
-
-
-def export(arguments: argparse.Namespace) -> int:
-    from scenelang.embeddings import Embeddings, check_export
-
+def _export(arguments: argparse.Namespace) -> int:
     output = Path(arguments.output)
     with usage_errors():
         check_export(output)
@@ -200,11 +175,7 @@ def export(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def embed(arguments: argparse.Namespace) -> int:
-    from scenelang.backends.neural.wording import DEFAULT, LIMIT, check_template
-    from scenelang.embeddings import Embeddings, check_program
-    from scenelang.inference.generation import describer
-
+def run_embed(arguments: argparse.Namespace) -> int:
     with usage_errors():
         check_template(DEFAULT if arguments.template is None else arguments.template)
     if not arguments.only_print and arguments.file != "-":
@@ -213,8 +184,6 @@ def embed(arguments: argparse.Namespace) -> int:
         raise UsageError("file", "say where Z is: --z FILE", "or look at the words with --print")
     z = Embeddings(z_path(arguments)) if arguments.only_print else z_of(arguments)
     scene = scene_of(arguments, fresh=not arguments.only_print and not z.exists)
-    if scene is None:
-        return 1
     if arguments.model is not None and not arguments.force:
         with usage_errors():
             z.check_undescribed()
@@ -225,7 +194,7 @@ def embed(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json(found.data())
     elif arguments.only_print:
-        say(_wording_table(found.wording))
+        say(wording_table(found.wording))
     elif not arguments.quiet:
         before = f"; {found.known:,} were there before (--force describes them anew)" if found.known else ""
         say(f"wrote {z.path}: {found}{before}")
@@ -234,15 +203,12 @@ def embed(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _wording_table(wording: Wording) -> str:
-    from scenelang.backends.neural.wording import filled
-    from scenelang.embeddings import MOST_ROWS
-
-    titles = ("handle", "word", "text", "template")
-    rows = [
-        (_some(row.handles, "{:,} in all"), row.word, row.text, filled(row.template, row.handles[0]))
-        for row in wording.rows[:MOST_ROWS]
-    ]
-    rest = [f"... only the first {MOST_ROWS} rows are shown"] if len(wording.rows) > MOST_ROWS else []
-    head = f"the style is <{wording.style}>, {wording.style_text}"
-    return "\n".join([head, "", table([titles, *rows], (False,) * 4), *rest])
+# The actions of ``embeddings``: help, what declares their arguments, and the work.
+_ACTIONS: Mapping[str, tuple[str, Callable[[argparse.ArgumentParser], None], Callable[[argparse.Namespace], int]]] = {
+    "list": ("every entity's handle, word, text and attributes", _add_list, _list),
+    "set": ("give a handle a text, attributes or the vector of a picture", _add_set, _set),
+    "encode": ("encode every primitive's sentence by OpenCLIP, and keep that in Z", _add_encode, _encode),
+    "swap": ("exchange what Z says of two handles", _add_swap, _swap),
+    "similar": ("what is most like a handle, a text or a picture", _add_similar, _similar),
+    "export": ("write the vectors in Z for other programs", _add_export, _export),
+}

@@ -11,21 +11,56 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
-from scenelang.cli.options import UsageError, add_limits, add_output, limits_of, usage_errors, whole
-from scenelang.cli.output import check_folder, done, print_json, progress, report, report_run, say, table, use_color
+from scenelang.backends.language_models.provider import family
+from scenelang.cli.options import (
+    UsageError,
+    add_fields,
+    add_limits,
+    add_models,
+    add_output,
+    add_seed,
+    fields_of,
+    given,
+    limits_of,
+    usage_errors,
+    whole,
+)
+from scenelang.cli.output import check_folder, done, print_json, progress, report, report_run, say, use_color
 from scenelang.grammar.diagnostics import SceneError, printable
+from scenelang.inference.brief import Ablation, Notation, TaskKind
+from scenelang.inference.conductor import Inference
+from scenelang.inference.generation import (
+    NoProgram,
+    begin,
+    digest_of,
+    draw_draft,
+    edited,
+    editing,
+    estimate,
+    generated,
+    play,
+    recorded,
+    resume,
+    task_of,
+)
+from scenelang.inference.records import (
+    RENEWABLE,
+    InferenceSettings,
+    all_runs,
+    check_limits,
+    find_run,
+    runs_folder,
+)
+from scenelang.reports import painted
 from scenelang.session import Options
 
 if TYPE_CHECKING:
     from scenelang.inference.brief import Task
-    from scenelang.inference.conductor import Inference
     from scenelang.inference.generation import Edited, Generated
-    from scenelang.inference.records import Attempt, InferenceSettings, Run
+    from scenelang.inference.records import Run
     from scenelang.repl.loop import ModelRequest
 
-_LONGEST_TASK = 60
-_PICTURE_SIZE = 768
-_COLORS = {"+": "32", "-": "31", "@": "36"}
+_SERVICE = ("provider", "max_cost", "price", "prompt_dir", "timeout")
 # What a run has once and for all.
 _SETTLED = {
     "the task": "task", "FILE": "file", "--image": "image", "--animate": "animate", "--minecraft": "minecraft",
@@ -38,134 +73,48 @@ _SETTLED = {
 # --- options ---------------------------------------------------------------------------------------------------------
 
 
-def _seconds(text: str) -> float:
-    """A time to wait."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = 0.0
-    if not 0.1 <= value <= 86_400:
-        raise argparse.ArgumentTypeError(f"`{text}` is not a number of seconds between 0.1 and 86,400")
-    return value
-
-
-def dollars(text: str) -> float:
-    """A positive amount of money."""
-    try:
-        value = float(text.removeprefix("$"))
-    except ValueError:
-        value = 0.0
-    if not 0 < value < 1e9:
-        raise argparse.ArgumentTypeError(f"`{text}` is no amount of dollars")
-    return value
-
-
-def _add_service(group: Any, cost: float | None, cost_help: str) -> None:
-    group.add_argument(
-        "--provider", default="anthropic", metavar="NAME",
-        help="anthropic (default), openai: any server of chat completions, or a package's own",
-    )  # fmt: skip
-    group.add_argument("--max-cost", type=dollars, default=cost, metavar="DOLLARS", help=cost_help)
-    group.add_argument(
-        "--price", metavar="IN,OUT", help="dollars per million tokens, for a model whose price is not known"
-    )
-    group.add_argument("--prompt-dir", metavar="DIR", help="prompts that replace the package's, file by file")
-    group.add_argument(
-        "--timeout", type=_seconds, metavar="SECONDS",
-        help="seconds without a word from the service, at each of three tries (default 120)",
-    )  # fmt: skip
-
-
 def add_model_options(parser: argparse.ArgumentParser) -> None:
     """What every command that asks a model understands."""
     model = parser.add_argument_group("language model")
-    model.add_argument("--model", metavar="NAME", help="the model (default: the provider's)")
-    model.add_argument(
-        "--effort", metavar="LEVEL", help="how much the model works: low, medium, high, xhigh, max, as it allows"
-    )
-    model.add_argument(
-        "--max-tokens", type=whole, metavar="N", help="tokens of one answer (default 32,000, or what the model has)"
-    )
-    _add_service(model, None, "what the run may cost (default 5)")
-    model.add_argument("--no-cache", action="store_true", help="ask anew what was asked before")
+    add_fields(model, InferenceSettings, ("model", "effort", "max_tokens", *_SERVICE, "uses_replies"))
     loop = parser.add_argument_group("tries")
-    loop.add_argument(
-        "-n", "--samples", type=whole, metavar="N", help="samples, of which the best is taken (default 1)"
-    )
-    loop.add_argument("--repair", type=whole, metavar="N", help="times that mistakes go back to the model (default 3)")
-    loop.add_argument("--critique", type=whole, metavar="N", help="times that pictures go back to it (default 0)")
-    loop.add_argument("--jobs", type=whole, metavar="N", help="samples side by side (default 4)")
-    loop.add_argument("--batch", action="store_true", help="by batches: half the price, within a day")
-    loop.add_argument(
-        "--ablate", choices=("P", "W", "PW"), help="without programs, words or both, as the paper's ablations"
-    )
+    add_fields(loop, InferenceSettings, ("samples", "repairs", "critiques", "side_by_side", "is_batch"))
+    ablated = "without programs, words or both, as the paper's ablations"
+    loop.add_argument("--ablate", choices=("P", "W", "PW"), help=ablated)
     runs = parser.add_argument_group("runs")
     runs.add_argument("--dry-run", action="store_true", help="print what would be sent, and send nothing")
     runs.add_argument(
         "--resume", metavar="RUN", help="continue a run that was interrupted: its name, `last` for the last one"
     )
-    runs.add_argument("--runs", metavar="DIR", help="where runs are kept (default: the user's state folder)")
-    evaluation = parser.add_argument_group("evaluation")
-    evaluation.add_argument("--seed", type=int, default=0, metavar="N", help="seed of the random streams (default 0)")
+    _add_runs_folder(runs)
+    add_seed(parser.add_argument_group("evaluation"))
     add_output(parser)
     add_limits(parser)
 
 
+def _add_runs_folder(group: Any) -> None:
+    group.add_argument("--runs", metavar="DIR", help="where runs are kept (default: the user's state folder)")
+
+
 def add_spending(parser: argparse.ArgumentParser) -> None:
     """What a command that may ask a model on the side understands."""
-    _add_service(parser.add_argument_group("language model"), 1.0, "what it may cost (default 1)")
+    group = parser.add_argument_group("language model")
+    add_fields(group, InferenceSettings, _SERVICE, max_cost="what it may cost (default 1)")
+    parser.set_defaults(max_cost=1.0)
 
 
 def service_of(arguments: argparse.Namespace) -> InferenceSettings:
-    """The service that ``add_spending`` names, and the model."""
-    from scenelang.backends.language_models.catalogue import TIMEOUT
-    from scenelang.inference.records import InferenceSettings
-
-    settings = InferenceSettings(
-        provider=arguments.provider,
-        model=arguments.model or None,
-        price=arguments.price,
-        prompt_dir=arguments.prompt_dir,
-        timeout=arguments.timeout or TIMEOUT,
-    )
-    return settings if arguments.max_cost is None else replace(settings, max_cost=arguments.max_cost)
+    """The service that options name, and the model."""
+    return fields_of(arguments, InferenceSettings, model=arguments.model or None)
 
 
 def settings_from(arguments: argparse.Namespace) -> InferenceSettings:
     """The settings that a command's options give. Raises UsageError for those that make no sense."""
-    from scenelang.backends.language_models.provider import family
-
+    settings = service_of(arguments)
     with usage_errors():
-        family(arguments.provider)
-    settings = replace(
-        service_of(arguments),
-        effort=arguments.effort,
-        max_tokens=arguments.max_tokens,
-        is_batch=arguments.batch,
-        uses_replies=not arguments.no_cache,
-    )
-    return _with_limits(arguments, settings)
-
-
-def _with_limits(arguments: argparse.Namespace, settings: InferenceSettings) -> InferenceSettings:
-    """Settings with those limits that options give; a run that is continued may have new ones. Raises UsageError."""
-    from scenelang.inference.records import LIMITS
-
-    given: dict[str, Any] = {}
-    for option, name, value in (
-        ("-n", "samples", arguments.samples),
-        ("--repair", "repairs", arguments.repair),
-        ("--critique", "critiques", arguments.critique),
-        ("--jobs", "side_by_side", arguments.jobs),
-        ("--max-tokens", "max_tokens", arguments.max_tokens),
-        ("--max-cost", "max_cost", arguments.max_cost),
-    ):
-        low, high = LIMITS[name]
-        if value is not None and not low <= value <= high:
-            raise UsageError("value", f"{option} may be {low:,} to {high:,}, not {value:,}")
-        if value is not None and name != "max_tokens":
-            given[name] = value
-    return replace(settings, **given)
+        family(settings.provider)
+    check_limits(given(arguments, InferenceSettings))
+    return settings
 
 
 def _options_of(arguments: argparse.Namespace) -> Options:
@@ -191,9 +140,6 @@ def _add_kind(parser: argparse.ArgumentParser) -> None:
 
 
 def _task_of(arguments: argparse.Namespace) -> Task:
-    from scenelang.inference.brief import Ablation, Notation, TaskKind
-    from scenelang.inference.generation import task_of
-
     kind = TaskKind.FILM if arguments.animate else TaskKind.BLOCKS if arguments.minecraft else TaskKind.STILL
     notation = Notation.LANGUAGE if arguments.dsl else Notation.PYTHON
     ablation = Ablation(arguments.ablate or "")
@@ -209,7 +155,6 @@ class _LineParser(argparse.ArgumentParser):
 
 def model_request(command: str, line: str) -> ModelRequest:
     """The options of a REPL command, which are those of the command line, and the text behind them."""
-    from scenelang.inference.brief import Ablation
     from scenelang.repl.loop import ModelRequest
 
     parser = _LineParser(prog=command, add_help=False, allow_abbrev=False)
@@ -238,20 +183,19 @@ def model_request(command: str, line: str) -> ModelRequest:
 
 def _resumed(arguments: argparse.Namespace) -> tuple[Inference, Run]:
     """The run to continue, with new limits where options give some."""
-    from scenelang.inference.generation import resume
-
-    given = [option for option, name in _SETTLED.items() if getattr(arguments, name, None)]
-    if given:
-        raise UsageError("value", f"{given[0]} cannot be changed when a run goes on", "begin a new run for that")
+    settled = [option for option, name in _SETTLED.items() if getattr(arguments, name, None)]
+    if settled:
+        raise UsageError("value", f"{settled[0]} cannot be changed when a run goes on", "begin a new run for that")
     inference, run = resume(arguments.resume, arguments.command, arguments.runs)
-    return replace(inference, settings=_with_limits(arguments, inference.settings)), run
+    asked = given(arguments, InferenceSettings)
+    check_limits(asked)
+    renewed = {name: asked[name] for name in RENEWABLE if name in asked}
+    return replace(inference, settings=replace(inference.settings, **renewed)), run
 
 
 @contextmanager
 def _told(arguments: argparse.Namespace, run: Run) -> Iterator[None]:
     """Says how a run that ends early goes on."""
-    from scenelang.inference.generation import NoProgram, recorded
-
     runs = f" --runs {arguments.runs}" if arguments.runs else ""
     continuation = f"; to continue: scenelang {arguments.command} --resume {run.name}{runs}"
     try:
@@ -270,18 +214,11 @@ def _told(arguments: argparse.Namespace, run: Run) -> Iterator[None]:
 
 def _show_estimate(arguments: argparse.Namespace, inference: Inference) -> int:
     """Print the first request and what it costs at most."""
-    from scenelang.inference.conductor import payload_text
-    from scenelang.inference.generation import estimate
-
     found = estimate(inference)
     if arguments.json:
-        facts = {"address": found.address, "request": found.payload, "tokens": found.tokens, "cost": found.cost}
-        print_json(facts)
-        return 0
-    say(payload_text(found.payload))
-    if found.grammar is not None:
-        say(f"\ngrammar: {len(found.grammar):,} characters, where the server takes one")
-    say(f"\nto {found.address}: at most {found.tokens:,} tokens and ${found.cost:.4f} before repairs and critiques")
+        print_json(found.data())
+    else:
+        say(str(found))
     return 0
 
 
@@ -292,11 +229,7 @@ def _report_result(arguments: argparse.Namespace, result: Generated) -> None:
     report(arguments, result.warnings)
     for error in result.stopped:
         print(f"a sample ended early: {error.message}", file=sys.stderr)
-    print(
-        f"sample {result.sample}; {result.usage.prompt:,} tokens sent, {result.usage.answered:,} answered, "
-        f"${result.cost:.4f}; kept in {result.run}",
-        file=sys.stderr,
-    )
+    print(result, file=sys.stderr)
 
 
 def _say_written(arguments: argparse.Namespace, path: Path) -> None:
@@ -309,8 +242,6 @@ def _say_written(arguments: argparse.Namespace, path: Path) -> None:
 
 
 def add_generate(parser: argparse.ArgumentParser) -> None:
-    from scenelang.cli.neural import add_models
-
     parser.description = (
         "Ask a language model for a scene, check and evaluate its program, have mistakes mended, and "
         "write the program. What the model answers is never executed as Python."
@@ -329,13 +260,9 @@ def add_generate(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     add_model_options(parser)
     add_models(parser)
-    parser.set_defaults(run=generate)
 
 
-def generate(arguments: argparse.Namespace) -> int:
-    from scenelang.inference.conductor import Inference
-    from scenelang.inference.generation import begin
-
+def run_generate(arguments: argparse.Namespace) -> int:
     if arguments.output is not None:
         check_folder(Path(arguments.output))
         if Path(arguments.output).suffix != ".scene":
@@ -358,19 +285,16 @@ def generate(arguments: argparse.Namespace) -> int:
 def _check_inversion(arguments: argparse.Namespace) -> None:
     """Raises UsageError where there is nothing to learn from or no place for it, and SceneError without the packages:
     before the language model costs money."""
-    from scenelang.backends.base import need
-    from scenelang.backends.neural.weights import INSTALL
+    from scenelang.inversion import check_installed
 
     if not arguments.image or arguments.output is None:
         raise UsageError("value", "--invert learns from a picture, beside the program: give --image and -o")
-    for package in ("torch", "diffusers", "transformers"):
-        need(package, INSTALL)
+    check_installed()
 
 
 def _finish(arguments: argparse.Namespace, inference: Inference, run: Run) -> int:
     """Run to the end, write the program and draw it."""
     from scenelang.cli.neural import invert_generated
-    from scenelang.inference.generation import generated, play
 
     with _told(arguments, run):
         result = generated(run, play(inference, run, live_stream(arguments)), inference.options)
@@ -386,18 +310,10 @@ def _finish(arguments: argparse.Namespace, inference: Inference, run: Run) -> in
     output = result.save(chosen)
     _say_written(arguments, output)
     if arguments.render or facts.get("render"):
-        _say_written(arguments, _draw(arguments, result, output))
+        _say_written(arguments, draw_draft(result.scene, output, progress(arguments, "rendering")))
     if arguments.invert or facts.get("invert"):
         invert_generated(arguments, result.scene, inference.task.pictures, output)
     return 0
-
-
-def _draw(arguments: argparse.Namespace, result: Generated, output: Path) -> Path:
-    """A draft beside the program: a picture, of a film a GIF."""
-    shown, size = progress(arguments, "rendering"), _PICTURE_SIZE
-    if result.scene.animated:
-        return result.scene.film(size=(size // 2, size // 2)).save(output.with_suffix(".gif"), progress=shown)
-    return result.scene.render(size=(size, size), progress=shown).save(output.with_suffix(".png"))
 
 
 # --- edit ------------------------------------------------------------------------------------------------------------
@@ -422,13 +338,9 @@ def add_edit(parser: argparse.ArgumentParser) -> None:
         "--limit", type=whole, default=20, metavar="N", help="changes of the scene to print (default 20)"
     )
     add_model_options(parser)
-    parser.set_defaults(run=edit)
 
 
-def edit(arguments: argparse.Namespace) -> int:
-    from scenelang.inference.brief import Ablation
-    from scenelang.inference.generation import begin, digest_of, editing
-
+def run_edit(arguments: argparse.Namespace) -> int:
     _check_outputs(arguments)
     if arguments.resume is not None:
         inference, run = _resumed(arguments)
@@ -463,8 +375,6 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
 
 def _finish_edit(arguments: argparse.Namespace, inference: Inference, run: Run, path: Path) -> int:
     """Run to the end, show what the edit did, and write it where that is asked for."""
-    from scenelang.inference.generation import edited
-
     with _told(arguments, run):
         found = edited(inference, run, path, live_stream(arguments))
     picture = _pictured(found, Path(arguments.picture) if arguments.picture else run.path / "before-after.png")
@@ -493,11 +403,7 @@ def _pictured(found: Edited, path: Path) -> Path | None:
 def _show_edit(arguments: argparse.Namespace, found: Edited) -> None:
     from scenelang.scene_changes import OF_AN_EDIT, change_lines
 
-    colored = use_color(arguments, sys.stdout)
-    for line in found.diff.splitlines():
-        color = _COLORS.get(line[:1])
-        shown = printable(line)
-        print(f"\033[{color}m{shown}\033[0m" if colored and color else shown)
+    sys.stdout.writelines(painted(map(printable, found.diff.splitlines()), use_color(arguments, sys.stdout)))
     say("\n".join(change_lines(found.changes, arguments.limit, OF_AN_EDIT)))
 
 
@@ -510,64 +416,23 @@ def add_runs(parser: argparse.ArgumentParser) -> None:
         "attempt. `generate --resume RUN` and `edit --resume RUN` continue one."
     )
     parser.add_argument("run_name", metavar="RUN", nargs="?", help="a run: its name, `last`, or its folder")
-    parser.add_argument("--runs", metavar="DIR", help="where runs are kept (default: the user's state folder)")
-    add_output(parser)
-    parser.set_defaults(evaluates=False, run=runs)
+    _add_runs_folder(parser)
 
 
-def runs(arguments: argparse.Namespace) -> int:
-    from scenelang.inference.records import all_runs, find_run, runs_folder
+def run_runs(arguments: argparse.Namespace) -> int:
+    from scenelang.inference.run_reports import list_of_runs, run_facts, run_report
 
     folder = runs_folder(arguments.runs)
     if arguments.run_name is not None:
-        _show_run(arguments, find_run(folder, arguments.run_name))
-        return 0
-    found = [run.summary() for run in all_runs(folder)]
+        run = find_run(folder, arguments.run_name)
+        facts, attempts = run_facts(run)
+        data: Any = facts | {"attempts": [attempt.data() for attempt in attempts]}
+        text = run_report(run, facts, attempts)
+    else:
+        data = [each.summary() for each in all_runs(folder)]
+        text = list_of_runs(data) if data else f"there are no runs in {folder}"
     if arguments.json:
-        print_json(found)
-        return 0
-    if not found:
-        say(f"there are no runs in {folder}")
-        return 0
-    rows = [
-        (f["name"], f["command"], f["state"], str(f["attempts"]), f"${f['cost']:.4f}", _short(f["task"]))
-        for f in found
-    ]  # fmt: skip
-    header = ("run", "command", "state", "attempts", "cost", "task")
-    say(table([header, *rows], (False, False, False, True, True, False)))
+        print_json(data)
+    else:
+        say(text)
     return 0
-
-
-def _short(text: str) -> str:
-    return text if len(text) <= _LONGEST_TASK else text[: _LONGEST_TASK - 3] + "..."
-
-
-def _show_run(arguments: argparse.Namespace, run: Run) -> None:
-    facts = run.summary()
-    if facts["state"] == "damaged":
-        raise SceneError("run", f"the run {run.name} is damaged")
-    attempts = list(run.attempts())
-    if arguments.json:
-        print_json(facts | {"attempts": [attempt.data() for attempt in attempts]})
-        return
-    say(f"{facts['name']}: {facts['command']}, {facts['state']}, ${facts['cost']:.4f}")
-    say(f"{_short(facts['task'])}\n{run.path}")
-    header = ("sample", "attempt", "why", "ended", "sent", "answered", "cost", "came to")
-    rows = [header, *(_attempt_row(attempt) for attempt in attempts)]
-    say(table(rows, (True, True, False, False, True, True, True, False)))
-
-
-def _attempt_row(attempt: Attempt) -> tuple[str, ...]:
-    data = attempt.data()
-    cost = "kept" if data["was_kept"] else f"${data['cost']:.4f}"
-    sample = str(attempt.sample) if attempt.sample else "-"
-    sent, answered = f"{data['tokens']['sent']:,}", f"{data['tokens']['answered']:,}"
-    return sample, str(attempt.number), attempt.purpose, data["ended"], sent, answered, cost, _came_to(data)
-
-
-def _came_to(data: dict[str, Any]) -> str:
-    if data["usable"] is None:
-        return ""
-    if data["usable"]:
-        return f"a scene, {data['findings']} findings" if data["findings"] else "a scene"
-    return f"{data['errors']} error{'' if data['errors'] == 1 else 's'}"

@@ -3,59 +3,94 @@
 from __future__ import annotations
 
 import argparse
-import re
-from dataclasses import fields
+from collections.abc import Callable, Iterable, Mapping
+from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from scenelang.cli.output import report_run
+from scenelang.grammar import settings
 from scenelang.grammar.diagnostics import UsageError as UsageError
 from scenelang.grammar.diagnostics import usage_errors as usage_errors
+from scenelang.grammar.settings import Setting, settings_in
 from scenelang.interpreter.runtime.limits import Limits
-from scenelang.interpreter.runtime.runtime import ZEntry
-from scenelang.session import Evaluated, Options, Session
 
 if TYPE_CHECKING:
+    from scenelang.backends.neural.weights import Models
+    from scenelang.grammar.datum import Source
+    from scenelang.interpreter.runtime.runtime import ZEntry
+    from scenelang.interpreter.scene.entity import Scene as EntityScene
     from scenelang.scene import Scene
+    from scenelang.session import Evaluated, Session
+
+Fields = TypeVar("Fields")
 
 
-_LIMIT_HELP = {
-    "steps": "steps of evaluation",
-    "depth": "nested calls",
-    "entities": "distinct entities",
-    "primitives": "primitives when the scene is expanded",
-    "size": "items of a list or array, characters of a string",
-    "memory": "bytes of memory (suffixes k, M, G)",
-    "seconds": "wall time",
-}
-_SUFFIXES = {"k": 10**3, "m": 10**6, "g": 10**9}
+class Told(Exception):
+    """A mistake that is told already; the command ends with 1."""
 
 
-def amount(text: str) -> float:
-    """A positive number, with an optional suffix k, M or G."""
-    scale = _SUFFIXES.get(text[-1:].lower(), 1)
-    try:
-        value = float(text[:-1] if scale > 1 else text) * scale
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"`{text}` is no number") from None
-    if not 0 < value < 1e18:
-        raise argparse.ArgumentTypeError(f"`{text}` is no positive number")
-    return value
+def reader(read: Callable[[str], Any]) -> Callable[[str], Any]:
+    """``read`` as a converter of argparse, which then tells what ``read`` says of a text."""
+    if read in (int, float):
+        return read
+
+    @wraps(read)
+    def told(text: str) -> Any:
+        try:
+            return read(text)
+        except ValueError as error:
+            raise argparse.ArgumentTypeError(str(error)) from None
+
+    return told
 
 
-def whole(text: str) -> int:
-    """A number of things: 0, 1, 2, ..."""
-    if not text.isdecimal() or len(text) > 9:
-        raise argparse.ArgumentTypeError(f"`{text}` is no number of things")
-    return int(text)
+whole, picture_size = reader(settings.whole), reader(settings.picture_size)
 
 
-def picture_size(text: str) -> tuple[int, int]:
-    """``WIDTHxHEIGHT`` in pixels."""
-    match = re.fullmatch(r"(\d+)x(\d+)", text)
-    if match is None or not (1 <= int(match[1]) <= 16384 and 1 <= int(match[2]) <= 16384):
-        raise argparse.ArgumentTypeError(f"`{text}` is no size; write WIDTHxHEIGHT, such as 800x600")
-    return int(match[1]), int(match[2])
+def add_settings(group: Any, known: Mapping[str, Setting], prefix: str = "", **helps: str) -> None:
+    """An option for each setting; None stands for what is not given. ``prefix`` keeps the values of strangers' options
+    apart, ``helps`` are other texts for settings that mean something else to a command."""
+    for name, each in known.items():
+        more: dict[str, Any] = {"help": helps.get(name, each.help).replace("%", "%%"), "dest": prefix + _long(each)}
+        if type(each.default) is bool:
+            more |= {"action": "store_true"}
+        else:
+            more |= {"metavar": each.metavar, "type": each.read and reader(each.read), "choices": each.choices}
+            more |= {"action": "append"} if each.repeated else {}
+            more |= {"nargs": "?", "const": each.alone} if each.alone is not None else {}
+        group.add_argument(*each.flags, **more)
+
+
+def given_settings(arguments: argparse.Namespace, known: Mapping[str, Setting], prefix: str = "") -> dict[str, Any]:
+    """The values of the settings that options give, by name."""
+    found = {}
+    for name, each in known.items():
+        value = getattr(arguments, prefix + _long(each), None)
+        if value is not None and value is not False:
+            found[name] = not each.default if value is True else tuple(value) if each.repeated else value
+    return found
+
+
+def _long(each: Setting) -> str:
+    """What argparse calls a setting."""
+    return next(flag for flag in each.flags if flag.startswith("--"))[2:].replace("-", "_")
+
+
+def add_fields(group: Any, kind: type, names: Iterable[str] | None = None, **helps: str) -> None:
+    """An option for each field of a data class of settings, or for those in ``names``."""
+    known = settings_in(kind)
+    add_settings(group, {name: known[name] for name in (known if names is None else names)}, **helps)
+
+
+def given(arguments: argparse.Namespace, kind: type) -> dict[str, Any]:
+    """The fields of a data class that options give, by name."""
+    return given_settings(arguments, settings_in(kind))
+
+
+def fields_of(arguments: argparse.Namespace, kind: type[Fields], **more: Any) -> Fields:
+    """The data class of settings that options and ``more`` give."""
+    return kind(**given(arguments, kind) | more)
 
 
 def add_camera(group: Any, size_help: str, several: bool = False) -> None:
@@ -88,7 +123,7 @@ def add_common(parser: argparse.ArgumentParser) -> None:
     add_output(parser)
     group = parser.add_argument_group("evaluation")
     group.add_argument("--root", metavar="WORD", help="the word to evaluate (default: see docs/language.md)")
-    group.add_argument("--seed", type=int, default=0, metavar="N", help="seed of the random streams (default 0)")
+    add_seed(group)
     group.add_argument(
         "--define", action="append", default=[], metavar="NAME=VALUE", help="override a `param` of the program"
     )
@@ -97,22 +132,30 @@ def add_common(parser: argparse.ArgumentParser) -> None:
     add_limits(parser)
 
 
+def add_seed(group: Any) -> None:
+    group.add_argument("--seed", type=int, default=0, metavar="N", help="seed of the random streams (default 0)")
+
+
 def add_limits(parser: argparse.ArgumentParser) -> None:
     """What bounds an evaluation."""
-    limits = parser.add_argument_group("limits")
-    for field in fields(Limits):
-        if field.name in _LIMIT_HELP:
-            text = f"{_LIMIT_HELP[field.name]} (default {field.default:,})"
-            limits.add_argument(f"--max-{field.name}", type=amount, metavar="N", help=text)
+    add_fields(parser.add_argument_group("limits"), Limits)
 
 
 def limits_of(arguments: argparse.Namespace) -> Limits:
-    chosen: dict[str, Any] = {}
-    for field in fields(Limits):
-        value = getattr(arguments, f"max_{field.name}", None)
-        if value is not None:
-            chosen[field.name] = value if field.name == "seconds" else int(value)
-    return Limits(**chosen)
+    return fields_of(arguments, Limits)
+
+
+def add_models(parser: argparse.ArgumentParser) -> None:
+    """Where weights are, and what computes."""
+    from scenelang.backends.neural.weights import Models
+
+    add_fields(parser.add_argument_group("neural models"), Models)
+
+
+def models_of(arguments: argparse.Namespace) -> Models:
+    from scenelang.backends.neural.weights import Models
+
+    return fields_of(arguments, Models)
 
 
 def z_path(arguments: argparse.Namespace) -> Path | None:
@@ -142,8 +185,10 @@ def _has_z(program: str) -> bool:
     return bool(path.name) and path.with_suffix(".z.safetensors").exists()
 
 
-def session_of(arguments: argparse.Namespace, strict: bool = False) -> Session:
+def session_of(arguments: argparse.Namespace) -> Session:
     """The session that a command works with; raises SceneError for a malformed option."""
+    from scenelang.session import Options, Session
+
     defines = {}
     for item in arguments.define:
         name, sign, text = item.partition("=")
@@ -156,36 +201,39 @@ def session_of(arguments: argparse.Namespace, strict: bool = False) -> Session:
         defines=defines,
         limits=limits_of(arguments),
         allow_outside=arguments.allow_outside,
-        strict=strict,
+        strict=getattr(arguments, "strict", False),
         z_entries=z_entries(arguments),
     )
     return Session(options)
 
 
-def evaluated(arguments: argparse.Namespace) -> Evaluated:
+def opened(arguments: argparse.Namespace, session: Session | None = None) -> tuple[Evaluated, Source, Session]:
     """Evaluate the command's file and print what the run said."""
-    return evaluated_text(arguments)[0]
-
-
-def evaluated_text(arguments: argparse.Namespace) -> tuple[Evaluated, str]:
-    """As ``evaluated``, with the file's text."""
-    session = session_of(arguments)
+    session = session or session_of(arguments)
     source = session.source(arguments.file)
     result = session.evaluate(source)
     report_run(arguments, result)
-    return result, source.text
+    return result, source, session
 
 
-def scene_of(arguments: argparse.Namespace, fresh: bool = False) -> Scene | None:
-    """The scene of the command's file; None for a wrong program, which is then told. ``fresh``: the file of embeddings
-    is only to be made."""
+def evaluated(arguments: argparse.Namespace) -> EntityScene:
+    """The entity graph of the command's file; raises Told for a wrong program."""
+    scene = opened(arguments)[0].scene
+    if scene is None:
+        raise Told
+    return scene
+
+
+def scene_of(arguments: argparse.Namespace, fresh: bool = False) -> Scene:
+    """The scene of the command's file; raises Told for a wrong program. ``fresh``: the file of embeddings is only to be
+    made."""
     from scenelang.scene import scene_from
 
-    session = session_of(argparse.Namespace(**{**vars(arguments), "z": None, "file": "-"}) if fresh else arguments)
-    source = session.source(arguments.file)
-    result = session.evaluate(source)
-    report_run(arguments, result)
-    return None if result.scene is None else scene_from(result, source.name, session.options)
+    own = argparse.Namespace(**{**vars(arguments), "z": None, "file": "-"}) if fresh else arguments
+    result, source, session = opened(arguments, session_of(own))
+    if result.scene is None:
+        raise Told
+    return scene_from(result, source.name, session.options)
 
 
 def session_limit(arguments: argparse.Namespace) -> int:

@@ -7,13 +7,16 @@ import json
 import os
 import sys
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 from scenelang.backends.files import written_whole
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, capped, printable, render_text, to_json
-from scenelang.session import Evaluated
+from scenelang.reports import table as table
+
+if TYPE_CHECKING:
+    from scenelang.session import Evaluated
 
 _PATIENCE = 1.0  # seconds before progress is shown
 _WIDTH = 30
@@ -116,14 +119,3 @@ def done(arguments: argparse.Namespace, *written: Path) -> None:
     if not arguments.quiet:
         for output in written:
             say(f"wrote {output}")
-
-
-def table(rows: Sequence[Sequence[str]], right: Sequence[bool]) -> str:
-    """Rows in aligned columns; a cell is one line."""
-    rows = [[printable(cell).replace("\n", "\\n") for cell in row] for row in rows]
-    widths = [max((len(row[i]) for row in rows), default=0) for i in range(len(right))]
-    lines = []
-    for row in rows:
-        cells = [c.rjust(w) if r else c.ljust(w) for c, w, r in zip(row, widths, right)]
-        lines.append("  ".join(cells).rstrip())
-    return "\n".join(lines)

@@ -11,27 +11,41 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from scenelang.backends import base
+from scenelang.backends.pictures.camera import Camera, Viewpoint, parse_viewpoint
+from scenelang.backends.pictures.film import (
+    QUALITIES,
+    FilmOptions,
+    PictureOptions,
+    check,
+    check_output,
+    picture_backend,
+    write_drawing,
+)
 from scenelang.cli.options import (
     UsageError,
     add_camera,
-    add_common,
-    add_file,
-    add_output,
+    add_fields,
+    add_settings,
+    fields_of,
+    given_settings,
+    opened,
+    reader,
     scene_of,
     session_limit,
     session_of,
     usage_errors,
     whole,
 )
-from scenelang.cli.output import check_folder, deliver, done, print_json, progress, report, report_run, say, table
+from scenelang.cli.output import check_folder, deliver, done, print_json, progress, report, say
 from scenelang.cli.output import warnings as warnings_of
-from scenelang.session import Session
+from scenelang.grammar.settings import port
+from scenelang.reports import table
 
 if TYPE_CHECKING:
-    from scenelang.backends.base import Option, Work
     from scenelang.backends.labels.dataset import DatasetItem, LabelledScene
-    from scenelang.backends.pictures.film import PictureOptions
     from scenelang.backends.viewer.packet import SplatsOf
+    from scenelang.session import Session
     from scenelang.viewer.workspace import Evaluate, Workspace
 
 _SIZE = (512, 512)
@@ -44,145 +58,85 @@ def _add_view(parser: argparse.ArgumentParser, several: bool = False) -> None:
     """What tells where pictures are taken from, by one camera or ``several``, and in what light."""
     group = parser.add_argument_group("view")
     add_camera(group, "pixels (default 512x512)", several)
-    names = "studio, overcast, sunny, sunset, night, flat"
-    group.add_argument("--environment", default="studio", metavar="NAME", help=f"the light: {names}")
-    group.add_argument("--ground", metavar="NAME", help="seamless, none, white, dark, meadow, earth, checker")
+    add_fields(group, PictureOptions, ("environment", "ground"))
 
 
 def _add_quality(parser: argparse.ArgumentParser, what: str) -> None:
-    from scenelang.backends.pictures.film import QUALITIES
-
     told = "; ".join(f"{quality.name}: {quality.doc}" for quality in QUALITIES.every())
     parser.add_argument("--quality", choices=QUALITIES.names(), default="draft", help=f"{what} ({told})")
 
 
-def _add_backend_options(parser: argparse.ArgumentParser, work: Work) -> None:
-    """A flag for every option of the backends that do ``work``; ``_settings_of`` reads them back."""
-    from scenelang.backends.base import every
-
-    owners: dict[str, list[str]] = {}
-    options: dict[str, Option] = {}
-    for backend in every(work):
-        for option in backend.options:
-            owners.setdefault(option.name, []).append(backend.name)
-            options.setdefault(option.name, option)
-    group = parser.add_argument_group("options of backends")
-    for name, option in options.items():
-        text = f"{option.doc} ({', '.join(owners[name])}{_default(option)})".replace("%", "%%")
-        if type(option.default) is bool:
-            group.add_argument(f"--{name}", action="store_const", const=True, dest=_dest(name), help=text)
-            continue
-        kind = int if option.default is None else type(option.default)
-        metavar = "|".join(option.choices) or {int: "N", float: "X"}.get(kind, "TEXT")
-        group.add_argument(f"--{name}", type=kind, dest=_dest(name), metavar=metavar, help=text)
-    parser.set_defaults(backend_options=tuple(options))
+def _add_backend_options(parser: argparse.ArgumentParser, work: base.Work) -> None:
+    """The options of the backends that do ``work``; ``_settings_of`` reads them back."""
+    add_settings(parser.add_argument_group("options of backends"), base.settings_for(work), "backend_")
+    parser.set_defaults(work=work)
 
 
 def _settings_of(arguments: argparse.Namespace) -> dict[str, Any]:
     """The options of backends that were given, by name."""
-    values = {name: getattr(arguments, _dest(name)) for name in arguments.backend_options}
-    return {name: value for name, value in values.items() if value is not None}
-
-
-def _dest(name: str) -> str:
-    return f"backend_{name.replace('-', '_')}"
-
-
-def _default(option: Option) -> str:
-    return "" if option.default in (None, "") or type(option.default) is bool else f"; default {option.default}"
+    return given_settings(arguments, base.settings_for(arguments.work), "backend_")
 
 
 def _picture_options(arguments: argparse.Namespace, camera: str | None) -> PictureOptions:
     """What the options of a command that draws ask for; raises SceneError."""
-    from scenelang.backends.pictures.camera import Camera, Viewpoint, parse_viewpoint
-    from scenelang.backends.pictures.film import PictureOptions
-
     view = parse_viewpoint(camera) if camera else Viewpoint()
     own = (view.width, view.height) if isinstance(view, Camera) else _SIZE
     width, height = arguments.size or own
-    return PictureOptions(
-        frame=arguments.frame,
-        limit=session_limit(arguments),
-        progress=progress(arguments, "rendering"),
-        settings=_settings_of(arguments),
-        warn=warnings_of(arguments),
-        width=width,
-        height=height,
-        camera=view,
-        environment=arguments.environment,
-        ground=arguments.ground,
+    return fields_of(
+        arguments, PictureOptions, limit=session_limit(arguments), progress=progress(arguments, "rendering"),
+        settings=_settings_of(arguments), warn=warnings_of(arguments), width=width, height=height, camera=view,
         seed=arguments.seed,
-        labels=not getattr(arguments, "no_labels", False),
-    )
+    )  # fmt: skip
 
 
 # --- render, export --------------------------------------------------------------------------------------------------
 
 
 def add_render(parser: argparse.ArgumentParser) -> None:
-    from scenelang.backends.base import Work
-
-    add_file(parser)
     parser.add_argument("-o", "--output", metavar="OUT", required=True, help=".png .jpg .webp .exr .gif .apng .mp4")
     _add_quality(parser, "of the picture")
     parser.add_argument("--backend", metavar="NAME,...", help="backends that draw, side by side, instead of a quality")
-    parser.add_argument("--frame", type=whole, metavar="N", help="a picture of this frame of a 4D scene, from 0")
+    add_fields(parser, PictureOptions, ("frame",), frame="a picture of this frame of a 4D scene, from 0")
     _add_view(parser)
-    parser.add_argument("--no-labels", action="store_true", help="no words on the boxes of semantic primitives")
-    films = parser.add_argument_group("films")
-    films.add_argument("--frames", type=whole, metavar="N", help="pictures of a film (default: the scene's, or 48)")
-    films.add_argument("--fps", type=float, metavar="X", help="pictures per second (default 24)")
-    films.add_argument("--orbit", type=float, metavar="DEGREES", help="how far the camera goes round the scene")
-    _add_backend_options(parser, Work.PICTURE)
-    add_common(parser)
-    parser.set_defaults(run=render)
+    add_fields(parser, PictureOptions, ("labels",))
+    add_fields(parser.add_argument_group("films"), FilmOptions)
+    _add_backend_options(parser, base.Work.PICTURE)
 
 
-def render(arguments: argparse.Namespace) -> int:
-    from scenelang.backends.pictures.film import FilmOptions, check, check_output, picture_backend, write_drawing
-
+def run_render(arguments: argparse.Namespace) -> int:
     output = Path(arguments.output)
     with usage_errors():  # before the work, so that typos are cheap
         names = arguments.backend.split(",") if arguments.backend else [arguments.quality]
         backends = [picture_backend(name.strip()) for name in names]
         options = _picture_options(arguments, arguments.camera)
-        film = FilmOptions(arguments.frames, arguments.fps, arguments.orbit)
+        film = fields_of(arguments, FilmOptions)
         check(options, backends)
         check_output(output, options.frame, film, len(backends))
     check_folder(output)
     scene = scene_of(arguments)
-    if scene is None:
-        return 1
     write_drawing(scene.graph, output, options, film, backends)
     done(arguments, output)
     return 0
 
 
 def add_export(parser: argparse.ArgumentParser) -> None:
-    from scenelang.backends.base import Work
-
-    add_file(parser)
     parser.add_argument("-o", "--output", metavar="OUT", required=True, help="the file to write, such as OUT.glb")
     parser.add_argument("--backend", metavar="NAME", help="the backend (default: by file ending)")
-    parser.add_argument("--frame", type=whole, metavar="N", help="only this frame of a 4D scene, from 0")
-    _add_backend_options(parser, Work.EXPORT)
-    add_common(parser)
-    parser.set_defaults(run=export)
+    add_fields(parser, base.BackendOptions, ("frame",))
+    _add_backend_options(parser, base.Work.EXPORT)
 
 
-def export(arguments: argparse.Namespace) -> int:
-    from scenelang.backends import base
-
+def run_export(arguments: argparse.Namespace) -> int:
     output, limit = Path(arguments.output), session_limit(arguments)
     shown, warn = progress(arguments, "exporting"), warnings_of(arguments)
     with usage_errors():
         backend = base.find(arguments.backend) if arguments.backend else base.for_file(output, base.Work.EXPORT)
-        options = base.BackendOptions(arguments.frame, limit, shown, _settings_of(arguments), warn)
+        options = fields_of(
+            arguments, base.BackendOptions, limit=limit, progress=shown, settings=_settings_of(arguments), warn=warn
+        )
         base.check_settings(options, [backend])
     check_folder(output)
     scene = scene_of(arguments)
-    if scene is None:
-        return 1
     done(arguments, *(backend.run(scene.graph, output, options) or [output]))
     return 0
 
@@ -191,27 +145,20 @@ def export(arguments: argparse.Namespace) -> int:
 
 
 def add_maps(parser: argparse.ArgumentParser) -> None:
-    from scenelang.backends.base import Work
+    from scenelang.backends.labels.dataset import MapOptions
 
     parser.add_argument("files", metavar="FILE", nargs="+", help="programs, `-` for standard input")
     parser.add_argument("-o", "--output", metavar="DIR", required=True, help="the folder to write to")
     _add_quality(parser, "of the colour pictures")
-    parser.add_argument("--frame", type=whole, metavar="N", help="only this frame of a 4D scene, from 0")
+    add_fields(parser, base.BackendOptions, ("frame",))
     parser.add_argument("--views", type=whole, metavar="N", help="so many random cameras, by the seed")
-    parser.add_argument("--tracks", type=whole, default=64, metavar="N", help="tracked points of 4D scenes (64)")
-    parser.add_argument(
-        "--annotations", type=whole, default=20_000, metavar="N", help="instances of a picture in coco.json (20,000)"
-    )
+    add_fields(parser, MapOptions)
     _add_view(parser, several=True)
-    _add_backend_options(parser, Work.PICTURE)
-    add_common(parser)
-    parser.set_defaults(run=maps, file="-")
+    _add_backend_options(parser, base.Work.PICTURE)
 
 
-def maps(arguments: argparse.Namespace) -> int:
+def run_maps(arguments: argparse.Namespace) -> int:
     from scenelang.backends.labels.dataset import MapOptions, check_set_folder, views_of, write_set
-    from scenelang.backends.pictures.camera import parse_viewpoint
-    from scenelang.backends.pictures.film import check, picture_backend
 
     with usage_errors():
         backend = picture_backend(arguments.quality)
@@ -219,7 +166,7 @@ def maps(arguments: argparse.Namespace) -> int:
         check(options, [backend])
         given = [parse_viewpoint(text) for text in arguments.camera or [""]]
         views = views_of(given, arguments.views, arguments.seed)
-    settings = MapOptions(options, views, arguments.size is not None, arguments.tracks, arguments.annotations)
+    settings = fields_of(arguments, MapOptions, pictures=options, views=views, resize=arguments.size is not None)
     folder = Path(arguments.output)
     check_set_folder(folder)
     failed: list[str] = []
@@ -243,10 +190,7 @@ def _labelled(arguments: argparse.Namespace, failed: list[str]) -> Iterator[Labe
 
     for path, name in zip(arguments.files, names_of(arguments.files), strict=True):
         arguments.file = path
-        session = session_of(arguments)
-        source = session.source(path)
-        result = session.evaluate(source)
-        report_run(arguments, result)
+        result, source, _ = opened(arguments)
         if result.scene is None:
             failed.append(path)
             continue
@@ -259,34 +203,23 @@ def _labelled(arguments: argparse.Namespace, failed: list[str]) -> Iterator[Labe
 
 
 def add_graph(parser: argparse.ArgumentParser) -> None:
-    add_file(parser)
     parser.add_argument("-o", "--output", metavar="OUT.svg", required=True, help="the drawing to write")
     parser.add_argument("--depth", type=whole, metavar="N", help="levels below the root")
     parser.add_argument("--frame", type=whole, metavar="N", help="frame of a 4D scene (default 0)")
     parser.add_argument("--thumbnails", action="store_true", help="a small picture of every node")
-    add_common(parser)
-    parser.set_defaults(run=graph)
 
 
-def graph(arguments: argparse.Namespace) -> int:
+def run_graph(arguments: argparse.Namespace) -> int:
     output = Path(arguments.output)
     if output.suffix.lower() != ".svg":
         raise UsageError("backend", f"a graph cannot be written as `{output.name}`", "use .svg")
     check_folder(output)
     scene = scene_of(arguments)
-    if scene is None:
-        return 1
     done(arguments, scene.save_graph(output, arguments.depth, arguments.frame, arguments.thumbnails))
     return 0
 
 
 # --- view ------------------------------------------------------------------------------------------------------------
-
-
-def _port(text: str) -> int:
-    if not text.isdecimal() or not 0 <= int(text) <= 65535:
-        raise argparse.ArgumentTypeError(f"`{text}` is no port; it is a number from 0 to 65535")
-    return int(text)
 
 
 def add_view(parser: argparse.ArgumentParser) -> None:
@@ -296,13 +229,11 @@ def add_view(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--textures", metavar="PATH", help="where these looks are (default: the installed game)")
     parser.add_argument("--splats", action="store_true", help="show Gaussians in place of solids")
     parser.add_argument("--distilled", metavar="DIR", help="show what a run of `distill` learned")
-    parser.add_argument("--port", type=_port, default=0, metavar="N", help="the port (default: a free one)")
+    parser.add_argument("--port", type=reader(port), default=0, metavar="N", help="the port (default: a free one)")
     parser.add_argument("--no-browser", action="store_true", help="only print the address")
-    add_common(parser)
-    parser.set_defaults(run=view)
 
 
-def view(arguments: argparse.Namespace) -> int:
+def run_view(arguments: argparse.Namespace) -> int:
     if "-" in arguments.files:
         raise UsageError("file", "`view` watches files, so it cannot show standard input")
     if arguments.textures is not None and not arguments.minecraft:
@@ -402,8 +333,6 @@ def _view_build(arguments: argparse.Namespace) -> int:
     output = _page_file(arguments) if arguments.html else None
     (arguments.file,) = arguments.files
     scene = scene_of(arguments)
-    if scene is None:
-        return 1
     page = page_of_scene(scene.graph, arguments.textures or "", session_limit(arguments))
     report(arguments, page.warnings)
     if output is not None:
@@ -424,14 +353,7 @@ def _view_build(arguments: argparse.Namespace) -> int:
 # --- backends --------------------------------------------------------------------------------------------------------
 
 
-def add_backends(parser: argparse.ArgumentParser) -> None:
-    add_output(parser)
-    parser.set_defaults(run=backends)
-
-
-def backends(arguments: argparse.Namespace) -> int:
-    from scenelang.backends import base
-
+def run_backends(arguments: argparse.Namespace) -> int:
     found = base.every()
     if arguments.json:
         print_json([backend.facts() for backend in found])

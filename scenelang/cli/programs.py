@@ -4,41 +4,47 @@ import, doctor."""
 from __future__ import annotations
 
 import argparse
-import re
 import sys
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from itertools import chain, islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenelang.cli.options import (
     UsageError,
-    add_common,
-    add_file,
     add_limits,
     add_output,
     evaluated,
     limits_of,
+    reader,
     session_limit,
     session_of,
     usage_errors,
     whole,
 )
-from scenelang.cli.output import check_folder, deliver, done, print_json, report, report_run, say, table, use_color
-from scenelang.grammar.diagnostics import CODES, MENDS, Diagnostic, SceneError, diagnostic_named, explanation, suggest
+from scenelang.cli.output import check_folder, deliver, done, print_json, report, report_run, say, use_color
+from scenelang.grammar.diagnostics import (
+    CODES,
+    Diagnostic,
+    SceneError,
+    diagnostic_asked,
+    explanation,
+    explanation_data,
+    to_json,
+)
+from scenelang.grammar.settings import line_range, part_of_one
 from scenelang.interpreter.scene.entity import count_words
+from scenelang.primer import summary, summary_rows
+from scenelang.reports import painted, table
 from scenelang.sandbox.supervision import limited
-from scenelang.session import Options, Session, program_files
+from scenelang.session import Options, Session
 
 if TYPE_CHECKING:
-    from scenelang.doctor import Check
     from scenelang.formatting import FormattedFile
     from scenelang.interpreter.scene.difference import Sheet
 
 _FIRST_LINES = 10_000
-_PAINT = {"+": "\x1b[32m", "-": "\x1b[31m", "@": "\x1b[36m"}
-_OFF = "\x1b[0m"
 
 
 # --- check, run, expand --------------------------------------------------------------------------------------------
@@ -50,11 +56,11 @@ def add_check(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--run", action="store_true", dest="evaluate", help="evaluate the programs as well")
     parser.add_argument("--geometry", action="store_true", help="evaluate, and look for odd overlaps, gaps and faces")
     parser.add_argument("--fix", action="store_true", help="mend what can be mended without changing what programs do")
-    add_common(parser)
-    parser.set_defaults(run=check, file="-")
 
 
-def check(arguments: argparse.Namespace) -> int:
+def run_check(arguments: argparse.Namespace) -> int:
+    from scenelang.formatting import program_files
+
     found: list[Diagnostic] = []
     session: Session | None = None
     files = program_files(arguments.files)
@@ -62,7 +68,7 @@ def check(arguments: argparse.Namespace) -> int:
         raise UsageError("value", "--fix mends files of the language (.scene)")
     for path in files:
         arguments.file = path
-        session = session or session_of(arguments, arguments.strict)
+        session = session or session_of(arguments)
         try:
             found += _found_in(arguments, session, path)
         except SceneError as error:
@@ -84,15 +90,7 @@ def _found_in(arguments: argparse.Namespace, session: Session, path: str) -> Seq
     return (session.evaluate(source) if arguments.evaluate else session.check(source)).diagnostics
 
 
-def add_run(parser: argparse.ArgumentParser) -> None:
-    add_file(parser)
-    add_common(parser)
-    parser.set_defaults(run=run)
-
-
-def run(arguments: argparse.Namespace) -> int:
-    from scenelang.primer import summary, summary_rows
-
+def run_run(arguments: argparse.Namespace) -> int:
     session = session_of(arguments)
     source = session.source(arguments.file)
     started = time.perf_counter()
@@ -110,13 +108,7 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def add_expand(parser: argparse.ArgumentParser) -> None:
-    add_file(parser)
-    add_common(parser)
-    parser.set_defaults(run=expand)
-
-
-def expand(arguments: argparse.Namespace) -> int:
+def run_expand(arguments: argparse.Namespace) -> int:
     session = session_of(arguments)
     checked = session.check(session.source(arguments.file))
     if checked.ok and checked.program is None:
@@ -132,25 +124,20 @@ def expand(arguments: argparse.Namespace) -> int:
 
 
 def add_tree(parser: argparse.ArgumentParser) -> None:
-    add_file(parser)
     parser.add_argument("--depth", type=whole, metavar="N", help="levels below the root")
     parser.add_argument("--poses", action="store_true", help="also the pose of every part")
     parser.add_argument("--all", action="store_true", help="every instance: no counts of repeated parts")
-    add_common(parser)
-    parser.set_defaults(run=tree)
 
 
-def tree(arguments: argparse.Namespace) -> int:
+def run_tree(arguments: argparse.Namespace) -> int:
     from scenelang.interpreter.scene.outline import outline, outline_data
 
     with limited(limits_of(arguments)):
-        result = evaluated(arguments)
-        if result.scene is None:
-            return 1
+        scene = evaluated(arguments)
         if arguments.json:
-            data = outline_data(result.scene, arguments.depth)
+            data = outline_data(scene, arguments.depth)
         else:
-            lines = outline(result.scene, arguments.depth, arguments.poses, arguments.all)
+            lines = outline(scene, arguments.depth, arguments.poses, arguments.all)
             first = list(islice(lines, _FIRST_LINES))
     if arguments.json:
         print_json(data)
@@ -160,23 +147,15 @@ def tree(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def add_flatten(parser: argparse.ArgumentParser) -> None:
-    add_file(parser)
-    add_common(parser)
-    parser.set_defaults(run=flatten)
-
-
-def flatten(arguments: argparse.Namespace) -> int:
+def run_flatten(arguments: argparse.Namespace) -> int:
     from scenelang.interpreter.scene.flatten import flatten as flatten_scene
     from scenelang.interpreter.scene.numbering import primitive_handles
     from scenelang.interpreter.scene.outline import flat_json
 
     with limited(limits_of(arguments)):
-        result = evaluated(arguments)
-        if result.scene is None:
-            return 1
-        flat = flatten_scene(result.scene, session_limit(arguments))
-        handles = primitive_handles(result.scene, flat) if arguments.json else []
+        scene = evaluated(arguments)
+        flat = flatten_scene(scene, session_limit(arguments))
+        handles = primitive_handles(scene, flat) if arguments.json else []
     if arguments.json:
         sys.stdout.writelines(chain(flat_json(flat, handles), "\n"))
         return 0
@@ -187,18 +166,13 @@ def flatten(arguments: argparse.Namespace) -> int:
 
 
 def add_count(parser: argparse.ArgumentParser) -> None:
-    add_file(parser)
     parser.add_argument("--frame", type=whole, default=0, metavar="N", help="frame of a 4D scene (default 0)")
-    add_common(parser)
-    parser.set_defaults(run=count)
 
 
-def count(arguments: argparse.Namespace) -> int:
+def run_count(arguments: argparse.Namespace) -> int:
     with limited(limits_of(arguments)):
-        result = evaluated(arguments)
-        if result.scene is None:
-            return 1
-        frames = result.scene.frames
+        scene = evaluated(arguments)
+        frames = scene.frames
         if arguments.frame >= len(frames):
             said = f"there is no frame {arguments.frame}; the scene has {len(frames)}, counted from 0"
             raise SceneError("value", said)
@@ -206,37 +180,26 @@ def count(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json(counts)
     else:
-        if result.scene.animated:
+        if scene.animated:
             say(f"frame {arguments.frame} of {len(frames)}:")
         say(table([(f"{n:,}", word) for word, n in counts.items()], (True, False)))
     return 0
 
 
 def add_bounds(parser: argparse.ArgumentParser) -> None:
-    add_file(parser)
     parser.add_argument("--word", help="only the entities of this word, in the world's frame")
-    add_common(parser)
-    parser.set_defaults(run=bounds)
 
 
-def bounds(arguments: argparse.Namespace) -> int:
-    from scenelang.interpreter.scene.bounds import word_box
+def run_bounds(arguments: argparse.Namespace) -> int:
+    from scenelang.interpreter.scene.bounds import box_facts, word_box
 
     with limited(limits_of(arguments)):
-        result = evaluated(arguments)
-        if result.scene is None:
-            return 1
-        box = word_box(result.scene, arguments.word)
+        scene = evaluated(arguments)
+        box = word_box(scene, arguments.word)
     if box is None:
         what = f'"{arguments.word}"' if arguments.word else "the scene"
         raise SceneError("empty-scene", f"{what} has no geometry, so it has no bounding box")
-    low, high = list(box[:3]), list(box[3:])
-    facts = {
-        "min": low,
-        "max": high,
-        "center": [(a + b) / 2 for a, b in zip(low, high)],
-        "sizes": [b - a for a, b in zip(low, high)],
-    }
+    facts = box_facts(box)
     if arguments.json:
         print_json(facts)
     else:
@@ -255,20 +218,12 @@ def add_fmt(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--check", action="store_true", help="change nothing; exit 1 if a file would change")
     parser.add_argument("--diff", action="store_true", help="change nothing; show what would change")
-    parser.add_argument("--lines", metavar="A:B", type=_lines, help="only the forms on lines A to B of one file")
-    add_output(parser)
-    parser.set_defaults(evaluates=False, run=fmt)
+    span = "only the forms on lines A to B of one file"
+    parser.add_argument("--lines", metavar="A:B", type=reader(line_range), help=span)
 
 
-def _lines(text: str) -> tuple[int, int]:
-    match = re.fullmatch(r"(\d{1,9}):(\d{1,9})", text)
-    if match is None or not 0 < int(match[1]) <= int(match[2]):
-        raise argparse.ArgumentTypeError(f"`{text}` is no range of lines such as 3:10")
-    return int(match[1]), int(match[2])
-
-
-def fmt(arguments: argparse.Namespace) -> int:
-    from scenelang.formatting import FormattedFile, format_file
+def run_fmt(arguments: argparse.Namespace) -> int:
+    from scenelang.formatting import FormattedFile, format_file, program_files
 
     names = program_files(arguments.files)
     if arguments.lines is not None and len(names) != 1:
@@ -291,7 +246,7 @@ def _deliver(arguments: argparse.Namespace, name: str, file: FormattedFile) -> N
         return
     only_shown = arguments.check or arguments.diff
     if arguments.diff and file.changes and not arguments.json:
-        sys.stdout.writelines(_painted(file.difference(), use_color(arguments, sys.stdout)))
+        sys.stdout.writelines(painted(file.difference(), use_color(arguments, sys.stdout)))
     if name == "-" and not only_shown and not arguments.json:
         sys.stdout.flush()
         sys.stdout.buffer.write(file.after.encode("utf-8"))
@@ -303,19 +258,10 @@ def _deliver(arguments: argparse.Namespace, name: str, file: FormattedFile) -> N
         say(f"{'would format' if arguments.check else 'formatted'} {name}")
 
 
-def _painted(lines: Iterable[str], color: bool) -> Iterator[str]:
-    for line in lines:
-        paint = _PAINT.get(line[:1]) if color else None
-        yield f"{paint}{line}{_OFF}\n" if paint else f"{line}\n"
-
-
 def _report_formatted(arguments: argparse.Namespace, files: Sequence[FormattedFile]) -> None:
     found = [diagnostic for file in files for diagnostic in file.diagnostics]
     if arguments.json:
-        from scenelang.grammar.diagnostics import to_json
-
-        facts = [{"file": f.name, "changed": f.changes, "formatted": f.after is not None} for f in files]
-        print_json({"files": facts, "diagnostics": [to_json(diagnostic) for diagnostic in found]})
+        print_json({"files": [file.data() for file in files], "diagnostics": [to_json(each) for each in found]})
     elif found:
         report(arguments, found)
     for file in files:
@@ -326,30 +272,17 @@ def _report_formatted(arguments: argparse.Namespace, files: Sequence[FormattedFi
 # --- diff ------------------------------------------------------------------------------------------------------------
 
 
-def tolerance(text: str) -> float:
-    """A part of the scene's size, more than 0 and less than 1."""
-    try:
-        value = float(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"`{text}` is no number") from None
-    if not 0 < value < 1:
-        raise argparse.ArgumentTypeError(f"`{text}` is not between 0 and 1")
-    return value
-
-
 def add_diff(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("a", metavar="A", help="a program, or a flattened scene (.json)")
     parser.add_argument("b", metavar="B", help="a program, or a flattened scene (.json)")
     parser.add_argument(
-        "--tolerance", type=tolerance, default=1e-5, metavar="T",
+        "--tolerance", type=reader(part_of_one), default=1e-5, metavar="T",
         help="differences up to this part of the scene's size do not count (default 1e-5)",
     )  # fmt: skip
     parser.add_argument("--limit", type=whole, default=20, metavar="N", help="changes to print (default 20)")
-    add_common(parser)
-    parser.set_defaults(run=diff)
 
 
-def diff(arguments: argparse.Namespace) -> int:
+def run_diff(arguments: argparse.Namespace) -> int:
     from scenelang.scene_changes import change_lines, changes_between
 
     if arguments.a == arguments.b == "-":
@@ -357,10 +290,7 @@ def diff(arguments: argparse.Namespace) -> int:
     sides: list[Sequence[Sheet]] = []
     for path in (arguments.a, arguments.b):
         with limited(limits_of(arguments)):
-            sheets = _sheets(arguments, path)
-        if sheets is None:
-            return 1
-        sides.append(sheets)
+            sides.append(_sheets(arguments, path))
     with limited(limits_of(arguments)):
         found = changes_between(sides[0], sides[1], arguments.tolerance)
     if arguments.json:
@@ -370,8 +300,8 @@ def diff(arguments: argparse.Namespace) -> int:
     return 0 if found.equal else 1
 
 
-def _sheets(arguments: argparse.Namespace, path: str) -> Sequence[Sheet] | None:
-    """The frames of a program or a JSON file; None when the program is wrong, which is then said."""
+def _sheets(arguments: argparse.Namespace, path: str) -> Sequence[Sheet]:
+    """The frames of a program or a JSON file; raises Told for a wrong program."""
     from scenelang.scene_changes import sheets_in, sheets_of
 
     limit = session_limit(arguments)
@@ -379,8 +309,7 @@ def _sheets(arguments: argparse.Namespace, path: str) -> Sequence[Sheet] | None:
     if sheets is not None:
         return sheets
     arguments.file = path  # what the shared options look at: embeddings lie beside it
-    result = evaluated(arguments)
-    return sheets_of(result.scene, limit) if result.scene is not None else None
+    return sheets_of(evaluated(arguments), limit)
 
 
 # --- transpile, import, grammar --------------------------------------------------------------------------------------
@@ -394,10 +323,9 @@ def add_transpile(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-o", "--output", metavar="OUT.scene", help="where to write it (default: standard output)")
     add_output(parser)
     add_limits(parser)
-    parser.set_defaults(run=transpile)
 
 
-def transpile(arguments: argparse.Namespace) -> int:
+def run_transpile(arguments: argparse.Namespace) -> int:
     if arguments.output is not None and Path(arguments.output).resolve() == Path(arguments.file).resolve():
         raise UsageError("file", "the output would replace the Python that it is made of")
     session = Session(Options(limits=limits_of(arguments)))
@@ -412,11 +340,9 @@ def transpile(arguments: argparse.Namespace) -> int:
 def add_import(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", metavar="FILE", help="the build: .schem, .litematic or .nbt")
     parser.add_argument("-o", "--output", metavar="OUT.scene", help="the program to write (default: standard output)")
-    add_output(parser)
-    parser.set_defaults(run=import_build)
 
 
-def import_build(arguments: argparse.Namespace) -> int:
+def run_import(arguments: argparse.Namespace) -> int:
     from scenelang.backends.minecraft.export import imported
 
     output = Path(arguments.output) if arguments.output else None
@@ -442,11 +368,9 @@ def add_grammar(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--format", required=True, choices=GRAMMARS, help="who is to read it")
     parser.add_argument("--strict", action="store_true", help="exactly the paper's grammar, as check --strict has it")
     parser.add_argument("-o", "--output", metavar="FILE", help="where to write it (default: standard output)")
-    add_output(parser)
-    parser.set_defaults(evaluates=False, run=grammar)
 
 
-def grammar(arguments: argparse.Namespace) -> int:
+def run_grammar(arguments: argparse.Namespace) -> int:
     from scenelang.stdlib.grammars import grammar_text
 
     with usage_errors():
@@ -461,17 +385,13 @@ def grammar(arguments: argparse.Namespace) -> int:
 def add_explain(parser: argparse.ArgumentParser) -> None:
     parser.description = "Explain codes such as E301, or names such as unbound; without any, list them all."
     parser.add_argument("codes", metavar="CODE", nargs="*", help="codes or names of errors and warnings")
-    add_output(parser)
-    parser.set_defaults(evaluates=False, run=explain)
 
 
-def explain(arguments: argparse.Namespace) -> int:
-    names = [_named(asked) for asked in arguments.codes]
+def run_explain(arguments: argparse.Namespace) -> int:
+    names = [diagnostic_asked(asked) for asked in arguments.codes]
     listed = names or sorted(CODES, key=lambda name: CODES[name].code)
     if arguments.json:
-        print_json([
-            {"code": CODES[name].code, "name": name, "why": CODES[name].why, "mend": MENDS[name]} for name in listed
-        ])  # fmt: skip
+        print_json([explanation_data(name) for name in listed])
     elif names:
         print("\n\n".join("\n".join(explanation(name)) for name in names))
     else:
@@ -479,68 +399,19 @@ def explain(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _named(asked: str) -> str:
-    """The name of the diagnostic that a code or name means; raises UsageError for one that there is not."""
-    name = diagnostic_named(asked)
-    if name is not None:
-        return name
-    known = [*(entry.code for entry in CODES.values()), *CODES]
-    hint = suggest(asked, known) or "`scenelang explain` lists all of them"
-    raise UsageError("value", f"there is no code or name `{asked[:80]}`", hint)
-
-
-_TITLES = {
-    "system": "System",
-    "works": "What works",
-    "packages": "Packages",
-    "extras": "Extras",
-    "services": "Services",
-    "folders": "Folders",
-    "terminal": "Terminal and browser",
-}
-_MARKS = {"ok": "ok", "note": "--", "missing": "no", "broken": "BROKEN"}
-_STATES = {"ok": "32", "note": "0", "missing": "33", "broken": "1;31"}
-
-
 def add_doctor(parser: argparse.ArgumentParser) -> None:
     parser.description = (
         "Try all that scenelang can do, each for a moment, and say what is missing and how to get it. "
         "The exit code is 1 only where something that needs no extra is broken."
     )
-    add_output(parser)
-    parser.set_defaults(evaluates=False, run=doctor)
 
 
-def doctor(arguments: argparse.Namespace) -> int:
-    from scenelang.doctor import checks
+def run_doctor(arguments: argparse.Namespace) -> int:
+    from scenelang.doctor import State, checks, report_lines
 
     found = list(checks())
     if arguments.json:
         print_json([check.data() for check in found])
     else:
-        print("\n".join(_doctor_lines(found, use_color(arguments, sys.stdout))))
-    return 1 if any(check.state.value == "broken" for check in found) else 0
-
-
-def _doctor_lines(found: list[Check], color: bool) -> Iterator[str]:
-    width = max(len(check.name) for check in found)
-    for topic, title in _TITLES.items():
-        mine = [check for check in found if check.topic == topic]
-        if mine:
-            yield title
-            yield from (_doctor_line(check, width, color) for check in mine)
-    broken = sum(check.state.value == "broken" for check in found)
-    remedies = list(dict.fromkeys(check.remedy for check in found if check.remedy.startswith(("pip ", "pipx "))))
-    yield ""
-    yield f"{broken} broken." if broken else "Everything that needs no extra works."
-    if remedies:
-        yield "To add what is missing:"
-        yield from (f"  {remedy}" for remedy in remedies)
-
-
-def _doctor_line(check: Check, width: int, color: bool) -> str:
-    mark = _MARKS[check.state.value]
-    if color:
-        mark = f"\x1b[{_STATES[check.state.value]}m{mark}\x1b[0m"
-    remedy = f"; {check.remedy}" if check.remedy else ""
-    return f"  {mark} {' ' * max(0, 2 - len(_MARKS[check.state.value]))}{check.name:<{width}}  {check.detail}{remedy}"
+        print("\n".join(report_lines(found, use_color(arguments, sys.stdout))))
+    return 1 if any(check.state is State.BROKEN for check in found) else 0

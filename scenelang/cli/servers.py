@@ -7,10 +7,14 @@ import os
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from scenelang.backends.base import need
-from scenelang.cli.options import UsageError, add_common, add_limits, limits_of, session_of
+from scenelang.cli.options import UsageError, add_limits, limits_of, session_of
 from scenelang.cli.output import use_color
+
+if TYPE_CHECKING:
+    from scenelang.repl.loop import ModelRequest
 
 SHELLS = ("bash", "zsh", "fish")
 
@@ -27,12 +31,15 @@ def add_repl(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--plain", action="store_true", help="no terminal features; so too without a terminal")
     parser.add_argument("--prompt", metavar="TEXT", help="in plain mode, what is written before each line is read")
     parser.add_argument("--strict-errors", action="store_true", help="in plain mode, exit 1 when an input was wrong")
-    add_common(parser)
-    parser.set_defaults(run=repl)
 
 
-def repl(arguments: argparse.Namespace) -> int:
+def _model_request(command: str, line: str) -> ModelRequest:
     from scenelang.cli.models import model_request
+
+    return model_request(command, line)
+
+
+def run_repl(arguments: argparse.Namespace) -> int:
     from scenelang.repl.evaluation import ReplEvaluation
 
     file = arguments.file
@@ -43,14 +50,14 @@ def repl(arguments: argparse.Namespace) -> int:
     if not is_plain:
         from scenelang.repl.console import run
 
-        run(evaluation, use_color(arguments, sys.stdout), arguments.quiet, model_request)
+        run(evaluation, use_color(arguments, sys.stdout), arguments.quiet, _model_request)
         return 0
     from scenelang.repl.plain import standard
 
     prompt = arguments.prompt
     if prompt is None:
         prompt = "> " if sys.stdin.isatty() and not arguments.json else ""
-    errors = standard(prompt, arguments.json, arguments.quiet, model_request).run(evaluation)
+    errors = standard(prompt, arguments.json, arguments.quiet, _model_request).run(evaluation)
     return 1 if errors and arguments.strict_errors else 0
 
 
@@ -59,10 +66,9 @@ def repl(arguments: argparse.Namespace) -> int:
 
 def add_lsp(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--stdio", action="store_true", help="what editors add; the only way there is")
-    parser.set_defaults(evaluates=False, run=lsp)
 
 
-def lsp(arguments: argparse.Namespace) -> int:
+def run_lsp(arguments: argparse.Namespace) -> int:
     need("pygls", "'scenelang[lsp]'")
     from importlib.metadata import version
 
@@ -82,10 +88,9 @@ def add_mcp(parser: argparse.ArgumentParser) -> None:
         "--project", metavar="DIR", default=".", help="the only folder whose files are read (default: the current one)"
     )
     add_limits(parser)
-    parser.set_defaults(evaluates=False, run=mcp)
 
 
-def mcp(arguments: argparse.Namespace) -> int:
+def run_mcp(arguments: argparse.Namespace) -> int:
     folder = Path(arguments.project)
     if not folder.is_dir():
         raise UsageError("file", f"there is no folder {arguments.project}")
@@ -108,17 +113,16 @@ def add_completion(parser: argparse.ArgumentParser) -> None:
         "`compinit`; for fish write it to ~/.config/fish/completions/scenelang.fish."
     )
     parser.add_argument("shell", metavar="SHELL", choices=SHELLS, help="bash, zsh or fish")
-    parser.set_defaults(evaluates=False, run=completion, json=False, quiet=False, no_color=False)
 
 
-def completion(arguments: argparse.Namespace) -> int:
+def run_completion(arguments: argparse.Namespace) -> int:
     sys.stdout.write(script(arguments.shell))
     return 0
 
 
 def script(shell: str) -> str:
     """The script for one of ``SHELLS``."""
-    from scenelang.cli.main import build_parser
+    from scenelang.cli.commands import build_parser
     from scenelang.shell_completion import bash_script, commands_of, fish_script, zsh_script
 
     writers = {"bash": bash_script, "zsh": zsh_script, "fish": fish_script}

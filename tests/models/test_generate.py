@@ -14,7 +14,7 @@ from PIL import Image
 
 from models.conftest import GOLDEN, KEY, Place, answers, cubes, pictures, python, recorded, system, texts
 from models.server import Said
-from scenelang.cli import models
+from scenelang.inference import generation
 
 LANGUAGE = """```scene
 ; two balls
@@ -231,7 +231,7 @@ def test_a_scene_without_primitives_goes_back(place: Place) -> None:
 
 
 def test_render_draws_beside_the_program(place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(models, "_PICTURE_SIZE", 64)
+    monkeypatch.setattr(generation, "_DRAFT_SIZE", 64)
     place.serve(answers(cubes()))
     place.generate("a cube", "-o", "out.scene", "--render")
     with Image.open(place.work / "out.png") as image:
@@ -240,7 +240,7 @@ def test_render_draws_beside_the_program(place: Place, monkeypatch: pytest.Monke
 
 
 def test_render_of_a_film_is_a_gif(place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(models, "_PICTURE_SIZE", 64)
+    monkeypatch.setattr(generation, "_DRAFT_SIZE", 64)
     film = python("""
 @register()
 def ball(x: float) -> Shape:
