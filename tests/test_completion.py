@@ -1,151 +1,174 @@
-"""The command completion: its scripts, in the shells themselves where these are installed."""
+"""Completion in the shell: what a shell is told that asks, as argcomplete's code asks, and the code itself in bash."""
 
 from __future__ import annotations
 
+import os
+import re
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
-from scenelang.cli.main import build_parser, main
-from scenelang.cli.servers import SHELLS, script
-from scenelang.shell_completion import Values, commands_of, subcommands
+from scenelang.cli.commands import COMMANDS
+from scenelang.cli.main import main
+from scenelang.cli.servers import SHELLS
 
 SCENE = '(bind "light house" (lambda () (call "cube")))\n(bind "boat" (lambda () (call "sphere")))\n'
+BREAKS = " \t\n\"'><=;|&(:"  # bash's COMP_WORDBREAKS
 
-# What stands on the line, the last word being completed, and what is among the completions and what is not.
+# What stands on the line, and what is among the completions of its last word and what is not.
 LINES = {
-    "commands": (["ren"], {"render"}, {"check"}),
-    "all commands": ([""], {"render", "check", "completion", "doctor"}, set()),
-    "options": (["render", "a.scene", "--q"], {"--quality", "--quiet"}, {"--root"}),
-    "options of backends": (["render", "a.scene", "--sampl"], {"--samples"}, set()),
-    "choices": (["render", "a.scene", "--quality", ""], {"draft", "final"}, {"a.scene"}),
-    "values that are known": (["render", "--environment", "sun"], {"sunny", "sunset"}, {"night"}),
-    "positional choices": (["completion", ""], set(SHELLS), {"a.scene"}),
-    "commands of commands": (["embeddings", "a.scene", ""], {"list", "set"}, {"b.scene"}),
-    "programs": (["check", ""], {"a.scene", "b.scene"}, {"notes.md"}),
-    "several programs": (["check", "a.scene", "b"], {"b.scene"}, {"notes.md"}),
-    "any file": (["render", "a.scene", "-o", "no"], {"notes.md"}, {"a.scene"}),
-    "words": (["render", "a.scene", "--root", "bo"], {"boat"}, {"light house"}),
-    "codes": (["explain", "E30"], {"E301", "E305"}, {"E401"}),
-}
+    "commands": ("ren", {"render"}, {"check"}),
+    "all commands": ("", set(COMMANDS), {"--help"}),
+    "options": ("render a.scene --q", {"--quality", "--quiet"}, {"--root"}),
+    "options of shared groups": ("check a.scene --max-s", {"--max-steps", "--max-seconds", "--max-size"}, {"--seed"}),
+    "options of backends": ("render a.scene --sampl", {"--samples"}, set()),
+    "choices": ("render a.scene --quality ", {"draft", "final"}, {"a.scene"}),
+    "choices of backends": ("render a.scene --variant ", {"auto", "cuda"}, {"a.scene"}),
+    "values that are known": ("render --environment sun", {"sunny", "sunset"}, {"night"}),
+    "grounds": ("render --ground me", {"meadow"}, {"earth"}),
+    "backends": ("export a.scene --backend gl", {"gltf"}, {"draft"}),
+    "cameras": ("render --camera t", {"turntable", "top"}, {"follow"}),
+    "positional choices": ("completion ", set(SHELLS), {"a.scene"}),
+    "commands of commands": ("embeddings a.scene ", {"list", "set"}, {"b.scene"}),
+    "options of commands of commands": ("embeddings a.scene set --t", {"--text"}, {"--root"}),
+    "programs": ("check ", {"a.scene", "b.scene", "sub/"}, {"notes.md"}),
+    "several programs": ("check a.scene b", {"b.scene"}, {"notes.md", "a.scene"}),
+    "programs in folders": ("check sub/", {"sub/c.scene"}, {"sub/c.md"}),
+    "any file": ("render a.scene -o no", {"notes.md"}, {"a.scene"}),
+    "folders": ("maps a.scene -o ", {"sub/"}, {"a.scene", "notes.md"}),
+    "embeddings": ("run a.scene --z ", {"a.z.safetensors"}, {"a.scene"}),
+    "words": ("render a.scene --root bo", {"boat"}, {"light house"}),
+    "words of no program": ("render --root bo", set(), {"boat"}),
+    "codes": ("explain E30", {"E301", "E305"}, {"E401"}),
+    "codes by name": ("explain unb", {"unbound"}, {"E401"}),
+    "nothing of no command": ("sing a", set(), {"a.scene"}),
+}  # fmt: skip
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    (tmp_path / "a.scene").write_text(SCENE, "utf-8")
-    (tmp_path / "b.scene").write_text(SCENE, "utf-8")
-    (tmp_path / "notes.md").write_text("", "utf-8")
+    (tmp_path / "sub").mkdir()
+    for name in ("a.scene", "b.scene", "sub/c.scene"):
+        (tmp_path / name).write_text(SCENE, "utf-8")
+    for name in ("notes.md", "a.z.safetensors", "sub/c.md"):
+        (tmp_path / name).write_text("", "utf-8")
     return tmp_path
 
 
-def in_bash(words: list[str], folder: Path) -> set[str]:
-    """What bash would offer, from the function that the script registers."""
-    listed = " ".join(f"'{word}'" for word in ["scenelang", *words])
-    code = (
-        f"{script('bash')}\nCOMP_WORDS=({listed}); COMP_CWORD={len(words)}\n_scenelang\n"
-        "printf '%s\\n' \"${COMPREPLY[@]}\""
+def asked(shell: str, line: str, folder: Path, behind: str = "") -> set[str]:
+    """What the entry point tells a shell whose cursor stands between ``line`` and what is ``behind``."""
+    line = f"scenelang {line}"
+    separator = "\n" if shell == "fish" else "\013"
+    told = folder / "told"
+    answer = subprocess.run(
+        [sys.executable, "-P", "-m", "scenelang"],
+        cwd=folder,
+        env=os.environ
+        | {"_ARGCOMPLETE": "1", "_ARGCOMPLETE_SHELL": shell, "_ARGCOMPLETE_SUPPRESS_SPACE": "1"}
+        | {"_ARGCOMPLETE_IFS": separator, "_ARGCOMPLETE_STDOUT_FILENAME": str(told)}
+        | {"COMP_LINE": line + behind, "COMP_POINT": str(len(line)), "COMP_TYPE": "9"}
+        | ({"_ARGCOMPLETE_COMP_WORDBREAKS": BREAKS} if shell == "bash" else {})
+        | ({"_ARGCOMPLETE_DFS": "\t"} if shell == "fish" else {}),
+        capture_output=True,
+        text=True,
+        timeout=60,
     )
-    return ran(["bash", "--norc", "-c", code], folder)
+    assert (answer.returncode, answer.stdout, answer.stderr) == (0, "", "")
+    offered = [each for each in told.read_text("utf-8").split(separator) if each]
+    described = {"zsh": r"(?<!\\):.*", "fish": r"\t.*"}.get(shell)
+    return {re.sub(described, "", each, flags=re.DOTALL) if described else each for each in offered}
 
 
-ZSH_SETUP = """
-autoload -Uz compinit; compinit -u -D
-zstyle ':completion:*' insert-tab false
-compadd() {  # what is offered goes to a file, and is offered
-  local -a hits
-  if [[ " ${(j: :)@[1,(i)--]} " == *" -"[OAD]" "* ]]; then builtin compadd "$@"; return; fi
-  builtin compadd -A hits "$@"
-  print -rl -- $hits >> offered
-  builtin compadd "$@"
-}
-finished() { print done > finished }
-comppostfuncs=(finished)
-bindkey '^I' complete-word
-"""
-
-
-def in_zsh(words: list[str], folder: Path) -> set[str]:
-    """What zsh would offer: a shell in a terminal of its own, and a Tab."""
-    (folder / "_scenelang").write_text(script("zsh"), "utf-8")
-    (folder / "setup.zsh").write_text(ZSH_SETUP, "utf-8")
-    code = f"""
-zmodload zsh/zpty
-zpty shell "zsh -f -i"
-zpty -w shell "cd {folder}; fpath=({folder} \\$fpath); source ./setup.zsh"
-zpty -w -n shell $'scenelang {" ".join(words)}\\t'
-for i in {{1..300}}; do zpty -r -t shell piece; [[ -f finished ]] && break; sleep 0.05; done
-zpty -d shell
-"""
-    ran(["zsh", "-f", "-c", code], folder)
-    assert (folder / "finished").exists()
-    offered = folder / "offered"
-    return set(offered.read_text("utf-8").splitlines()) if offered.exists() else set()
-
-
-def in_fish(words: list[str], folder: Path) -> set[str]:
-    code = f"{script('fish')}\ncomplete -C 'scenelang {' '.join(words)}'"
-    found = ran(["fish", "--no-config", "-c", code], folder)
-    return {line.split("\t")[0] for line in found}
-
-
-def ran(command: list[str], folder: Path) -> set[str]:
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=60)
-    assert done.stderr == ""
-    return set(done.stdout.splitlines())
-
-
-RUNS = {"bash": in_bash, "zsh": in_zsh, "fish": in_fish}
-
-
-@pytest.mark.parametrize("shell", SHELLS)
-@pytest.mark.parametrize("line", LINES)
-def test_what_the_shell_offers(shell: str, line: str, folder: Path) -> None:
-    if shutil.which(shell) is None:
-        pytest.skip(f"{shell} is not installed")
-    words, wanted, unwanted = LINES[line]
-    found = RUNS[shell](words, folder)
+@pytest.mark.parametrize("name", LINES)
+def test_what_bash_is_told(name: str, folder: Path) -> None:
+    line, wanted, unwanted = LINES[name]
+    found = asked("bash", line, folder)
     assert wanted <= found
     assert not unwanted & found
 
 
-def test_bash_quotes_words_and_knows_equals_signs(folder: Path) -> None:
-    assert in_bash(["render", "a.scene", "--root", ""], folder) == {"boat", "light\\ house"}
-    assert in_bash(["render", "a.scene", "--quality", "="], folder) == {"draft", "final"}
-    assert in_bash(["render", "a.scene", "--quality", "=", "f"], folder) == {"final"}
+@pytest.mark.parametrize("shell", ["zsh", "fish"])
+@pytest.mark.parametrize("name", ["commands", "options", "programs", "words", "codes"])
+def test_what_other_shells_are_told(shell: str, name: str, folder: Path) -> None:
+    line, wanted, unwanted = LINES[name]
+    found = asked(shell, line, folder)
+    assert wanted <= found
+    assert not unwanted & found
+
+
+def test_words_are_quoted_and_equals_signs_known(folder: Path) -> None:
+    assert asked("bash", "render a.scene --root ", folder) == {"boat", "light\\ house"}
+    assert asked("bash", 'render a.scene --root "li', folder) == {"light house"}
+    assert asked("bash", "render a.scene --quality=", folder) == {"draft", "final"}
+    assert asked("bash", "render a.scene --quality=f", folder) == {"final"}
+    assert asked("fish", "render a.scene --root l", folder) == {"light house"}
+
+
+def test_programs_behind_the_cursor_count(folder: Path) -> None:
+    assert asked("bash", "render --root b", folder, " a.scene") == {"boat"}
+
+
+def test_commands_are_described(folder: Path) -> None:
+    """zsh and fish show the line of help."""
+    told = folder / "told"
+    asked("fish", "ren", folder)
+    assert told.read_text("utf-8") == f"render\t{COMMANDS['render'].help}"
+
+
+def test_a_parser_imports_nothing_heavy() -> None:
+    """A shell waits, and so does everybody who starts a command."""
+    code = (
+        "import sys, scenelang.shell_completion; from scenelang.cli.commands import build_parser\n"
+        "build_parser('check'); first = {'numpy', 'lark'} & set(sys.modules)\n"
+        "build_parser(); print(sorted(first | {'torch', 'diffusers', 'open_clip', 'mitsuba', 'PIL'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def printed(shell: str) -> str:
+    command = [sys.executable, "-P", "-m", "scenelang", "completion", shell]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="bash is not installed")
+def test_bash_completes_by_the_code_that_is_printed(folder: Path) -> None:
+    command = folder / "bin" / "scenelang"
+    command.parent.mkdir()
+    command.write_text(f'#!/bin/sh\nexec {sys.executable} -P -m scenelang "$@"\n', "utf-8")
+    command.chmod(0o755)
+    line = "scenelang render a.scene --quality "
+    code = (
+        f"{printed('bash')}\nCOMP_LINE='{line}' COMP_POINT={len(line)} COMP_TYPE=9\n"
+        "complete -p scenelang scene >&2; _python_argcomplete scenelang; printf '%s\\n' \"${COMPREPLY[@]}\""
+    )
+    path = f"{command.parent}{os.pathsep}{os.environ['PATH']}"
+    done = subprocess.run(
+        ["bash", "--norc", "-c", code], cwd=folder, env=os.environ | {"PATH": path}, capture_output=True, text=True
+    )
+    assert set(done.stdout.split()) == {"draft", "final"}
+    assert done.stderr.count("_python_argcomplete") == 2
 
 
 @pytest.mark.parametrize("shell", SHELLS)
-def test_the_scripts_parse(shell: str, tmp_path: Path) -> None:
+def test_the_code_parses(shell: str, tmp_path: Path) -> None:
     if shutil.which(shell) is None:
         pytest.skip(f"{shell} is not installed")
     path = tmp_path / f"script.{shell}"
-    path.write_text(script(shell), "utf-8")
+    path.write_text(printed(shell), "utf-8")
     done = subprocess.run([shell, "-n", str(path)], capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")
 
 
 @pytest.mark.parametrize("shell", SHELLS)
-def test_the_command_prints_every_command_and_option(shell: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_code_is_for_both_names(shell: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["completion", shell]) == 0
     text = capsys.readouterr().out
-    for command in commands_of(build_parser(), {}):
-        assert command.name in text
-        for option in command.options:
-            assert all(flag.lstrip("-") in text for flag in option.flags)
-
-
-def test_the_model_knows_what_values_are() -> None:
-    commands = {command.name: command for command in commands_of(build_parser(), {})}
-    assert set(commands) == set(subcommands(build_parser()))
-    render = {flag: option for option in commands["render"].options for flag in option.flags}
-    assert render["--root"].values is Values.WORDS
-    assert render["--quiet"].values is Values.NONE
-    assert render["--z"].endings == ("safetensors",)
-    assert render["--seed"].values is Values.ANY
-    assert commands["check"].positionals[0].repeats
-    assert commands["maps"].options
+    assert re.search(r"\bscenelang\b", text)
+    assert re.search(r"\bscene\b", text)
 
 
 def test_an_unknown_shell_is_wrong_usage(capsys: pytest.CaptureFixture[str]) -> None:

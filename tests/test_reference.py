@@ -18,10 +18,11 @@ from test_docs import blocks
 
 from scenelang import Options, Session, Source
 from scenelang.cli import main as cli
+from scenelang.cli.commands import build_parser
 from scenelang.grammar.diagnostics import CODES, MENDS, render_text
 from scenelang.grammar.reader import read
 from scenelang.interpreter.expand.forms import FORM_EXAMPLES, FORMS
-from scenelang.shell_completion import commands_of
+from scenelang.shell_completion import subcommands
 from scenelang.stdlib.reference import combinators, records
 
 DOCS = ROOT / "docs"
@@ -171,10 +172,12 @@ def _said(
 
 def test_every_command_and_option_is_on_the_page() -> None:
     page = (DOCS / "reference/cli.md").read_text("utf-8")
-    for command in commands_of(cli.build_parser(), {}):
-        assert f"\n## {command.name}" in page
-        for option in command.options:
-            assert option.flags[-1] in page or option.flags[-1] == "--help"
+    for name, (parser, _) in subcommands(build_parser()).items():
+        assert f"\n## {name}" in page
+        for command in (parser, *(child for child, _ in subcommands(parser).values())):
+            assert all(
+                flags[-1] in page or flags[-1] == "--help" for a in command._actions if (flags := a.option_strings)
+            )
 
 
 def test_pages_do_not_depend_on_the_terminal(monkeypatch: pytest.MonkeyPatch) -> None:

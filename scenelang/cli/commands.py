@@ -112,13 +112,3 @@ def _add_arguments(parser: argparse.ArgumentParser, name: str, command: Command)
         own(parser)
     if command.kind.groups is not None:
         command.kind.groups(parser)
-
-
-def subcommands(parser: argparse.ArgumentParser) -> dict[str, tuple[argparse.ArgumentParser, str]]:
-    """The parsers and the lines of help of a parser's commands."""
-    found: dict[str, tuple[argparse.ArgumentParser, str]] = {}
-    for action in parser._actions:
-        if isinstance(action, argparse._SubParsersAction):
-            briefs = {choice.dest: choice.help or "" for choice in action._choices_actions}
-            found |= {name: (child, briefs.get(name, "")) for name, child in action.choices.items()}
-    return found

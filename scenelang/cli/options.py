@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import AbstractContextManager
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -234,6 +235,13 @@ def scene_of(arguments: argparse.Namespace, fresh: bool = False) -> Scene:
     if result.scene is None:
         raise Told
     return scene_from(result, source.name, session.options)
+
+
+def bounded(arguments: argparse.Namespace) -> AbstractContextManager[object]:
+    """The work of a command that its limits bound."""
+    from scenelang.sandbox.supervision import limited
+
+    return limited(limits_of(arguments))
 
 
 def session_limit(arguments: argparse.Namespace) -> int:

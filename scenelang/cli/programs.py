@@ -15,6 +15,7 @@ from scenelang.cli.options import (
     UsageError,
     add_limits,
     add_output,
+    bounded,
     evaluated,
     limits_of,
     reader,
@@ -35,14 +36,12 @@ from scenelang.grammar.diagnostics import (
 )
 from scenelang.grammar.settings import line_range, part_of_one
 from scenelang.interpreter.scene.entity import count_words
-from scenelang.primer import summary, summary_rows
 from scenelang.reports import painted, table
-from scenelang.sandbox.supervision import limited
-from scenelang.session import Options, Session
 
 if TYPE_CHECKING:
     from scenelang.formatting import FormattedFile
     from scenelang.interpreter.scene.difference import Sheet
+    from scenelang.session import Session
 
 _FIRST_LINES = 10_000
 
@@ -91,10 +90,12 @@ def _found_in(arguments: argparse.Namespace, session: Session, path: str) -> Seq
 
 
 def run_run(arguments: argparse.Namespace) -> int:
+    from scenelang.primer import summary, summary_rows
+
     session = session_of(arguments)
     source = session.source(arguments.file)
     started = time.perf_counter()
-    with limited(session.options.limits):
+    with bounded(arguments):
         result = session.evaluate(source)
         seconds = time.perf_counter() - started
         facts = summary(result.scene) if result.scene is not None else None
@@ -132,7 +133,7 @@ def add_tree(parser: argparse.ArgumentParser) -> None:
 def run_tree(arguments: argparse.Namespace) -> int:
     from scenelang.interpreter.scene.outline import outline, outline_data
 
-    with limited(limits_of(arguments)):
+    with bounded(arguments):
         scene = evaluated(arguments)
         if arguments.json:
             data = outline_data(scene, arguments.depth)
@@ -152,7 +153,7 @@ def run_flatten(arguments: argparse.Namespace) -> int:
     from scenelang.interpreter.scene.numbering import primitive_handles
     from scenelang.interpreter.scene.outline import flat_json
 
-    with limited(limits_of(arguments)):
+    with bounded(arguments):
         scene = evaluated(arguments)
         flat = flatten_scene(scene, session_limit(arguments))
         handles = primitive_handles(scene, flat) if arguments.json else []
@@ -170,7 +171,7 @@ def add_count(parser: argparse.ArgumentParser) -> None:
 
 
 def run_count(arguments: argparse.Namespace) -> int:
-    with limited(limits_of(arguments)):
+    with bounded(arguments):
         scene = evaluated(arguments)
         frames = scene.frames
         if arguments.frame >= len(frames):
@@ -193,7 +194,7 @@ def add_bounds(parser: argparse.ArgumentParser) -> None:
 def run_bounds(arguments: argparse.Namespace) -> int:
     from scenelang.interpreter.scene.bounds import box_facts, word_box
 
-    with limited(limits_of(arguments)):
+    with bounded(arguments):
         scene = evaluated(arguments)
         box = word_box(scene, arguments.word)
     if box is None:
@@ -289,9 +290,9 @@ def run_diff(arguments: argparse.Namespace) -> int:
         raise UsageError("file", "only one of the two can be standard input")
     sides: list[Sequence[Sheet]] = []
     for path in (arguments.a, arguments.b):
-        with limited(limits_of(arguments)):
+        with bounded(arguments):
             sides.append(_sheets(arguments, path))
-    with limited(limits_of(arguments)):
+    with bounded(arguments):
         found = changes_between(sides[0], sides[1], arguments.tolerance)
     if arguments.json:
         print_json(found.data())
@@ -326,6 +327,8 @@ def add_transpile(parser: argparse.ArgumentParser) -> None:
 
 
 def run_transpile(arguments: argparse.Namespace) -> int:
+    from scenelang.session import Options, Session
+
     if arguments.output is not None and Path(arguments.output).resolve() == Path(arguments.file).resolve():
         raise UsageError("file", "the output would replace the Python that it is made of")
     session = Session(Options(limits=limits_of(arguments)))

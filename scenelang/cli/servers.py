@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -116,29 +115,7 @@ def add_completion(parser: argparse.ArgumentParser) -> None:
 
 
 def run_completion(arguments: argparse.Namespace) -> int:
-    sys.stdout.write(script(arguments.shell))
+    from argcomplete import shellcode
+
+    sys.stdout.write(shellcode(["scenelang", "scene"], shell=arguments.shell, complete_arguments=["-o", "nospace"]))
     return 0
-
-
-def script(shell: str) -> str:
-    """The script for one of ``SHELLS``."""
-    from scenelang.cli.commands import build_parser
-    from scenelang.shell_completion import bash_script, commands_of, fish_script, zsh_script
-
-    writers = {"bash": bash_script, "zsh": zsh_script, "fish": fish_script}
-    return writers[shell](commands_of(build_parser(), _known_values()))
-
-
-def _known_values() -> Mapping[str, Sequence[str]]:
-    """Values of options that the parser takes as any text, by option: shells can help with them all the same."""
-    from scenelang.backends import base
-    from scenelang.backends.pictures.studio import ENVIRONMENTS, GROUNDS
-    from scenelang.grammar.diagnostics import CODES
-
-    return {
-        "backend": [backend.name for backend in base.every()],
-        "camera": ["turntable", "top", "isometric", "follow"],
-        "environment": list(ENVIRONMENTS),
-        "ground": list(GROUNDS),
-        "codes": [text for name, entry in CODES.items() for text in (entry.code, name)],
-    }

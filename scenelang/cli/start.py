@@ -20,6 +20,11 @@ def entry() -> NoReturn:
     if heeds:
         signal(SIGINT, _leave)
     _open_streams()
+    if "_ARGCOMPLETE" in os.environ:  # a shell asks, and waits
+        from scenelang.cli.commands import build_parser
+        from scenelang.shell_completion import complete
+
+        complete(build_parser)
     if not sys.warnoptions:  # those of libraries are for developers; what users must know is a diagnostic
         warnings.simplefilter("ignore")
     from scenelang.cli.main import main
