@@ -162,6 +162,12 @@ class Backend:
             ],
         }
 
+    @property
+    def row(self) -> tuple[str, ...]:
+        """What the backend is, in a row of a table: name, command, endings, whether it is installed, its line."""
+        installed = "yes" if self.is_installed else f"pip install {self.install}"
+        return self.name, self.work.value, " ".join(self.endings), installed, self.doc
+
     def setting(self, options: BackendOptions, name: str) -> Any:
         """The checked value of the backend's own option ``name``; raises SceneError("value")."""
         option = next(option for option in self.options if option.name == name)

@@ -22,6 +22,14 @@ _NONBLOCK = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0) | getattr
 _FOLDERS = {"CACHE": ".cache", "CONFIG": ".config", "STATE": ".local/state"}
 
 
+def check_folder(output: Path) -> None:
+    """Raises SceneError where ``output`` cannot be a file: before the work, so that typos are cheap."""
+    if not output.parent.is_dir():
+        raise SceneError("file", f"cannot write {output}: there is no folder {output.parent}")
+    if output.is_dir():
+        raise SceneError("file", f"cannot write {output}: it is a folder")
+
+
 def user_folder(purpose: str) -> Path:
     """The user's folder of this program for ``purpose``, "CACHE", "CONFIG" or "STATE", which may not be there yet."""
     base = os.environ.get(f"XDG_{purpose}_HOME")

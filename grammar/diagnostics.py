@@ -664,3 +664,15 @@ def explanation_data(name: str) -> dict[str, str]:
 def explanation(name: str) -> tuple[str, str, str]:
     """A diagnostic for people: code and name, why it arises, how it is mended."""
     return f"{CODES[name].code} {name}", f"  {CODES[name].why}", f"  {MENDS[name]}"
+
+
+def by_code() -> list[str]:
+    """The names of all diagnostics, in the order of their codes."""
+    return sorted(CODES, key=lambda name: CODES[name].code)
+
+
+def explained(names: Sequence[str]) -> str:
+    """Diagnostics for people; without any a list of all."""
+    if not names:
+        return "\n".join(f"{CODES[name].code} {name}: {CODES[name].why}" for name in by_code())
+    return "\n\n".join("\n".join(explanation(name)) for name in names)

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import TextIO
 
 from scenelang.grammar.diagnostics import printable
 
+_PATIENCE = 1.0  # seconds before progress is shown
+_WIDTH = 30
 _COLORS = {"+": "32", "-": "31", "@": "36"}
 
 
@@ -29,3 +33,20 @@ def painted(difference: Iterable[str], color: bool) -> Iterator[str]:
     """The lines of a unified difference, in colours where ``color`` says so, each with its end."""
     for line in difference:
         yield colored(line, _COLORS.get(line[:1]) if color else None) + "\n"
+
+
+def progress_line(stream: TextIO, label: str) -> Callable[[float], None]:
+    """What shows a share of the work, from 0 to 1, in a line of a terminal, once the work has taken a while."""
+    started = time.monotonic()
+
+    def show(fraction: float) -> None:
+        elapsed = time.monotonic() - started
+        if elapsed < _PATIENCE:
+            return
+        filled = round(_WIDTH * min(1.0, max(0.0, fraction)))
+        bar = "#" * filled + "-" * (_WIDTH - filled)
+        end = "\n" if fraction >= 1.0 else ""
+        stream.write(f"\r{label} [{bar}] {100 * fraction:3.0f}% {elapsed:5.1f}s{end}")
+        stream.flush()
+
+    return show

@@ -22,7 +22,7 @@ from scenelang.backends.files import read_regular, rewrite
 from scenelang.grammar import ast, reader
 from scenelang.grammar.ast import check_strict
 from scenelang.grammar.datum import Atom, Datum, ListDatum, Source, Span, Symbol, walk
-from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError
+from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError, UsageError
 from scenelang.grammar.reader import read
 from scenelang.interpreter.lint.lint import (
     apply_fixes,
@@ -81,6 +81,14 @@ class Options:
     imports: frozenset[Path] | None = None
     strict: bool = False
     z_entries: Mapping[str, ZEntry] = field(default_factory=dict)
+
+
+def definition(item: str) -> tuple[str, str]:
+    """The name and the text of ``NAME=VALUE``; raises UsageError."""
+    name, sign, text = item.partition("=")
+    if not sign or not name:
+        raise UsageError("param", f"--define wants NAME=VALUE, got `{item}`")
+    return name.strip(), text
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -68,15 +68,16 @@ def _files(*endings: str) -> Completer:
     """Folders, and files with one of the endings."""
 
     def find(prefix: str, **_: Any) -> Iterator[str]:
-        folder, _, start = prefix.rpartition("/")
-        place = Path(f"{folder}/").expanduser() if "/" in prefix else Path()
+        start = prefix.rpartition("/")[2]
+        folder = prefix.removesuffix(start)
+        place = Path(folder).expanduser()
         try:
             found = sorted(place.iterdir())
         except OSError:
             return
         for path in found:
             if path.name.startswith(start) and (start or not path.name.startswith(".")):
-                shown = prefix.removesuffix(start) + path.name
+                shown = folder + path.name
                 if path.is_dir():
                     yield f"{shown}/"
                 elif path.name.endswith(endings):

@@ -21,7 +21,7 @@ from scenelang.cli.options import (
     whole,
     z_path,
 )
-from scenelang.cli.output import check_folder, done, print_json, say
+from scenelang.cli.output import check_folder, done, print_json, say, tell
 from scenelang.embedding_reports import rows_table, similar_table, wording_table
 from scenelang.embeddings import Embeddings, attribute_of, check_export, check_program, handle_name
 from scenelang.inference.generation import describer
@@ -97,11 +97,7 @@ def add_embed(parser: argparse.ArgumentParser) -> None:
 def _list(arguments: argparse.Namespace) -> int:
     scene = scene_of(arguments)
     rows = Embeddings(z_path(arguments)).table(scene)
-    if arguments.json:
-        print_json([row.data() for row in rows])
-        return 0
-    say(rows_table(rows))
-    return 0
+    return tell(arguments, [row.data() for row in rows], rows_table(rows))
 
 
 def _set(arguments: argparse.Namespace) -> int:
@@ -159,11 +155,7 @@ def _encode(arguments: argparse.Namespace) -> int:
 
 def _similar(arguments: argparse.Namespace) -> int:
     found = Embeddings(z_path(arguments)).similar(arguments.query, arguments.number, models=models_of(arguments))
-    if arguments.json:
-        print_json([row.data() for row in found])
-        return 0
-    say(similar_table(found))
-    return 0
+    return tell(arguments, [row.data() for row in found], similar_table(found))
 
 
 def _export(arguments: argparse.Namespace) -> int:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.backends.files import made_folder
 from scenelang.cli.options import UsageError, add_fields, add_models, fields_of, models_of, opened, session_limit
-from scenelang.cli.output import check_folder, deliver, done, print_json, progress, report, say, warnings
+from scenelang.cli.output import check_folder, deliver, done, print_json, progress, report, say, tell, warnings
 from scenelang.evaluation.running import entries_of
 from scenelang.evaluation.study import preferences
 from scenelang.evaluation.subjects import MetricOptions, measured, study_of, subjects_of
@@ -20,7 +20,6 @@ from scenelang.grammar.settings import settings_in
 
 if TYPE_CHECKING:
     from scenelang.evaluation.running import EvaluationEntry, Measure, Subject
-    from scenelang.evaluation.study import Preferences
     from scenelang.evaluation.subjects import MetricReport, Opened
 
 
@@ -49,7 +48,8 @@ def add_eval(parser: argparse.ArgumentParser) -> None:
 def run_eval(arguments: argparse.Namespace) -> int:
     options = _checked(arguments)
     if not arguments.files:
-        return _answered(arguments, preferences([Path(name) for name in arguments.study_results]))
+        answered = preferences([Path(name) for name in arguments.study_results])
+        return tell(arguments, answered.data(), answered)
     drawings = options.drawings()
     failed: list[str] = []
     subjects = subjects_of(entries_of(arguments.files), drawings, lambda entry: _opened(arguments, entry, failed))
@@ -116,12 +116,3 @@ def _show(arguments: argparse.Namespace, found: MetricReport) -> None:
     say("\n\n".join(LAYOUTS[arguments.layout](each) for each in tables))
     if not tables:
         print("nothing was measured", file=sys.stderr)
-
-
-def _answered(arguments: argparse.Namespace, found: Preferences) -> int:
-    """Print what the files of answers amount to."""
-    if arguments.json:
-        print_json(found.data())
-    else:
-        say(str(found))
-    return 0

@@ -25,32 +25,12 @@ from scenelang.cli.options import (
     usage_errors,
     whole,
 )
-from scenelang.cli.output import check_folder, done, print_json, progress, report, report_run, say, use_color
+from scenelang.cli.output import check_folder, done, print_json, progress, report, report_run, say, tell, use_color
 from scenelang.grammar.diagnostics import SceneError, printable
+from scenelang.inference import generation
 from scenelang.inference.brief import Ablation, Notation, TaskKind
 from scenelang.inference.conductor import Inference
-from scenelang.inference.generation import (
-    NoProgram,
-    begin,
-    digest_of,
-    draw_draft,
-    edited,
-    editing,
-    estimate,
-    generated,
-    play,
-    recorded,
-    resume,
-    task_of,
-)
-from scenelang.inference.records import (
-    RENEWABLE,
-    InferenceSettings,
-    all_runs,
-    check_limits,
-    find_run,
-    runs_folder,
-)
+from scenelang.inference.records import RENEWABLE, InferenceSettings, all_runs, check_limits, find_run, runs_folder
 from scenelang.reports import painted
 from scenelang.session import Options
 
@@ -143,7 +123,7 @@ def _task_of(arguments: argparse.Namespace) -> Task:
     kind = TaskKind.FILM if arguments.animate else TaskKind.BLOCKS if arguments.minecraft else TaskKind.STILL
     notation = Notation.LANGUAGE if arguments.dsl else Notation.PYTHON
     ablation = Ablation(arguments.ablate or "")
-    return task_of(arguments.task or "", arguments.image, kind, notation, ablation, arguments.seed)
+    return generation.task_of(arguments.task or "", arguments.image, kind, notation, ablation, arguments.seed)
 
 
 class _LineParser(argparse.ArgumentParser):
@@ -186,7 +166,7 @@ def _resumed(arguments: argparse.Namespace) -> tuple[Inference, Run]:
     settled = [option for option, name in _SETTLED.items() if getattr(arguments, name, None)]
     if settled:
         raise UsageError("value", f"{settled[0]} cannot be changed when a run goes on", "begin a new run for that")
-    inference, run = resume(arguments.resume, arguments.command, arguments.runs)
+    inference, run = generation.resume(arguments.resume, arguments.command, arguments.runs)
     asked = given(arguments, InferenceSettings)
     check_limits(asked)
     renewed = {name: asked[name] for name in RENEWABLE if name in asked}
@@ -199,13 +179,13 @@ def _told(arguments: argparse.Namespace, run: Run) -> Iterator[None]:
     runs = f" --runs {arguments.runs}" if arguments.runs else ""
     continuation = f"; to continue: scenelang {arguments.command} --resume {run.name}{runs}"
     try:
-        with recorded(run):
+        with generation.recorded(run):
             yield
     except KeyboardInterrupt:
         print(f"interrupted{continuation}", file=sys.stderr)
         raise
     except SceneError as error:
-        if isinstance(error, NoProgram) and not arguments.json:
+        if isinstance(error, generation.NoProgram) and not arguments.json:
             report(arguments, error.verdict.diagnostics)
         if run.facts.get("state") == "failed" and not arguments.quiet and not arguments.json:
             print(f"the run is kept in {run.path}{continuation}", file=sys.stderr)
@@ -214,12 +194,8 @@ def _told(arguments: argparse.Namespace, run: Run) -> Iterator[None]:
 
 def _show_estimate(arguments: argparse.Namespace, inference: Inference) -> int:
     """Print the first request and what it costs at most."""
-    found = estimate(inference)
-    if arguments.json:
-        print_json(found.data())
-    else:
-        say(str(found))
-    return 0
+    found = generation.estimate(inference)
+    return tell(arguments, found.data(), found)
 
 
 def _report_result(arguments: argparse.Namespace, result: Generated) -> None:
@@ -279,7 +255,7 @@ def run_generate(arguments: argparse.Namespace) -> int:
     output = str(Path(arguments.output).resolve()) if arguments.output else None
     facts = {"output": output, "render": arguments.render, "invert": arguments.invert}
     name = arguments.task or "reconstruction"
-    return _finish(arguments, inference, begin(inference, arguments.command, name, arguments.runs, **facts))
+    return _finish(arguments, inference, generation.begin(inference, arguments.command, name, arguments.runs, **facts))
 
 
 def _check_inversion(arguments: argparse.Namespace) -> None:
@@ -297,7 +273,7 @@ def _finish(arguments: argparse.Namespace, inference: Inference, run: Run) -> in
     from scenelang.cli.neural import invert_generated
 
     with _told(arguments, run):
-        result = generated(run, play(inference, run, live_stream(arguments)), inference.options)
+        result = generation.generated(run, generation.play(inference, run, live_stream(arguments)), inference.options)
     facts = run.facts
     chosen = arguments.output or facts.get("output")
     if arguments.json:
@@ -310,7 +286,7 @@ def _finish(arguments: argparse.Namespace, inference: Inference, run: Run) -> in
     output = result.save(chosen)
     _say_written(arguments, output)
     if arguments.render or facts.get("render"):
-        _say_written(arguments, draw_draft(result.scene, output, progress(arguments, "rendering")))
+        _say_written(arguments, generation.draw_draft(result.scene, output, progress(arguments, "rendering")))
     if arguments.invert or facts.get("invert"):
         invert_generated(arguments, result.scene, inference.task.pictures, output)
     return 0
@@ -349,15 +325,17 @@ def run_edit(arguments: argparse.Namespace) -> int:
         raise UsageError("value", "say which program is to be edited, and how")
     path = Path(arguments.file)
     settings, ablation = settings_from(arguments), Ablation(arguments.ablate or "")
-    result, found = editing(path, arguments.instruction, settings, _options_of(arguments), ablation)
+    result, found = generation.editing(path, arguments.instruction, settings, _options_of(arguments), ablation)
     report_run(arguments, result)
     if found is None:
         return 1
     if arguments.dry_run:
         return _show_estimate(arguments, found)
     name = f"{path.stem} {arguments.instruction}"
-    facts = {"file": str(path.resolve()), "digest": digest_of(path)}
-    return _finish_edit(arguments, found, begin(found, arguments.command, name, arguments.runs, **facts), path)
+    facts = {"file": str(path.resolve()), "digest": generation.digest_of(path)}
+    return _finish_edit(
+        arguments, found, generation.begin(found, arguments.command, name, arguments.runs, **facts), path
+    )
 
 
 def _check_outputs(arguments: argparse.Namespace) -> None:
@@ -376,7 +354,7 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
 def _finish_edit(arguments: argparse.Namespace, inference: Inference, run: Run, path: Path) -> int:
     """Run to the end, show what the edit did, and write it where that is asked for."""
     with _told(arguments, run):
-        found = edited(inference, run, path, live_stream(arguments))
+        found = generation.edited(inference, run, path, live_stream(arguments))
     picture = _pictured(found, Path(arguments.picture) if arguments.picture else run.path / "before-after.png")
     if arguments.json:
         print_json(found.data() | {"picture": str(picture) if picture is not None else None})
@@ -431,8 +409,4 @@ def run_runs(arguments: argparse.Namespace) -> int:
     else:
         data = [each.summary() for each in all_runs(folder)]
         text = list_of_runs(data) if data else f"there are no runs in {folder}"
-    if arguments.json:
-        print_json(data)
-    else:
-        say(text)
-    return 0
+    return tell(arguments, data, text)

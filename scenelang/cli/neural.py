@@ -35,13 +35,14 @@ from scenelang.cli.output import check_folder, done, print_json, progress, say, 
 from scenelang.embeddings import Embeddings
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.settings import amount, settings_in
-from scenelang.inversion import Inversion, InversionModels, PictureSubject, RunFolder
+from scenelang.inversion import InversionModels, PictureSubject, RunFolder
 from scenelang.neural import DistillationModels, ImagineSettings
 from scenelang.sandbox.supervision import interruptions
 from scenelang.zfile import beside
 
 if TYPE_CHECKING:
     from scenelang.backends.language_models.catalogue import ImageContent
+    from scenelang.inversion import Inversion
     from scenelang.neural import Distillation
     from scenelang.scene import Scene
 

@@ -163,43 +163,27 @@ def z_path(arguments: argparse.Namespace) -> Path | None:
     """The file of embeddings to use: the one named, else the one beside the program if it exists."""
     from scenelang.zfile import beside
 
-    if arguments.z is not None:
-        return Path(arguments.z)
-    if arguments.file == "-":
-        return None
+    if arguments.z is not None or arguments.file == "-":
+        return None if arguments.z is None else Path(arguments.z)
     path = beside(arguments.file)
     return path if path.exists() else None
 
 
 def z_entries(arguments: argparse.Namespace) -> dict[str, ZEntry]:
-    if arguments.z is None and (arguments.file == "-" or not _has_z(arguments.file)):
-        return {}
     from scenelang.zfile import read_entries
 
     path = z_path(arguments)
     return read_entries(path) if path is not None else {}
 
 
-def _has_z(program: str) -> bool:
-    """Whether Z lies beside a program; asked before anything is imported for it."""
-    path = Path(program)
-    return bool(path.name) and path.with_suffix(".z.safetensors").exists()
-
-
 def session_of(arguments: argparse.Namespace) -> Session:
     """The session that a command works with; raises SceneError for a malformed option."""
-    from scenelang.session import Options, Session
+    from scenelang.session import Options, Session, definition
 
-    defines = {}
-    for item in arguments.define:
-        name, sign, text = item.partition("=")
-        if not sign or not name:
-            raise UsageError("param", f"--define wants NAME=VALUE, got `{item}`")
-        defines[name.strip()] = text
     options = Options(
         root=arguments.root,
         seed=arguments.seed % (1 << 32),
-        defines=defines,
+        defines=dict(map(definition, arguments.define)),
         limits=limits_of(arguments),
         allow_outside=arguments.allow_outside,
         strict=getattr(arguments, "strict", False),

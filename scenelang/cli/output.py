@@ -6,20 +6,17 @@ import argparse
 import json
 import os
 import sys
-import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
+from scenelang.backends.files import check_folder as check_folder
 from scenelang.backends.files import written_whole
-from scenelang.grammar.diagnostics import Diagnostic, SceneError, capped, printable, render_text, to_json
-from scenelang.reports import table as table
+from scenelang.grammar.diagnostics import Diagnostic, capped, printable, render_text, to_json
+from scenelang.reports import progress_line
 
 if TYPE_CHECKING:
     from scenelang.session import Evaluated
-
-_PATIENCE = 1.0  # seconds before progress is shown
-_WIDTH = 30
 
 
 def use_color(arguments: argparse.Namespace, stream: TextIO) -> bool:
@@ -66,6 +63,15 @@ def print_json(data: Any) -> None:
     sys.stdout.write("\n")
 
 
+def tell(arguments: argparse.Namespace, data: Any, text: object) -> int:
+    """Print what a command found, as JSON or for people; gives the exit code of success."""
+    if arguments.json:
+        print_json(data)
+    else:
+        say(str(text))
+    return 0
+
+
 def warnings(arguments: argparse.Namespace) -> Callable[[Diagnostic], None]:
     """What tells the user of a warning that comes up while backends work, once for all of them."""
     told: set[str] = set()
@@ -82,27 +88,7 @@ def progress(arguments: argparse.Namespace, label: str) -> Callable[[float], Non
     """A progress line on standard error, on a terminal only, once the work has taken a while."""
     if arguments.quiet or not sys.stderr.isatty():
         return None
-    started = time.monotonic()
-
-    def show(fraction: float) -> None:
-        elapsed = time.monotonic() - started
-        if elapsed < _PATIENCE:
-            return
-        filled = round(_WIDTH * min(1.0, max(0.0, fraction)))
-        bar = "#" * filled + "-" * (_WIDTH - filled)
-        end = "\n" if fraction >= 1.0 else ""
-        sys.stderr.write(f"\r{label} [{bar}] {100 * fraction:3.0f}% {elapsed:5.1f}s{end}")
-        sys.stderr.flush()
-
-    return show
-
-
-def check_folder(output: Path) -> None:
-    """Raises SceneError where ``output`` cannot be a file: before the work, so that typos are cheap."""
-    if not output.parent.is_dir():
-        raise SceneError("file", f"cannot write {output}: there is no folder {output.parent}")
-    if output.is_dir():
-        raise SceneError("file", f"cannot write {output}: it is a folder")
+    return progress_line(sys.stderr, label)
 
 
 def deliver(arguments: argparse.Namespace, text: str, output: str | None) -> None:

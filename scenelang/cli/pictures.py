@@ -12,16 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scenelang.backends import base
+from scenelang.backends.pictures import film
 from scenelang.backends.pictures.camera import Camera, Viewpoint, parse_viewpoint
-from scenelang.backends.pictures.film import (
-    QUALITIES,
-    FilmOptions,
-    PictureOptions,
-    check,
-    check_output,
-    picture_backend,
-    write_drawing,
-)
 from scenelang.cli.options import (
     UsageError,
     add_camera,
@@ -37,7 +29,7 @@ from scenelang.cli.options import (
     usage_errors,
     whole,
 )
-from scenelang.cli.output import check_folder, deliver, done, print_json, progress, report, say
+from scenelang.cli.output import check_folder, deliver, done, progress, report, tell
 from scenelang.cli.output import warnings as warnings_of
 from scenelang.grammar.settings import port
 from scenelang.reports import table
@@ -58,12 +50,12 @@ def _add_view(parser: argparse.ArgumentParser, several: bool = False) -> None:
     """What tells where pictures are taken from, by one camera or ``several``, and in what light."""
     group = parser.add_argument_group("view")
     add_camera(group, "pixels (default 512x512)", several)
-    add_fields(group, PictureOptions, ("environment", "ground"))
+    add_fields(group, film.PictureOptions, ("environment", "ground"))
 
 
 def _add_quality(parser: argparse.ArgumentParser, what: str) -> None:
-    told = "; ".join(f"{quality.name}: {quality.doc}" for quality in QUALITIES.every())
-    parser.add_argument("--quality", choices=QUALITIES.names(), default="draft", help=f"{what} ({told})")
+    told = "; ".join(f"{quality.name}: {quality.doc}" for quality in film.QUALITIES.every())
+    parser.add_argument("--quality", choices=film.QUALITIES.names(), default="draft", help=f"{what} ({told})")
 
 
 def _add_backend_options(parser: argparse.ArgumentParser, work: base.Work) -> None:
@@ -77,13 +69,13 @@ def _settings_of(arguments: argparse.Namespace) -> dict[str, Any]:
     return given_settings(arguments, base.settings_for(arguments.work), "backend_")
 
 
-def _picture_options(arguments: argparse.Namespace, camera: str | None) -> PictureOptions:
+def _picture_options(arguments: argparse.Namespace, camera: str | None) -> film.PictureOptions:
     """What the options of a command that draws ask for; raises SceneError."""
     view = parse_viewpoint(camera) if camera else Viewpoint()
     own = (view.width, view.height) if isinstance(view, Camera) else _SIZE
     width, height = arguments.size or own
     return fields_of(
-        arguments, PictureOptions, limit=session_limit(arguments), progress=progress(arguments, "rendering"),
+        arguments, film.PictureOptions, limit=session_limit(arguments), progress=progress(arguments, "rendering"),
         settings=_settings_of(arguments), warn=warnings_of(arguments), width=width, height=height, camera=view,
         seed=arguments.seed,
     )  # fmt: skip
@@ -96,10 +88,10 @@ def add_render(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-o", "--output", metavar="OUT", required=True, help=".png .jpg .webp .exr .gif .apng .mp4")
     _add_quality(parser, "of the picture")
     parser.add_argument("--backend", metavar="NAME,...", help="backends that draw, side by side, instead of a quality")
-    add_fields(parser, PictureOptions, ("frame",), frame="a picture of this frame of a 4D scene, from 0")
+    add_fields(parser, film.PictureOptions, ("frame",), frame="a picture of this frame of a 4D scene, from 0")
     _add_view(parser)
-    add_fields(parser, PictureOptions, ("labels",))
-    add_fields(parser.add_argument_group("films"), FilmOptions)
+    add_fields(parser, film.PictureOptions, ("labels",))
+    add_fields(parser.add_argument_group("films"), film.FilmOptions)
     _add_backend_options(parser, base.Work.PICTURE)
 
 
@@ -107,14 +99,14 @@ def run_render(arguments: argparse.Namespace) -> int:
     output = Path(arguments.output)
     with usage_errors():  # before the work, so that typos are cheap
         names = arguments.backend.split(",") if arguments.backend else [arguments.quality]
-        backends = [picture_backend(name.strip()) for name in names]
+        backends = [film.picture_backend(name.strip()) for name in names]
         options = _picture_options(arguments, arguments.camera)
-        film = fields_of(arguments, FilmOptions)
-        check(options, backends)
-        check_output(output, options.frame, film, len(backends))
+        shots = fields_of(arguments, film.FilmOptions)
+        film.check(options, backends)
+        film.check_output(output, options.frame, shots, len(backends))
     check_folder(output)
     scene = scene_of(arguments)
-    write_drawing(scene.graph, output, options, film, backends)
+    film.write_drawing(scene.graph, output, options, shots, backends)
     done(arguments, output)
     return 0
 
@@ -161,9 +153,9 @@ def run_maps(arguments: argparse.Namespace) -> int:
     from scenelang.backends.labels.dataset import MapOptions, check_set_folder, views_of, write_set
 
     with usage_errors():
-        backend = picture_backend(arguments.quality)
+        backend = film.picture_backend(arguments.quality)
         options = _picture_options(arguments, None)
-        check(options, [backend])
+        film.check(options, [backend])
         given = [parse_viewpoint(text) for text in arguments.camera or [""]]
         views = views_of(given, arguments.views, arguments.seed)
     settings = fields_of(arguments, MapOptions, pictures=options, views=views, resize=arguments.size is not None)
@@ -355,16 +347,7 @@ def _view_build(arguments: argparse.Namespace) -> int:
 
 def run_backends(arguments: argparse.Namespace) -> int:
     found = base.every()
-    if arguments.json:
-        print_json([backend.facts() for backend in found])
-        return 0
-    rows = [
-        (b.name, b.work.value, " ".join(b.endings), "yes" if b.is_installed else f"pip install {b.install}", b.doc)
-        for b in found
-    ]
-    say(table([("backend", "command", "writes", "installed", ""), *rows], (False,) * 5))
-    if arguments.verbose:
-        for backend in found:
-            for option in backend.options:
-                say(f"{backend.name} --{option.name}: {option.doc}")
-    return 0
+    rows = [("backend", "command", "writes", "installed", ""), *(backend.row for backend in found)]
+    options = [f"{b.name} --{option.name}: {option.doc}" for b in found for option in b.options]
+    text = "\n".join([table(rows, (False,) * 5), *(options if arguments.verbose else ())])
+    return tell(arguments, [backend.facts() for backend in found], text)

@@ -24,13 +24,13 @@ from scenelang.cli.options import (
     usage_errors,
     whole,
 )
-from scenelang.cli.output import check_folder, deliver, done, print_json, report, report_run, say, use_color
+from scenelang.cli.output import check_folder, deliver, done, print_json, report, report_run, say, tell, use_color
 from scenelang.grammar.diagnostics import (
-    CODES,
     Diagnostic,
     SceneError,
+    by_code,
     diagnostic_asked,
-    explanation,
+    explained,
     explanation_data,
     to_json,
 )
@@ -102,11 +102,8 @@ def run_run(arguments: argparse.Namespace) -> int:
     report_run(arguments, result)
     if facts is None:
         return 1
-    if arguments.json:
-        print_json(facts | {"seconds": seconds})
-    else:
-        say(table([*summary_rows(facts), ("time", f"{seconds:.3f} s")], (False, False)))
-    return 0
+    text = table([*summary_rows(facts), ("time", f"{seconds:.3f} s")], (False, False))
+    return tell(arguments, facts | {"seconds": seconds}, text)
 
 
 def run_expand(arguments: argparse.Namespace) -> int:
@@ -178,13 +175,8 @@ def run_count(arguments: argparse.Namespace) -> int:
             said = f"there is no frame {arguments.frame}; the scene has {len(frames)}, counted from 0"
             raise SceneError("value", said)
         counts = count_words(frames[arguments.frame])
-    if arguments.json:
-        print_json(counts)
-    else:
-        if scene.animated:
-            say(f"frame {arguments.frame} of {len(frames)}:")
-        say(table([(f"{n:,}", word) for word, n in counts.items()], (True, False)))
-    return 0
+    head = f"frame {arguments.frame} of {len(frames)}:\n" if scene.animated else ""
+    return tell(arguments, counts, head + table([(f"{n:,}", word) for word, n in counts.items()], (True, False)))
 
 
 def add_bounds(parser: argparse.ArgumentParser) -> None:
@@ -201,12 +193,8 @@ def run_bounds(arguments: argparse.Namespace) -> int:
         what = f'"{arguments.word}"' if arguments.word else "the scene"
         raise SceneError("empty-scene", f"{what} has no geometry, so it has no bounding box")
     facts = box_facts(box)
-    if arguments.json:
-        print_json(facts)
-    else:
-        rows = [(name, *(f"{x:.6g}" for x in values)) for name, values in facts.items()]
-        say(table(rows, (False, True, True, True)))
-    return 0
+    rows = [(name, *(f"{x:.6g}" for x in values)) for name, values in facts.items()]
+    return tell(arguments, facts, table(rows, (False, True, True, True)))
 
 
 # --- fmt -------------------------------------------------------------------------------------------------------------
@@ -294,10 +282,7 @@ def run_diff(arguments: argparse.Namespace) -> int:
             sides.append(_sheets(arguments, path))
     with bounded(arguments):
         found = changes_between(sides[0], sides[1], arguments.tolerance)
-    if arguments.json:
-        print_json(found.data())
-    else:
-        say("\n".join(change_lines(found, arguments.limit)))
+    tell(arguments, found.data(), "\n".join(change_lines(found, arguments.limit)))
     return 0 if found.equal else 1
 
 
@@ -392,14 +377,7 @@ def add_explain(parser: argparse.ArgumentParser) -> None:
 
 def run_explain(arguments: argparse.Namespace) -> int:
     names = [diagnostic_asked(asked) for asked in arguments.codes]
-    listed = names or sorted(CODES, key=lambda name: CODES[name].code)
-    if arguments.json:
-        print_json([explanation_data(name) for name in listed])
-    elif names:
-        print("\n\n".join("\n".join(explanation(name)) for name in names))
-    else:
-        print("\n".join(f"{CODES[name].code} {name}: {CODES[name].why}" for name in listed))
-    return 0
+    return tell(arguments, [explanation_data(name) for name in names or by_code()], explained(names))
 
 
 def add_doctor(parser: argparse.ArgumentParser) -> None:
@@ -413,8 +391,9 @@ def run_doctor(arguments: argparse.Namespace) -> int:
     from scenelang.doctor import State, checks, report_lines
 
     found = list(checks())
+    text = "\n".join(report_lines(found, use_color(arguments, sys.stdout)))
     if arguments.json:
         print_json([check.data() for check in found])
     else:
-        print("\n".join(report_lines(found, use_color(arguments, sys.stdout))))
+        print(text)
     return 1 if any(check.state is State.BROKEN for check in found) else 0

@@ -11,6 +11,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from scenelang.backends.files import check_folder
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.interpreter.runtime.types import STD, Builtin
@@ -567,14 +568,7 @@ def _check_picture(path: Path) -> None:
     if path.suffix.lower() not in STILL_ENDINGS:
         hint = f"it can be one of {' '.join(sorted(STILL_ENDINGS))}; films are made with `scenelang render`"
         raise SceneError("backend", f"no picture can be written to `{path.name}`", hint)
-    _check_folder(path)
-
-
-def _check_folder(path: Path) -> None:
-    if not path.parent.is_dir():
-        raise SceneError("file", f"cannot write {path}: there is no folder {path.parent}")
-    if path.is_dir():
-        raise SceneError("file", f"cannot write {path}: it is a folder")
+    check_folder(path)
 
 
 def _draw(repl: Repl, scene: Scene, path: Path) -> None:
@@ -595,7 +589,7 @@ def _export(repl: Repl, rest: str) -> None:
 
     path = Path(unquoted(wanted(rest, "export", "a file, such as scene.glb")))
     backend = base.for_file(path, base.Work.EXPORT)
-    _check_folder(path)
+    check_folder(path)
     scene = _scene(repl, "")
     limit = repl.evaluation.limits.primitives
     options = base.BackendOptions(limit=limit, warn=lambda diagnostic: repl.screen.report([diagnostic]))
