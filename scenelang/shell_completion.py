@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from argcomplete import autocomplete
+from argcomplete.completers import SuppressCompleter
 
 Completer = Callable[..., Iterable[str]]
 _PROGRAMS = (".scene", ".py", ".txt", ".json")  # endings of what commands read as a program
@@ -25,7 +26,7 @@ def complete(build_parser: Callable[[str], argparse.ArgumentParser]) -> None:
     words = [word for word in re.findall(r"(\S+)\s", line)[1:] if not word.startswith("-")]
     parser = build_parser(words[0] if words else "")
     _teach(parser)
-    autocomplete(parser, always_complete_options=False, default_completer=_nothing)
+    autocomplete(parser, always_complete_options=False, default_completer=SuppressCompleter())
 
 
 def subcommands(parser: argparse.ArgumentParser) -> dict[str, tuple[argparse.ArgumentParser, str]]:

@@ -115,7 +115,7 @@ def add_completion(parser: argparse.ArgumentParser) -> None:
 
 
 def run_completion(arguments: argparse.Namespace) -> int:
-    from argcomplete import shellcode
+    from argcomplete.shell_integration import shellcode
 
     sys.stdout.write(shellcode(["scenelang", "scene"], shell=arguments.shell, complete_arguments=["-o", "nospace"]))
     return 0
