@@ -22,9 +22,9 @@ class Kind(NamedTuple):
 PROGRAM = Kind(True, add_common)
 EVALUATION = Kind(False, add_common)
 OUTPUT = Kind(False, add_output)
-TEXT = Kind(False, add_output, False)
+TEXT = Kind(False, add_output, False)  # reads and writes, and runs nothing
 FILE = Kind(True)
-OWN = Kind()
+OWN = Kind()  # declares all its arguments itself
 SERVER = Kind(evaluates=False)
 
 
