@@ -120,10 +120,6 @@ def _say(line: Mapping[str, object]) -> None:
     print(json.dumps(line), flush=True)
 
 
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
-
-
 # One finding about the installation.
 
 
@@ -527,3 +523,7 @@ def _line_of(check: Check, width: int, color: bool) -> str:
     mark = colored(_MARKS[check.state.value], _STATES[check.state.value] if color else None)
     remedy = f"; {check.remedy}" if check.remedy else ""
     return f"  {mark} {' ' * max(0, 2 - len(_MARKS[check.state.value]))}{check.name:<{width}}  {check.detail}{remedy}"
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -58,8 +58,6 @@ def add_check(parser: argparse.ArgumentParser) -> None:
 
 
 def run_check(arguments: argparse.Namespace) -> int:
-    from scenelang.formatting import program_files
-
     found: list[Diagnostic] = []
     session: Session | None = None
     files = program_files(arguments.files)
@@ -212,7 +210,7 @@ def add_fmt(parser: argparse.ArgumentParser) -> None:
 
 
 def run_fmt(arguments: argparse.Namespace) -> int:
-    from scenelang.formatting import FormattedFile, format_file, program_files
+    from scenelang.formatting import FormattedFile, format_file
 
     names = program_files(arguments.files)
     if arguments.lines is not None and len(names) != 1:
