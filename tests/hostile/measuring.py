@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -164,6 +165,28 @@ class Nursery:
         code, took = self._process.stdout.readline().split()
         said = [path.read_bytes()[: MOST_OUTPUT + 1].decode(errors="replace") for path in (out, err)]
         return Measured(float(took), None, most, int(code), *said)
+
+    def run(
+        self, words: Sequence[str], folder: Path, text: str = "", timeout: float = GIVEN_UP
+    ) -> subprocess.CompletedProcess[str]:
+        """A command to its end, with ``text`` as its standard input and the environment of this process."""
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        with tempfile.TemporaryDirectory() as name:
+            given, out, err = (Path(name) / part for part in ("given", "out", "err"))
+            given.write_text(text, "utf-8")
+            request = {"words": list(words), "folder": str(folder), "out": str(out), "err": str(err)}
+            request |= {"given": str(given), "environment": dict(os.environ)}
+            self._process.stdin.write(json.dumps(request) + "\n")
+            self._process.stdin.flush()
+            pid = int(self._process.stdout.readline())
+            late = threading.Timer(timeout, os.kill, (pid, 9))
+            late.start()
+            code = int(self._process.stdout.readline().split()[0])
+            late.cancel()
+            assert code != -9, f"it took longer than {timeout} s"
+            said = [path.read_bytes().decode("utf-8", "backslashreplace") for path in (out, err)]
+        return subprocess.CompletedProcess(list(words), code, *said)
 
     @staticmethod
     def _watched(pid: int, start: float) -> int:

@@ -19,8 +19,12 @@ def run(request: dict[str, object]) -> int:
         handle = os.open(str(request[name]), os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
         os.dup2(handle, number)
         os.close(handle)
-    null = os.open(os.devnull, os.O_RDONLY)
-    os.dup2(null, 0)
+    given = os.open(str(request.get("given", os.devnull)), os.O_RDONLY)
+    os.dup2(given, 0)
+    sys.stdin = open(0, encoding="utf-8", errors=sys.stdin.errors, closefd=False)  # noqa: SIM115
+    if "environment" in request:
+        os.environ.clear()
+        os.environ.update(request["environment"])  # type: ignore[call-overload]
     try:
         return main(list(request["words"]), supervised=True)  # type: ignore[call-overload]
     except SystemExit as leaving:

@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import copies
 import pytest
 from PIL import Image
 
@@ -26,8 +27,13 @@ FILE = """; A leg of the table.
 
 
 def drive(text: str, *arguments: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "scenelang", "repl", *arguments]
-    return subprocess.run(command, input=text, capture_output=True, text=True, timeout=120, cwd=cwd)
+    return copies.command("repl", *arguments, text=text, folder=cwd)
+
+
+def started(text: str) -> subprocess.CompletedProcess[str]:
+    """The same from nothing."""
+    words = [sys.executable, "-m", "scenelang", "repl"]
+    return subprocess.run(words, input=text, capture_output=True, text=True, timeout=120)
 
 
 def lines(text: str, *arguments: str, cwd: Path | None = None) -> list[str]:
@@ -66,6 +72,12 @@ def test_a_long_input_ends_where_its_brackets_do() -> None:
 
 
 # --- forms ---------------------------------------------------------------------------------------------------------
+
+
+def test_a_session_from_the_start() -> None:
+    result = started("(+ 1 1)\n(car 5)\n")
+    assert (result.returncode, result.stdout) == (0, "2\n")
+    assert "error[" in result.stderr
 
 
 def test_values_come_form_by_form() -> None:
@@ -350,7 +362,7 @@ def test_it_starts_quickly(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setenv("PYTHONPYCACHEPREFIX", str(tmp_path))
     monkeypatch.delenv("PYTHONDONTWRITEBYTECODE", raising=False)
     libraries = [sys.executable, "-c", "import numpy, lark"]
-    ours = min(_seconds(lambda: lines("(+ 1 1)")) for _ in range(4))
+    ours = min(_seconds(lambda: started("(+ 1 1)")) for _ in range(4))
     others = min(_seconds(lambda: subprocess.run(libraries, check=True)) for _ in range(4))
     assert ours < 8 * others  # about 3.5
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import random
-import subprocess
-import sys
 import traceback
 import zlib
 from pathlib import Path
 
 import pytest
+from copies import command
 from searching import many
 
 from scenelang.grammar.datum import Source, print_datum
@@ -176,8 +175,7 @@ def test_depth_of_blocks(head: str, depth: int, tmp_path: Path) -> None:
     if head == "try:":
         lines += [line for i in reversed(range(depth)) for line in (" " * i + "except Exception:", " " * i + " pass")]
     (tmp_path / "deep.py").write_text("x = 1\n" + "\n".join(lines) + "\n" + CAR)
-    command = [sys.executable, "-m", "scenelang", "transpile", "deep.py"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, timeout=20, check=False)
+    done = command("transpile", "deep.py", folder=tmp_path, timeout=20)
     assert done.returncode in (0, 1)
-    assert b"Traceback" not in done.stderr
-    assert (b"error[E" in done.stderr) == (done.returncode == 1)
+    assert "Traceback" not in done.stderr
+    assert ("error[E" in done.stderr) == (done.returncode == 1)
