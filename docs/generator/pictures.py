@@ -17,12 +17,14 @@ _OVERSAMPLING = 2
 _COLORS = 128
 
 
-def drawn(program: str, size: tuple[int, int], camera: str, frame: int | None = None) -> Image.Image:
+def drawn(
+    program: str, size: tuple[int, int], camera: str, frame: int | None = None, oversampling: int = _OVERSAMPLING
+) -> Image.Image:
     """The picture of a program, ``size`` in pixels; raises ValueError for a program that is wrong."""
     result = Session(Options()).evaluate(Source("<documentation>", program))
     if result.scene is None or result.diagnostics:
         raise ValueError("\n".join(render_text(d) for d in result.diagnostics))
-    width, height = (_OVERSAMPLING * side for side in size)
+    width, height = (oversampling * side for side in size)
     options = PictureOptions(width=width, height=height, camera=parse_viewpoint(camera), frame=frame)
     picture = Image.fromarray(render(result.scene, options))
     return picture.resize(size, Image.Resampling.LANCZOS)

@@ -36,7 +36,7 @@ def test_an_interruption_leaves_nothing_half_written(name: str, tmp_path: Path) 
     (tmp_path / "a.scene").write_text(SCENE)
     words = [sys.executable, "-P", "-m", "scenelang", *WORK[name]]
     with interruptible(words, tmp_path) as running:
-        time.sleep(5.0)
+        time.sleep(2.0)
         assert running.poll() is None, "the work was too short to be interrupted"
         running.send_signal(signal.SIGINT)
         _, said = running.communicate(timeout=30)
