@@ -30,7 +30,7 @@ TOYS = """
   (transform (call "sphere" (embedding <z2> "red")) (translate [-1.5 0 0]))
   (transform (call "cube" (embedding <z3> "blue")) (translate [1.5 0 0])))))
 """
-WORK = ["--steps", "200", "--gaussians", "450", "--guidance", "7.5", "--no-scene-term", "--device", "cpu", "-q"]
+WORK = ["--steps", "120", "--gaussians", "450", "--guidance", "7.5", "--no-scene-term", "--device", "cpu", "-q"]
 
 
 @pytest.fixture(scope="module")
@@ -92,7 +92,7 @@ def test_what_a_run_leaves(place: Path) -> None:
     assert float(gaussians.colors[left, 0].median()) > 0.5
     assert float(gaussians.colors[~left, 2].median()) > 0.5
     losses = [json.loads(line) for line in (place / "run" / "losses.jsonl").read_text().splitlines()]
-    assert [row["step"] for row in losses] == list(range(1, 401))
+    assert [row["step"] for row in losses] == list(range(1, 241))
     early, late = (np.mean([row["figure"] for row in part]) for part in (losses[:40], losses[-40:]))
     assert late < early / 4
 
