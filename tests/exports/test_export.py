@@ -67,7 +67,7 @@ READABLE = [(GLTF, ".glb"), (USD, ".usdc"), (PLY, ".ply"), (OBJ, ".obj")]
 
 @pytest.mark.parametrize(("backend", "ending"), READABLE)
 def test_parts_are_one_file_each_where_they_stand(backend: Backend, ending: str, tmp_path: Path) -> None:
-    scene = example("chessboard.scene")
+    scene = example("strict.scene")
     run(backend, scene, tmp_path / f"set{ending}", parts=True)
     files = sorted(path for path in tmp_path.iterdir() if path.suffix == ending)
     words = [export.safe_name(part.car.word) for part in scene.root.children]

@@ -116,7 +116,7 @@ def test_what_is_not_repeated_is_not_merged(make: Any, tmp_path: Path) -> None:
 
 
 def test_depth_merges_each_entity_of_that_level(tmp_path: Path) -> None:
-    scene = example("chessboard.scene")
+    scene = example("strict.scene")
     gltf = written(scene, tmp_path / "a.glb", depth=1)
     parts = [gltf.nodes[child] for child in gltf.nodes[0]["children"]]
     assert [part["name"] for part in parts] == [part.car.word for part in scene.root.children]

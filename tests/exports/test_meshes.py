@@ -116,7 +116,7 @@ def test_obj_names_objects_by_path_and_paints_them(make: Any, tmp_path: Path) ->
     assert "Pr 0.5" in materials[0].splitlines()
 
 
-@pytest.mark.parametrize("name", ["chessboard.scene", "orrery.scene", "jenga.scene"])
+@pytest.mark.parametrize("name", ["strict.scene", "orrery.scene", "jenga.scene"])
 def test_obj_keeps_positions_and_colours(name: str, tmp_path: Path) -> None:
     import trimesh
 

@@ -82,7 +82,7 @@ def test_what_is_hit_where(make: Any, tmp_path: Path) -> None:
 def test_it_draws_what_final_pictures_show(tmp_path: Path) -> None:
     import mitsuba as mi
 
-    scene = example("chessboard.scene")
+    scene = example("strict.scene")
     made = loaded(scene, tmp_path / "a.xml")
     sensor = made.sensors()[0]
     film = mi.traverse(sensor)

@@ -200,7 +200,7 @@ def test_a_level_5_sponge_keeps_its_nested_instancing(tmp_path: Path) -> None:
 
 
 def test_depth_merges_each_entity_of_that_level(tmp_path: Path) -> None:
-    scene = example("chessboard.scene")
+    scene = example("strict.scene")
     stage = written(scene, tmp_path / "a.usdc", depth=1)
     got = list(seen(stage))
     assert {words for words, _, _ in got} == {(scene.word, part.car.word) for part in scene.root.children}
