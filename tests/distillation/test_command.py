@@ -85,7 +85,7 @@ def test_ctrl_c_keeps_the_run(words: list[str]) -> None:
         while b"to learn" not in running.stderr.readline():  # it tells that it begins
             assert time.monotonic() < until
             assert running.poll() is None
-        time.sleep(2.0)
+        time.sleep(1.0)
         running.send_signal(signal.SIGINT)
         _, told = running.communicate(timeout=60)
     assert running.returncode == 130

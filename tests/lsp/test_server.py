@@ -47,7 +47,7 @@ async def complete(editor: Editor, needle: str) -> dict[str, lsp.CompletionItem]
     return {item.label: item for item in found.items}
 
 
-@pytest.mark.asyncio
+@pytest.mark.asyncio(loop_scope="module")
 async def test_diagnostics(client: LanguageClient) -> None:
     editor = Editor(client, "a.scene", '(bind "a" (lambda () (cal "cube")))\n(define (f x) (sinn x))\n')
     found = await editor.diagnostics()
@@ -61,7 +61,7 @@ async def test_diagnostics(client: LanguageClient) -> None:
     assert [d.code for d in await editor.diagnostics()] == ["E101"]
 
 
-@pytest.mark.asyncio
+@pytest.mark.asyncio(loop_scope="module")
 async def test_hover(client: LanguageClient) -> None:
     editor = Editor(client, "hover.scene", CHAIR)
     await editor.diagnostics()
@@ -80,7 +80,7 @@ async def test_hover(client: LanguageClient) -> None:
     assert await hover(editor, ".04", 1) is None
 
 
-@pytest.mark.asyncio
+@pytest.mark.asyncio(loop_scope="module")
 async def test_completion(client: LanguageClient) -> None:
     editor = Editor(client, "complete.scene", CHAIR + "\n(define (new a)\n  (let ((inner 3))\n    (tra")
     items = await complete(editor, "(tra")
@@ -105,7 +105,7 @@ async def test_completion(client: LanguageClient) -> None:
     assert await complete(editor, "    ; (bin") == {}
 
 
-@pytest.mark.asyncio
+@pytest.mark.asyncio(loop_scope="module")
 async def test_completed_items_are_documented(client: LanguageClient) -> None:
     editor = Editor(client, "resolve.scene", "(define x (rotat")
     item = (await complete(editor, "(rotat"))["rotate"]
@@ -114,7 +114,7 @@ async def test_completed_items_are_documented(client: LanguageClient) -> None:
     assert "radians" in resolved.documentation.value
 
 
-@pytest.mark.asyncio
+@pytest.mark.asyncio(loop_scope="module")
 async def test_completion_of_files_and_types(client: LanguageClient) -> None:
     Path(client.root, "furniture.scene").write_text("(define wood 3)")
     editor = Editor(client, "files.scene", '(import "fur')
@@ -123,7 +123,7 @@ async def test_completion_of_files_and_types(client: LanguageClient) -> None:
     assert list(await complete(editor, "m::Mat")) == ["Matrix"]
 
 
-@pytest.mark.asyncio
+@pytest.mark.asyncio(loop_scope="module")
 async def test_signature_help(client: LanguageClient) -> None:
     editor = Editor(
         client, "signature.scene", CHAIR + '(define r (rotate pi \n(define (g) (call "chair" :width \n(leg-at 1 '
@@ -146,7 +146,7 @@ async def test_signature_help(client: LanguageClient) -> None:
     assert (await ask("\n(leg-at 1 "))[1] == "z"
 
 
-@pytest.mark.asyncio
+@pytest.mark.asyncio(loop_scope="module")
 async def test_definitions(client: LanguageClient) -> None:
     Path(client.root, "lib.scene").write_text('; x\n(define (helper n) n)\n(bind "lamp" (lambda () (call "cube")))\n')
     text = '(import "lib.scene")\n(define-syntax twice (syntax-rules () ((_ a) (union a a))))\n' + CHAIR
@@ -171,7 +171,7 @@ async def test_definitions(client: LanguageClient) -> None:
     assert (await ask("stack"))[0] == "combinators.scene"
 
 
-@pytest.mark.asyncio
+@pytest.mark.asyncio(loop_scope="module")
 async def test_references_and_rename(client: LanguageClient) -> None:
     Path(client.root, "wood.scene").write_text('(define oak 3)\n(bind "plank" (lambda () (call "cube" :n oak)))\n')
     main = '(import "wood.scene" :prefix w/)\n(bind "floor" (lambda () (call "plank" :n w/oak)))\n'
@@ -201,7 +201,7 @@ async def test_references_and_rename(client: LanguageClient) -> None:
     assert len(found) == 3
 
 
-@pytest.mark.asyncio
+@pytest.mark.asyncio(loop_scope="module")
 async def test_rename_is_local_and_refuses_what_would_break(client: LanguageClient) -> None:
     text = "(define (f x) (let ((x (+ x 1)) (y 2)) (* x y)))\n(define (g x) x)\n(print (f (g 1)))\n"
     editor = Editor(client, "local.scene", text)
@@ -221,7 +221,7 @@ async def test_rename_is_local_and_refuses_what_would_break(client: LanguageClie
             await rename("(* x y)", new, 3)
 
 
-@pytest.mark.asyncio
+@pytest.mark.asyncio(loop_scope="module")
 async def test_symbols_tokens_and_highlights(client: LanguageClient) -> None:
     editor = Editor(client, "symbols.scene", "; ü𝄞\n" + CHAIR)
     await editor.diagnostics()
@@ -245,7 +245,7 @@ async def test_symbols_tokens_and_highlights(client: LanguageClient) -> None:
     assert len(marks) == 3
 
 
-@pytest.mark.asyncio
+@pytest.mark.asyncio(loop_scope="module")
 async def test_formatting(client: LanguageClient) -> None:
     editor = Editor(client, "format.scene", '(define   x\n 1) ; one\n\n\n(bind "a" (lambda ()   (call "cube" :n x)))\n')
     options = lsp.FormattingOptions(tab_size=2, insert_spaces=True)
@@ -262,7 +262,7 @@ async def test_formatting(client: LanguageClient) -> None:
     assert not await client.text_document_formatting_async(lsp.DocumentFormattingParams(editor.document, options))
 
 
-@pytest.mark.asyncio
+@pytest.mark.asyncio(loop_scope="module")
 async def test_code_actions(client: LanguageClient) -> None:
     editor = Editor(client, "actions.scene", '(bind "a"\n  (lambda ()\n    (define old 3)\n    (cal "cube")))\n')
     await editor.diagnostics()
@@ -288,7 +288,7 @@ async def test_code_actions(client: LanguageClient) -> None:
     assert "old" not in after(found["Apply every safe fix"])
 
 
-@pytest.mark.asyncio
+@pytest.mark.asyncio(loop_scope="module")
 async def test_broken_text_keeps_the_last_good_analysis(client: LanguageClient) -> None:
     editor = Editor(client, "broken.scene", CHAIR)
     await editor.diagnostics()
@@ -299,7 +299,7 @@ async def test_broken_text_keeps_the_last_good_analysis(client: LanguageClient) 
     assert ":color [:width .5]" in (await hover(editor, '"chair" :color', 3) or "")
 
 
-@pytest.mark.asyncio
+@pytest.mark.asyncio(loop_scope="module")
 async def test_a_file_that_imports_another_is_looked_at_again(client: LanguageClient) -> None:
     part = Editor(client, "part.scene", "(define a 1)\n")
     await part.diagnostics()
@@ -309,7 +309,7 @@ async def test_a_file_that_imports_another_is_looked_at_again(client: LanguageCl
     assert await whole.next_diagnostics() == []
 
 
-@pytest.mark.asyncio
+@pytest.mark.asyncio(loop_scope="module")
 async def test_a_long_file_stays_fast(client: LanguageClient) -> None:
     """3,000 lines: completion and hover within 50 ms, diagnostics within 250 ms, on a quiet machine."""
     text = "\n".join(
@@ -339,7 +339,7 @@ async def test_a_long_file_stays_fast(client: LanguageClient) -> None:
     assert best["diagnostics"] < 0.25, best
 
 
-@pytest.mark.asyncio
+@pytest.mark.asyncio(loop_scope="module")
 @pytest.mark.parametrize("name", ["my dir/a b.scene", "café.scene", "a+b.scene"])
 async def test_names_of_files_may_hold_anything(client: LanguageClient, name: str) -> None:
     editor = Editor(client, name, "(define y zz)")
@@ -385,7 +385,7 @@ def workspace(client: LanguageClient, name: str) -> tuple[Editor, Editor]:
     return Editor(client, library.name, LIBRARY), Editor(client, user.name, user.read_text())
 
 
-@pytest.mark.asyncio
+@pytest.mark.asyncio(loop_scope="module")
 async def test_imported_names_are_renamed_from_either_side(client: LanguageClient) -> None:
     library, user = workspace(client, "sides")
     await user.diagnostics()
@@ -398,7 +398,7 @@ async def test_imported_names_are_renamed_from_either_side(client: LanguageClien
         assert after["sides-lib.scene"] == LIBRARY.replace("place", "put")
 
 
-@pytest.mark.asyncio
+@pytest.mark.asyncio(loop_scope="module")
 async def test_renamings_that_would_change_a_meaning_are_refused(client: LanguageClient) -> None:
     library, user = workspace(client, "refused")
     other = Path(client.root, "capture.scene")
@@ -418,7 +418,7 @@ async def test_renamings_that_would_change_a_meaning_are_refused(client: Languag
             await renamed(editor, needle, new, inside)
 
 
-@pytest.mark.asyncio
+@pytest.mark.asyncio(loop_scope="module")
 async def test_the_papers_forms_and_closed_texts_are_no_trouble(client: LanguageClient) -> None:
     editor = Editor(client, "paper.scene", '(bind "a" (lambda () (union (call "cube") (call "cone"))))')
     await editor.diagnostics()
