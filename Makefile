@@ -46,7 +46,7 @@ chromium:
 	@if ! command -v chromium >/dev/null && command -v apt-get >/dev/null && [ "$$(id -u)" = 0 ]; then \
 	  (apt-get update -qq && apt-get install -y -qq chromium) >/dev/null 2>&1 || true; fi
 
-# Work is given out in files of neighbours, so that what a module's tests share is made once; bytecode of the tests is kept.
+# Neighbouring tests go to one worker, so that what a module's tests share is made once; bytecode of the tests is kept.
 PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n 2 --dist worksteal
 
 test: lint chromium $(VENV)/.validator $(VENV)/.textmate

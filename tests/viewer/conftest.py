@@ -72,9 +72,10 @@ def serve(workspace: Callable[..., Workspace]) -> Iterator[Callable[..., ViewSer
         server.server_close()
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
-    """Chromium; the tests that want it are skipped where there is none."""
+    """Chromium; the tests that want it are skipped where there is none. While its driver is there an event loop runs,
+    so that it ends with the module: tests that come next may have a loop of their own."""
     executable = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if executable is None:
         pytest.skip("there is no chromium, so the page was not driven; `make test` installs it where it may")
