@@ -58,6 +58,8 @@ def add_check(parser: argparse.ArgumentParser) -> None:
 
 
 def run_check(arguments: argparse.Namespace) -> int:
+    from scenelang.session import program_files
+
     found: list[Diagnostic] = []
     session: Session | None = None
     files = program_files(arguments.files)
@@ -211,6 +213,7 @@ def add_fmt(parser: argparse.ArgumentParser) -> None:
 
 def run_fmt(arguments: argparse.Namespace) -> int:
     from scenelang.formatting import FormattedFile, format_file
+    from scenelang.session import program_files
 
     names = program_files(arguments.files)
     if arguments.lines is not None and len(names) != 1:
@@ -386,7 +389,7 @@ def add_doctor(parser: argparse.ArgumentParser) -> None:
 
 
 def run_doctor(arguments: argparse.Namespace) -> int:
-    from scenelang.doctor import State, checks, report_lines
+    from scenelang.doctor import CheckState, checks, report_lines
 
     found = list(checks())
     text = "\n".join(report_lines(found, use_color(arguments, sys.stdout)))
@@ -394,4 +397,4 @@ def run_doctor(arguments: argparse.Namespace) -> int:
         print_json([check.data() for check in found])
     else:
         print(text)
-    return 1 if any(check.state is State.BROKEN for check in found) else 0
+    return 1 if any(check.state is CheckState.BROKEN for check in found) else 0
