@@ -117,5 +117,6 @@ def add_completion(parser: argparse.ArgumentParser) -> None:
 def run_completion(arguments: argparse.Namespace) -> int:
     from argcomplete.shell_integration import shellcode
 
-    sys.stdout.write(shellcode(["scenelang", "scene"], shell=arguments.shell, complete_arguments=["-o", "nospace"]))
+    code = shellcode(["scenelang", "scene"], shell=arguments.shell, complete_arguments=["-o", "nospace"])  # nosec B604
+    sys.stdout.write(code)
     return 0
