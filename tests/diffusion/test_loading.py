@@ -9,13 +9,14 @@ from typing import Any
 
 import pytest
 from small_models import seeded, small_clip, small_control, small_diffusion, small_text, small_unet
-from support import Evil, predicted, wrong
 
 from scenelang.backends.neural.clip import ClipName, Slot, TextEncoder, load_clip
 from scenelang.backends.neural.diffusion import Autoencoder, ClipWords, TransformerWords, Unshuffled
 from scenelang.backends.neural.diffusion_loading import DEPTH, MULTIVIEW, load_depth, load_diffusion, load_multiview
 from scenelang.backends.neural.weights import Shelf
 from scenelang.grammar.diagnostics import SceneError
+
+from .support import Evil, predicted, wrong
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,6 @@ from typing import Any
 
 import pytest
 from small_models import CAMERAS, SMALL_SCHEDULER, SMALL_UNET, SMALL_VAE, seeded, small_clip, small_unet, small_vae
-from support import Evil, predicted, wrong
 
 from scenelang.backends.neural.clip import ClipName, TextEncoder, empty_tower, load_clip, text_weights
 from scenelang.backends.neural.diffusion import Autoencoder, fold_views
@@ -29,6 +28,8 @@ from scenelang.backends.neural.mvdream import (
     vae_names,
 )
 from scenelang.grammar.diagnostics import SceneError
+
+from .support import Evil, predicted, wrong
 
 TEXT_CONFIG = {
     "embed_dim": 16,

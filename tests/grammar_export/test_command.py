@@ -7,8 +7,6 @@ import re
 from pathlib import Path
 
 import pytest
-from cases import BAD, ROOT
-from decoders import acceptor, byte_tokenizer, matcher
 from lark import Lark
 
 from scenelang.cli.main import main
@@ -16,6 +14,9 @@ from scenelang.highlight import files
 from scenelang.interpreter.expand.forms import FORMS, full_grammar
 from scenelang.stdlib.grammars import PARSED, TEXTMATE, grammar_text
 from scenelang.stdlib.library import build_library
+
+from .cases import BAD, ROOT
+from .decoders import acceptor, byte_tokenizer, matcher
 
 
 @pytest.mark.parametrize("form", [*PARSED, TEXTMATE])

@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from cases import BAD, GOOD, NOT_STRICT, OTHERS, ROOT, STRICT, UNSEEN, WRONG
-from decoders import FORMATS, acceptor
 
 from scenelang.interpreter.expand.forms import FORMS, full_grammar, strict_grammar
+
+from .cases import BAD, GOOD, NOT_STRICT, OTHERS, ROOT, STRICT, UNSEEN, WRONG
+from .decoders import FORMATS, acceptor
 
 NAME = lambda path: str(path.relative_to(ROOT))
 

@@ -8,11 +8,8 @@ from functools import cache
 from pathlib import Path
 from random import Random
 
-from cases import GOOD, SHAPE
-from decoders import FORMATS, acceptor
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from sentences import Writer
 
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, ListDatum, Source, Span, Symbol, print_datum
 from scenelang.grammar.diagnostics import CODES
@@ -20,6 +17,10 @@ from scenelang.grammar.export.model import Expression, Literal, Ref
 from scenelang.grammar.reader import read
 from scenelang.interpreter.expand.forms import full_grammar, strict_grammar
 from scenelang.session import Options, Session
+
+from .cases import GOOD, SHAPE
+from .decoders import FORMATS, acceptor
+from .sentences import Writer
 
 # What the grammar allows for the sake of macros, or what needs names: `check` has the last word there.
 LOOSE: frozenset[Expression] = frozenset({

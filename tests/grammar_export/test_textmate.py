@@ -9,9 +9,10 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from cases import GOOD, ROOT
 
 from scenelang.stdlib.grammars import grammar_text
+
+from .cases import GOOD, ROOT
 
 MODULES = Path(os.environ.get("SCENELANG_TEXTMATE") or ROOT / ".venv" / "textmate" / "node_modules")
 NODE = shutil.which("node")

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
-from cases import GOOD, NOT_STRICT, OTHERS, ROOT, STRICT, UNSEEN, WRONG
-from test_formats import RIGHT_TEXTS, WRONG_TEXTS
 
 from scenelang.stdlib.grammars import grammar_text
+
+from .cases import GOOD, NOT_STRICT, OTHERS, ROOT, STRICT, UNSEEN, WRONG
+from .test_formats import RIGHT_TEXTS, WRONG_TEXTS
 
 xgrammar = pytest.importorskip("xgrammar")
 END = 256

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import Caller, new_runtime, scheme
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -13,6 +12,8 @@ from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.runtime.values import IDENTITY, NIL, Array, Keyword, Matrix, Pair, Vector
 from scenelang.interpreter.scene import pose
 from scenelang.stdlib.arraydata import from_numpy, to_numpy
+
+from .conftest import Caller, new_runtime, scheme
 
 CALL = Caller(new_runtime())
 AXIS, ENDPOINT, ALL = Keyword("axis"), Keyword("endpoint"), Keyword("all")

@@ -4,13 +4,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import BUILTINS, Caller, function, new_runtime, python, scheme
 from hypothesis import given
 from hypothesis import strategies as st
 
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.runtime.values import IDENTITY, NIL, Keyword, MutableArray, Record, RecordType, Table, Vector
+
+from .conftest import BUILTINS, Caller, function, new_runtime, python, scheme
 
 CALL = Caller(new_runtime())
 INDEX = st.integers(-6, 6)

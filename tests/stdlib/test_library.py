@@ -4,7 +4,6 @@ import subprocess
 import sys
 
 import pytest
-from conftest import ALL_TOPICS, BUILTINS, Caller
 
 from scenelang.grammar.diagnostics import CODES, SceneError
 from scenelang.interpreter.runtime.procedures import Condition
@@ -13,6 +12,8 @@ from scenelang.interpreter.runtime.values import NIL, Embedding, HandleList, Key
 from scenelang.stdlib.colors import linear, named_colors
 from scenelang.stdlib.library import build_library
 from scenelang.stdlib.numbers import CONSTANTS
+
+from .conftest import ALL_TOPICS, BUILTINS, Caller
 
 NAMES = """
 + - * / // % quotient remainder modulo floor/ expt abs min max sum product floor ceiling round truncate exact inexact

@@ -3,7 +3,6 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from conftest import BUILTINS, Caller, function, new_runtime, python, scheme
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -23,6 +22,8 @@ from scenelang.interpreter.runtime.values import (
 )
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.stdlib.lists import items
+
+from .conftest import BUILTINS, Caller, function, new_runtime, python, scheme
 
 CALL = Caller(new_runtime())
 ITEMS = st.lists(st.integers(0, 9), max_size=8)

@@ -6,13 +6,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import Caller, new_runtime
 from hypothesis import given
 from hypothesis import strategies as st
 
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.runtime.values import IDENTITY, Array, Matrix, MutableArray, Vector
+
+from .conftest import Caller, new_runtime
 
 SMALL = st.one_of(st.integers(-50, 50), st.floats(-50, 50, allow_nan=False))
 CALL = Caller(new_runtime())

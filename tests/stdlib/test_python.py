@@ -8,7 +8,6 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from conftest import BUILTINS, Caller, function, new_runtime
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from searching import many
@@ -21,6 +20,8 @@ from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.values import NIL, MutableList, Pair, Set, Table, Vector, make_list
 from scenelang.stdlib.library import build_library
+
+from .conftest import BUILTINS, Caller, function, new_runtime
 
 IMPORT = '(import "std/python.scene")\n'
 

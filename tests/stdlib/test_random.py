@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import Caller, new_runtime, python, scheme
 
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.runtime.values import Keyword, Vector
+
+from .conftest import Caller, new_runtime, python, scheme
 
 WORDS = ["oak", "ash", "elm", "fir", "yew", "box", "ivy"]
 CHANCES = [0.1, 0.2, 0.1, 0.1, 0.2, 0.2, 0.1]

@@ -3,12 +3,13 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from conftest import Caller, new_runtime
 from hypothesis import given
 from hypothesis import strategies as st
 
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.runtime.values import NIL, Symbol
+
+from .conftest import Caller, new_runtime
 
 CALL = Caller(new_runtime())
 TEXT = st.text("ab ,", max_size=8)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from conftest import error, log, refused, run, shown
+
+from .conftest import error, log, refused, run, shown
 
 EXPRESSIONS = {
     # choices

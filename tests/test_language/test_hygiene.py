@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import pytest
-from conftest import log
 
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.session import Session
+
+from .conftest import log
 
 DEFINED = """
 (define-syntax be-like-begin

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import pytest
-from conftest import error, log, refused, run, scene, shown, warned
 
 from scenelang.interpreter.expand.forms import FORMS
+
+from .conftest import error, log, refused, run, scene, shown, warned
 
 # --- shadowing -----------------------------------------------------------------------------------------------------
 

@@ -8,10 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import log, refused, run, scene, shown, warned
 
 from scenelang import Options, Session
 from scenelang.session import Evaluated
+
+from .conftest import log, refused, run, scene, shown, warned
 
 Write = Callable[..., None]
 

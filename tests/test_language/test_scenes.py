@@ -5,13 +5,14 @@ from __future__ import annotations
 import re
 
 import pytest
-from conftest import error, log, refused, run, scene, shown, warned
 
 from scenelang.interpreter.runtime.runtime import ZEntry
 from scenelang.interpreter.scene.entity import Entity, count_words
 from scenelang.interpreter.scene.flatten import flatten
 from scenelang.interpreter.scene.numbering import primitive_handles
 from scenelang.interpreter.scene.outline import outline
+
+from .conftest import error, log, refused, run, scene, shown, warned
 
 
 def handles(program: str, **options: object) -> dict[str, str]:
