@@ -20,7 +20,6 @@ from scenelang.interpreter.scene.entity import Entity, Frames, lays_blocks
 
 
 poses = Registry("poses")
-define = poses.define
 _ORIGIN = (0.0, 0.0, 0.0)
 _EXACT = 1 << 53
 
@@ -41,7 +40,7 @@ def _finite(name: str, make: Callable[[], Matrix]) -> Matrix:
     return matrix
 
 
-@define(
+@poses.define(
     "translate", "offset::Vector", "Matrix", "The pose that moves by `offset`.",
     ("(@ (translate [1 2 3]) [0 0 0])", "[1.0 2.0 3.0]"),
 )  # fmt: skip
@@ -56,7 +55,7 @@ def translate(rt: Runtime, offset: Vector) -> Matrix:
     return _finite("translate", lambda: pose.translation(x, y, z))
 
 
-@define(
+@poses.define(
     "rotate", "angle::Float axis::Vector [point::Vector]", "Matrix",
     "The right-hand rotation by `angle` radians about `axis` through `point` (the origin when left out).",
     ("(round (@ (rotate (/ pi 2) [0 1 0]) [1 0 0]) 6)", "[0.0 0.0 -1.0]"),
@@ -68,7 +67,7 @@ def rotate(rt: Runtime, angle: Any, axis: Vector, point: Any = _ORIGIN) -> Matri
     return _finite("rotate", lambda: pose.rotation(angle, axis, point))
 
 
-@define(
+@poses.define(
     "scale", "factors [origin::Vector]", "Matrix",
     "The pose that scales by a number, or by three factors along x, y and z, about `origin`.",
     ("(@ (scale [2 1 1]) [1 1 1])", "[2.0 1.0 1.0]"),
@@ -89,7 +88,7 @@ def scale(rt: Runtime, factors: Any, origin: Any = _ORIGIN) -> Matrix:
     return _finite("scale", lambda: pose.scaling(x, y, z, origin))
 
 
-@define(
+@poses.define(
     "reflect", "first::Vector [normal::Vector]", "Matrix",
     "The mirror image in the plane through a point with a normal, `(reflect point normal)`; "
     "`(reflect normal)` for a plane through the origin.",
@@ -106,7 +105,7 @@ def reflect(rt: Runtime, first: Vector, normal: Vector | None = None) -> Matrix:
     return _finite("reflect", lambda: pose.reflection(point, mirror))
 
 
-@define(
+@poses.define(
     "pose", "matrix", "Matrix", "The finite pose that a 4x4 array, mutable array or nested list is.",
     ("(pose [[1 0 0 5] [0 1 0 0] [0 0 1 0] [0 0 0 1]])",
      "[[1.0 0.0 0.0 5.0] [0.0 1.0 0.0 0.0] [0.0 0.0 1.0 0.0] [0.0 0.0 0.0 1.0]]"),
@@ -116,6 +115,7 @@ def to_pose(rt: Runtime, matrix: Any) -> Matrix:
 
 
 registry = Registry("entities")
+define = registry.define
 
 
 @define("retrieve", "word::Word", "Function", "The function bound to `word`; `(lambda _ (list))` when there is none.")

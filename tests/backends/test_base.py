@@ -52,7 +52,7 @@ def points(*backends: base.Backend) -> list[SimpleNamespace]:
 
 
 def test_backends_are_found_by_name_and_by_file(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(base, "_entry_points", lambda: points(MITSUBA, DRAFT, GLTF))
+    monkeypatch.setattr(base.PluginRegistry, "_points", lambda self: points(MITSUBA, DRAFT, GLTF))
     assert base.names() == ["draft", "gltf", "mitsuba"]
     assert base.find("gltf") is GLTF
     assert base.for_file("a.PNG") is DRAFT
@@ -71,7 +71,7 @@ def test_a_broken_backend_does_not_hide_the_others(monkeypatch: pytest.MonkeyPat
 
     broken = SimpleNamespace(name="broken", value="x", load=fail)
     wrong = SimpleNamespace(name="wrong", value="x:y", load=lambda: 3)
-    monkeypatch.setattr(base, "_entry_points", lambda: [broken, wrong, *points(DRAFT)])
+    monkeypatch.setattr(base.PluginRegistry, "_points", lambda self: [broken, wrong, *points(DRAFT)])
     assert base.every() == [DRAFT]
     with pytest.raises(SceneError, match="cannot be loaded"):
         base.find("broken")
