@@ -229,21 +229,29 @@ class PluginRegistry(Generic[Plugin]):
         """The names of all, sorted; loads none of them."""
         return sorted({point.name for point in self._points()})
 
+    def get(self, name: str) -> Plugin | None:
+        """The plug-in called ``name``, None where there is none; raises SceneError for one that cannot be loaded."""
+        point = next((point for point in self._points() if point.name == name), None)
+        return None if point is None else self._load(point)
+
     def find(self, name: str) -> Plugin:
         """The plug-in called ``name``; raises SceneError when there is none or it cannot be loaded."""
-        for point in self._points():
-            if point.name == name:
-                return self._load(point)
+        found = self.get(name)
+        if found is not None:
+            return found
         known = self.names()
         listed = ", ".join(known) if known else "none is installed: `pip install scenelang`"
         raise SceneError(self.error, f"there is no {self.kind} `{name}` ({listed})", hint=suggest(name, known))
 
     def every(self) -> list[Plugin]:
         """All that load, by name. One that fails to load is left out: ``find`` says why."""
+        points: dict[str, Any] = {}
+        for point in self._points():  # asked once: it looks at every package that is installed
+            points.setdefault(point.name, point)
         loaded = []
-        for name in self.names():
+        for name in sorted(points):
             try:
-                loaded.append(self.find(name))
+                loaded.append(self._load(points[name]))
             except SceneError:
                 continue
         return loaded

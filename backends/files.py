@@ -150,10 +150,15 @@ def rewrite(path: Path, text: str) -> None:
         temporary.write_bytes(text.encode("utf-8"))
 
 
+def write_text(path: Path | str, text: str) -> None:
+    """Write a text as UTF-8, whole or not at all; raises SceneError("file")."""
+    with written_whole(path) as temporary:
+        temporary.write_text(text, "utf-8")
+
+
 def write_json(path: Path, data: Any) -> None:
     """Write ``data`` as JSON, whole or not at all; raises SceneError("file")."""
-    with written_whole(path) as temporary:
-        temporary.write_text(json.dumps(data), "utf-8")
+    write_text(path, json.dumps(data))
 
 
 def _give_usual_mode(path: Path) -> None:

@@ -30,9 +30,8 @@ from scenelang.reports import colored
 from scenelang.session import Session
 
 # Small works that are really done, one after the other, in a process of their own: a native library that crashes takes
-# only that process with it. ``python -P -m scenelang.doctor NAME ...`` prints a line of JSON before each and
-# one
-# after it.
+# only that process with it. ``python -P -m scenelang.doctor NAME ...`` prints a line of JSON before each and one after
+# it.
 
 
 _PROGRAM = '(bind "trial" (lambda () (union (call "cube") (call "sphere" :color [1 0 0]))))'

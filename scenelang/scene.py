@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import BackendOptions, Progress, frame_of, part_of
+from scenelang.backends.base import BackendOptions, Progress, frame_of
 from scenelang.backends.pictures.camera import Camera as PlacedCamera
 from scenelang.backends.pictures.camera import Viewpoint, camera_at
 from scenelang.grammar.datum import Source, atom_text
-from scenelang.grammar.diagnostics import Diagnostic, SceneError, error_of, suggest
+from scenelang.grammar.diagnostics import Diagnostic, SceneError, suggest
 from scenelang.interpreter.runtime.values import Embedding, Pair, Vector
 from scenelang.interpreter.scene.entity import Entity, count_words, descendants, primitive_count
 from scenelang.interpreter.scene.entity import Scene as SceneGraph
@@ -194,9 +194,11 @@ class Film:
         return tuple(shot.camera for shot in self._shots)
 
     def __iter__(self) -> Iterator[Image]:
+        from scenelang.backends.pictures.film import paint_shot
+
         painters = self._painters()
         for shot in self._shots:
-            yield _painted(painters, shot)
+            yield _image(paint_shot(painters, shot), shot.camera)
 
     def save(self, path: str | Path, fps: float = 24.0, progress: Progress | None = None) -> Path:
         """Write an .mp4, .gif, .apng or .webp; the file is whole or not there. Returns its path."""
@@ -382,10 +384,9 @@ class ViewerPage:
 
     def save(self, path: str | Path) -> Path:
         """Write the page as a file that needs no server. Returns its path."""
-        from scenelang.backends.files import written_whole
+        from scenelang.backends.files import write_text
 
-        with written_whole(path) as temporary:
-            temporary.write_text(self.html, encoding="utf-8")
+        write_text(path, self.html)
         return Path(path)
 
     def _repr_html_(self) -> str:
@@ -786,8 +787,7 @@ def scene_of(source: Source, options: Options) -> Scene:
     from scenelang.session import Session
 
     result = Session(options).evaluate(source)
-    if result.scene is None:
-        raise error_of(next(d for d in result.diagnostics if d.is_error))
+    result.require()
     return scene_from(result, source.name, options)
 
 
@@ -850,20 +850,14 @@ def _backends(quality: str | Sequence[str]) -> list[PictureBackend]:
 
 def _drawn(graph: SceneGraph, options: PictureOptions, quality: str | Sequence[str]) -> tuple[Image, Shot]:
     """One picture, drawn by one backend or by several side by side, and the shot that it is."""
-    from scenelang.backends.pictures.film import check, painters
+    from scenelang.backends.pictures.film import check, paint_shot, painters
     from scenelang.backends.pictures.stage import still
 
     backends = _backends(quality)
     check(options, backends)
     shot = still(graph, options.camera, options.frame, options.width, options.height)
-    return _painted(painters(graph, options, backends, [shot]), shot, options.progress), shot
-
-
-def _painted(painters: Sequence[Painter], shot: Shot, progress: Progress | None = None) -> Image:
-    count = len(painters)
-    drawn = [painter.paint(shot, part_of(progress, i / count, (i + 1) / count)) for i, painter in enumerate(painters)]
-    first, *others = (_image(each, shot.camera) for each in drawn)
-    return first.beside(*others) if others else first
+    drawn = paint_shot(painters(graph, options, backends, [shot]), shot, options.progress)
+    return _image(drawn, shot.camera), shot
 
 
 def _image(drawn: Any, camera: PlacedCamera) -> Image:

@@ -22,7 +22,7 @@ from scenelang.backends.files import read_regular, rewrite
 from scenelang.grammar import ast, reader
 from scenelang.grammar.ast import check_strict
 from scenelang.grammar.datum import Atom, Datum, ListDatum, Source, Span, Symbol, walk
-from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError, UsageError
+from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError, UsageError, error_of
 from scenelang.grammar.reader import read
 from scenelang.interpreter.lint.lint import (
     apply_fixes,
@@ -116,6 +116,12 @@ class Evaluated:
     @property
     def ok(self) -> bool:
         return self.scene is not None
+
+    def require(self) -> Scene:
+        """The scene; raises SceneError with the first mistake where there is none."""
+        if self.scene is None:
+            raise error_of(next(d for d in self.diagnostics if d.is_error))
+        return self.scene
 
 
 def run_with_room(

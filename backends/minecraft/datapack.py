@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from scenelang.backends.files import written_whole
+from scenelang.backends.files import write_text, written_whole
 from scenelang.backends.minecraft.blocks import Build, merged
 from scenelang.backends.minecraft.build_files import GameVersion, as_written
 from scenelang.backends.minecraft.table import load_table
@@ -107,8 +107,7 @@ def write_function(build: Build, path: Path, version: GameVersion) -> list[Path]
     if len(lines) > MOST_COMMANDS:
         message = f"the build takes {len(lines):,} commands, and one function runs {MOST_COMMANDS:,}"
         raise SceneError("unsupported", message, hint="write a data pack, `.zip`, which lays it part by part")
-    with written_whole(path) as temporary:
-        temporary.write_text("\n".join([*lines, ""]), "utf-8")
+    write_text(path, "\n".join([*lines, ""]))
     return [path]
 
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from scenelang.backends.base import Accepts, Backend, BackendOptions, Option, Work, check_settings, frame_of
-from scenelang.backends.files import written_together, written_whole
+from scenelang.backends.files import write_text, written_together, written_whole
 from scenelang.backends.minecraft import datapack, litematic, sponge, structure
 from scenelang.backends.minecraft.blocks import BlockState, Build, Cuboids, merged
 from scenelang.backends.minecraft.build_files import (
@@ -336,8 +336,7 @@ def _backend(name: str, doc: str, ending: str, write: Write) -> Backend:
 
 
 def _write_program(build: Build, path: Path, _: GameVersion) -> list[Path]:
-    with written_whole(path) as temporary:
-        temporary.write_text(program_text(build, path.stem), "utf-8")
+    write_text(path, program_text(build, path.stem))
     return [path]
 
 

@@ -16,7 +16,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from scenelang.backends.base import frame_of, need
-from scenelang.backends.files import written_whole
+from scenelang.backends.files import write_text
 from scenelang.backends.labels.dataset import word_color
 from scenelang.backends.pictures.film import PictureOptions, render
 from scenelang.grammar.diagnostics import printable
@@ -295,8 +295,7 @@ def write_graph(
     graph = call_graph(scene, frame_of(scene, frame), depth)
     pictures = [_thumbnail(node) if thumbnails else None for node in graph.nodes]
     text = drawing(graph, pictures)
-    with written_whole(path) as temporary:
-        temporary.write_text(text, "utf-8")
+    write_text(path, text)
 
 
 def drawing(graph: CallGraph, pictures: Sequence[str | None]) -> str:

@@ -93,7 +93,7 @@ QUALITIES = PluginRegistry("scenelang.qualities", "quality", Quality)
 
 def picture_backend(name: str) -> PictureBackend:
     """The backend that is called ``name`` or draws pictures of that quality; raises SceneError("backend")."""
-    quality = QUALITIES.find(name) if name in QUALITIES.names() else Quality(name, "", name)
+    quality = QUALITIES.get(name) or Quality(name, "", name)
     backend = find(quality.backend)
     if not isinstance(backend, PictureBackend) or backend.painter is None:
         raise SceneError("backend", f"the backend `{name}` draws no pictures", hint="`scenelang backends` lists them")
@@ -125,8 +125,7 @@ def draw(scene: Scene, options: PictureOptions, backend: PictureBackend) -> Imag
     """One frame of ``scene`` as an image, drawn by ``backend``; raises SceneError as ``render`` does."""
     check(options, [backend])
     shot = still(scene, options.camera, options.frame, options.width, options.height)
-    (painter,) = painters(scene, options, [backend], [shot])
-    return painter.paint(shot, options.progress)
+    return paint_shot(painters(scene, options, [backend], [shot]), shot, options.progress)
 
 
 def painters(
@@ -136,6 +135,16 @@ def painters(
     frames = [shot.frame for shot in shots]
     staging = staging_of(scene, frames, options.limit, options.environment, options.ground, options.warn)
     return [backend.painter(staging, options, len(shots)) for backend in backends if backend.painter is not None]
+
+
+def paint_shot(painters: Sequence[Painter], shot: Shot, progress: Progress | None = None) -> Image:
+    """One shot as each painter draws it, side by side; raises SceneError."""
+    count = len(painters)
+    images = [painter.paint(shot, part_of(progress, i / count, (i + 1) / count)) for i, painter in enumerate(painters)]
+    if count == 1:
+        return images[0]
+    pictures, radiances = [image.picture for image in images], [image.radiance for image in images]
+    return Image(np.concatenate(pictures, axis=1), np.concatenate(radiances, axis=1))
 
 
 def check(options: PictureOptions, backends: Sequence[Backend]) -> None:
@@ -311,30 +320,13 @@ def write_drawing(
         save_film(painters(scene, options, backends, shots), shots, path, fps, options.progress)
         return
     shot = still(scene, options.camera, options.frame, options.width, options.height)
-    count = len(backends)
-    images = [
-        painter.paint(shot, part_of(options.progress, i / count, (i + 1) / count))
-        for i, painter in enumerate(painters(scene, options, backends, [shot]))
-    ]
-    if count == 1:
-        save_image(images[0], path)
-    else:
-        save_picture(side_by_side([image.picture for image in images]), path)
+    save_image(paint_shot(painters(scene, options, backends, [shot]), shot, options.progress), path)
 
 
 def _drawn(painters: Sequence[Painter], shots: Sequence[Shot], progress: Progress | None) -> Iterator[Picture]:
+    step = 0.98 / len(shots)
     for i, shot in enumerate(shots):
-        pictures = []
-        for k, painter in enumerate(painters):
-            step = 0.98 / (len(shots) * len(painters))
-            start = step * (i * len(painters) + k)
-            pictures.append(painter.paint(shot, part_of(progress, start, start + step)).picture)
-        yield side_by_side(pictures)
-
-
-def side_by_side(pictures: Sequence[Picture]) -> Picture:
-    """Pictures (H, W, 3) of one height beside each other."""
-    return np.ascontiguousarray(np.concatenate(list(pictures), axis=1))
+        yield paint_shot(painters, shot, part_of(progress, step * i, step * (i + 1))).picture
 
 
 def _write_pillow(pictures: Iterator[Picture], path: Path, fps: float) -> None:

@@ -4,20 +4,17 @@ from __future__ import annotations
 
 from scenelang.grammar.export.model import (
     Chars,
-    Choice,
     Either,
-    Expression,
     Grammar,
     Joined,
+    Leaf,
     Literal,
     Many,
     Pattern,
-    Ref,
     RuleUse,
-    Sequence,
-    Terminal,
     TerminalToken,
     Text,
+    written,
 )
 
 _ABOUT = (
@@ -30,27 +27,13 @@ def ebnf_text(grammar: Grammar) -> str:
     """The grammar as a page of rules, the start first."""
     lines = [f"/* {grammar.title} */", *(f"/* {line} */" for line in _ABOUT), ""]
     ordered = sorted(grammar.rules, key=lambda name: name != grammar.start)
-    lines += [f"{name} ::= {_write(grammar.rules[name])}" for name in ordered]
+    lines += [f"{name} ::= {written(grammar.rules[name], _leaf)}" for name in ordered]
     lines += ["", *(f"{name} ::= {_token(token)} /* {token.title} */" for name, token in grammar.tokens.items())]
     return "\n".join(lines) + "\n"
 
 
-def _write(expression: Expression) -> str:
-    if isinstance(expression, Literal):
-        return _quoted(expression.text)
-    if isinstance(expression, (Terminal, Ref)):
-        return expression.name
-    if isinstance(expression, Sequence):
-        return " ".join(_group(item, Choice) for item in expression.items)
-    if isinstance(expression, Choice):
-        return " | ".join(_write(option) for option in expression.options)
-    sign = "?" if expression.once else "+" if expression.least else "*"
-    return _group(expression.item, Choice, Sequence) + sign
-
-
-def _group(expression: Expression, *kinds: type) -> str:
-    text = _write(expression)
-    return f"({text})" if isinstance(expression, kinds) else text
+def _leaf(leaf: Leaf) -> str:
+    return _quoted(leaf.text) if isinstance(leaf, Literal) else leaf.name
 
 
 # --- tokens --------------------------------------------------------------------------------------------------------

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from scenelang.grammar.export.model import (
     Chars,
-    Choice,
     Either,
-    Expression,
     Grammar,
     Joined,
+    Leaf,
     Literal,
     Many,
     Pattern,
-    Ref,
     RuleUse,
-    Sequence,
     Terminal,
     Text,
+    written,
 )
 from scenelang.grammar.export.spacing import spaced, without_exclusions
 
@@ -26,9 +26,10 @@ _NAMED = {"\n": r"\n", "\t": r"\t", "\r": r"\r", "\\": r"\\"}
 def gbnf_text(grammar: Grammar) -> str:
     """The grammar with `root` as its start, of literals, classes of characters, groups and `* + ? {m,n}` only."""
     whole = spaced(grammar)
+    leaf = partial(_leaf, start=whole.start)
     lines = [f"# {grammar.title}"]
     for name, expression in whole.rules.items():
-        lines.append(f"{_rule_name(name, whole.start)} ::= {_write(expression, whole.start)}")
+        lines.append(f"{_rule_name(name, whole.start)} ::= {written(expression, leaf)}")
     plain = without_exclusions(whole.tokens)
     lines += [f"{_token_name(name)} ::= {_pattern(token.pattern)}" for name, token in plain.items()]
     return "\n".join(lines) + "\n"
@@ -42,24 +43,10 @@ def _token_name(name: str) -> str:
     return f"{name.lower().replace('_', '-')}-token"
 
 
-def _write(expression: Expression, start: str) -> str:
-    if isinstance(expression, Literal):
-        return _quoted(expression.text)
-    if isinstance(expression, Terminal):
-        return _token_name(expression.name)
-    if isinstance(expression, Ref):
-        return _rule_name(expression.name, start)
-    if isinstance(expression, Sequence):
-        return " ".join(_group(item, start, Choice) for item in expression.items)
-    if isinstance(expression, Choice):
-        return " | ".join(_write(option, start) for option in expression.options)
-    sign = "?" if expression.once else "+" if expression.least else "*"
-    return _group(expression.item, start, Choice, Sequence) + sign
-
-
-def _group(expression: Expression, start: str, *kinds: type) -> str:
-    text = _write(expression, start)
-    return f"({text})" if isinstance(expression, kinds) else text
+def _leaf(leaf: Leaf, start: str) -> str:
+    if isinstance(leaf, Literal):
+        return _quoted(leaf.text)
+    return _token_name(leaf.name) if isinstance(leaf, Terminal) else _rule_name(leaf.name, start)
 
 
 # --- tokens --------------------------------------------------------------------------------------------------------

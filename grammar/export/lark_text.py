@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import partial
 
 from scenelang.grammar.export.model import (
-    Choice,
     Either,
     Expression,
     Grammar,
     Joined,
+    Leaf,
     Literal,
     Many,
     Pattern,
     Ref,
     RuleUse,
-    Sequence,
     Terminal,
     TerminalToken,
     Text,
@@ -24,6 +24,7 @@ from scenelang.grammar.export.model import (
     literals,
     regex,
     substitute,
+    written,
 )
 from scenelang.grammar.export.spacing import WHITE, spaced
 
@@ -41,11 +42,12 @@ def lark_text(grammar: Grammar) -> str:
     """The grammar as `lark.Lark(text, parser="lalr")` loads it; Lark's Earley parser loads it too, and is slow."""
     names = word_names(literals(grammar.rules))
     classes = _classes(grammar, names)
+    text_of = partial(written, leaf=partial(_leaf, names=names), several=(Literal, Terminal))
     lines = [f'// {grammar.title}, for lark.Lark(text, parser="lalr").', f"// Comments nest up to {_NESTED} deep.", ""]
     for name, expression in grammar.rules.items():
-        text = _write(substitute(expression, {name.upper(): Ref(name) for name in classes}), names)
+        text = text_of(substitute(expression, {name.upper(): Ref(name) for name in classes}))
         lines.append(f"{name}: _hidden {text}" if name == grammar.start else f"{name}: {text}")
-    lines += [f"{name}: {_write(expression, names)}" for name, expression in classes.items()]
+    lines += [f"{name}: {text_of(expression)}" for name, expression in classes.items()]
     lines += [
         "",
         "// `#;` hides the next datum; every token may be followed by hidden ones",
@@ -88,25 +90,13 @@ def word_names(words: Iterable[str]) -> dict[str, str]:
     return names
 
 
-def _write(expression: Expression, names: Mapping[str, str]) -> str:
-    if isinstance(expression, Literal):
-        text = expression.text
-        return f'"{text}" _hidden' if is_punctuation(text) else f"{names[text]} _hidden"
-    if isinstance(expression, Terminal):
-        return f"{expression.name} _hidden"
-    if isinstance(expression, Ref):
-        return expression.name
-    if isinstance(expression, Sequence):
-        return " ".join(_group(item, names, Choice) for item in expression.items)
-    if isinstance(expression, Choice):
-        return " | ".join(_write(option, names) for option in expression.options)
-    sign = "?" if expression.once else "+" if expression.least else "*"
-    return _group(expression.item, names, Choice, Sequence, Literal, Terminal) + sign
-
-
-def _group(expression: Expression, names: Mapping[str, str], *kinds: type) -> str:
-    text = _write(expression, names)
-    return f"({text})" if isinstance(expression, kinds) else text
+def _leaf(leaf: Leaf, names: Mapping[str, str]) -> str:
+    """Every token may be followed by hidden ones, which are a rule of their own."""
+    if isinstance(leaf, Ref):
+        return leaf.name
+    if isinstance(leaf, Terminal):
+        return f"{leaf.name} _hidden"
+    return f'"{leaf.text}" _hidden' if is_punctuation(leaf.text) else f"{names[leaf.text]} _hidden"
 
 
 def _word_regex(word: str) -> str:
@@ -143,29 +133,15 @@ def llguidance_text(grammar: Grammar) -> str:
     """The grammar as `llguidance.LLMatcher` takes it."""
     whole = spaced(grammar, Many(WHITE, 1))
     lines = [f"// {grammar.title}, for llguidance.", ""]
-    lines += [f"{name}: {_write_llguidance(expression)}" for name, expression in whole.rules.items()]
+    lines += [f"{name}: {written(expression, _llguidance_leaf)}" for name, expression in whole.rules.items()]
     lines.append("")
     for name, token in whole.tokens.items():
         lines.append(_token(name, token))
     return "\n".join(lines) + "\n"
 
 
-def _write_llguidance(expression: Expression) -> str:
-    if isinstance(expression, Literal):
-        return f'"{expression.text}"'
-    if isinstance(expression, (Terminal, Ref)):
-        return expression.name
-    if isinstance(expression, Sequence):
-        return " ".join(_llguidance_group(item, Choice) for item in expression.items)
-    if isinstance(expression, Choice):
-        return " | ".join(_write_llguidance(option) for option in expression.options)
-    sign = "?" if expression.once else "+" if expression.least else "*"
-    return _llguidance_group(expression.item, Choice, Sequence) + sign
-
-
-def _llguidance_group(expression: Expression, *kinds: type) -> str:
-    text = _write_llguidance(expression)
-    return f"({text})" if isinstance(expression, kinds) else text
+def _llguidance_leaf(leaf: Leaf) -> str:
+    return f'"{leaf.text}"' if isinstance(leaf, Literal) else leaf.name
 
 
 def _token(name: str, token: TerminalToken) -> str:

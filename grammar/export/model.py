@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from importlib import resources
 from types import MappingProxyType
@@ -52,7 +52,27 @@ class Repeat:
     once: bool = False
 
 
-Expression: TypeAlias = Literal | Terminal | Ref | Sequence | Choice | Repeat
+Leaf: TypeAlias = Literal | Terminal | Ref
+Expression: TypeAlias = Leaf | Sequence | Choice | Repeat
+
+
+def written(expression: Expression, leaf: Callable[[Leaf], str], several: tuple[type, ...] = ()) -> str:
+    """An expression in the notation that the formats share: juxtaposition, ``|``, ``? * +`` and parentheses. ``leaf``
+    writes literals, terminals and references; those of a kind in ``several`` are more than one token each."""
+
+    def grouped(item: Expression, *kinds: type) -> str:
+        text = written(item, leaf, several)
+        return f"({text})" if isinstance(item, kinds) else text
+
+    if isinstance(expression, Sequence):
+        return " ".join(grouped(item, Choice) for item in expression.items)
+    if isinstance(expression, Choice):
+        return " | ".join(written(option, leaf, several) for option in expression.options)
+    if isinstance(expression, Repeat):
+        sign = "?" if expression.once else "+" if expression.least else "*"
+        return grouped(expression.item, Choice, Sequence, *several) + sign
+    return leaf(expression)
+
 
 OPENERS = frozenset({"(", "[", "'", "`", ",", ",@", "#;"})  # what follows them needs no white space before it
 CLOSERS = frozenset({")", "]"})

@@ -59,7 +59,7 @@ def run_eval(arguments: argparse.Namespace) -> int:
         if failed:
             return 1
         page = study_of(told, arguments.seed, lambda each: progress(arguments, f"drawing {each.entry.place}"))
-        deliver(arguments, page, arguments.study)
+        deliver(page, arguments.study)
         done(arguments, Path(arguments.study))
         return 0
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from scenelang.backends.files import check_folder as check_folder
-from scenelang.backends.files import written_whole
+from scenelang.backends.files import write_text
 from scenelang.grammar.diagnostics import Diagnostic, capped, printable, render_text, to_json
 from scenelang.reports import progress_line
 
@@ -91,13 +91,12 @@ def progress(arguments: argparse.Namespace, label: str) -> Callable[[float], Non
     return progress_line(sys.stderr, label)
 
 
-def deliver(arguments: argparse.Namespace, text: str, output: str | None) -> None:
+def deliver(text: str, output: str | None) -> None:
     """Write a text to a file, whole or not at all, or to standard output."""
     if output is None:
         sys.stdout.write(text)
-        return
-    with written_whole(output) as temporary:
-        temporary.write_text(text, "utf-8")
+    else:
+        write_text(output, text)
 
 
 def done(arguments: argparse.Namespace, *written: Path) -> None:

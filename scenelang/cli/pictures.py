@@ -311,7 +311,7 @@ def _save(arguments: argparse.Namespace, workspace: Workspace) -> int:
     page = saved_page(workspace, lambda diagnostics: report(arguments, diagnostics))
     if page is None:
         return 1
-    deliver(arguments, page, output)
+    deliver(page, output)
     done(arguments, Path(output))
     return 0
 
@@ -328,12 +328,12 @@ def _view_build(arguments: argparse.Namespace) -> int:
     page = page_of_scene(scene.graph, arguments.textures or "", session_limit(arguments))
     report(arguments, page.warnings)
     if output is not None:
-        deliver(arguments, page.text, output)
+        deliver(page.text, output)
         done(arguments, Path(output))
         return 0
     with tempfile.TemporaryDirectory(prefix="scenelang-page-") as folder:
         path = Path(folder) / "build.html"
-        deliver(arguments, page.text, str(path))
+        deliver(page.text, str(path))
         _open(arguments, path.as_uri(), "Ctrl-C ends it and removes the page.")
         try:
             threading.Event().wait()

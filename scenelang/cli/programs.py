@@ -322,7 +322,7 @@ def run_transpile(arguments: argparse.Namespace) -> int:
     report(arguments, translation.diagnostics)
     if not translation.ok:
         return 1
-    deliver(arguments, translation.text, arguments.output)
+    deliver(translation.text, arguments.output)
     return 0
 
 
@@ -340,7 +340,7 @@ def run_import(arguments: argparse.Namespace) -> int:
             raise UsageError("backend", f"a program cannot be written as `{output.name}`", "use .scene")
         check_folder(output)
     text, warnings = imported(Path(arguments.file))
-    deliver(arguments, text, arguments.output)
+    deliver(text, arguments.output)
     if output is not None:
         done(arguments, output)
     report(arguments, warnings)
@@ -364,7 +364,7 @@ def run_grammar(arguments: argparse.Namespace) -> int:
 
     with usage_errors():
         text = grammar_text(arguments.format, arguments.strict)
-    deliver(arguments, text, arguments.output)
+    deliver(text, arguments.output)
     return 0
 
 

@@ -32,7 +32,7 @@ from scenelang.evaluation.running import (
 )
 from scenelang.evaluation.study import Preferences, StudyQuestion, StudyResult, preferences, questions_of, study_page
 from scenelang.evaluation.tables import ResultTable, tables_of
-from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError, error_of, suggest, usage_errors
+from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError, suggest, usage_errors
 from scenelang.grammar.settings import names, picture_size, setting, whole
 from scenelang.interpreter.scene.entity import Scene
 from scenelang.primer import stated_task
@@ -251,10 +251,7 @@ def evaluate_metrics(
 
     def opened(entry: EvaluationEntry) -> Opened:
         source = session.source(str(entry.scene))
-        result = session.evaluate(source)
-        if result.scene is None:
-            raise error_of(next(d for d in result.diagnostics if d.is_error))
-        return result.scene, source.text
+        return session.evaluate(source).require(), source.text
 
     kept = made_folder(Path(folder)) if folder is not None else None
     measures = chosen.measures(models)

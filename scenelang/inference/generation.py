@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TextIO
 
 from scenelang.backends.base import Progress
-from scenelang.backends.files import read_regular, rewrite, written_whole
+from scenelang.backends.files import read_regular, rewrite, write_text
 from scenelang.grammar.datum import Source
-from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError, error_of, to_json, usage_errors
+from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError, to_json, usage_errors
 from scenelang.inference.answers import Verdict, geometry_findings, has_blocks, read_picture
 from scenelang.inference.brief import Ablation, Notation, Task, TaskKind
 from scenelang.inference.conductor import Describer, Inference, LiveCount, NoProgram, Result, inference_of, payload_text
@@ -309,8 +309,7 @@ def _write(target: Path, text: str) -> Path:
     if target.exists():
         rewrite(target, text)
         return target
-    with written_whole(target) as temporary:
-        temporary.write_text(text, "utf-8")
+    write_text(target, text)
     return target
 
 
@@ -515,8 +514,8 @@ def edit(
         raise UsageError("value", "say which program is to be edited, and how")
     options = Options(seed=seed, limits=limits or Limits())
     result, inference = editing(file, instruction, settings or InferenceSettings(), options, Ablation(ablation))
-    if inference is None:
-        raise error_of(next(d for d in result.diagnostics if d.is_error))
+    result.require()
+    assert inference is not None
     facts = {"file": str(file.resolve()), "digest": digest_of(file)}
     run = begin(inference, "edit", f"{file.stem} {instruction}", runs, **facts)
     with recorded(run):
