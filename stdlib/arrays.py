@@ -23,21 +23,24 @@ from scenelang.interpreter.runtime.values import (
     make_list,
 )
 from scenelang.interpreter.scene import pose
-from scenelang.stdlib.arraydata import (
+from scenelang.stdlib.numbers import add, bounded, check_operand, multiply
+from scenelang.stdlib.operands import (
     INT64,
     Numpy,
+    bad_index,
     check_shape,
     common_shape,
+    empty_sequence,
     from_numpy,
     is_array,
+    items,
     largest,
     shape_argument,
     shape_of,
     to_numpy,
     without_overflow,
+    wrong_type,
 )
-from scenelang.stdlib.lists import bad_index, empty_sequence, items, wrong_type
-from scenelang.stdlib.numbers import add, bounded, check_operand, multiply
 
 registry = Registry("arrays")
 

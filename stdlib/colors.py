@@ -10,7 +10,7 @@ from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry
 from scenelang.interpreter.runtime.values import Vector
-from scenelang.stdlib.lists import wrong_type
+from scenelang.stdlib.operands import wrong_type
 
 registry = Registry("colors")
 

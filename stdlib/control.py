@@ -11,7 +11,7 @@ from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.runtime.show import LONGEST, show
 from scenelang.interpreter.runtime.types import Registry
 from scenelang.interpreter.runtime.values import make_list
-from scenelang.stdlib.lists import items, iterate, wrong_type
+from scenelang.stdlib.operands import is_true, items, iterate, wrong_type
 
 # Functions that take functions: map, filter, fold and their kin.
 
@@ -19,11 +19,6 @@ from scenelang.stdlib.lists import items, iterate, wrong_type
 calling = Registry("sequences")
 
 _NOTHING = object()
-
-
-def is_true(value: Any) -> bool:
-    """Truth as tests have it: only #f and none are false."""
-    return value is not False and value is not None
 
 
 def map_items(rt: Runtime, name: str, f: Any, sequences: tuple[Any, ...]) -> list[Any]:

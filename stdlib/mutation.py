@@ -27,8 +27,7 @@ from scenelang.interpreter.runtime.values import (
     table_key,
 )
 from scenelang.interpreter.scene.entity import Entity
-from scenelang.stdlib.arraydata import INT64, to_numpy
-from scenelang.stdlib.lists import bad_index, blocks, empty_sequence, items, length, wrong_type
+from scenelang.stdlib.operands import INT64, bad_index, blocks, empty_sequence, items, length, to_numpy, wrong_type
 from scenelang.stdlib.sequences import axis_selection, check_index, missing_key, position_of, ref, sorted_items, whole
 
 registry = Registry("changes")

@@ -18,7 +18,7 @@ from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry, vector_of
 from scenelang.interpreter.runtime.values import NIL, MutableList, Pair, Vector, make_list
-from scenelang.stdlib.arraydata import (
+from scenelang.stdlib.operands import (
     INT64,
     Numpy,
     common_shape,
@@ -29,8 +29,8 @@ from scenelang.stdlib.arraydata import (
     largest,
     shape_of,
     to_numpy,
+    wrong_type,
 )
-from scenelang.stdlib.lists import wrong_type
 
 # Arithmetic on numbers, and item by item on arrays; comparisons of numbers.
 

@@ -28,22 +28,9 @@ from scenelang.interpreter.runtime.values import (
 )
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity
-from scenelang.stdlib.arraydata import is_array
+from scenelang.stdlib.operands import identical, is_array, note_read
 
 registry = Registry("tests")
-
-
-def note_read(rt: Runtime, *values: Any) -> None:
-    """Note that the content of ``values`` is looked at, where it can change."""
-    for value in values:
-        if isinstance(value, Mutable):
-            rt.read(value)
-
-
-def same_value(rt: Runtime, a: Any, b: Any) -> bool:
-    """Equality as sets and tables have it: by structure, numbers by value."""
-    note_read(rt, a, b)
-    return values.equal(rt, a, b, typed=False)
 
 
 def _define_test(
@@ -158,13 +145,6 @@ def is_list(rt: Runtime, value: Any) -> bool:
 
 
 # --- equality --------------------------------------------------------------------------------------------------
-
-_BY_VALUE = (int, float, str, Symbol, Keyword)
-
-
-def identical(a: Any, b: Any) -> bool:
-    """``eq?``: the same object, or the same number or text."""
-    return a is b or (type(a) is type(b) and type(a) in _BY_VALUE and a == b)
 
 
 @registry.define(

@@ -39,9 +39,18 @@ from scenelang.interpreter.runtime.values import (
 from scenelang.interpreter.scene import parts
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.stdlib import numbers, sequences
-from scenelang.stdlib.arraydata import ARRAYS, flat_items, from_numpy, is_array, shape_of, to_numpy
-from scenelang.stdlib.lists import items, rows, wrong_type
 from scenelang.stdlib.numbers import charge_digits
+from scenelang.stdlib.operands import (
+    ARRAYS,
+    flat_items,
+    from_numpy,
+    is_array,
+    items,
+    rows,
+    shape_of,
+    to_numpy,
+    wrong_type,
+)
 
 # Equality, order and membership as Python has them: for the dynamic operators of transpiled programs (``python``).
 #

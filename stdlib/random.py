@@ -14,10 +14,9 @@ from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry
 from scenelang.interpreter.runtime.values import NIL, Stream, Vector, make_list
-from scenelang.stdlib.arraydata import from_numpy, shape_argument, to_numpy
-from scenelang.stdlib.lists import empty_sequence, items, rebuild, wrong_type
 from scenelang.stdlib.mutation import reorder
 from scenelang.stdlib.numbers import charge_digits
+from scenelang.stdlib.operands import empty_sequence, from_numpy, items, rebuild, shape_argument, to_numpy, wrong_type
 from scenelang.stdlib.sequences import plain_kind
 
 registry = Registry("random")

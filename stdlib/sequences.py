@@ -32,26 +32,26 @@ from scenelang.interpreter.runtime.values import (
     table_key,
 )
 from scenelang.interpreter.scene.entity import Entity
-from scenelang.stdlib.arraydata import ARRAYS, from_numpy, is_array, shape_of, to_numpy
-from scenelang.stdlib.control import is_true
-from scenelang.stdlib.lists import (
+from scenelang.stdlib.lists import car_of, cdr_of, drop_front, list_ref, take_front
+from scenelang.stdlib.operands import (
+    ARRAYS,
     bad_index,
     blocks,
-    car_of,
-    cdr_of,
-    drop_front,
     empty_sequence,
     endless,
+    from_numpy,
+    is_array,
+    is_true,
     items,
     iterate,
     kind_of,
     length,
-    list_ref,
     not_a_sequence,
     rebuild,
-    take_front,
+    same_value,
+    shape_of,
+    to_numpy,
 )
-from scenelang.stdlib.predicates import same_value
 
 registry = Registry("sequences")
 

@@ -14,8 +14,8 @@ from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry
 from scenelang.interpreter.runtime.values import Symbol, make_list
-from scenelang.stdlib.lists import bad_index, items, wrong_type
 from scenelang.stdlib.numbers import charge_digits
+from scenelang.stdlib.operands import bad_index, items, wrong_type
 
 registry = Registry("strings")
 

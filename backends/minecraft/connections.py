@@ -14,7 +14,7 @@ import numpy.typing as npt
 from scenelang.backends.minecraft.blocks import AIR_STATE, SIDES, BlockState, Build, Cells, unified
 from scenelang.backends.minecraft.table import BlockKind, BlockTable, alias, load_table, nearest, renamed
 from scenelang.backends.minecraft.voxels import NAMESPACE, Voxels, ignored, modern, namespaced
-from scenelang.backends.neural.inversion import by_meaning
+from scenelang.backends.neural.clip import by_meaning
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, suggest
 

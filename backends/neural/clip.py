@@ -6,13 +6,18 @@ import hashlib
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
+from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
 from scenelang.backends.base import need
-from scenelang.backends.neural.weights import INSTALL, Shelf
+from scenelang.backends.files import user_folder, written_whole
+from scenelang.backends.neural.weights import INSTALL, Shelf, shelf
 from scenelang.grammar.diagnostics import SceneError
 
 # OpenCLIP models by name: loaded from a folder, from the hub's cache or from the hub.
@@ -346,3 +351,70 @@ def tower_model(name: str, tower: Any) -> ClipModel:
     """The text encoder with OpenCLIP's tokenizer, which encodes no pictures."""
     open_clip = need("open_clip", INSTALL)
     return ClipModel(ClipName(name), tower, open_clip.SimpleTokenizer(context_length=tower.context_length), None)
+
+
+_SENTENCE = "a block of {} in Minecraft"
+
+
+_BATCH = 32
+
+
+def by_meaning(name: str, candidates: Sequence[str]) -> str | None:
+    """The candidate nearest to ``name`` in OpenCLIP's text space; None where the extra `neural` or the weights are not
+    on this machine: none are fetched for this."""
+    if find_spec("open_clip") is None or find_spec("torch") is None:
+        return None
+    try:
+        encoder = _encoder(str(shelf().folder or ""))
+    except SceneError:
+        return None
+    known = _known(encoder, tuple(candidates))
+    (wanted,) = _encoded(encoder, [name])
+    return candidates[int(np.argmax(known @ wanted))]
+
+
+@lru_cache(maxsize=1)
+def _encoder(folder: str) -> TextEncoder:
+    """The encoder of the paper's text space from the shelf at ``folder``, or the hub's cache."""
+    return TextEncoder(load_clip(TEXT_SPACE, shelf(folder or None, fetch=False)))
+
+
+def _known(encoder: TextEncoder, names: tuple[str, ...]) -> npt.NDArray[np.float32]:
+    """The embeddings of all blocks' names (N, D), worked out once and kept in the user's cache."""
+    told = "\n".join([str(TEXT_SPACE), encoder.fingerprint, *names])
+    path = user_folder("CACHE") / f"blocks-{hashlib.sha256(told.encode()).hexdigest()[:16]}.npy"
+    kept = _kept(path, len(names))
+    if kept is not None:
+        return kept
+    made = _encoded(encoder, names)
+    _keep(path, made)
+    return made
+
+
+def _encoded(encoder: TextEncoder, names: Sequence[str]) -> npt.NDArray[np.float32]:
+    """Of length 1 each."""
+    rows = []
+    for start in range(0, len(names), _BATCH):
+        said = [(_SENTENCE.format(name.replace("_", " ")),) for name in names[start : start + _BATCH]]
+        rows.append(encoder.encode(said).pooled.float().cpu().numpy())
+    matrix: npt.NDArray[np.float32] = np.concatenate(rows, dtype=np.float32)
+    matrix /= np.maximum(np.linalg.norm(matrix, axis=1, keepdims=True), 1e-12)
+    return matrix
+
+
+def _kept(path: Path, count: int) -> npt.NDArray[np.float32] | None:
+    try:
+        found: npt.NDArray[np.float32] = np.load(path, allow_pickle=False)
+    except (OSError, ValueError):
+        return None
+    return found if found.ndim == 2 and len(found) == count else None
+
+
+def _keep(path: Path, matrix: npt.NDArray[np.float32]) -> None:
+    """Written for the next time; where that cannot be, it is worked out again then."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with written_whole(path) as temporary, temporary.open("wb") as file:
+            np.save(file, matrix)
+    except (OSError, SceneError):
+        return

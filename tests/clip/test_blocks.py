@@ -13,8 +13,7 @@ from scenelang.backends.minecraft.connections import settled
 from scenelang.backends.minecraft.table import load_table
 from scenelang.backends.minecraft.voxels import Voxels
 from scenelang.backends.neural import inversion
-from scenelang.backends.neural.clip import ClipName, load_clip
-from scenelang.backends.neural.inversion import by_meaning
+from scenelang.backends.neural.clip import ClipName, by_meaning, load_clip
 
 NAMES = ["stone", "oak_planks", "sandstone", "glass", "red_wool"]
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.runtime.values import IDENTITY, NIL, Array, Keyword, Matrix, Pair, Vector
 from scenelang.interpreter.scene import pose
-from scenelang.stdlib.arraydata import from_numpy, to_numpy
+from scenelang.stdlib.operands import from_numpy, to_numpy
 
 from .conftest import Caller, new_runtime, scheme
 

@@ -21,7 +21,7 @@ from scenelang.interpreter.runtime.values import (
     Vector,
 )
 from scenelang.interpreter.scene.entity import Entity
-from scenelang.stdlib.lists import items
+from scenelang.stdlib.operands import items
 
 from .conftest import BUILTINS, Caller, function, new_runtime, python, scheme
 
