@@ -155,8 +155,7 @@ build-page:
 BLOCKS := $(VENV)/blocks
 blocks: install
 	npm install --no-audit --no-fund --silent --ignore-scripts --prefix $(BLOCKS) minecraft-data@3.117.0 minecraft-assets@1.19.0
-	$(BIN)/python -m scenelang.backends.minecraft.extract $(BLOCKS) 26.1 backends/minecraft/blocks.tsv.gz
-	$(BIN)/python -m scenelang.backends.minecraft.extract_history $(BLOCKS) 26.1 backends/minecraft/history.tsv.gz
+	$(BIN)/python -m scenelang.backends.minecraft.extract $(BLOCKS) 26.1 backends/minecraft
 
 # The small diffusion model that the tests distil from, from synthetic pictures; committed, ten minutes on one core.
 train-toy: $(VENV)/.dev $(VENV)/.package

@@ -24,9 +24,8 @@ from blocks import cuboids, entities, looped, read_in_a_loop, written_in_a_loop
 from native import chessboard, fib, loop, placed, tak
 from programs import CHESSBOARD, FIB, LOOP, PLACED, SPONGE, TAK, reader_text
 
-from scenelang.backends.minecraft.build_files import game_version
+from scenelang.backends.minecraft.build_files import game_version, write_schematic
 from scenelang.backends.minecraft.export import read as read_build
-from scenelang.backends.minecraft.sponge import write
 from scenelang.backends.minecraft.voxels import voxelised
 from scenelang.backends.pictures.film import PictureOptions, render
 from scenelang.grammar.datum import Source
@@ -211,7 +210,7 @@ def bench_build_files() -> None:
     version = game_version()
     with tempfile.TemporaryDirectory() as folder:
         path, plain = Path(folder) / "a.schem", Path(folder) / "a.gz"
-        ours = best(lambda: write(build, path, version), 3)
+        ours = best(lambda: write_schematic(build, path, version), 3)
         other = best(lambda: written_in_a_loop(build, plain), 1)
         row("write 1,000,000 blocks, .schem", ours, other, "a loop over their box", "< 0.3")
         ours = best(lambda: read_build(path), 3)

@@ -27,9 +27,8 @@ from scenelang.scene import Film, Scene, Size, View
 
 if TYPE_CHECKING:
     from scenelang.backends.neural.diffusion import Diffusion
-    from scenelang.backends.neural.distillation.checkpoint import SavedDistillation
     from scenelang.backends.neural.distillation.learning import Cast, DistillationSettings, Learning, Teachers
-    from scenelang.backends.neural.distillation.run import DistillationProgress
+    from scenelang.backends.neural.distillation.run import DistillationProgress, SavedDistillation
     from scenelang.backends.neural.imagine.sampling import Checkpoint, Order, Sampling, Sketch
     from scenelang.backends.neural.sentences import Granularity, PromptCondition, Sentences
 
@@ -623,10 +622,9 @@ def distill(
     """
     from scenelang.backends.files import made_folder
     from scenelang.backends.neural.diffusion import memory_told
-    from scenelang.backends.neural.distillation.checkpoint import asked_of, kept_in
     from scenelang.backends.neural.distillation.learning import DistillationSettings, cast_of
+    from scenelang.backends.neural.distillation.run import asked_of, kept_in, write_outcome
     from scenelang.backends.neural.distillation.run import run as run_steps
-    from scenelang.backends.neural.distillation.run import write_outcome
     from scenelang.backends.neural.sentences import Granularity, leaves_of
 
     for package in ("torch", "diffusers", "open_clip"):
@@ -656,7 +654,7 @@ def distill(
 
 def _before(run: RunFolder, folder: Path) -> SavedDistillation | None:
     """The run that is to go on; raises SceneError where there is none, or one that would be lost."""
-    from scenelang.backends.neural.distillation.checkpoint import STATE, kept_in
+    from scenelang.backends.neural.distillation.run import STATE, kept_in
 
     if folder.exists() and not folder.is_dir():
         raise SceneError("file", f"`{folder}` cannot be a folder: it is a file")
@@ -678,8 +676,8 @@ def _learning(
     asked: Mapping[str, Any],
 ) -> Learning:
     """The optimisation at its beginning, or where ``before`` was left."""
-    from scenelang.backends.neural.distillation.checkpoint import check_same
     from scenelang.backends.neural.distillation.learning import Learning
+    from scenelang.backends.neural.distillation.run import check_same
 
     if before is None:
         return Learning(cast, teachers, settings, device, _taken_over(run, cast))
@@ -693,7 +691,7 @@ def _taken_over(run: RunFolder, cast: Cast) -> dict[int, Any]:
     """The figures that an earlier run has learned; raises SceneError where that leaves nothing to do."""
     if run.start is None:
         return {}
-    from scenelang.backends.neural.distillation.checkpoint import kept_in, same_figures
+    from scenelang.backends.neural.distillation.run import kept_in, same_figures
 
     found = same_figures(kept_in(Path(run.start)), cast)
     if len(found) == len(cast.figures):

@@ -9,16 +9,7 @@ from typing import Any
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.runtime.types import Builtin, Registry
-from scenelang.interpreter.runtime.values import (
-    NIL,
-    HandleList,
-    MutableList,
-    Nil,
-    Pair,
-    Symbol,
-    Vector,
-    make_list,
-)
+from scenelang.interpreter.runtime.values import NIL, HandleList, MutableList, Nil, Pair, Symbol, Vector, make_list
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.stdlib.operands import (
     bad_index,

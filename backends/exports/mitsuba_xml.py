@@ -19,7 +19,7 @@ import numpy.typing as npt
 from scenelang.backends.base import BackendOptions, need
 from scenelang.backends.exports.export import INSTANCES, Job, leaves, mesh_backend, unsupported_frames
 from scenelang.backends.exports.items import ExportItem, ExportPlan, cut_below, distinct
-from scenelang.backends.exports.ply import write_ply
+from scenelang.backends.exports.mesh_files import write_ply
 from scenelang.backends.exports.surfaces import (
     WHITE,
     ExportSurface,

@@ -15,7 +15,6 @@ import numpy as np
 
 from scenelang.backends.base import Accepts, Backend, BackendOptions, Option, Work, check_settings, frame_of
 from scenelang.backends.files import write_text, written_together, written_whole
-from scenelang.backends.minecraft import datapack, litematic, sponge, structure
 from scenelang.backends.minecraft.blocks import BlockState, Build, Cuboids, merged
 from scenelang.backends.minecraft.build_files import (
     DEFAULT,
@@ -25,8 +24,16 @@ from scenelang.backends.minecraft.build_files import (
     as_written,
     fitted,
     game_version,
+    loaded_litematic,
+    loaded_schematic,
+    loaded_structure,
     too_new,
     with_blocks,
+    write_datapack,
+    write_function,
+    write_litematic,
+    write_schematic,
+    write_structure,
 )
 from scenelang.backends.minecraft.connections import CONNECTED, settled
 from scenelang.backends.minecraft.filling import USUAL, filled, in_blocks, palette_of
@@ -349,15 +356,13 @@ def _run_json(scene: Scene, path: Path, options: BackendOptions) -> list[Path]:
 
 _ACCEPTS = Accepts(words=block_words(), any_word=False, attributes=("block-type", "block-kwargs", "fill"))
 
-SCHEM = _backend("schem", "Minecraft: Sponge schematic, for WorldEdit and others", ".schem", sponge.write)
-LITEMATIC = _backend("litematic", "Minecraft: Litematica schematic", ".litematic", litematic.write)
+SCHEM = _backend("schem", "Minecraft: Sponge schematic, for WorldEdit and others", ".schem", write_schematic)
+LITEMATIC = _backend("litematic", "Minecraft: Litematica schematic", ".litematic", write_litematic)
 STRUCTURE = _backend(
-    "structure", "Minecraft: structure of structure blocks, pieces of 48 cells", ".nbt", structure.write
+    "structure", "Minecraft: structure of structure blocks, pieces of 48 cells", ".nbt", write_structure
 )
-DATAPACK = _backend("datapack", "Minecraft: data pack whose function lays the build", ".zip", datapack.write)
-MCFUNCTION = _backend(
-    "mcfunction", "Minecraft: one function that lays the build", ".mcfunction", datapack.write_function
-)
+DATAPACK = _backend("datapack", "Minecraft: data pack whose function lays the build", ".zip", write_datapack)
+MCFUNCTION = _backend("mcfunction", "Minecraft: one function that lays the build", ".mcfunction", write_function)
 BLOCKS = _backend("blocks", "a program of merged cuboids of blocks", ".scene", _write_program)
 REFERENCE_JSON = Backend(
     "minecraft-json",
@@ -374,9 +379,9 @@ REFERENCE_JSON = Backend(
 
 
 _READERS: Mapping[str, tuple[str, Callable[[Mapping[str, Any]], LoadedBuild]]] = {
-    ".schem": ("Sponge schematic", sponge.loaded),
-    ".litematic": ("Litematica schematic", litematic.loaded),
-    ".nbt": ("structure", structure.loaded),
+    ".schem": ("Sponge schematic", loaded_schematic),
+    ".litematic": ("Litematica schematic", loaded_litematic),
+    ".nbt": ("structure", loaded_structure),
 }
 ENDINGS = tuple(_READERS)
 

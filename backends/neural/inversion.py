@@ -15,15 +15,7 @@ import numpy.typing as npt
 
 from scenelang.backends.base import need
 from scenelang.backends.files import written_whole
-from scenelang.backends.neural.clip import (
-    ClipModel,
-    Prompt,
-    Slot,
-    TextEncoder,
-    encode_images,
-    parse_prompt,
-    with_texts,
-)
+from scenelang.backends.neural.clip import ClipModel, Prompt, Slot, TextEncoder, encode_images, parse_prompt, with_texts
 from scenelang.backends.neural.describing import has_meaning, thing
 from scenelang.backends.neural.diffusion import Diffusion, Words, memory_told
 from scenelang.backends.neural.sentences import written

@@ -368,7 +368,7 @@ def own_splats(scene: Scene) -> list[Splats]:
 def distilled_splats(folder: Path) -> SplatsOf:
     """Those that a run of `distill` has learned; raises SceneError("file") where there is none."""
     need("torch", INSTALL)
-    from scenelang.backends.neural.distillation.checkpoint import kept_in
+    from scenelang.backends.neural.distillation.run import kept_in
 
     kept = kept_in(folder)
 

@@ -12,6 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
 from scenelang.backends.language_models.provider import family
+from scenelang.backends.neural.wording import DEFAULT, LIMIT, check_template
+from scenelang.cli.neural import invert_generated, z_of
 from scenelang.cli.options import (
     UsageError,
     add_fields,
@@ -22,14 +24,22 @@ from scenelang.cli.options import (
     fields_of,
     given,
     limits_of,
+    scene_of,
     usage_errors,
     whole,
+    z_path,
 )
 from scenelang.cli.output import check_folder, done, print_json, progress, report, report_run, say, tell, use_color
+from scenelang.embeddings import (
+    Embeddings,
+    check_program,
+    wording_table,
+)
 from scenelang.grammar.diagnostics import SceneError, printable
 from scenelang.inference import generation
 from scenelang.inference.brief import Ablation, Notation, TaskKind
 from scenelang.inference.conductor import Inference
+from scenelang.inference.generation import describer
 from scenelang.inference.records import RENEWABLE, InferenceSettings, all_runs, check_limits, find_run, runs_folder
 from scenelang.reports import painted
 from scenelang.session import Options
@@ -270,7 +280,6 @@ def _check_inversion(arguments: argparse.Namespace) -> None:
 
 def _finish(arguments: argparse.Namespace, inference: Inference, run: Run) -> int:
     """Run to the end, write the program and draw it."""
-    from scenelang.cli.neural import invert_generated
 
     with _told(arguments, run):
         result = generation.generated(run, generation.play(inference, run, live_stream(arguments)), inference.options)
@@ -398,7 +407,7 @@ def add_runs(parser: argparse.ArgumentParser) -> None:
 
 
 def run_runs(arguments: argparse.Namespace) -> int:
-    from scenelang.inference.run_reports import list_of_runs, run_facts, run_report
+    from scenelang.inference.records import list_of_runs, run_facts, run_report
 
     folder = runs_folder(arguments.runs)
     if arguments.run_name is not None:
@@ -410,3 +419,48 @@ def run_runs(arguments: argparse.Namespace) -> int:
         data = [each.summary() for each in all_runs(folder)]
         text = list_of_runs(data) if data else f"there are no runs in {folder}"
     return tell(arguments, data, text)
+
+
+def add_embed(parser: argparse.ArgumentParser) -> None:
+    parser.description = (
+        "Turn colours, surfaces, proportions and other numbers of every primitive into words, and store "
+        "these texts, with the templates that use them, in Z beside the program."
+    )
+    parser.add_argument(
+        "--template", metavar="TEXT",
+        help="the sentence about a primitive; {embedding}, {word} and {style} stand for its handle, what it is and the "
+        "root's handle (default: a {embedding} {word}, in the style of {style}, 3D model)",
+    )  # fmt: skip
+    words = "let a language model find the words (default: a table)"
+    parser.add_argument("--model", nargs="?", const="", metavar="NAME", help=words)
+    add_spending(parser)
+    parser.add_argument("--force", action="store_true", help="describe anew what Z describes already")
+    parser.add_argument("--print", action="store_true", dest="only_print", help="show the words, write nothing")
+
+
+def run_embed(arguments: argparse.Namespace) -> int:
+    with usage_errors():
+        check_template(DEFAULT if arguments.template is None else arguments.template)
+    if not arguments.only_print and arguments.file != "-":
+        check_program(arguments.file, "embed the program that made it, or look at the words with --print")
+    if not arguments.only_print and z_path(arguments) is None and arguments.file == "-":
+        raise UsageError("file", "say where Z is: --z FILE", "or look at the words with --print")
+    z = Embeddings(z_path(arguments)) if arguments.only_print else z_of(arguments)
+    scene = scene_of(arguments, fresh=not arguments.only_print and not z.exists)
+    if arguments.model is not None and not arguments.force:
+        with usage_errors():
+            z.check_undescribed()
+    describe = None if arguments.model is None else describer(service_of(arguments), live_stream(arguments))
+    work = z.words_of if arguments.only_print else z.describe
+    limit = int(arguments.max_primitives or LIMIT)
+    found = work(scene, template=arguments.template, describe=describe, force=arguments.force, limit=limit)
+    if arguments.json:
+        print_json(found.data())
+    elif arguments.only_print:
+        say(wording_table(found.wording))
+    elif not arguments.quiet:
+        before = f"; {found.known:,} were there before (--force describes them anew)" if found.known else ""
+        say(f"wrote {z.path}: {found}{before}")
+    if describe is not None and not arguments.quiet:
+        print(f"asking cost ${describe.spent:.4f}", file=sys.stderr)
+    return 0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -18,7 +18,9 @@ from scenelang.backends.neural.sentences import Granularity
 from scenelang.backends.pictures.camera import parse_viewpoint
 from scenelang.backends.pictures.film import FPS, check_film
 from scenelang.cli.options import (
+    UsageError,
     add_camera,
+    add_common,
     add_fields,
     add_models,
     fields_of,
@@ -31,8 +33,16 @@ from scenelang.cli.options import (
     whole,
     z_path,
 )
-from scenelang.cli.output import check_folder, done, print_json, progress, say, warnings
-from scenelang.embeddings import Embeddings
+from scenelang.cli.output import check_folder, done, print_json, progress, say, tell, warnings
+from scenelang.embeddings import (
+    Embeddings,
+    attribute_of,
+    check_export,
+    check_program,
+    handle_name,
+    rows_table,
+    similar_table,
+)
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.settings import amount, settings_in
 from scenelang.inversion import InversionModels, PictureSubject, RunFolder
@@ -45,6 +55,7 @@ if TYPE_CHECKING:
     from scenelang.inversion import Inversion
     from scenelang.neural import Distillation
     from scenelang.scene import Scene
+
 
 Learned = TypeVar("Learned", "Inversion", "Distillation")
 _ENTITY_HELP = "a word, words down to it (tower/roof), places of children (0/2), or a handle"
@@ -271,3 +282,140 @@ def run_distill(arguments: argparse.Namespace) -> int:
     film = [] if arguments.film is None else [found.film(scene).save(arguments.film)]
     done(arguments, *found.files, *film)
     return 0
+
+
+# The commands embeddings and embed: what Z says of a scene's embeddings, and what numbers say in words.
+
+
+def add_embeddings(parser: argparse.ArgumentParser) -> None:
+    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
+    for name, (told, add, _) in _ACTIONS.items():
+        action = actions.add_parser(name, help=told)
+        add(action)
+        add_common(action)
+
+
+def run_embeddings(arguments: argparse.Namespace) -> int:
+    run: Callable[[argparse.Namespace], int] = _ACTIONS[arguments.action][2]
+    return run(arguments)
+
+
+def _add_list(parser: argparse.ArgumentParser) -> None:
+    """Nothing of its own."""
+
+
+def _add_set(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("handle", metavar="'<z5>'", help="a handle as `tree` shows it")
+    parser.add_argument("--text", help="the text of the embedding")
+    named = "an attribute, such as color=[1,0,0]"
+    parser.add_argument("--attribute", action="append", default=[], metavar="NAME=VALUE", help=named)
+    parser.add_argument("--image", metavar="FILE", help="a picture, which gives the handle a vector (a pseudo-word)")
+    parser.add_argument("--start", metavar="TEXT", help="the word that the picture's vector starts from (object)")
+    parser.add_argument("--model", metavar="NAME", help="architecture/weights of OpenCLIP, or a folder, for --image")
+    parser.add_argument("--clear", action="store_true", help="forget what Z says of the handle first")
+    add_models(parser)
+
+
+def _add_encode(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--model", metavar="NAME", help="architecture/weights of OpenCLIP, or a folder")
+    add_granularity(parser)
+    add_models(parser)
+
+
+def _add_swap(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("handle", metavar="'<z2>'")
+    parser.add_argument("other", metavar="'<z3>'")
+
+
+def _add_similar(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("query", metavar="'<z2>'|TEXT|PICTURE")
+    parser.add_argument("-n", "--number", type=whole, default=10, metavar="N", help="how many (default 10)")
+    add_models(parser)
+
+
+def _add_export(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("-o", "--output", metavar="OUT", required=True, help=".npz .safetensors .json")
+
+
+def _list(arguments: argparse.Namespace) -> int:
+    scene = scene_of(arguments)
+    rows = Embeddings(z_path(arguments)).table(scene)
+    return tell(arguments, [row.data() for row in rows], rows_table(rows))
+
+
+def _set(arguments: argparse.Namespace) -> int:
+    with usage_errors():
+        name = handle_name(arguments.handle)
+    if arguments.file != "-":
+        check_program(arguments.file)
+    z = z_of(arguments)
+    path = z.place()
+    if arguments.text is arguments.image is None and not arguments.attribute and not arguments.clear:
+        raise UsageError("value", "nothing to set", "give --text, --attribute or --image")
+    if arguments.start is not None and arguments.image is None:
+        raise UsageError("value", "`--start` is the word that a picture's vector starts from: give one with --image")
+    attributes = dict(map(_attribute, arguments.attribute))
+    word = z.set(
+        name, text=arguments.text, attributes=attributes, image=arguments.image, start=arguments.start,
+        model=arguments.model, clear=arguments.clear, models=models_of(arguments),
+    )  # fmt: skip
+    if not arguments.quiet:
+        told = f"; cosine {word.before:.3f} -> {word.cosine:.3f}" if word is not None else ""
+        say(f"wrote {path}: <{name}>{told}")
+    return 0
+
+
+def _attribute(item: str) -> tuple[str, Any]:
+    """The name and value of `NAME=VALUE`; raises UsageError."""
+    key, sign, text = item.partition("=")
+    if not sign or not key or not text.strip():
+        raise UsageError("value", f"--attribute wants NAME=VALUE, got `{item}`")
+    return key.lstrip(":").strip(), attribute_of(text)
+
+
+def _swap(arguments: argparse.Namespace) -> int:
+    with usage_errors():
+        one, other = handle_name(arguments.handle), handle_name(arguments.other)
+    z = Embeddings(z_path(arguments))
+    z.swap(one, other)
+    if not arguments.quiet:
+        say(f"wrote {z.path}: <{one}> and <{other}> swapped; `encode` again if their sentences are needed")
+    return 0
+
+
+def _encode(arguments: argparse.Namespace) -> int:
+    scene = scene_of(arguments)
+    z = z_of(arguments)
+    found = z.encode(
+        scene, model=arguments.model, template=arguments.template, granularity=granularity_of(arguments),
+        models=models_of(arguments),
+    )  # fmt: skip
+    if not arguments.quiet:
+        count = sum(len(row.handles) for row in found.rows)
+        say(f"wrote {z.path}: {len(found.rows):,} sentences of {count:,} embeddings, by {found.model}")
+    return 0
+
+
+def _similar(arguments: argparse.Namespace) -> int:
+    found = Embeddings(z_path(arguments)).similar(arguments.query, arguments.number, models=models_of(arguments))
+    return tell(arguments, [row.data() for row in found], similar_table(found))
+
+
+def _export(arguments: argparse.Namespace) -> int:
+    output = Path(arguments.output)
+    with usage_errors():
+        check_export(output)
+    check_folder(output)
+    done(arguments, Embeddings(z_path(arguments)).export(output))
+    return 0
+
+
+# The actions of ``embeddings``: help, what declares their arguments, and the work.
+_ACTIONS: Mapping[str, tuple[str, Callable[[argparse.ArgumentParser], None], Callable[[argparse.Namespace], int]]] = {
+    "list": ("every entity's handle, word, text and attributes", _add_list, _list),
+    "set": ("give a handle a text, attributes or the vector of a picture", _add_set, _set),
+    "encode": ("encode every primitive's sentence by OpenCLIP, and keep that in Z", _add_encode, _encode),
+    "swap": ("exchange what Z says of two handles", _add_swap, _swap),
+    "similar": ("what is most like a handle, a text or a picture", _add_similar, _similar),
+    "export": ("write the vectors in Z for other programs", _add_export, _export),
+}

@@ -15,15 +15,17 @@ from scenelang.backends.language_models.catalogue import ImageContent, Reply, Us
 from scenelang.backends.language_models.client import Answer, Client
 from scenelang.backends.neural.describing import AppearanceQuestion
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.inference.answers import ENDINGS, AnswerReader, Verdict
 from scenelang.inference.brief import Ablation, Brief, Notation, Prompts, Task, TaskKind
 from scenelang.inference.records import InferenceSettings, Run, settings_of, typed
 from scenelang.inference.steps import (
+    ENDINGS,
+    AnswerReader,
     Ask,
     SampleOutcome,
     SampleProgress,
     Speaker,
     Steps,
+    Verdict,
     candidates,
     judge_steps,
     sample_steps,

@@ -14,11 +14,11 @@ from scenelang.backends.base import Progress
 from scenelang.backends.files import read_regular, rewrite, write_text
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError, to_json, usage_errors
-from scenelang.inference.answers import Verdict, geometry_findings, has_blocks, read_picture
 from scenelang.inference.brief import Ablation, Notation, Task, TaskKind
 from scenelang.inference.conductor import Describer, Inference, LiveCount, NoProgram, Result, inference_of, payload_text
 from scenelang.inference.listing import listing, program_of
 from scenelang.inference.records import InferenceSettings, Run, find_run, new_run, runs_folder
+from scenelang.inference.steps import Verdict, geometry_findings, has_blocks, read_picture
 from scenelang.interpreter.program.program import Program
 from scenelang.interpreter.runtime.limits import Limits
 from scenelang.interpreter.runtime.types import STD

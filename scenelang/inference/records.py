@@ -13,7 +13,7 @@ import hashlib
 import json
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from datetime import datetime
@@ -39,9 +39,9 @@ from scenelang.backends.language_models.client import (
 from scenelang.backends.language_models.provider import Provider, connect, family
 from scenelang.grammar.diagnostics import SceneError, UsageError, printable, suggest, to_json
 from scenelang.grammar.settings import dollars, seconds, setting, settings_in, whole
-from scenelang.inference.answers import Verdict
 from scenelang.inference.brief import Notation
-from scenelang.inference.steps import SamplePlan, Speaker
+from scenelang.inference.steps import SamplePlan, Speaker, Verdict
+from scenelang.reports import table
 
 _PRIVATE = 0o700
 _VERSION = 1
@@ -502,3 +502,59 @@ def _grammar() -> str:
     from scenelang.interpreter.expand.forms import full_grammar
 
     return gbnf_text(full_grammar())
+
+
+# Runs as people read them: a list of all, and every attempt of one.
+
+
+_LONGEST_TASK = 60
+
+
+def list_of_runs(summaries: Iterable[Mapping[str, Any]]) -> str:
+    """A table of what ``Run.summary`` says of each run."""
+    rows = [
+        (f["name"], f["command"], f["state"], str(f["attempts"]), f"${f['cost']:.4f}", _short(f["task"]))
+        for f in summaries
+    ]
+    header = ("run", "command", "state", "attempts", "cost", "task")
+    return table([header, *rows], (False, False, False, True, True, False))
+
+
+def run_facts(run: Run) -> tuple[dict[str, Any], list[Attempt]]:
+    """What a run says of itself, and its attempts; raises SceneError for one that is damaged."""
+    facts = run.summary()
+    if facts["state"] == "damaged":
+        raise SceneError("run", f"the run {run.name} is damaged")
+    return facts, list(run.attempts())
+
+
+def run_report(run: Run, facts: Mapping[str, Any], attempts: Sequence[Attempt]) -> str:
+    """A run and its attempts."""
+    header = ("sample", "attempt", "why", "ended", "sent", "answered", "cost", "came to")
+    rows = [header, *map(_attempt_row, attempts)]
+    return "\n".join((
+        f"{facts['name']}: {facts['command']}, {facts['state']}, ${facts['cost']:.4f}",
+        _short(facts["task"]),
+        str(run.path),
+        table(rows, (True, True, False, False, True, True, True, False)),
+    ))  # fmt: skip
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= _LONGEST_TASK else text[: _LONGEST_TASK - 3] + "..."
+
+
+def _attempt_row(attempt: Attempt) -> tuple[str, ...]:
+    data = attempt.data()
+    cost = "kept" if data["was_kept"] else f"${data['cost']:.4f}"
+    sample = str(attempt.sample) if attempt.sample else "-"
+    sent, answered = f"{data['tokens']['sent']:,}", f"{data['tokens']['answered']:,}"
+    return sample, str(attempt.number), attempt.purpose, data["ended"], sent, answered, cost, _came_to(data)
+
+
+def _came_to(data: Mapping[str, Any]) -> str:
+    if data["usable"] is None:
+        return ""
+    if data["usable"]:
+        return f"a scene, {data['findings']} findings" if data["findings"] else "a scene"
+    return f"{data['errors']} error{'' if data['errors'] == 1 else 's'}"

@@ -15,7 +15,7 @@ from pygls.lsp.server import LanguageServer
 from scenelang.formatting import indents_of
 from scenelang.grammar.datum import Span
 from scenelang.grammar.formatter import UnreadableError, edit_between, format_range, format_text
-from scenelang.lsp import completion, references, symbols
+from scenelang.lsp import completion, references
 from scenelang.lsp.completion import of_attribute, of_binding, of_word
 from scenelang.lsp.names import file_of, offset, path_of, range_of, shown, uri_of
 from scenelang.lsp.references import Document, Documents
@@ -170,16 +170,16 @@ def _reading(server: Server) -> None:
 
     @server.answers(lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL)
     def document_symbol(document: Document, params: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
-        return symbols.outline(document.names) if document.names is not None else []
+        return references.outline(document.names) if document.names is not None else []
 
-    @server.answers(lsp.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL, symbols.LEGEND)
+    @server.answers(lsp.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL, references.LEGEND)
     def tokens(document: Document, params: lsp.SemanticTokensParams) -> lsp.SemanticTokens:
-        return lsp.SemanticTokens(symbols.semantic_tokens(document.names) if document.names is not None else [])
+        return lsp.SemanticTokens(references.semantic_tokens(document.names) if document.names is not None else [])
 
-    @server.answers(lsp.TEXT_DOCUMENT_SEMANTIC_TOKENS_RANGE, symbols.LEGEND)
+    @server.answers(lsp.TEXT_DOCUMENT_SEMANTIC_TOKENS_RANGE, references.LEGEND)
     def range_tokens(document: Document, params: lsp.SemanticTokensRangeParams) -> lsp.SemanticTokens:
         names, lines = document.names, (params.range.start.line, params.range.end.line)
-        return lsp.SemanticTokens(symbols.semantic_tokens(names, *lines) if names is not None else [])
+        return lsp.SemanticTokens(references.semantic_tokens(names, *lines) if names is not None else [])
 
 
 def _hover(text: str, span: Span) -> lsp.Hover:
@@ -248,7 +248,7 @@ def _changing(server: Server) -> None:
         lsp.CodeActionOptions([lsp.CodeActionKind.QuickFix, lsp.CodeActionKind.SourceFixAll]),
     )
     def code_action(document: Document, params: lsp.CodeActionParams) -> list[lsp.CodeAction]:
-        return symbols.code_actions(document, params.text_document.uri, params)
+        return references.code_actions(document, params.text_document.uri, params)
 
 
 def _formatted(document: Document, format_: Callable[[str, Any], str]) -> list[lsp.TextEdit] | None:

@@ -12,7 +12,7 @@ from scenelang.backends.minecraft.blocks import AIR_STATE, BlockState, Build
 from scenelang.backends.minecraft.connections import settled
 from scenelang.backends.minecraft.table import load_table
 from scenelang.backends.minecraft.voxels import Voxels
-from scenelang.backends.neural import inversion
+from scenelang.backends.neural import clip
 from scenelang.backends.neural.clip import ClipName, by_meaning, load_clip
 
 NAMES = ["stone", "oak_planks", "sandstone", "glass", "red_wool"]
@@ -25,7 +25,7 @@ def weights(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     small_clip(folder / "ViT-H-14")
     monkeypatch.setenv("SCENELANG_MODELS", str(folder))
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    inversion._encoder.cache_clear()
+    clip._encoder.cache_clear()
     return folder
 
 
@@ -47,8 +47,8 @@ def test_the_nearest_in_meaning(name: str, weights: Path) -> None:
 def test_names_are_encoded_once(weights: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     before = by_meaning("lava lamp", NAMES)
     counted: list[int] = []
-    encoded = inversion._encoded
-    monkeypatch.setattr(inversion, "_encoded", lambda e, names: counted.append(len(names)) or encoded(e, names))
+    encoded = clip._encoded
+    monkeypatch.setattr(clip, "_encoded", lambda e, names: counted.append(len(names)) or encoded(e, names))
     assert by_meaning("lava lamp", NAMES) == before
     assert counted == [1]
 
@@ -66,7 +66,7 @@ def test_a_build_asks_it(weights: Path) -> None:
 def test_without_weights_letters_decide(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SCENELANG_MODELS", str(tmp_path))
     monkeypatch.setenv("HF_HUB_CACHE", str(tmp_path))
-    inversion._encoder.cache_clear()
+    clip._encoder.cache_clear()
     assert by_meaning("lava lamp", NAMES) is None
-    monkeypatch.setattr(inversion, "find_spec", lambda name: None)
+    monkeypatch.setattr(clip, "find_spec", lambda name: None)
     assert by_meaning("lava lamp", NAMES) is None

@@ -15,7 +15,7 @@ from small_models import seeded, small_diffusion
 from support import interruptible
 
 from scenelang.backends.neural.distillation import run as runs
-from scenelang.backends.neural.distillation.checkpoint import kept_in
+from scenelang.backends.neural.distillation.run import kept_in
 from scenelang.cli.main import main
 
 torch = later("torch")

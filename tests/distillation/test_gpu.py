@@ -10,7 +10,7 @@ from later import later
 from toy.model import unpack
 
 from distillation.test_toy import TOYS, likeness, views
-from scenelang.backends.neural.distillation.checkpoint import kept_in
+from scenelang.backends.neural.distillation.run import kept_in
 from scenelang.cli.main import main
 
 torch = later("torch")

@@ -13,8 +13,8 @@ from small_models import seeded, small_diffusion
 from support import evaluate
 
 from scenelang.backends.neural.diffusion_loading import load_diffusion
-from scenelang.backends.neural.distillation.checkpoint import asked_of, check_same, keep, kept_in, same_figures
 from scenelang.backends.neural.distillation.learning import Cast, DistillationSettings, Learning, Teachers, cast_of
+from scenelang.backends.neural.distillation.run import asked_of, check_same, keep, kept_in, same_figures
 from scenelang.backends.neural.distillation.theta import Theta, beginning, changed
 from scenelang.backends.neural.sentences import Granularity, Sayings, leaves_of
 from scenelang.grammar.diagnostics import SceneError

@@ -15,8 +15,8 @@ from toy.train import loss_of, train
 
 from scenelang.backends.neural.clip import ClipName, TextEncoder, load_clip
 from scenelang.backends.neural.diffusion_loading import load_diffusion
-from scenelang.backends.neural.distillation.checkpoint import SavedDistillation, kept_in
 from scenelang.backends.neural.distillation.learning import ring
+from scenelang.backends.neural.distillation.run import SavedDistillation, kept_in
 from scenelang.backends.neural.splats.files import read_gaussians
 from scenelang.backends.neural.splats.gaussians import posed, view_of
 from scenelang.backends.neural.splats.rasterise import rasterise

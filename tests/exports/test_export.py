@@ -23,11 +23,9 @@ from scenelang.backends import files
 from scenelang.backends.base import Backend, BackendOptions
 from scenelang.backends.exports import export
 from scenelang.backends.exports.gltf import GLTF
+from scenelang.backends.exports.mesh_files import OBJ, PLY, STL
 from scenelang.backends.exports.mitsuba_xml import MITSUBA_XML
-from scenelang.backends.exports.obj import OBJ
-from scenelang.backends.exports.ply import PLY
 from scenelang.backends.exports.scene_json import JSON
-from scenelang.backends.exports.stl import STL
 from scenelang.backends.exports.usd import USD
 from scenelang.backends.geometry.assets import AssetFiles
 from scenelang.grammar.diagnostics import LimitError, SceneError

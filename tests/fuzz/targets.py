@@ -84,7 +84,7 @@ def reader(data: bytes) -> None:
     from scenelang.grammar import ast
     from scenelang.grammar.formatter import format_text
     from scenelang.grammar.reader import read
-    from scenelang.repl.completion import scan
+    from scenelang.repl.console import scan
 
     source = Source("a.scene", text(data))
     scan(source.text)
@@ -493,14 +493,17 @@ def build_seeds() -> dict[str, Sequence[bytes]]:
     import numpy as np
     from minecraft.builds import STATES, made
 
-    from scenelang.backends.minecraft import litematic, sponge, structure
-    from scenelang.backends.minecraft.build_files import game_version
+    from scenelang.backends.minecraft import build_files
 
     build = made((1, 2, 3), np.arange(24).reshape(2, 3, 4), STATES)
     found = {}
-    for ending, writer in ((".schem", sponge), (".litematic", litematic), (".nbt", structure)):
+    for ending, write in (
+        (".schem", build_files.write_schematic),
+        (".litematic", build_files.write_litematic),
+        (".nbt", build_files.write_structure),
+    ):
         path = folder() / f"seed{ending}"
-        writer.write(build, path, game_version())  # type: ignore[attr-defined]
+        write(build, path, build_files.game_version())
         found[ending] = (gzip.decompress(path.read_bytes()), path.read_bytes())
     return found
 

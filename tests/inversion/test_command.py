@@ -238,7 +238,7 @@ def test_parts_of_generated_scenes(
     from argparse import Namespace
 
     from scenelang.cli.neural import invert_generated
-    from scenelang.inference.answers import read_picture
+    from scenelang.inference.steps import read_picture
 
     asked = Namespace(models_dir=None, offline=True, device="cpu", seed=0, quiet=False, json=False)
     monkeypatch.setattr(InversionSettings.__init__, "__defaults__", (2, 1e-2, 1, 0, 2))

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import gzip
 import json
+from collections.abc import Callable
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import nbtlib
@@ -17,21 +17,33 @@ from searching import many
 
 from minecraft.builds import BUILDS, STATES, assert_same, made, noise
 from minecraft.oracle import of_build
-from scenelang.backends.minecraft import datapack, export, litematic, sponge, structure
+from scenelang.backends.minecraft import export
 from scenelang.backends.minecraft.blocks import BlockState, Build
-from scenelang.backends.minecraft.build_files import Lost, fitted, game_version
+from scenelang.backends.minecraft.build_files import (
+    LARGEST,
+    GameVersion,
+    Lost,
+    fitted,
+    game_version,
+    write_datapack,
+    write_function,
+    write_litematic,
+    write_schematic,
+    write_structure,
+)
 from scenelang.backends.minecraft.export import read
 from scenelang.backends.minecraft.nbt import packed_longs
 from scenelang.backends.minecraft.table import load_table
 from scenelang.grammar.diagnostics import SceneError
 
 NEWEST = game_version()
-FORMATS: list[tuple[ModuleType, str, str]] = [
-    (sponge, ".schem", "26.1"), (sponge, ".schem", "1.20.1"), (litematic, ".litematic", "26.1"),
-    (structure, ".nbt", "26.1"),
+BuildWriter = Callable[[Build, Path, GameVersion], list[Path]]
+FORMATS: list[tuple[BuildWriter, str, str]] = [
+    (write_schematic, ".schem", "26.1"), (write_schematic, ".schem", "1.20.1"), (write_litematic, ".litematic", "26.1"),
+    (write_structure, ".nbt", "26.1"),
 ]  # fmt: skip
 BY_FORMAT = pytest.mark.parametrize(
-    ("writer", "ending", "version"), FORMATS, ids=["schem-3", "schem-2", "litematic", "nbt"]
+    ("write", "ending", "version"), FORMATS, ids=["schem-3", "schem-2", "litematic", "nbt"]
 )
 IN_A_FOLDER = settings(
     max_examples=many(40), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
@@ -43,10 +55,10 @@ SMALL = made((2, -3, 4), [[[1, 2], [0, 1]]], STATES)
 @IN_A_FOLDER
 @given(build=BUILDS)
 def test_what_is_written_reads_back(
-    writer: ModuleType, ending: str, version: str, tmp_path: Path, build: Build
+    write: BuildWriter, ending: str, version: str, tmp_path: Path, build: Build
 ) -> None:
     path = tmp_path / f"a{ending}"
-    assert writer.write(build, path, game_version(version)) == [path]
+    assert write(build, path, game_version(version)) == [path]
     loaded = read(path)
     assert_same(fitted(build, game_version(version)).build, loaded.build)
     assert loaded.lost == Lost(0, 0)
@@ -54,24 +66,24 @@ def test_what_is_written_reads_back(
 
 @BY_FORMAT
 @pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 127, 128, 129, 300])
-def test_numbers_of_states(writer: ModuleType, ending: str, version: str, count: int, tmp_path: Path) -> None:
+def test_numbers_of_states(write: BuildWriter, ending: str, version: str, count: int, tmp_path: Path) -> None:
     build = noise((7, 11, 13), count)
-    writer.write(build, tmp_path / f"a{ending}", game_version(version))
+    write(build, tmp_path / f"a{ending}", game_version(version))
     assert_same(build, read(tmp_path / f"a{ending}").build)
 
 
 @BY_FORMAT
-def test_the_same_build_gives_the_same_file(writer: ModuleType, ending: str, version: str, tmp_path: Path) -> None:
+def test_the_same_build_gives_the_same_file(write: BuildWriter, ending: str, version: str, tmp_path: Path) -> None:
     path = tmp_path / f"a{ending}"
-    writer.write(SMALL, path, game_version(version))
+    write(SMALL, path, game_version(version))
     first = path.read_bytes()
-    writer.write(SMALL, path, game_version(version))
+    write(SMALL, path, game_version(version))
     assert path.read_bytes() == first
 
 
 WRITERS = [
-    (sponge.write, "a.schem"), (litematic.write, "a.litematic"), (structure.write, "a.nbt"), (datapack.write, "a.zip"),
-    (datapack.write_function, "a.mcfunction"), (export.write, "a.json"),
+    (write_schematic, "a.schem"), (write_litematic, "a.litematic"), (write_structure, "a.nbt"), (write_datapack, "a.zip"),
+    (write_function, "a.mcfunction"), (export.write, "a.json"),
 ]  # fmt: skip
 
 
@@ -89,17 +101,19 @@ def test_nothing_to_write(write: Any, name: str, tmp_path: Path) -> None:
 
 def test_a_schematic_has_short_sides(tmp_path: Path) -> None:
     wide = made((0, 0, 0), np.ones((40_000, 1, 1)), STATES)
-    sponge.write(wide, tmp_path / "a.schem", NEWEST)
+    write_schematic(wide, tmp_path / "a.schem", NEWEST)
     assert read(tmp_path / "a.schem").build.size == (40_000, 1, 1)
     with pytest.raises(SceneError, match="65,535") as raised:
-        sponge.write(made((0, 0, 0), np.ones((1, 70_000, 1)), STATES), tmp_path / "a.schem", NEWEST)
+        write_schematic(made((0, 0, 0), np.ones((1, 70_000, 1)), STATES), tmp_path / "a.schem", NEWEST)
     assert raised.value.name == "unsupported"
 
 
-@pytest.mark.parametrize(("writer", "ending"), [(sponge, ".schem"), (litematic, ".litematic"), (structure, ".nbt")])
-def test_states_and_versions_are_those_of_the_table(writer: ModuleType, ending: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("write", "ending"), [(write_schematic, ".schem"), (write_litematic, ".litematic"), (write_structure, ".nbt")]
+)
+def test_states_and_versions_are_those_of_the_table(write: BuildWriter, ending: str, tmp_path: Path) -> None:
     build = made((0, 0, 0), np.arange(len(STATES) + 1).reshape(-1, 1, 1), STATES)
-    writer.write(build, tmp_path / f"a{ending}", NEWEST)
+    write(build, tmp_path / f"a{ending}", NEWEST)
     table = load_table()
     assert all(table.blocks[s.name].allows(s) for s in read(tmp_path / f"a{ending}").build.palette)
     root = nbtlib.load(tmp_path / f"a{ending}")
@@ -112,14 +126,14 @@ def test_states_and_versions_are_those_of_the_table(writer: ModuleType, ending: 
 
 def test_a_large_structure_is_written_in_pieces(tmp_path: Path) -> None:
     build = noise((50, 3, 100), 4)
-    paths = structure.write(build, tmp_path / "house.nbt", NEWEST)
+    paths = write_structure(build, tmp_path / "house.nbt", NEWEST)
     names = [f"house-{x}-0-{z}.nbt" for x in (0, 48) for z in (0, 48, 96)]
     assert [path.name for path in paths] == names
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(names)
     found: dict[tuple[int, int, int], str] = {}
     for path in paths:
         piece = read(path).build
-        assert max(nbtlib.load(path)["size"]) <= structure.LARGEST
+        assert max(nbtlib.load(path)["size"]) <= LARGEST
         cells = of_build(piece)
         assert not cells.keys() & found.keys()
         found |= cells
@@ -129,7 +143,7 @@ def test_a_large_structure_is_written_in_pieces(tmp_path: Path) -> None:
 def test_a_piece_without_blocks_is_not_written(tmp_path: Path) -> None:
     cells = np.zeros((1, 1, 200))
     cells[0, 0, 0] = cells[0, 0, 199] = 1
-    paths = structure.write(made((0, 0, 0), cells, STATES), tmp_path / "a.nbt", NEWEST)
+    paths = write_structure(made((0, 0, 0), cells, STATES), tmp_path / "a.nbt", NEWEST)
     assert [path.name for path in paths] == ["a-0-0-0.nbt", "a-0-0-192.nbt"]
 
 
@@ -280,7 +294,7 @@ def test_older_versions_have_older_names(tmp_path: Path) -> None:
     states = [BlockState("minecraft:short_grass"), BlockState("minecraft:oak_sign"), BlockState("minecraft:stone")]
     build = made((0, 0, 0), [[[1, 2, 3]]], states)
     for version, names in {"1.13.2": {"grass", "sign", "stone"}, "1.20.2": {"grass", "oak_sign", "stone"}}.items():
-        litematic.write(build, tmp_path / "a.litematic", game_version(version))
+        write_litematic(build, tmp_path / "a.litematic", game_version(version))
         written = {state.name.removeprefix("minecraft:") for state in read(tmp_path / "a.litematic").build.palette}
         assert written == names | {"air"}
     assert fitted(build, NEWEST).build is build
@@ -288,6 +302,6 @@ def test_older_versions_have_older_names(tmp_path: Path) -> None:
 
 def test_names_beyond_ascii(tmp_path: Path) -> None:
     path = tmp_path / "Haus \U0001f3e0.litematic"
-    litematic.write(SMALL, path, NEWEST)
+    write_litematic(SMALL, path, NEWEST)
     assert_same(SMALL, read(path).build)
     assert b"Haus \xed\xa0\xbc\xed\xbf\xa0" in gzip.decompress(path.read_bytes())

@@ -12,9 +12,8 @@ from searching import many
 from transpile.cases import CORPUS, IMITATIONS, Case, scene_of, translated
 
 from minecraft.builds import BUILDS, STATES, assert_same, made, noise
-from scenelang.backends.minecraft import litematic, sponge
 from scenelang.backends.minecraft.blocks import NOTHING, BlockState, Build
-from scenelang.backends.minecraft.build_files import game_version
+from scenelang.backends.minecraft.build_files import game_version, write_litematic, write_schematic
 from scenelang.backends.minecraft.connections import Settled, settled
 from scenelang.backends.minecraft.export import program_text, read
 from scenelang.backends.minecraft.table import load_table
@@ -46,8 +45,8 @@ def test_the_program_lays_the_build(build: Build) -> None:
 @pytest.mark.parametrize("case", MINECRAFT, ids=lambda case: case.name)
 def test_the_corpus_as_files_and_as_programs(case: Case, tmp_path: Path) -> None:
     build = settled(voxelised(scene_of(case.name, translated(case).text).frames[0])).build
-    for writer, name in ((sponge, "a.schem"), (litematic, "a.litematic")):
-        writer.write(build, tmp_path / name, game_version())
+    for write, name in ((write_schematic, "a.schem"), (write_litematic, "a.litematic")):
+        write(build, tmp_path / name, game_version())
         assert_same(build, read(tmp_path / name).build)
     assert_same(build, laid(program_text(build, case.name)).build)
 

@@ -15,7 +15,7 @@ from searching import many
 
 from minecraft.builds import BUILDS, STATES, made, noise
 from minecraft.oracle import Cell, of_build
-from scenelang.backends.minecraft import datapack
+from scenelang.backends.minecraft import build_files
 from scenelang.backends.minecraft.blocks import Build
 from scenelang.backends.minecraft.build_files import game_version
 from scenelang.grammar.diagnostics import SceneError
@@ -110,7 +110,7 @@ def laid_around(cells: dict[Cell, str], at: Cell) -> dict[Cell, str]:
 @settings(max_examples=many(60), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(build=BUILDS)
 def test_a_pack_lays_the_build_around_the_player(tmp_path: Path, build: Build) -> None:
-    datapack.write(build, tmp_path / "My House.zip", game_version())
+    build_files.write_datapack(build, tmp_path / "My House.zip", game_version())
     game, _ = game_of(tmp_path / "My House.zip")
     game.start("my_house:build", (1000, 64, -1000))
     assert game.cells == laid_around(of_build(build), (1000, 64, -1000))
@@ -119,9 +119,9 @@ def test_a_pack_lays_the_build_around_the_player(tmp_path: Path, build: Build) -
 @pytest.mark.parametrize("version", ["1.14", "1.20", "26.1"])
 def test_many_commands_are_laid_part_by_part(version: str, tmp_path: Path) -> None:
     build = noise((56, 56, 56), 20)
-    datapack.write(build, tmp_path / "a.zip", game_version(version))
+    build_files.write_datapack(build, tmp_path / "a.zip", game_version(version))
     game, _ = game_of(tmp_path / "a.zip")
-    assert sum(map(len, game.functions.values())) > 2 * datapack.MOST_COMMANDS
+    assert sum(map(len, game.functions.values())) > 2 * build_files.MOST_COMMANDS
     game.start("a:build", (5, 6, 7))
     assert game.cells == laid_around(of_build(build), (5, 6, 7))
     assert not game.markers
@@ -129,7 +129,7 @@ def test_many_commands_are_laid_part_by_part(version: str, tmp_path: Path) -> No
 
 def test_before_functions_could_be_scheduled(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match=r"1\.13\.2") as raised:
-        datapack.write(noise((60, 60, 60), 3), tmp_path / "a.zip", game_version("1.13.2"))
+        build_files.write_datapack(noise((60, 60, 60), 3), tmp_path / "a.zip", game_version("1.13.2"))
     assert raised.value.name == "unsupported"
     assert list(tmp_path.iterdir()) == []
 
@@ -137,7 +137,7 @@ def test_before_functions_could_be_scheduled(tmp_path: Path) -> None:
 @pytest.mark.parametrize("shape", [(70, 70, 70), (40_000, 1, 2), (1, 2, 70_000), (3, 33_000, 1)])
 def test_large_cuboids_are_cut(shape: tuple[int, int, int], tmp_path: Path) -> None:
     build = made((-1, 0, 1), np.ones(shape), STATES)
-    [path] = datapack.write_function(build, tmp_path / "a.mcfunction", game_version())
+    [path] = build_files.write_function(build, tmp_path / "a.mcfunction", game_version())
     lines = path.read_text("utf-8").splitlines()
     assert len(lines) <= 2 * build.cells.size // MOST_FILLED + 2
     game = Game({"a": lines})
@@ -148,7 +148,7 @@ def test_large_cuboids_are_cut(shape: tuple[int, int, int], tmp_path: Path) -> N
 
 def test_one_function_runs_only_so_many(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match="60,000") as raised:
-        datapack.write_function(noise((60, 60, 60), 3), tmp_path / "a.mcfunction", game_version())
+        build_files.write_function(noise((60, 60, 60), 3), tmp_path / "a.mcfunction", game_version())
     assert raised.value.name == "unsupported"
     assert "zip" in str(raised.value.hint)
 
@@ -164,7 +164,7 @@ ABOUT = {
 @pytest.mark.parametrize("version", ABOUT)
 def test_what_versions_want(version: str, tmp_path: Path) -> None:
     expected, folder, is_strict = ABOUT[version]
-    datapack.write(made((0, 0, 0), [[[1, 0, 1]]], STATES), tmp_path / "a.zip", game_version(version))
+    build_files.write_datapack(made((0, 0, 0), [[[1, 0, 1]]], STATES), tmp_path / "a.zip", game_version(version))
     game, about = game_of(tmp_path / "a.zip")
     assert {key: about[key] for key in about if key != "description"} == expected
     assert f"data/a/{folder}/build.mcfunction" in zipfile.ZipFile(tmp_path / "a.zip").namelist()
@@ -175,6 +175,6 @@ def test_torches_come_after_the_wall_that_they_hang_on(tmp_path: Path) -> None:
     names = [state.name for state in STATES]
     torch, stone = names.index("minecraft:torch") + 1, names.index("minecraft:stone") + 1
     build = made((0, 0, 0), [[[torch, stone], [torch, stone]]], STATES)
-    datapack.write_function(build, tmp_path / "a.mcfunction", game_version())
+    build_files.write_function(build, tmp_path / "a.mcfunction", game_version())
     blocks = [line.split()[-2] for line in (tmp_path / "a.mcfunction").read_text("utf-8").splitlines()]
     assert blocks == ["minecraft:stone", "minecraft:torch"]

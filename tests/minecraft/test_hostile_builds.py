@@ -18,13 +18,13 @@ from nbtlib import ByteArray, Compound, Int, IntArray, List, LongArray, Short, S
 from searching import many
 
 from minecraft.builds import STATES, made
-from scenelang.backends.minecraft import litematic, nbt, sponge, structure
-from scenelang.backends.minecraft.build_files import game_version
+from scenelang.backends.minecraft import nbt
+from scenelang.backends.minecraft.build_files import game_version, write_litematic, write_schematic, write_structure
 from scenelang.backends.minecraft.export import read
 from scenelang.grammar.diagnostics import SceneError
 
 BUILD = made((1, 2, 3), np.arange(24).reshape(2, 3, 4), STATES)
-WRITERS = {".schem": sponge, ".litematic": litematic, ".nbt": structure}
+WRITERS = {".schem": write_schematic, ".litematic": write_litematic, ".nbt": write_structure}
 BY_ENDING = pytest.mark.parametrize("ending", WRITERS)
 SETTINGS = settings(max_examples=many(150), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
@@ -51,7 +51,7 @@ def read_or_refused(path: Path) -> None:
 
 def plain(ending: str, folder: Path) -> bytes:
     path = folder / f"good{ending}"
-    WRITERS[ending].write(BUILD, path, game_version())
+    WRITERS[ending](BUILD, path, game_version())
     return gzip.decompress(path.read_bytes())
 
 

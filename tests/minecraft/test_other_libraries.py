@@ -13,7 +13,7 @@ from searching import many
 
 from minecraft.builds import BUILDS, STATES, assert_same, made, noise
 from minecraft.oracle import Cell, of_build
-from scenelang.backends.minecraft import litematic, sponge, structure
+from scenelang.backends.minecraft import build_files
 from scenelang.backends.minecraft.blocks import Build
 from scenelang.backends.minecraft.build_files import fitted, game_version
 from scenelang.backends.minecraft.export import read
@@ -38,13 +38,13 @@ def by_mcschematic(path: Path) -> dict[Cell, str]:
 @given(build=BUILDS)
 def test_mcschematic_reads_version_2(tmp_path: Path, build: Build) -> None:
     older = game_version("1.20.1")
-    sponge.write(build, tmp_path / "a.schem", older)
+    build_files.write_schematic(build, tmp_path / "a.schem", older)
     assert by_mcschematic(tmp_path / "a.schem") == of_build(fitted(build, older).build)
 
 
 @MANY
 def test_mcschematic_reads_version_3_as_version_2(build: Build, tmp_path: Path) -> None:
-    sponge.write(build, tmp_path / "a.schem", game_version())
+    build_files.write_schematic(build, tmp_path / "a.schem", game_version())
     tag = nbtlib.load(tmp_path / "a.schem")["Schematic"]
     assert (tag["Version"], tag["DataVersion"]) == (3, 4786)
     assert [int(n) for n in tag["Offset"]] == list(build.origin)
@@ -68,7 +68,7 @@ def test_what_mcschematic_writes(build: Build, tmp_path: Path) -> None:
 @IN_A_FOLDER
 @given(build=BUILDS)
 def test_nbtlib_reads_structures(tmp_path: Path, build: Build) -> None:
-    structure.write(build, tmp_path / "a.nbt", game_version())
+    build_files.write_structure(build, tmp_path / "a.nbt", game_version())
     root = nbtlib.load(tmp_path / "a.nbt")
     assert [int(n) for n in root["size"]] == list(build.size)
     found = {}
@@ -83,7 +83,7 @@ def test_nbtlib_reads_structures(tmp_path: Path, build: Build) -> None:
 @MANY
 def test_litemapy(build: Build, tmp_path: Path) -> None:
     litemapy = pytest.importorskip("litemapy", reason="litemapy is GPL-3: `make test-minecraft` brings it")
-    litematic.write(build, tmp_path / "a.litematic", game_version())
+    build_files.write_litematic(build, tmp_path / "a.litematic", game_version())
     schematic = litemapy.Schematic.load(str(tmp_path / "a.litematic"))
     [region] = schematic.regions.values()
     found = {}

@@ -12,7 +12,7 @@ import pytest
 
 from models.server import ModelServer, Said, Script, serving
 from scenelang.cli.main import main
-from scenelang.inference import answers as answer_pictures
+from scenelang.inference import steps as answer_pictures
 
 KEY = "sk-ant-planted-0123456789-KEY"
 RESPONSES = Path(__file__).parents[1] / "transpile" / "responses"

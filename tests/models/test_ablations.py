@@ -10,9 +10,9 @@ import pytest
 
 from models.conftest import RESPONSES, Place, answers, python, recorded, system, texts
 from scenelang.grammar.datum import Source
-from scenelang.inference.answers import AnswerReader, Verdict
 from scenelang.inference.brief import Ablation, Brief, Notation, Prompts, Task, TaskKind
 from scenelang.inference.listing import MOST_ITEMS, listing, program_of, rename_language, rename_python
+from scenelang.inference.steps import AnswerReader, Verdict
 from scenelang.interpreter.scene.entity import Scene, primitive_count
 from scenelang.scene_changes import Changes, changes_between, sheets_of
 from scenelang.session import Options, Session

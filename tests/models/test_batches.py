@@ -14,7 +14,7 @@ from models.services import KEY, hurry, one_line, set_apart
 from scenelang.backends.language_models.catalogue import Model, Usage
 from scenelang.backends.language_models.client import Client
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.inference import answers, conductor
+from scenelang.inference import conductor, steps
 from scenelang.inference.brief import Notation, Task
 from scenelang.inference.conductor import Inference, Result
 from scenelang.inference.records import InferenceSettings, Run, new_run
@@ -34,9 +34,9 @@ def _apart(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     set_apart(monkeypatch, tmp_path)
     hurry(monkeypatch)
     monkeypatch.setattr(conductor, "_FIRST_WAIT", 0.01)
-    draw = answers.picture
-    monkeypatch.setattr(answers, "picture", lambda scene, view, frame=None: draw(scene, view, frame, 48))
-    monkeypatch.setattr(answers, "_SIZE", 48)
+    draw = steps.picture
+    monkeypatch.setattr(steps, "picture", lambda scene, view, frame=None: draw(scene, view, frame, 48))
+    monkeypatch.setattr(steps, "_SIZE", 48)
 
 
 class Place:

@@ -412,7 +412,7 @@ def test_parts_are_learned_from_the_pictures(place: Place, monkeypatch: pytest.M
     def note(arguments: Any, scene: Any, shown: Any, program: Path) -> None:
         calls.append((scene.word, [each.data for each in shown], program, program.exists()))
 
-    monkeypatch.setattr("scenelang.cli.neural.invert_generated", note)
+    monkeypatch.setattr("scenelang.cli.models.invert_generated", note)
     place.serve(answers(cubes(), cubes()))
     place.generate("--image", "a.png", "-o", "out.scene")
     assert calls == []

@@ -14,10 +14,9 @@ import pytest
 
 from models.conftest import Place, answers, cubes, python, texts
 from scenelang.grammar.datum import Source
-from scenelang.inference.answers import AnswerReader, Verdict, program_text
 from scenelang.inference.brief import Ablation, Brief, Notation, Prompts, Task, TaskKind
 from scenelang.inference.listing import program_of, rename_language, rename_python
-from scenelang.inference.steps import _ANSWER
+from scenelang.inference.steps import _ANSWER, AnswerReader, Verdict, program_text
 from scenelang.interpreter.runtime.limits import Limits
 from scenelang.session import Options, Session
 

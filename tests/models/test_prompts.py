@@ -16,7 +16,6 @@ import pytest
 from models.conftest import WRONG, cubes, python, recorded
 from scenelang.backends.language_models.catalogue import ImageContent, TextContent
 from scenelang.grammar.datum import Source
-from scenelang.inference.answers import AnswerReader, Verdict
 from scenelang.inference.brief import (
     Ablation,
     Brief,
@@ -29,6 +28,7 @@ from scenelang.inference.brief import (
     untold,
     words_of,
 )
+from scenelang.inference.steps import AnswerReader, Verdict
 from scenelang.interpreter.scene.primitives import attributes_read, block_words
 from scenelang.interpreter.transpile.python_text import HELPERS
 from scenelang.scene_changes import changes_between, sheets_of

@@ -12,8 +12,7 @@ from scenelang.formatting import indents_of
 from scenelang.grammar.datum import Source
 from scenelang.grammar.reader import read
 from scenelang.interpreter.expand.forms import INDENTS
-from scenelang.repl.completion import SceneCompleter, scan
-from scenelang.repl.console import indentation, is_finished
+from scenelang.repl.console import SceneCompleter, indentation, is_finished, scan
 from scenelang.repl.display import displayed
 from scenelang.repl.evaluation import ReplEvaluation
 from scenelang.session import Session

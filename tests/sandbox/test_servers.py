@@ -16,8 +16,8 @@ import pytest
 from later import later
 
 from scenelang.grammar.datum import Source
-from scenelang.inference.answers import AnswerReader
 from scenelang.inference.brief import Brief, Prompts, Task
+from scenelang.inference.steps import AnswerReader
 from scenelang.interpreter.runtime.limits import Limits
 from scenelang.sandbox.supervision import is_supported
 from scenelang.session import Editing, Options, Session

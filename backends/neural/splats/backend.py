@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from scenelang.backends.base import (
     Accepts,
@@ -23,12 +24,13 @@ from scenelang.backends.geometry.solids import normalized, solids_of
 from scenelang.backends.minecraft.models import as_cubes
 from scenelang.backends.neural.splats.files import write_gaussians
 from scenelang.backends.neural.splats.gaussians import Splats, gaussians_from, view_of
-from scenelang.backends.neural.splats.initial import LEAST, MOST, SceneSplats, gaussians_of
-from scenelang.backends.neural.splats.lighting import backdrop, lit, shadow_of
+from scenelang.backends.neural.splats.initial import LEAST, MOST, SceneSplats, backdrop, gaussians_of, lit, shadow_of
 from scenelang.backends.neural.splats.rasterise import rasterise
 from scenelang.backends.neural.weights import INSTALL
 from scenelang.backends.pictures.draft import draw
-from scenelang.backends.pictures.draft_light import Shadow
+from scenelang.backends.pictures.draft_light import (
+    Shadow,
+)
 from scenelang.backends.pictures.film import (
     STILL_ENDINGS,
     Image,
@@ -43,6 +45,11 @@ from scenelang.backends.pictures.studio import encode, tone_map
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.entity import Scene
 from scenelang.interpreter.scene.flatten import flatten_entity
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+Float32Array = npt.NDArray[np.float32]
+
 
 GAUSSIANS = Option(
     "gaussians", "how many Gaussians the scene is made of, shared out by area", 100_000, least=LEAST, most=MOST

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import need
-from scenelang.backends.exports.ply import write_ply
+from scenelang.backends.exports.mesh_files import write_ply
 from scenelang.backends.files import read_regular, written_whole
 from scenelang.backends.neural.splats.gaussians import Gaussians
 from scenelang.backends.neural.weights import INSTALL
