@@ -10,55 +10,35 @@ from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry, type_name
 from scenelang.interpreter.runtime.values import (
     NIL,
-    Array,
     Embedding,
     Keyword,
-    Matrix,
     Mutable,
     MutableArray,
     MutableList,
     Pair,
-    Record,
     Set,
     Symbol,
     Table,
-    Vector,
     make_list,
     table_key,
 )
-from scenelang.interpreter.scene.entity import Entity
-from scenelang.stdlib.operands import INT64, bad_index, blocks, empty_sequence, items, length, to_numpy, wrong_type
+from scenelang.stdlib.operands import (
+    INT64,
+    bad_index,
+    blocks,
+    cannot_change,
+    empty_sequence,
+    items,
+    length,
+    reorder,
+    to_numpy,
+    wrong_type,
+)
 from scenelang.stdlib.sequences import axis_selection, check_index, missing_key, position_of, ref, sorted_items, whole
 
 registry = Registry("changes")
 
 _LONG = 1 << 16  # items
-
-_TWINS: dict[type, tuple[str, str]] = {
-    Pair: ("a list", "a mutable list"),
-    type(NIL): ("a list", "a mutable list"),
-    Vector: ("a Vector", "a mutable array"),
-    Matrix: ("a Matrix", "a mutable array"),
-    Array: ("an Array", "a mutable array"),
-    str: ("a String", "a mutable list of its characters"),
-}
-
-
-def cannot_change(name: str, value: Any, wanted: str) -> SceneError:
-    """``value`` is immutable, or another kind of thing than ``wanted``."""
-    kind = type(value)
-    if kind in _TWINS:
-        what, twin = _TWINS[kind]
-        maker = "`(mutable x)`" if kind is str else f"`({twin[2:].replace(' ', '-')} ...)` or `(mutable x)`"
-        hint = f"{maker} makes {twin}, which can be changed"
-        return SceneError("immutable", f"`{name}` cannot change {what}", hint=hint)
-    if kind is Entity or kind is Embedding:
-        what = "an Entity" if kind is Entity else "an Embedding"
-        return SceneError("immutable", f"`{name}` cannot change {what}", hint="make a new one instead")
-    if kind is Record:
-        hint = f"its fields are changed by `set-{value.type.name}-...!`"
-        return wrong_type(name, wanted, value, hint)
-    return wrong_type(name, wanted, value)
 
 
 def _writable_list(rt: Runtime, name: str, value: Any) -> list[Any]:
@@ -383,22 +363,6 @@ def sort_in_place(rt: Runtime, xs: Any, less: Any = None, *, key: Any = None, re
 )
 def reverse_in_place(rt: Runtime, xs: Any) -> None:
     reorder(rt, "reverse!", xs, lambda members: members[::-1])
-
-
-def reorder(rt: Runtime, name: str, xs: Any, order: Any) -> None:
-    """Replace the items of a mutable list or array by ``order(items)``."""
-    if type(xs) is MutableList:
-        members = order(items(rt, xs, name))
-        rt.write(xs)
-        xs.items[:] = members
-    elif type(xs) is MutableArray:
-        members = [to_numpy(rt, row) for row in order(items(rt, xs, name))]
-        rt.write(xs)
-        rt.charge(len(members) >> 4)
-        for index, row in enumerate(members):
-            xs.data[index] = row
-    else:
-        raise cannot_change(name, xs, "a mutable list or a mutable array")
 
 
 # Tables and sets: making them, and asking them.

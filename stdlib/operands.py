@@ -18,6 +18,7 @@ from scenelang.interpreter.runtime.types import type_name, vector_of
 from scenelang.interpreter.runtime.values import (
     NIL,
     Array,
+    Embedding,
     HandleList,
     Keyword,
     Matrix,
@@ -25,6 +26,7 @@ from scenelang.interpreter.runtime.values import (
     MutableArray,
     MutableList,
     Pair,
+    Record,
     Set,
     Symbol,
     Table,
@@ -411,3 +413,46 @@ def identical(a: Any, b: Any) -> bool:
 def is_true(value: Any) -> bool:
     """Truth as tests have it: only #f and none are false."""
     return value is not False and value is not None
+
+
+_TWINS: dict[type, tuple[str, str]] = {
+    Pair: ("a list", "a mutable list"),
+    type(NIL): ("a list", "a mutable list"),
+    Vector: ("a Vector", "a mutable array"),
+    Matrix: ("a Matrix", "a mutable array"),
+    Array: ("an Array", "a mutable array"),
+    str: ("a String", "a mutable list of its characters"),
+}
+
+
+def cannot_change(name: str, value: Any, wanted: str) -> SceneError:
+    """``value`` is immutable, or another kind of thing than ``wanted``."""
+    kind = type(value)
+    if kind in _TWINS:
+        what, twin = _TWINS[kind]
+        maker = "`(mutable x)`" if kind is str else f"`({twin[2:].replace(' ', '-')} ...)` or `(mutable x)`"
+        hint = f"{maker} makes {twin}, which can be changed"
+        return SceneError("immutable", f"`{name}` cannot change {what}", hint=hint)
+    if kind is Entity or kind is Embedding:
+        what = "an Entity" if kind is Entity else "an Embedding"
+        return SceneError("immutable", f"`{name}` cannot change {what}", hint="make a new one instead")
+    if kind is Record:
+        hint = f"its fields are changed by `set-{value.type.name}-...!`"
+        return wrong_type(name, wanted, value, hint)
+    return wrong_type(name, wanted, value)
+
+
+def reorder(rt: Runtime, name: str, xs: Any, order: Any) -> None:
+    """Replace the items of a mutable list or array by ``order(items)``."""
+    if type(xs) is MutableList:
+        members = order(items(rt, xs, name))
+        rt.write(xs)
+        xs.items[:] = members
+    elif type(xs) is MutableArray:
+        members = [to_numpy(rt, row) for row in order(items(rt, xs, name))]
+        rt.write(xs)
+        rt.charge(len(members) >> 4)
+        for index, row in enumerate(members):
+            xs.data[index] = row
+    else:
+        raise cannot_change(name, xs, "a mutable list or a mutable array")

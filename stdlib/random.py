@@ -14,9 +14,17 @@ from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry
 from scenelang.interpreter.runtime.values import NIL, Stream, Vector, make_list
-from scenelang.stdlib.mutation import reorder
 from scenelang.stdlib.numbers import charge_digits
-from scenelang.stdlib.operands import empty_sequence, from_numpy, items, rebuild, shape_argument, to_numpy, wrong_type
+from scenelang.stdlib.operands import (
+    empty_sequence,
+    from_numpy,
+    items,
+    rebuild,
+    reorder,
+    shape_argument,
+    to_numpy,
+    wrong_type,
+)
 from scenelang.stdlib.sequences import plain_kind
 
 registry = Registry("random")

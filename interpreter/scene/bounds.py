@@ -15,7 +15,7 @@ from typing import Any
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.runtime.values import IDENTITY, Pair
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
-from scenelang.interpreter.scene.primitives import Box
+from scenelang.interpreter.scene.primitives.base import Box
 
 UNIT_BOX: Box = (-0.5, -0.5, -0.5, 0.5, 0.5, 0.5)
 _INFINITY = float("inf")

@@ -11,7 +11,7 @@ from typing import Any
 
 from scenelang.grammar.datum import Span
 from scenelang.interpreter.runtime.values import Embedding, Matrix
-from scenelang.interpreter.scene.primitives import Box, Primitive
+from scenelang.interpreter.scene.primitives.base import Box, Primitive
 
 
 class Entity:
