@@ -115,7 +115,7 @@ class BackendOptions:
     warn: Callable[[Diagnostic], None] | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Backend:
     """A rendering operation and what one must know to choose it.
 
@@ -133,6 +133,9 @@ class Backend:
     accepts: Accepts = Accepts()
     packages: tuple[str, ...] = ()
     install: str = "scenelang"
+
+    def __repr__(self) -> str:
+        return f"<Backend {self.name}: {self.doc}>"
 
     @property
     def is_installed(self) -> bool:

@@ -14,9 +14,15 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from scenelang.api import check as check
+    from scenelang.api import check_installation as check_installation
     from scenelang.api import diff as diff
     from scenelang.api import evaluate as evaluate
+    from scenelang.api import expand as expand
+    from scenelang.api import explain as explain
     from scenelang.api import format as format
+    from scenelang.api import grammar_text as grammar_text
+    from scenelang.api import import_build as import_build
+    from scenelang.api import list_backends as list_backends
     from scenelang.api import load as load
     from scenelang.api import parse as parse
     from scenelang.api import transpile as transpile
@@ -25,11 +31,25 @@ if TYPE_CHECKING:
     from scenelang.backends.neural.sentences import Granularity as Granularity
     from scenelang.backends.neural.weights import Models as Models
     from scenelang.embeddings import Embeddings as Embeddings
+    from scenelang.evaluation.subjects import MetricOptions as MetricOptions
+    from scenelang.evaluation.subjects import MetricReport as MetricReport
+    from scenelang.evaluation.subjects import evaluate_metrics as evaluate_metrics
     from scenelang.grammar.datum import Datum as Datum
     from scenelang.grammar.datum import Source as Source
     from scenelang.grammar.diagnostics import Diagnostic as Diagnostic
     from scenelang.grammar.diagnostics import SceneError as SceneError
+    from scenelang.grammar.diagnostics import UsageError as UsageError
     from scenelang.grammar.reader import ReadResult as ReadResult
+    from scenelang.inference.generation import Edited as Edited
+    from scenelang.inference.generation import Estimate as Estimate
+    from scenelang.inference.generation import Generated as Generated
+    from scenelang.inference.generation import edit as edit
+    from scenelang.inference.generation import estimate as estimate
+    from scenelang.inference.generation import generate as generate
+    from scenelang.inference.generation import resume as resume
+    from scenelang.inference.generation import runs as runs
+    from scenelang.inference.records import InferenceSettings as InferenceSettings
+    from scenelang.inference.records import Run as Run
     from scenelang.interpreter.runtime.limits import Limits as Limits
     from scenelang.interpreter.scene.entity import Entity as Entity
     from scenelang.inversion import InversionModels as InversionModels
@@ -59,18 +79,24 @@ if not (Path(__file__).parent / "grammar").is_dir():
 
 # Where each public name lives: it is imported when it is first used, so that a part costs only what it needs.
 _HOMES = {
-    "check": "api", "diff": "api", "evaluate": "api", "format": "api", "load": "api", "parse": "api",
-    "transpile": "api",
-    "Datum": "grammar.datum", "Source": "grammar.datum",
-    "Diagnostic": "grammar.diagnostics", "SceneError": "grammar.diagnostics", "ReadResult": "grammar.reader",
-    "Entity": "interpreter.scene.entity", "Limits": "interpreter.runtime.limits",
-    "Camera": "scene", "Film": "scene", "Image": "scene", "Maps": "scene", "Primitives": "scene", "Scene": "scene",
-    "Embeddings": "embeddings", "Granularity": "backends.neural.sentences", "Models": "backends.neural.weights",
-    "InversionModels": "inversion", "InversionSettings": "backends.neural.inversion", "PictureSubject": "inversion",
-    "RunFolder": "inversion", "invert": "inversion", "learn_style": "inversion",
-    "DistillationModels": "neural", "DistillationSettings": "backends.neural.distillation.learning",
-    "ImagineSettings": "neural", "distill": "neural", "imagine": "neural", "imagine_layout": "neural",
-    "Checked": "session", "Evaluated": "session", "Options": "session", "Session": "session",
+    "check": "api", "check_installation": "api", "diff": "api", "evaluate": "api", "expand": "api",
+    "explain": "api", "format": "api", "grammar_text": "api", "import_build": "api", "list_backends": "api",
+    "load": "api", "parse": "api", "transpile": "api",
+    "DistillationSettings": "backends.neural.distillation.learning",
+    "InversionSettings": "backends.neural.inversion", "Granularity": "backends.neural.sentences",
+    "Models": "backends.neural.weights", "Embeddings": "embeddings", "MetricOptions": "evaluation.subjects",
+    "MetricReport": "evaluation.subjects", "evaluate_metrics": "evaluation.subjects", "Datum": "grammar.datum",
+    "Source": "grammar.datum", "Diagnostic": "grammar.diagnostics", "SceneError": "grammar.diagnostics",
+    "UsageError": "grammar.diagnostics", "ReadResult": "grammar.reader", "Edited": "inference.generation",
+    "Estimate": "inference.generation", "Generated": "inference.generation", "edit": "inference.generation",
+    "estimate": "inference.generation", "generate": "inference.generation", "resume": "inference.generation",
+    "runs": "inference.generation", "InferenceSettings": "inference.records", "Run": "inference.records",
+    "Limits": "interpreter.runtime.limits", "Entity": "interpreter.scene.entity", "InversionModels": "inversion",
+    "PictureSubject": "inversion", "RunFolder": "inversion", "invert": "inversion", "learn_style": "inversion",
+    "DistillationModels": "neural", "ImagineSettings": "neural", "distill": "neural", "imagine": "neural",
+    "imagine_layout": "neural", "Camera": "scene", "Film": "scene", "Image": "scene", "Maps": "scene",
+    "Primitives": "scene", "Scene": "scene", "Checked": "session", "Evaluated": "session", "Options": "session",
+    "Session": "session",
 }  # fmt: skip
 __all__ = sorted(_HOMES)
 

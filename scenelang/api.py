@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from scenelang.grammar.datum import Source
+from scenelang.grammar.diagnostics import Diagnostic, diagnostic_asked, error_of, explained
 from scenelang.grammar.reader import ReadResult, read
 from scenelang.interpreter.runtime.limits import Limits
 from scenelang.interpreter.runtime.runtime import ZEntry
@@ -14,6 +15,8 @@ from scenelang.scene import Scene, literal, scene_of
 from scenelang.session import Checked, Options, Session
 
 if TYPE_CHECKING:
+    from scenelang.backends.base import Backend
+    from scenelang.doctor import Check
     from scenelang.interpreter.transpile.translate import Translation
     from scenelang.scene_changes import Changes
 
@@ -165,6 +168,96 @@ def diff(a: Scene, b: Scene, tolerance: float = 1e-5, limit: int = 2_000_000) ->
     True
     """
     return a.diff(b, tolerance, limit)
+
+
+def expand(text: str, name: str = "<text>", options: Options | None = None) -> str:
+    """A program after macro expansion, as text.
+
+    Raises
+    ------
+    SceneError
+        The program is wrong; the first error of ``check``.
+
+    Examples
+    --------
+    >>> expand('(bind "a" (lambda () (when #t (call "cube"))))').splitlines()[-1].strip()
+    '(if #t (call "cube"))))'
+    """
+    session = Session(options)
+    checked = session.check(Source(name, text))
+    for diagnostic in checked.diagnostics:
+        if diagnostic.is_error:
+            raise error_of(diagnostic)
+    assert checked.program is not None
+    return session.expansion(checked.program)
+
+
+def import_build(path: str | Path, warn: Callable[[Diagnostic], None] | None = None) -> str:
+    """The program of a Minecraft build: few merged cuboids, a word for each block state.
+
+    Parameters
+    ----------
+    path : path
+        ``.schem``, ``.litematic`` or ``.nbt``.
+    warn : callable, optional
+        Called with a ``Diagnostic`` for what the program does not have, such as items in chests.
+
+    Raises
+    ------
+    SceneError
+        The file cannot be read, is damaged, or holds no blocks.
+    """
+    from scenelang.backends.minecraft.export import imported
+
+    text, warnings = imported(Path(path))
+    for warning in warnings:
+        if warn is not None:
+            warn(warning)
+    return text
+
+
+def explain(code: str) -> str:
+    """Why a diagnostic arises and how to fix the program, by its code or name.
+
+    Examples
+    --------
+    >>> explain("E201").splitlines()[0].startswith("E201")
+    True
+    """
+    return explained([diagnostic_asked(code)])
+
+
+def grammar_text(form: Literal["lark", "llguidance", "gbnf", "ebnf", "textmate"], strict: bool = False) -> str:
+    """The grammar of programs for constrained decoding and editors (docs/grammar.md); ``strict``: the paper's own.
+
+    Examples
+    --------
+    >>> grammar_text("ebnf", strict=True).isascii()
+    True
+    """
+    from scenelang.stdlib import grammars
+
+    return grammars.grammar_text(form, strict)
+
+
+def list_backends() -> tuple[Backend, ...]:
+    """What scenes can be turned into: every backend, those of installed plug-ins too.
+
+    Examples
+    --------
+    >>> "gltf" in [backend.name for backend in list_backends()]
+    True
+    """
+    from scenelang.backends.base import every
+
+    return tuple(every())
+
+
+def check_installation() -> tuple[Check, ...]:
+    """What is installed, which backends work here, and what is missing; tries each in a process of its own."""
+    from scenelang.doctor import checks
+
+    return tuple(checks())
 
 
 def _options(

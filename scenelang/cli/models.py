@@ -7,7 +7,6 @@ import shlex
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
@@ -38,7 +37,7 @@ from scenelang.embeddings import (
 from scenelang.grammar.diagnostics import SceneError, printable
 from scenelang.inference import generation
 from scenelang.inference.brief import Ablation, Notation, TaskKind
-from scenelang.inference.conductor import Inference
+from scenelang.inference.conductor import Inference, NoProgram
 from scenelang.inference.generation import describer
 from scenelang.inference.records import RENEWABLE, InferenceSettings, all_runs, check_limits, find_run, runs_folder
 from scenelang.reports import painted
@@ -103,7 +102,7 @@ def settings_from(arguments: argparse.Namespace) -> InferenceSettings:
     settings = service_of(arguments)
     with usage_errors():
         family(settings.provider)
-    check_limits(given(arguments, InferenceSettings))
+    check_limits(given(arguments, InferenceSettings), as_flags=True)
     return settings
 
 
@@ -176,11 +175,9 @@ def _resumed(arguments: argparse.Namespace) -> tuple[Inference, Run]:
     settled = [option for option, name in _SETTLED.items() if getattr(arguments, name, None)]
     if settled:
         raise UsageError("value", f"{settled[0]} cannot be changed when a run goes on", "begin a new run for that")
-    inference, run = generation.resume(arguments.resume, arguments.command, arguments.runs)
+    inference, run = generation.resumed(arguments.resume, arguments.command, arguments.runs)
     asked = given(arguments, InferenceSettings)
-    check_limits(asked)
-    renewed = {name: asked[name] for name in RENEWABLE if name in asked}
-    return replace(inference, settings=replace(inference.settings, **renewed)), run
+    return generation.renewed(inference, {name: asked[name] for name in RENEWABLE if name in asked}, as_flags=True), run
 
 
 @contextmanager
@@ -195,7 +192,7 @@ def _told(arguments: argparse.Namespace, run: Run) -> Iterator[None]:
         print(f"interrupted{continuation}", file=sys.stderr)
         raise
     except SceneError as error:
-        if isinstance(error, generation.NoProgram) and not arguments.json:
+        if isinstance(error, NoProgram) and not arguments.json:
             report(arguments, error.verdict.diagnostics)
         if run.facts.get("state") == "failed" and not arguments.quiet and not arguments.json:
             print(f"the run is kept in {run.path}{continuation}", file=sys.stderr)
@@ -204,7 +201,7 @@ def _told(arguments: argparse.Namespace, run: Run) -> Iterator[None]:
 
 def _show_estimate(arguments: argparse.Namespace, inference: Inference) -> int:
     """Print the first request and what it costs at most."""
-    found = generation.estimate(inference)
+    found = generation.first_estimate(inference)
     return tell(arguments, found.data(), found)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TextIO
@@ -15,9 +15,18 @@ from scenelang.backends.files import read_regular, rewrite, write_text
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError, to_json, usage_errors
 from scenelang.inference.brief import Ablation, Notation, Task, TaskKind
-from scenelang.inference.conductor import Describer, Inference, LiveCount, NoProgram, Result, inference_of, payload_text
+from scenelang.inference.conductor import Describer, Inference, LiveCount, Result, inference_of, payload_text
 from scenelang.inference.listing import listing, program_of
-from scenelang.inference.records import InferenceSettings, Run, find_run, new_run, runs_folder
+from scenelang.inference.records import (
+    RENEWABLE,
+    InferenceSettings,
+    Run,
+    all_runs,
+    check_limits,
+    find_run,
+    new_run,
+    runs_folder,
+)
 from scenelang.inference.steps import Verdict, geometry_findings, has_blocks, read_picture
 from scenelang.interpreter.program.program import Program
 from scenelang.interpreter.runtime.limits import Limits
@@ -116,7 +125,7 @@ class Estimate:
         return {"address": self.address, "request": self.payload, "tokens": self.tokens, "cost": self.cost}
 
 
-def estimate(inference: Inference) -> Estimate:
+def first_estimate(inference: Inference) -> Estimate:
     """What a run would send first and cost at most; needs neither key nor network. Raises UsageError."""
     from scenelang.backends.language_models.openai_chat import upper_estimate
     from scenelang.backends.language_models.provider import unconnected
@@ -158,7 +167,7 @@ def begin(inference: Inference, command: str, name: str, runs: str | None = None
     return run
 
 
-def resume(name: str, command: str, runs: str | None = None) -> tuple[Inference, Run]:
+def resumed(name: str, command: str, runs: str | None = None) -> tuple[Inference, Run]:
     """The run to continue: its name, "last", or its folder. Raises UsageError for one of another command."""
     folder = runs_folder(runs)
     run = find_run(folder, name)
@@ -429,6 +438,7 @@ def editing(
 def generate(
     task: str = "",
     *,
+    model: str | None = None,
     images: Sequence[str | Path] = (),
     kind: Literal["3d", "4d", "minecraft"] = "3d",
     notation: Literal["python", "language"] = "python",
@@ -448,6 +458,8 @@ def generate(
     ----------
     task : str
         What the scene shows; may be empty where there are pictures.
+    model : str, optional
+        The model's name; that of ``settings``, or the provider's default, where there is none.
     images : sequence of path
         Pictures to reconstruct.
     kind : str
@@ -473,10 +485,17 @@ def generate(
         An argument makes no sense.
     SceneError
         The model cannot be asked, or no answer came to a program that works.
+
+    Examples
+    --------
+    A key and a connection are needed::
+
+        made = sl.generate("a chess board", model="claude-opus-5-5", settings=sl.InferenceSettings(samples=3))
+        made.scene.render().save("board.png")
     """
     asked = task_of(task, images, TaskKind(kind), Notation(notation), Ablation(ablation), seed)
     options = Options(seed=seed, limits=limits or Limits())
-    inference = Inference(asked, settings or InferenceSettings(), options)
+    inference = Inference(asked, _settings(settings, model), options)
     facts = {"output": None, "render": False, "invert": False}
     run = begin(inference, "generate", task or "reconstruction", runs, **facts)
     with recorded(run):
@@ -487,6 +506,7 @@ def edit(
     path: str | Path,
     instruction: str,
     *,
+    model: str | None = None,
     ablation: Literal["", "P", "W", "PW"] = "",
     settings: InferenceSettings | None = None,
     seed: int = 0,
@@ -510,16 +530,108 @@ def edit(
         The program is wrong already, the model cannot be asked, or no answer came to a program that works.
     """
     file = Path(path)
-    if not instruction.strip():
-        raise UsageError("value", "say which program is to be edited, and how")
-    options = Options(seed=seed, limits=limits or Limits())
-    result, inference = editing(file, instruction, settings or InferenceSettings(), options, Ablation(ablation))
-    result.require()
-    assert inference is not None
+    inference = _edit_of(file, instruction, _settings(settings, model), ablation, seed, limits)
     facts = {"file": str(file.resolve()), "digest": digest_of(file)}
     run = begin(inference, "edit", f"{file.stem} {instruction}", runs, **facts)
     with recorded(run):
         return edited(inference, run, file, live)
 
 
-__all__ = ["Edited", "Estimate", "Generated", "InferenceSettings", "NoProgram", "edit", "generate"]
+def estimate(
+    task: str,
+    path: str | Path | None = None,
+    *,
+    model: str | None = None,
+    images: Sequence[str | Path] = (),
+    kind: Literal["3d", "4d", "minecraft"] = "3d",
+    notation: Literal["python", "language"] = "python",
+    ablation: Literal["", "P", "W", "PW"] = "",
+    settings: InferenceSettings | None = None,
+) -> Estimate:
+    """What ``generate`` would send first and cost at most, or ``edit`` where ``path`` names a program; nothing is sent.
+
+    Raises
+    ------
+    UsageError
+        An argument makes no sense, or the price of the model is not known.
+
+    Examples
+    --------
+    >>> estimate("a chess board", model="claude-opus-5-5").cost < 10
+    True
+    """
+    chosen = _settings(settings, model)
+    if path is not None:
+        return first_estimate(_edit_of(Path(path), task, chosen, ablation, 0, None))
+    asked = task_of(task, images, TaskKind(kind), Notation(notation), Ablation(ablation))
+    return first_estimate(Inference(asked, chosen, Options()))
+
+
+def resume(
+    name: str = "last",
+    *,
+    settings: Mapping[str, Any] | None = None,
+    runs: str | None = None,
+    live: TextIO | None = None,
+) -> Generated | Edited:
+    """Go on with a run of ``generate`` or ``edit`` that was interrupted or failed; what it was told is not asked again.
+
+    Parameters
+    ----------
+    name : str
+        The run's name, the beginning of one, its folder, or "last".
+    settings : mapping, optional
+        New values of limits, such as ``{"max_cost": 10.0}``; what decides the answers cannot change.
+    runs : str, optional
+        The folder that keeps runs; the user's state folder by default.
+    live : text stream, optional
+        Where answers are counted as they arrive.
+
+    Raises
+    ------
+    UsageError
+        There is no such run, or a setting cannot change.
+    SceneError
+        As ``generate``.
+    """
+    command = find_run(runs_folder(runs), name).facts.get("command")
+    inference, run = resumed(name, str(command), runs)
+    inference = renewed(inference, settings or {})
+    with recorded(run):
+        if command == "edit":
+            return edited(inference, run, Path(str(run.facts["file"])), live)
+        return generated(run, play(inference, run, live), inference.options)
+
+
+def runs(folder: str | None = None) -> list[Run]:
+    """The runs of ``generate`` and ``edit`` in a folder (the user's state folder by default), oldest first."""
+    return all_runs(runs_folder(folder))
+
+
+def renewed(inference: Inference, settings: Mapping[str, Any], as_flags: bool = False) -> Inference:
+    """With new limits for a run that goes on. Raises UsageError for settings that cannot change."""
+    fixed = [name for name in settings if name not in RENEWABLE]
+    if fixed:
+        hint = f"these can: {', '.join(sorted(RENEWABLE))}"
+        raise UsageError("value", f"`{fixed[0]}` cannot change when a run goes on", hint)
+    check_limits(settings, as_flags)
+    return replace(inference, settings=replace(inference.settings, **settings))
+
+
+def _settings(settings: InferenceSettings | None, model: str | None) -> InferenceSettings:
+    found = settings or InferenceSettings()
+    check_limits(asdict(found))
+    return found if model is None else replace(found, model=model)
+
+
+def _edit_of(
+    path: Path, instruction: str, settings: InferenceSettings, ablation: str, seed: int, limits: Limits | None
+) -> Inference:
+    """The edit to ask for. Raises SceneError for a program that is wrong already."""
+    if not instruction.strip():
+        raise UsageError("value", "say which program is to be edited, and how")
+    options = Options(seed=seed, limits=limits or Limits())
+    result, inference = editing(path, instruction, settings, options, Ablation(ablation))
+    result.require()
+    assert inference is not None
+    return inference

@@ -90,13 +90,17 @@ class Attempt:
 
 
 class Run:
-    """One run's folder. ``clean`` takes secrets out of all that is written."""
+    """One run of ``generate`` or ``edit``: its folder, with every question and answer. ``summary()`` is JSON data,
+    ``attempts()`` what was asked. ``clean`` takes secrets out of all that is written."""
 
     def __init__(self, path: Path, clean: Callable[[str], str] = str) -> None:
         self.path = path
         self._clean = clean
 
     # --- the run ---------------------------------------------------------------------------------------------------
+
+    def __repr__(self) -> str:
+        return f"<Run {self.name} in {self.path.parent}>"
 
     @property
     def name(self) -> str:
@@ -457,12 +461,15 @@ class InferenceSettings:
         return Speaker(model.name, wanted, most, model.thinking, model.effort(self.effort), grammar)
 
 
-def check_limits(given: Mapping[str, Any]) -> None:
-    """Raises UsageError for a field of settings that is out of its limits, called as users write it."""
+def check_limits(given: Mapping[str, Any], as_flags: bool = False) -> None:
+    """Raises UsageError for a field of settings that is out of its limits; ``as_flags``: named as the command line's
+    options."""
     flags = {name: each.flags[0] for name, each in settings_in(InferenceSettings).items()}
     for name, (low, high) in LIMITS.items():
-        if name in given and not low <= given[name] <= high:
-            raise UsageError("value", f"{flags[name]} may be {low:,} to {high:,}, not {given[name]:,}")
+        value = given.get(name)
+        if value is not None and not low <= value <= high:
+            shown = flags[name] if as_flags else f"`{name}`"
+            raise UsageError("value", f"{shown} may be {low:,} to {high:,}, not {value:,}")
 
 
 def settings_of(data: Mapping[str, Any]) -> InferenceSettings:

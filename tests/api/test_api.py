@@ -264,10 +264,11 @@ def test_docstring_examples_run(monkeypatch: pytest.MonkeyPatch) -> None:
     import doctest
 
     import scenelang.api
+    import scenelang.inference.generation
     import scenelang.scene
 
     monkeypatch.chdir(ROOT)
-    for module in (sl, scenelang.api, scenelang.scene):
+    for module in (sl, scenelang.api, scenelang.scene, scenelang.inference.generation):
         result = doctest.testmod(module, verbose=False)
         assert result.failed == 0
         assert module is sl or result.attempted > 0
