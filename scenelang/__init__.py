@@ -107,5 +107,12 @@ def __getattr__(name: str) -> Any:
     return getattr(import_module(f"scenelang.{_HOMES[name]}"), name)
 
 
+def load_ipython_extension(shell: Any) -> None:
+    """What ``%load_ext scenelang`` calls: adds the cell magic ``%%scene``."""
+    from scenelang.notebook import register
+
+    register(shell)
+
+
 def __dir__() -> list[str]:
     return [*__all__, *(name for name in globals() if name.startswith("__"))]

@@ -648,10 +648,10 @@ class Scene:
 
     def film(
         self,
-        frames: int | None = None,
-        *,
-        orbit: float | None = None,
         camera: View | None = None,
+        *,
+        frames: int | None = None,
+        orbit: float | None = None,
         size: Size | None = None,
         quality: str | Sequence[str] = "draft",
         environment: str = "studio",

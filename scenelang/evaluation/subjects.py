@@ -169,6 +169,10 @@ def _own(entry: EvaluationEntry, drawing: Drawing) -> Drawing:
     return replace(drawing, backend="splats", options=options)
 
 
+def _silent(subject: Subject, measure: Measure) -> None:
+    """No progress is shown."""
+
+
 # --- metrics ---------------------------------------------------------------------------------------------------------
 
 
@@ -210,7 +214,7 @@ def evaluate_metrics(
     folder: str | Path | None = None,
     answers: Sequence[str | Path] = (),
     models: Models | None = None,
-    progress: Callable[[Subject, Measure], Progress | None] = lambda _, __: None,
+    progress: Callable[[Subject, Measure], Progress | None] | None = None,
 ) -> MetricReport:
     """Measure scenes and films as the paper does: CLIP similarity, LPIPS between views, counts, dynamic degree.
 
@@ -228,7 +232,7 @@ def evaluate_metrics(
         Files of answers to a user study, whose preferences join the tables.
     models : Models, optional
         Where weights are, and what computes.
-    progress : callable
+    progress : callable, optional
         Gives, for each measurement, what is called with a fraction from 0 to 1, or None.
 
     Raises
@@ -256,7 +260,7 @@ def evaluate_metrics(
     kept = made_folder(Path(folder)) if folder is not None else None
     measures = chosen.measures(models)
     subjects = subjects_of(entries_of([str(file) for file in files]), drawings, opened)
-    return measured(subjects, measures, kept, [Path(path) for path in answers], show=progress)
+    return measured(subjects, measures, kept, [Path(path) for path in answers], show=progress or _silent)
 
 
 # --- the user study --------------------------------------------------------------------------------------------------

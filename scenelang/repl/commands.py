@@ -357,7 +357,8 @@ def _edit(repl: Repl, rest: str) -> None:
 
 def _asked(repl: Repl, request: ModelRequest, inference: Inference) -> Result:
     """Run to the end, in a run folder as on the command line. Raises SceneError."""
-    from scenelang.inference.generation import NoProgram, begin, play, recorded
+    from scenelang.inference.conductor import NoProgram
+    from scenelang.inference.generation import begin, play, recorded
 
     run = begin(inference, "repl", request.text, request.runs)
     try:

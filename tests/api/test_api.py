@@ -177,7 +177,7 @@ def test_progress_may_cancel_and_leaves_no_file(board: sl.Scene, tmp_path: Path)
     with pytest.raises(Cancelled):
         board.render(size=(32, 32), progress=stop)
     with pytest.raises(Cancelled):
-        board.film(2, size=(16, 16)).save(tmp_path / "a.gif", progress=stop)
+        board.film(frames=2, size=(16, 16)).save(tmp_path / "a.gif", progress=stop)
     assert list(tmp_path.iterdir()) == []
 
 

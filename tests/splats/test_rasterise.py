@@ -154,7 +154,7 @@ def test_gsplat_is_equal(antialiased: bool) -> None:
     pytest.importorskip("gsplat")
     if not torch.cuda.is_available():
         pytest.skip("no CUDA device")
-    from scenelang.backends.neural.splats import rasterise_gsplat
+    from scenelang.backends.neural.splats.rasterise import composite_on_cuda
 
     one = splats_of(random_gaussians(2_000, seed=2, dtype=torch.float32))
     found = []
@@ -166,7 +166,7 @@ def test_gsplat_is_equal(antialiased: bool) -> None:
             drawn = rasterise_by(rasterise_torch, splats, view, antialiased)
             color, alpha, depth = drawn.color, drawn.alpha, drawn.depth * drawn.alpha
         else:
-            color, depth, alpha = rasterise_gsplat.composite(splats, splats.colors, view, antialiased)
+            color, depth, alpha = composite_on_cuda(splats, splats.colors, view, antialiased)
         (color.square().sum() + alpha.sum() + depth.sum()).backward()
         spread = columns[1].grad + columns[1].grad.mT  # gsplat's is of the upper triangle
         by = [columns[0].grad, spread, columns[2].grad, columns[3].grad]

@@ -9,9 +9,11 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
-from scenelang.backends.neural.splats import rasterise_gsplat, rasterise_numba, rasterise_torch
-from scenelang.backends.neural.splats.gaussians import project
+from scenelang.backends.base import need
+from scenelang.backends.neural.splats import rasterise_numba, rasterise_torch
+from scenelang.backends.neural.splats.gaussians import EPS2D, FAR, NEAR, project
 from scenelang.backends.neural.splats.rasterise_numba import Engine, composite
+from scenelang.backends.neural.weights import INSTALL
 from scenelang.grammar.diagnostics import LimitError
 
 if TYPE_CHECKING:
@@ -54,7 +56,7 @@ def rasterise(splats: Splats, view: View, antialiased: bool = False, members: Me
     features = _features(splats, view, members)
     device = splats.means.device
     if device.type == "cuda" and find_spec("gsplat") is not None:
-        image, depth, alpha = rasterise_gsplat.composite(splats, features, view, antialiased)
+        image, depth, alpha = composite_on_cuda(splats, features, view, antialiased)
         return _drawn(image, depth, alpha)
     return rasterise_by(engine_for(device), splats, view, antialiased, members)
 
@@ -94,3 +96,29 @@ def _features(splats: Splats, view: View, members: Members | None) -> Tensor:
 def _drawn(image: Tensor, depth: Tensor, alpha: Tensor) -> Drawn:
     weights = image[:, :, 3:] if image.shape[2] > 3 else None
     return Drawn(image[:, :, :3], alpha, depth / alpha.clamp_min(_LEAST_HIDDEN), weights)
+
+
+def composite_on_cuda(splats: Splats, features: Tensor, view: View, antialiased: bool) -> tuple[Tensor, Tensor, Tensor]:
+    """With gsplat: the ``features`` (N, C) of ``splats`` as a picture (H, W, C), the sum of their depths (H, W) and the
+    share that is hidden (H, W), in 32 bits. Raises SceneError("backend") without gsplat."""
+    gsplat = need("gsplat", INSTALL)
+    image, hidden, _ = gsplat.rasterization(
+        means=splats.means.float(),
+        quats=None,
+        scales=None,
+        covars=splats.covariances.float(),
+        opacities=splats.opacities.float(),
+        colors=features.float(),
+        viewmats=view.world_to_camera.float()[None],
+        Ks=view.intrinsics.float()[None],
+        width=view.width,
+        height=view.height,
+        near_plane=NEAR,
+        far_plane=FAR,
+        eps2d=EPS2D,
+        render_mode="RGB+D",
+        rasterize_mode="antialiased" if antialiased else "classic",
+        camera_model="ortho" if view.is_parallel else "pinhole",
+        packed=False,
+    )
+    return image[0, :, :, :-1], image[0, :, :, -1], hidden[0, :, :, 0]

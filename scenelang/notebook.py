@@ -1,0 +1,174 @@
+"""The cell magic ``%%scene`` of Jupyter and IPython, which ``%load_ext scenelang`` adds (docs/python.md)."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from scenelang.api import evaluate
+from scenelang.backends.pictures.camera import parse_viewpoint
+from scenelang.grammar.diagnostics import SceneError, UsageError, render_text, usage_errors
+from scenelang.grammar.settings import picture_size
+from scenelang.scene import Scene, View, scene_of
+from scenelang.viewer.workspace import ParamControl, controls_of
+
+if TYPE_CHECKING:
+    from IPython.core.interactiveshell import InteractiveShell
+
+_CELL = "<cell>"
+Read = TypeVar("Read")
+
+
+@dataclass(frozen=True, slots=True)
+class CellOptions:
+    """How a cell's scene is shown: ``variable`` is what the notebook calls it; ``is_interactive`` shows the viewer
+    instead of a picture."""
+
+    variable: str = "scene"
+    size: tuple[int, int] = (480, 360)
+    quality: str = "draft"
+    camera: View | None = None
+    frame: int | None = None
+    is_interactive: bool = False
+
+    def shown(self, scene: Scene) -> Any:
+        """What a notebook displays of ``scene``. Raises SceneError."""
+        if self.is_interactive:
+            return scene.show()
+        return scene.render(self.camera, size=self.size, quality=self.quality, frame=self.frame, warn=_warn)
+
+
+def register(shell: InteractiveShell) -> None:
+    """Add ``%%scene`` to a running IPython: the cell is evaluated and shown, and kept in a variable of the notebook."""
+    from IPython.core.magic_arguments import MagicArgumentParser
+
+    parser = MagicArgumentParser(
+        "%%scene",
+        description="Evaluate the cell as a program of the Scene Language and show the scene, which a variable keeps. "
+        "Where ipywidgets is installed, params of the program become controls.",
+    )
+    parser.add_argument("variable", nargs="?", default="scene", help="the variable of the scene (default: scene)")
+    parser.add_argument("--size", default="480x360", metavar="WxH", help="pixels of the picture")
+    parser.add_argument("--quality", default="draft", metavar="NAME", help="draft, final, or another that draws")
+    parser.add_argument("--camera", default=None, metavar="SPEC", help="such as azimuth=40,elevation=20")
+    parser.add_argument("--frame", type=int, default=None, metavar="N", help="the frame of a 4D scene, from 0")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="the seed of the random streams")
+    parser.add_argument("--root", default=None, metavar="WORD", help="the word to evaluate")
+    parser.add_argument("--view", action="store_true", help="show the interactive viewer")
+    parser.add_argument("--no-widgets", action="store_true", help="show params with their defaults, without controls")
+
+    def scene(line: str, cell: str) -> None:
+        given = parser.parse_argstring(line)
+        with_errors(lambda: _run(given, cell, shell.user_ns))
+
+    scene.__doc__ = parser.format_help()
+    shell.register_magic_function(scene, "cell", "scene")
+
+
+def _run(given: Any, cell: str, variables: dict[str, Any]) -> None:
+    camera = _checked(parse_viewpoint, given.camera) if given.camera else None
+    if not given.variable.isidentifier():
+        raise UsageError("value", f"expected the name of a variable, got `{given.variable}`")
+    size = _checked(picture_size, given.size)
+    options = CellOptions(given.variable, size, given.quality, camera, given.frame, given.view)
+    made = evaluate(cell, _CELL, seed=given.seed, root=given.root)
+    show(made, options, variables, has_widgets=not given.no_widgets)
+
+
+def _checked(read: Callable[[str], Read], text: str) -> Read:
+    """``read(text)``; raises UsageError for a text that makes no sense."""
+    with usage_errors():
+        try:
+            return read(text)
+        except ValueError as error:
+            raise SceneError("value", str(error)) from None
+
+
+def with_errors(action: Callable[[], None]) -> None:
+    """Run ``action``; what is wrong with a program is told as a diagnostic, without a traceback."""
+    try:
+        action()
+    except SceneError as error:
+        print(error, file=sys.stderr)
+
+
+def show(scene: Scene, options: CellOptions, variables: dict[str, Any], has_widgets: bool = True) -> None:
+    """Keep ``scene`` in ``variables`` and display it, with controls for its params where ipywidgets is installed."""
+    from IPython.display import display
+
+    for line in scene.log:
+        print(line)
+    for warning in scene.warnings:
+        _warn(warning)
+    controls = [c for c in _controls(scene) if c.kind in _WIDGETS] if has_widgets else []
+    if not controls or find_spec("ipywidgets") is None:
+        shown = options.shown(scene)
+        variables[options.variable] = scene
+        display(shown)
+        return
+    display(_panel(scene, options, variables, controls))
+
+
+def _controls(scene: Scene) -> tuple[ParamControl, ...]:
+    return () if scene.program is None else controls_of(scene.program.params)
+
+
+def _panel(scene: Scene, options: CellOptions, variables: dict[str, Any], controls: list[ParamControl]) -> Any:
+    """Controls above the picture; each change evaluates the program anew, and a mistake leaves the scene as it was."""
+    import ipywidgets
+    from IPython.display import display
+
+    output = ipywidgets.Output()
+    widgets = {control.param.name: (control, _widget(control)) for control in controls}
+
+    def draw(made: Scene) -> None:
+        shown = options.shown(made)
+        variables[options.variable] = made
+        output.clear_output(wait=True)
+        display(shown)
+
+    def changed(_: Any) -> None:
+        with output:
+            with_errors(lambda: draw(_with_defines(scene, {n: c.literal(w.value) for n, (c, w) in widgets.items()})))
+
+    with output:
+        draw(scene)
+    for _, widget in widgets.values():
+        widget.observe(changed, names="value")
+    return ipywidgets.VBox([*(widget for _, widget in widgets.values()), output])
+
+
+def _with_defines(scene: Scene, texts: Mapping[str, str]) -> Scene:
+    """The scene under other values of its params, as literals of the language."""
+    assert scene.program is not None
+    assert scene.options is not None
+    return scene_of(scene.program.main, replace(scene.options, defines=texts))
+
+
+def _widget(control: ParamControl) -> Any:
+    """The ipywidget of a param: a slider where it has both bounds."""
+    import ipywidgets
+
+    param = control.param
+    facts: dict[str, Any] = {"value": control.value, "description": param.name, "tooltip": param.doc}
+    if control.kind in ("integer", "number"):
+        if param.minimum is not None and param.maximum is not None:
+            number = int if control.kind == "integer" else float
+            low, high = number(param.minimum), number(param.maximum)
+            step = 1 if control.kind == "integer" else (high - low) / 100.0
+            slider = ipywidgets.IntSlider if control.kind == "integer" else ipywidgets.FloatSlider
+            return slider(min=low, max=high, step=step, continuous_update=False, **facts)
+        return (ipywidgets.IntText if control.kind == "integer" else ipywidgets.FloatText)(**facts)
+    return getattr(ipywidgets, _WIDGETS[control.kind])(**facts)
+
+
+_WIDGETS = {
+    "integer": "IntSlider", "number": "FloatSlider", "boolean": "Checkbox", "text": "Text", "color": "ColorPicker",
+}  # fmt: skip
+
+
+def _warn(warning: Any) -> None:
+    print(render_text(warning), file=sys.stderr)
