@@ -6,7 +6,7 @@ BIN    := $(VENV)/bin
 SCENE  := examples/chessboard.scene
 ROOMS  := grammar interpreter stdlib backends scenelang
 
-.PHONY: demo test test-blender lint install bench eval-recorded gallery docs viewer build-page blocks editors chromium wheel test-gpu test-hostile fuzz test-grammar test-minecraft test-slow test-nightly test-browser train-toy clean
+.PHONY: demo dev check types test test-blender lint install bench eval-recorded gallery docs viewer build-page blocks editors chromium wheel test-gpu test-hostile fuzz test-grammar test-minecraft test-slow test-nightly test-browser train-toy clean
 
 # What the package needs, then the tools of development; redone when the project's files change.
 $(VENV)/.run: pyproject.toml constraints.txt
@@ -21,14 +21,44 @@ $(VENV)/.dev: $(VENV)/.run
 SOURCES := $(shell find $(ROOMS) -name node_modules -prune -o \( -name '*.py' -o -name '*.lark' -o -name '*.scene' \
   -o -name 'py.typed' -o -name 'catalogue.toml' -o -name '*.tsv.gz' -o -path '*/inference/prompts/*' -o -path '*/viewer/static/*' -o -path '*/deepslate/static/*' \) -print)
 
+# The list of these files, which changes when one is deleted or moved too.
+$(VENV)/.files: $(VENV)/.run FORCE
+	@echo $(SOURCES) | cmp -s - $@ || echo $(SOURCES) > $@
+FORCE:
+
 # The package itself, installed as users get it (no editable install), so that packaging is tested too.
-$(VENV)/.package: $(VENV)/.run $(SOURCES)
-	rm -rf build
+$(VENV)/.package: $(VENV)/.run $(VENV)/.files $(SOURCES)
+	rm -rf build $(VENV)/.editable
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --force-reinstall .
 	rm -rf build *.egg-info
 	touch $@
 
 install: $(VENV)/.package
+
+# The repository itself as the installed package: an edit is live. `make install` goes back to an installed copy.
+$(VENV)/.editable: $(VENV)/.dev
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --editable .
+	rm -rf build *.egg-info $(VENV)/.package
+	touch $@
+
+dev: $(VENV)/.editable
+
+# The packages as mypy finds them without an installation: links into the repository.
+$(VENV)/live: $(VENV)/.dev $(wildcard scenelang/*)
+	rm -rf $@ && mkdir -p $@/scenelang
+	ln -s $(CURDIR)/scenelang/* $(foreach room,$(filter-out scenelang,$(ROOMS)),$(CURDIR)/$(room)) $@/scenelang
+	touch $@
+
+types: $(VENV)/live
+	cd $(VENV) && MYPYPATH=live bin/mypy --config-file ../pyproject.toml --cache-dir .mypy-live -p scenelang
+
+# In under a minute: lint, types, and the tests of what differs from SINCE, the nearest first.
+SINCE ?= HEAD
+check: $(VENV)/.dev types
+	@test -e $(VENV)/.editable -o -e $(VENV)/.package || $(MAKE) --no-print-directory dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/python -P tests/affected.py $(SINCE)
 
 demo: install
 	mkdir -p out
