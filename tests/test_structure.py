@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -52,7 +54,7 @@ def forbidden(path: Path) -> Iterator[str]:
 
 
 def test_imports_go_one_way() -> None:
-    assert len(FILES) > 250
+    assert len(FILES) > 200
     assert [told for path in FILES for told in forbidden(path)] == []
 
 
@@ -79,3 +81,88 @@ def test_every_builtin_is_documented_and_its_signature_parses() -> None:
         assert builtin.doc.rstrip().endswith((".", "`")), builtin.name
         assert builtin.result, builtin.name
         assert builtin.signature.text == builtin.parameters
+
+
+# --- sizes and cycles -------------------------------------------------------------------------------------------------
+
+
+MODULES = [path for path in FILES if path.name != "__init__.py"]
+TOGETHER = [  # functions that recurse on the same tree
+    {"interpreter/compile/compile.py", "interpreter/compile/comprehension.py"},
+    {"interpreter/expand/derived.py", "interpreter/expand/expand.py"},
+]
+
+
+def imported_files(path: Path) -> set[Path]:
+    """The files of ours that a file imports when it runs, at any place of it."""
+    tree = ast.parse(path.read_text("utf-8"))
+    typing = {
+        node
+        for block in ast.walk(tree)
+        if isinstance(block, ast.If) and isinstance(block.test, ast.Name) and block.test.id == "TYPE_CHECKING"
+        for statement in block.body
+        for node in ast.walk(statement)
+    }
+    found = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node not in typing and (node.module or "").startswith("scenelang"):
+            for alias in node.names:
+                found |= {_file_of(f"{node.module}.{alias.name}") or _file_of(str(node.module))}
+    return {target for target in found if target is not None} - {path}
+
+
+def _file_of(module: str) -> Path | None:
+    parts = module.split(".")[1:]
+    base = ROOT.joinpath(*parts) if parts and parts[0] in ROOMS else ROOT.joinpath("scenelang", *parts)
+    return next((path for path in (base.with_suffix(".py"), base / "__init__.py") if path.is_file()), None)
+
+
+def reached_from(start: Path, graph: dict[Path, set[Path]]) -> set[Path]:
+    found: set[Path] = set()
+    stack = [start]
+    while stack:
+        for target in graph.get(stack.pop(), set()) - found:
+            found.add(target)
+            stack.append(target)
+    return found
+
+
+def test_only_what_recurses_on_one_tree_imports_each_other() -> None:
+    graph = {path: imported_files(path) for path in MODULES}
+    reached = {path: reached_from(path, graph) for path in graph}
+    cycles = {
+        frozenset(str(o.relative_to(ROOT)) for o in reached[path] if path in reached.get(o, ()))
+        for path in graph
+        if path in reached[path]
+    }
+    assert cycles == set(map(frozenset, TOGETHER))
+
+
+def test_files_are_subjects() -> None:
+    """Neither many small files nor huge ones, and few names that mean two things."""
+    assert len(MODULES) <= 230
+    assert [path for path in MODULES if len(path.read_text("utf-8").splitlines()) > 1000] == []
+    stems = Counter(path.stem for path in MODULES)
+    assert sum(count > 1 for count in stems.values()) <= 20
+    classes = Counter(
+        node.name
+        for path in MODULES
+        for node in ast.parse(path.read_text("utf-8")).body
+        if isinstance(node, ast.ClassDef) and not node.name.startswith("_")
+    )
+    assert sum(count > 1 for count in classes.values()) <= 5
+
+
+def test_the_command_line_is_one_user_of_the_api_among_others() -> None:
+    outside = [path for path in MODULES if "cli" not in path.relative_to(ROOT).parts]
+    assert [path.name for path in outside if re.search(r"argparse\.Namespace", path.read_text("utf-8"))] == []
+    importers = [path for path in outside if any(name.startswith("scenelang.cli") for name, _ in imports(path))]
+    assert [path.name for path in importers] == ["__main__.py"]
+    assert sum(len(p.read_text("utf-8").splitlines()) for p in (ROOT / "scenelang" / "cli").glob("*.py")) <= 2_500
+
+
+def test_every_package_says_what_it_must_not_know() -> None:
+    packages = [path for path in FILES if path.name == "__init__.py" and path.parent != ROOT / "scenelang"]
+    for path in packages:
+        doc = ast.get_docstring(ast.parse(path.read_text("utf-8"))) or ""
+        assert len(doc.splitlines()) >= 3, path

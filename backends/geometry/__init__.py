@@ -1,1 +1,5 @@
-"""Solids and meshes, mesh assets, distances between solids, and the lint of a scene's geometry."""
+"""Geometry of whole scenes: what is where, how far apart.
+
+``solids`` are posed primitives, ``assets`` meshes from files, ``distance`` finds contacts and gaps, ``lint`` says what
+floats, overlaps or flickers. It asks primitives through their protocol and knows none by name.
+"""

@@ -1,1 +1,5 @@
-"""The live viewer: a scene as a compact packet, and the page that shows it."""
+"""What the live viewer shows (docs/viewer.md).
+
+``packet`` is a scene as compact data, ``page`` the built page, served or as one file; its source is in ``source``. It
+serves nothing and watches nothing: that is ``scenelang.viewer``.
+"""

@@ -6,6 +6,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from generator.architecture import architecture_svg
 from generator.cli_page import cli_page
 from generator.diagnostics_page import diagnostics_page
 from generator.library_page import PICTURES, forms_page, picture_program, stdlib_page
@@ -19,6 +20,7 @@ PAGES = {
     "reference/forms.md": forms_page,
     "reference/diagnostics.md": diagnostics_page,
     "reference/cli.md": cli_page,
+    "architecture.svg": architecture_svg,
 }
 SMALL = (160, 120)
 CAMERA = "azimuth=28,elevation=24"

@@ -1,4 +1,5 @@
 """Warnings about programs that have no error: what is nearly always a mistake, found before anything runs.
 
-``facts`` gathers what is to be known of each top-level form; ``lint`` puts the warnings together.
+``rules`` looks at one top-level form, ``lint`` at the whole program and its fixes. What is odd about the geometry of a
+scene is found by ``backends.geometry.lint``.
 """

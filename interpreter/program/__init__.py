@@ -1,1 +1,5 @@
-"""A program's files, imports, top-level forms and params; versions of a program that is being edited."""
+"""Programs as users write them: files, imports, top-level forms, params.
+
+``program`` expands files in order, ``interactive`` keeps a session of forms and a program under edit. It knows the text
+of forms and not what they do when they run.
+"""

@@ -1,1 +1,4 @@
-"""`scenelang view`: a local server that shows programs, watches their files and writes params back."""
+"""`scenelang view`: shows programs in a browser, watches their files, writes params back (docs/viewer.md).
+
+``workspace`` is the state of what is shown, ``server`` answers the page. What the page draws is ``backends.viewer``.
+"""

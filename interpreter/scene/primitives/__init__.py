@@ -2,6 +2,8 @@
 
 Packages of anybody's add one through the entry-point group ``scenelang.primitives``: the entry's name is the word, its
 value a subclass of ``Primitive``. They are looked for when a word is asked for that is none of the language's own.
+``base`` is the protocol, ``forms`` what canonical forms share, ``mesh`` the fallback of every method. Nothing here
+knows a backend; numpy is imported at first use (``lazy``).
 """
 
 from __future__ import annotations
