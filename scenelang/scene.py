@@ -507,12 +507,10 @@ class Scene:
             The scene expands to more than ``limit`` primitives.
         """
         from scenelang.interpreter.scene.flatten import flatten
-        from scenelang.interpreter.scene.numbering import primitive_handles
+        from scenelang.interpreter.scene.numbering import frame_handles
 
-        self._frame(frame)
-        flat = flatten(self.graph, limit)
-        handles = primitive_handles(self.graph, flat)[frame]
-        found = flat.frames[frame]
+        found = flatten(SceneGraph(self.word, [self._frame(frame)], False), limit).frames[0]
+        handles = frame_handles(self.graph, frame, found)
         matrix = np.zeros((len(found), 4, 4))
         matrix[:, :3], matrix[:, 3, 3] = found.matrices, 1.0
         shapes = [entity.shape for entity in found.primitives]

@@ -18,7 +18,7 @@ import numpy as np
 from scenelang.interpreter.runtime.runtime import Runtime, ZEntry
 from scenelang.interpreter.runtime.values import Embedding, Pair
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
-from scenelang.interpreter.scene.flatten import FlatScene, Graph, Level, Paths, graph_of, levels
+from scenelang.interpreter.scene.flatten import FlatFrame, FlatScene, Graph, Level, Paths, graph_of, levels
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -234,17 +234,28 @@ def primitive_handles(scene: Scene, flat: FlatScene) -> list[Sequence[str]]:
     """The handle of every primitive of every frame, in the order of ``flat``."""
     if len(scene.frames) > 1:
         numbers = frame_numbers(scene)
-        return [
-            [e.embedding.handle or f"z{numbers[path]}" for path, e in instances(root) if e.is_primitive]
-            for root in scene.frames
-        ]
+        return [_handles_below(root, numbers) for root in scene.frames]
+    return [_static_handles(scene, flat.frames[0])]
+
+
+def frame_handles(scene: Scene, number: int, frame: FlatFrame) -> Sequence[str]:
+    """The handle of every primitive of one frame of a scene, in the order of ``frame``."""
+    if len(scene.frames) > 1:
+        return _handles_below(scene.frames[number], frame_numbers(scene))
+    return _static_handles(scene, frame)
+
+
+def _handles_below(root: Entity, numbers: Mapping[Any, int]) -> Sequence[str]:
+    return [e.embedding.handle or f"z{numbers[path]}" for path, e in instances(root) if e.is_primitive]
+
+
+def _static_handles(scene: Scene, frame: FlatFrame) -> Sequence[str]:
     numbering = number_scene(scene)
-    (frame,) = flat.frames
     taken = np.array(numbering.taken, np.int64)
     free_before = taken - 1 - np.arange(len(taken))
     numbers_of = frame.ranks + np.searchsorted(free_before, frame.ranks, side="left")
     own = [entity.embedding.handle for entity in frame.primitives]
-    return [[own[i] or f"z{n}" for i, n in zip(frame.index.tolist(), numbers_of.tolist())]]
+    return [own[i] or f"z{n}" for i, n in zip(frame.index.tolist(), numbers_of.tolist())]
 
 
 # Applying entries of Z to automatic numbers: one instance is made again under its new embedding, all else is shared.

@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 
 import scenelang as sl
+from scenelang.interpreter.scene.flatten import flatten
+from scenelang.interpreter.scene.numbering import primitive_handles
 
 ROOT = Path(__file__).parents[2]
 ROW = '(bind "pair" (lambda () (union (call "red cup" :color [1 0 0]) (transform (call "cube") (translate [3 0 0])))))'
@@ -144,6 +146,8 @@ def test_four_dimensional_scenes(tmp_path: Path) -> None:
     assert len(scene.frames) == 3
     assert scene.flatten(2).matrix[0, 0, 3] == 2
     assert scene.frame(1).flatten().matrix[0, 0, 3] == 1
+    handles = primitive_handles(scene.graph, flatten(scene.graph))
+    assert [[f"<{h}>" for h in frame] for frame in handles] == [list(scene.flatten(n).handle) for n in range(3)]
     film = scene.film(size=(32, 24))
     assert len(film) == 3
     assert repr(film) == "<Film of 3 pictures>"
