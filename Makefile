@@ -37,6 +37,8 @@ install: $(VENV)/.package
 
 # The repository itself as the installed package: an edit is live. `make install` goes back to an installed copy.
 $(VENV)/.editable: $(VENV)/.dev
+	$(BIN)/python -m pip uninstall --quiet --yes scenelang
+	rm -rf $(VENV)/lib/python*/site-packages/scenelang  # bytecode that was left there would be found first
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --editable .
 	rm -rf build *.egg-info $(VENV)/.package
 	touch $@
@@ -149,7 +151,8 @@ fuzz: $(VENV)/.dev $(VENV)/.package
 test-slow: $(VENV)/.dev $(VENV)/.package
 	$(BIN)/pytest -m slow
 
-# Pictures with the game's own looks, where there are a browser and textures (SCENELANG_MINECRAFT, or the game itself).
+# The viewer's page in a browser, and pictures with the game's own looks, where there are textures (SCENELANG_MINECRAFT, or
+# the game itself).
 test-browser: $(VENV)/.dev $(VENV)/.package chromium
 	$(BIN)/pytest -m browser
 

@@ -68,6 +68,7 @@ def likeness(alpha: np.ndarray, shape: str) -> float:
     return float((true & seen).sum() / (true | seen).sum())
 
 
+@pytest.mark.slow
 def test_colours_and_shapes_are_those_of_the_sentences(place: Path) -> None:
     kept = kept_in(place / "run")
     red, round_ = views(kept, 0)
@@ -97,6 +98,7 @@ def test_what_a_run_leaves(place: Path) -> None:
     assert late < early / 4
 
 
+@pytest.mark.slow
 def test_swapping_an_embedding_changes_only_its_entity(place: Path, toy: Path) -> None:
     """A new text for <z2> makes that thing again; the other is taken over as it is."""
     program = str(place / "toys.scene")
@@ -128,6 +130,7 @@ def test_distilled_scenes_are_drawn(place: Path, capsys: pytest.CaptureFixture[s
     assert "there is no distillation" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_training_makes_the_loss_smaller(tmp_path: Path) -> None:
     """Twenty steps of the script that made the committed weights, measured on the same pictures and noise."""
     seeded()

@@ -93,6 +93,7 @@ def blue(picture: Any) -> Any:
     return (picture[:, :, 2].astype(int) - picture[:, :, 0]) > 60
 
 
+@pytest.mark.browser
 def test_gaussians_cover_what_solids_cover(shown: Callable[..., Any]) -> None:
     solids, splats = shown(PAIR).picture(), shown(PAIR, "--splats").picture()
     for of in (red, blue):
@@ -101,6 +102,7 @@ def test_gaussians_cover_what_solids_cover(shown: Callable[..., Any]) -> None:
     assert not np.array_equal(solids, splats)
 
 
+@pytest.mark.browser
 def test_frames_and_clicks_work(shown: Callable[..., Any]) -> None:
     page = shown(FILM, "--splats")
     first = red(page.picture()).nonzero()[1].mean()
