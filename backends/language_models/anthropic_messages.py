@@ -6,6 +6,7 @@ import base64
 from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from scenelang.backends.language_models.catalogue import (
@@ -47,14 +48,16 @@ class AnthropicMessages:
     name = "anthropic"
 
     def __init__(self, account: Account) -> None:
-        try:
-            from anthropic import Anthropic, Timeout
-        except ImportError:
-            hint = "pip install 'scenelang[lm]'"
-            raise SceneError("model-request", "language models need the package `anthropic`", hint) from None
         self._account = account
+
+    @cached_property
+    def _client(self) -> Anthropic:
+        """Connects at the first request: an estimate needs neither the package nor a key."""
+        from anthropic import Anthropic, Timeout
+
+        account = self._account
         timeout = Timeout(account.timeout, connect=min(CONNECT_TIMEOUT, account.timeout))
-        self._client: Anthropic = Anthropic(api_key=account.key or NO_KEY, base_url=account.address, timeout=timeout)
+        return Anthropic(api_key=account.key or NO_KEY, base_url=account.address, timeout=timeout)
 
     @property
     def address(self) -> str:
@@ -208,5 +211,5 @@ def _note(message: Any) -> str:
 
 ANTHROPIC = Family(
     "anthropic", "Claude, by the Messages API", "claude-opus-5-5", AnthropicMessages,
-    ("ANTHROPIC_API_KEY",), "ANTHROPIC_BASE_URL", "https://api.anthropic.com",
+    ("ANTHROPIC_API_KEY",), "ANTHROPIC_BASE_URL", "https://api.anthropic.com", package="anthropic",
 )  # fmt: skip

@@ -68,14 +68,16 @@ class OpenAIChat:
     name = "openai"
 
     def __init__(self, account: Account) -> None:
-        try:
-            from openai import OpenAI, Timeout
-        except ImportError:
-            hint = "pip install 'scenelang[lm]'"
-            raise SceneError("model-request", "this provider needs the package `openai`", hint) from None
         self._account = account
+
+    @cached_property
+    def _client(self) -> OpenAI:
+        """Connects at the first request: an estimate needs neither the package nor a key."""
+        from openai import OpenAI, Timeout
+
+        account = self._account
         timeout = Timeout(account.timeout, connect=min(CONNECT_TIMEOUT, account.timeout))
-        self._client: OpenAI = OpenAI(api_key=account.key or NO_KEY, base_url=account.address, timeout=timeout)
+        return OpenAI(api_key=account.key or NO_KEY, base_url=account.address, timeout=timeout)
 
     @property
     def address(self) -> str:
@@ -216,5 +218,5 @@ def _part(part: Part) -> dict[str, Any]:
 
 OPENAI = Family(
     "openai", "any server of OpenAI's chat completions: vLLM, llama.cpp, Ollama", None, OpenAIChat,
-    ("OPENAI_API_KEY",), "OPENAI_BASE_URL", "http://localhost:8000/v1", needs_key=False,
+    ("OPENAI_API_KEY",), "OPENAI_BASE_URL", "http://localhost:8000/v1", needs_key=False, package="openai",
 )  # fmt: skip

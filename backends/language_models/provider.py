@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from importlib.util import find_spec
 from typing import Any, Protocol, TypeVar
 
 from scenelang.backends.base import PluginRegistry
@@ -65,6 +66,7 @@ class Family:
     address_variable: str
     default_address: str
     needs_key: bool = True
+    package: str | None = None  # that it imports when a request is sent
 
 
 PROVIDERS = PluginRegistry("scenelang.providers", "provider", Family, error="value")
@@ -78,7 +80,18 @@ def family(name: str) -> Family:
 def connect(name: str, timeout: float = TIMEOUT) -> Provider:
     """The provider of a name, with its key and address from the environment or the configuration. Raises SceneError."""
     found = family(name)
+    if found.package is not None and not is_installed(found.package):
+        message = f"the provider `{name}` needs the package `{found.package}`"
+        raise SceneError("model-request", message, "pip install 'scenelang[lm]'")
     return found.connect(replace(connection(found), timeout=timeout))
+
+
+def is_installed(package: str) -> bool:
+    """Whether a package can be imported; imports nothing."""
+    try:
+        return find_spec(package) is not None
+    except ValueError:  # it was imported without a spec, or its import is blocked
+        return False
 
 
 def connection(family: Family) -> Account:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -81,3 +82,14 @@ def test_a_wrong_program_is_not_sent(place: Place) -> None:
     with pytest.raises(sl.SceneError):
         sl.edit("wrong.scene", "make it red")
     assert server.requests == []
+
+
+@pytest.mark.parametrize("provider", ["anthropic", "openai"])
+def test_an_estimate_needs_no_package_and_asking_names_it(
+    provider: str, place: Place, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, provider, None)
+    settings = sl.InferenceSettings(provider=provider, model="m", price="1,2")
+    assert sl.estimate("a cube", settings=settings).payload["model"] == "m"
+    with pytest.raises(sl.SceneError, match=f"needs the package `{provider}`"):
+        sl.generate("a cube", settings=settings)
