@@ -156,10 +156,17 @@ test-slow: $(VENV)/.dev $(VENV)/.package
 test-browser: $(VENV)/.dev $(VENV)/.package chromium
 	$(BIN)/pytest -m browser
 
-# What is handed out: dist/*.tar.gz, and the wheel that is built from it. `pipx install dist/*.whl` installs the command.
-wheel: $(VENV)/.dev
+# What is handed out: dist/*.tar.gz, and the wheel that is built from it, in a small environment of its own. `pipx install
+# dist/*.whl` installs the command.
+PACKAGING := $(VENV)/packaging
+$(PACKAGING)/.ready:
+	$(PYTHON) -m venv $(PACKAGING)
+	$(PACKAGING)/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt build
+	touch $@
+
+wheel: $(PACKAGING)/.ready
 	rm -rf dist build *.egg-info
-	$(BIN)/python -m build --outdir dist .
+	$(PACKAGING)/bin/python -m build --outdir dist .
 	rm -rf build *.egg-info
 
 bench: install

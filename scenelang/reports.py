@@ -1,11 +1,14 @@
-"""Text for people in columns and colours; no terminal acts on what it holds."""
+"""What commands print: text in columns and colours, JSON, progress; no terminal acts on what it holds."""
 
 from __future__ import annotations
 
+import json
+import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import TextIO
+from typing import Any, TextIO
 
+from scenelang.backends.files import write_text
 from scenelang.grammar.diagnostics import printable
 
 _PATIENCE = 1.0  # seconds before progress is shown
@@ -50,3 +53,23 @@ def progress_line(stream: TextIO, label: str) -> Callable[[float], None]:
         stream.flush()
 
     return show
+
+
+def say(text: str, end: str = "\n", flush: bool = False) -> None:
+    """Print text that may hold words of a program: no terminal acts on it."""
+    print(printable(text), end=end, flush=flush)
+
+
+def print_json(data: Any) -> None:
+    """One JSON document on standard output, written in pieces."""
+    for piece in json.JSONEncoder().iterencode(data):
+        sys.stdout.write(piece)
+    sys.stdout.write("\n")
+
+
+def deliver(text: str, output: str | None) -> None:
+    """Write a text to a file, whole or not at all, or to standard output."""
+    if output is None:
+        sys.stdout.write(text)
+    else:
+        write_text(output, text)

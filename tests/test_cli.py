@@ -19,6 +19,7 @@ from searching import many
 from support import interruptible
 
 from scenelang import Limits, Options, Session, Source
+from scenelang.cli.commands import COMMANDS
 from scenelang.cli.main import main
 from scenelang.grammar.diagnostics import render_text, to_json
 
@@ -423,7 +424,7 @@ def test_standard_input(shell: Shell, monkeypatch: pytest.MonkeyPatch) -> None:
 # --- wrong usage -----------------------------------------------------------------------------------------------------
 
 USAGE = [
-    [], ["nothing"], ["run"], ["run", "a", "b"], ["run", "table.scene", "--nothing"], ["tree", "table.scene", "--depth", "x"],
+    ["run"], ["run", "a", "b"], ["run", "table.scene", "--nothing"], ["tree", "table.scene", "--depth", "x"],
     ["render", "table.scene"], ["render", "table.scene", "-o", "x.png", "--size", "0x5"], ["render", "table.scene", "-o", "x.png", "--size", "big"],
     ["render", "table.scene", "-o", "x.png", "--quality", "best"], ["export", "table.scene"], ["embeddings", "table.scene"],
     ["run", "table.scene", "--seed", "x"], ["run", "table.scene", "--max-steps", "-1"], ["run", "table.scene", "--max-memory", "many"],
@@ -434,6 +435,23 @@ USAGE = [
 @pytest.mark.parametrize("words", USAGE, ids=" ".join)
 def test_wrong_usage(words: list[str], shell: Shell) -> None:
     assert "usage:" in shell.usage(*words)
+
+
+def test_without_a_command_help_lists_all_by_what_they_are_for(shell: Shell) -> None:
+    text = shell()
+    assert "Look at scenes:\n  render " in text
+    assert all(f"  {name} " in text for name in COMMANDS)
+
+
+@pytest.mark.parametrize(
+    ("typed", "meant"), [("rendr", "render"), ("formt", "fmt"), ("bound", "bounds"), ("transpil", "transpile")]
+)
+def test_an_unknown_command_names_the_nearest(typed: str, meant: str, shell: Shell) -> None:
+    shell(typed, code=2)
+    assert shell.err == f"scenelang: error: there is no command `{typed}`; did you mean `{meant}`?\n"
+    shell("x" * 500, code=2)
+    assert len(shell.err) < 200
+    assert "`scenelang --help` lists all" in shell.err
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
+from pathlib import Path
 from typing import Any
+
+from scenelang.backends.files import check_folder
+from scenelang.grammar.diagnostics import UsageError
 
 STATIC = {"viewer.js": "text/javascript; charset=utf-8", "viewer.css": "text/css; charset=utf-8"}
 _HEAD, _BODY = "<!--head-->", "<!--body-->"
@@ -55,6 +59,16 @@ def inlined(template: str, script: str, style: str, name: str, data: Any) -> str
     head = f'<meta http-equiv="Content-Security-Policy" content="{html.escape(policy)}">{_ICON}<style>{style}</style>'
     body = f'<script type="application/json" id="{name}">{_embedded(data)}</script><script>{script}</script>'
     return template.replace(_HEAD, head).replace(_BODY, body)
+
+
+def page_path(text: str) -> str:
+    """A path where a page can be written. Raises UsageError for another kind of file, SceneError for a folder that is
+    not there."""
+    path = Path(text)
+    if path.suffix.lower() not in (".html", ".htm"):
+        raise UsageError("file", f"a page is an .html file, not {path.name}")
+    check_folder(path)
+    return text
 
 
 def frame(page: str, height: int) -> str:

@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.backends.files import made_folder
 from scenelang.cli.options import UsageError, add_fields, add_models, fields_of, models_of, opened, session_limit
-from scenelang.cli.output import check_folder, deliver, done, print_json, progress, report, say, tell, warnings
+from scenelang.cli.output import check_folder, done, progress, report, tell, warnings
 from scenelang.evaluation.running import entries_of
 from scenelang.evaluation.study import preferences
 from scenelang.evaluation.subjects import MetricOptions, measured, study_of, subjects_of
 from scenelang.evaluation.tables import LAYOUTS, as_data
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.settings import settings_in
+from scenelang.reports import deliver, print_json, say
 
 if TYPE_CHECKING:
     from scenelang.evaluation.running import EvaluationEntry, Measure, Subject

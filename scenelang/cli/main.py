@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from scenelang.cli.commands import COMMANDS, build_parser
 from scenelang.cli.options import Told
 from scenelang.cli.output import report
-from scenelang.grammar.diagnostics import SceneError, UsageError
+from scenelang.grammar.diagnostics import SceneError, UsageError, printable, suggest
 from scenelang.sandbox.supervision import INTERRUPTED, is_supported, supervise
 
 
@@ -21,6 +21,13 @@ def main(argv: Sequence[str] | None = None, supervised: bool = False) -> int:
     """Run one command and return its exit code; argparse exits with 2 for wrong usage. ``supervised``: commands that
     evaluate programs do so in a child process under hard limits; the child returns from here as well."""
     words = sys.argv[1:] if argv is None else list(argv)
+    if not words:
+        build_parser("").print_help()
+        return 0
+    if words[0] not in COMMANDS and not words[0].startswith("-"):
+        near = suggest(words[0], COMMANDS) or "`scenelang --help` lists all"
+        print(f"scenelang: error: there is no command `{printable(words[0])[:60]}`; {near}", file=sys.stderr)
+        return 2
     arguments = build_parser(words[0] if words else "").parse_args(words)
     if supervised and COMMANDS[arguments.command].kind.evaluates and is_supported():
         stream = sys.stdout if arguments.command == "check" and arguments.json else None

@@ -28,7 +28,7 @@ from scenelang.cli.options import (
     whole,
     z_path,
 )
-from scenelang.cli.output import check_folder, done, print_json, progress, report, report_run, say, tell, use_color
+from scenelang.cli.output import check_folder, done, progress, report, report_run, tell, use_color
 from scenelang.embeddings import (
     Embeddings,
     check_program,
@@ -40,7 +40,7 @@ from scenelang.inference.brief import Ablation, Notation, TaskKind
 from scenelang.inference.conductor import Inference, NoProgram
 from scenelang.inference.generation import describer
 from scenelang.inference.records import RENEWABLE, InferenceSettings, all_runs, check_limits, find_run, runs_folder
-from scenelang.reports import painted
+from scenelang.reports import painted, print_json, say
 from scenelang.session import Options
 
 if TYPE_CHECKING:

@@ -33,7 +33,7 @@ from scenelang.cli.options import (
     whole,
     z_path,
 )
-from scenelang.cli.output import check_folder, done, print_json, progress, say, tell, warnings
+from scenelang.cli.output import check_folder, done, progress, tell, warnings
 from scenelang.embeddings import (
     Embeddings,
     attribute_of,
@@ -47,6 +47,7 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.settings import amount, settings_in
 from scenelang.inversion import InversionModels, PictureSubject, RunFolder
 from scenelang.neural import DistillationModels, ImagineSettings
+from scenelang.reports import print_json, say
 from scenelang.sandbox.supervision import interruptions
 from scenelang.zfile import beside
 

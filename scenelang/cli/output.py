@@ -11,9 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from scenelang.backends.files import check_folder as check_folder
-from scenelang.backends.files import write_text
 from scenelang.grammar.diagnostics import Diagnostic, capped, printable, render_text, to_json
-from scenelang.reports import progress_line
+from scenelang.reports import print_json, progress_line, say
 
 if TYPE_CHECKING:
     from scenelang.session import Evaluated
@@ -51,18 +50,6 @@ def report_run(arguments: argparse.Namespace, result: Evaluated) -> None:
         print(f"{result.steps:,} steps", file=sys.stderr)
 
 
-def say(text: str, end: str = "\n", flush: bool = False) -> None:
-    """Print text that may hold words of a program: no terminal acts on it."""
-    print(printable(text), end=end, flush=flush)
-
-
-def print_json(data: Any) -> None:
-    """One JSON document on standard output, written in pieces."""
-    for piece in json.JSONEncoder().iterencode(data):
-        sys.stdout.write(piece)
-    sys.stdout.write("\n")
-
-
 def tell(arguments: argparse.Namespace, data: Any, text: object) -> int:
     """Print what a command found, as JSON or for people; gives the exit code of success."""
     if arguments.json:
@@ -89,14 +76,6 @@ def progress(arguments: argparse.Namespace, label: str) -> Callable[[float], Non
     if arguments.quiet or not sys.stderr.isatty():
         return None
     return progress_line(sys.stderr, label)
-
-
-def deliver(text: str, output: str | None) -> None:
-    """Write a text to a file, whole or not at all, or to standard output."""
-    if output is None:
-        sys.stdout.write(text)
-    else:
-        write_text(output, text)
 
 
 def done(arguments: argparse.Namespace, *written: Path) -> None:

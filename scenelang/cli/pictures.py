@@ -8,6 +8,7 @@ import sys
 import tempfile
 import threading
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,10 +30,10 @@ from scenelang.cli.options import (
     usage_errors,
     whole,
 )
-from scenelang.cli.output import check_folder, deliver, done, progress, report, tell
+from scenelang.cli.output import check_folder, done, progress, report, tell
 from scenelang.cli.output import warnings as warnings_of
 from scenelang.grammar.settings import port
-from scenelang.reports import table
+from scenelang.reports import deliver, table
 
 if TYPE_CHECKING:
     from scenelang.backends.labels.dataset import DatasetItem, LabelledScene
@@ -276,10 +277,8 @@ def _serve(arguments: argparse.Namespace, workspace: Workspace) -> int:
 
     with ViewServer(workspace, arguments.port) as server:
         _open(arguments, server.address, "Ctrl-C ends it.")
-        try:
+        with suppress(KeyboardInterrupt):
             server.serve_forever(0.2)
-        except KeyboardInterrupt:
-            pass
     return 0
 
 
@@ -294,20 +293,12 @@ def _open(arguments: argparse.Namespace, address: str, said: str) -> None:
         open_in_browser(address)
 
 
-def _page_file(arguments: argparse.Namespace) -> str:
-    """The file that `--html` names; raises UsageError for one that cannot be a page."""
-    output = Path(arguments.html)
-    if output.suffix.lower() not in (".html", ".htm"):
-        raise UsageError("file", f"a page is an .html file, not {output.name}")
-    check_folder(output)
-    return str(arguments.html)
-
-
 def _save(arguments: argparse.Namespace, workspace: Workspace) -> int:
     """Write the page with all files' scenes; nothing is written when one of them has a mistake."""
+    from scenelang.backends.viewer.page import page_path
     from scenelang.viewer.workspace import saved_page
 
-    output = _page_file(arguments)
+    output = page_path(arguments.html)
     page = saved_page(workspace, lambda diagnostics: report(arguments, diagnostics))
     if page is None:
         return 1
@@ -319,10 +310,11 @@ def _save(arguments: argparse.Namespace, workspace: Workspace) -> int:
 def _view_build(arguments: argparse.Namespace) -> int:
     """Write the page of ``--html``, or show one in a browser until Ctrl-C; the files are not watched."""
     from scenelang.backends.deepslate.backend import page_of_scene
+    from scenelang.backends.viewer.page import page_path
 
     if len(arguments.files) > 1:
         raise UsageError("file", "`view --minecraft` shows one program")
-    output = _page_file(arguments) if arguments.html else None
+    output = page_path(arguments.html) if arguments.html else None
     (arguments.file,) = arguments.files
     scene = scene_of(arguments)
     page = page_of_scene(scene.graph, arguments.textures or "", session_limit(arguments))
@@ -335,10 +327,8 @@ def _view_build(arguments: argparse.Namespace) -> int:
         path = Path(folder) / "build.html"
         deliver(page.text, str(path))
         _open(arguments, path.as_uri(), "Ctrl-C ends it and removes the page.")
-        try:
+        with suppress(KeyboardInterrupt):
             threading.Event().wait()
-        except KeyboardInterrupt:
-            pass
     return 0
 
 

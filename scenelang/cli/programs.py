@@ -24,7 +24,7 @@ from scenelang.cli.options import (
     usage_errors,
     whole,
 )
-from scenelang.cli.output import check_folder, deliver, done, print_json, report, report_run, say, tell, use_color
+from scenelang.cli.output import check_folder, done, report, report_run, tell, use_color
 from scenelang.grammar.diagnostics import (
     Diagnostic,
     SceneError,
@@ -36,7 +36,7 @@ from scenelang.grammar.diagnostics import (
 )
 from scenelang.grammar.settings import line_range, part_of_one
 from scenelang.interpreter.scene.entity import count_words
-from scenelang.reports import painted, table
+from scenelang.reports import deliver, painted, print_json, say, table
 
 if TYPE_CHECKING:
     from scenelang.formatting import FormattedFile
