@@ -13,7 +13,7 @@ naming a ``Backend`` object there. Nothing heavy is imported before a backend ru
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, suggest
 from scenelang.grammar.settings import Setting, setting, whole
+from scenelang.interpreter.plugins import entry_points_of
 from scenelang.interpreter.scene.primitives import seen_words
 
 if TYPE_CHECKING:
@@ -230,11 +231,11 @@ class PluginRegistry(Generic[Plugin]):
 
     def names(self) -> list[str]:
         """The names of all, sorted; loads none of them."""
-        return sorted({point.name for point in self._points()})
+        return sorted(self._points())
 
     def get(self, name: str) -> Plugin | None:
         """The plug-in called ``name``, None where there is none; raises SceneError for one that cannot be loaded."""
-        point = next((point for point in self._points() if point.name == name), None)
+        point = self._points().get(name)
         return None if point is None else self._load(point)
 
     def find(self, name: str) -> Plugin:
@@ -248,21 +249,16 @@ class PluginRegistry(Generic[Plugin]):
 
     def every(self) -> list[Plugin]:
         """All that load, by name. One that fails to load is left out: ``find`` says why."""
-        points: dict[str, Any] = {}
-        for point in self._points():  # asked once: it looks at every package that is installed
-            points.setdefault(point.name, point)
         loaded = []
-        for name in sorted(points):
+        for _, point in sorted(self._points().items()):
             try:
-                loaded.append(self._load(points[name]))
+                loaded.append(self._load(point))
             except SceneError:
                 continue
         return loaded
 
-    def _points(self) -> Iterable[Any]:
-        from importlib.metadata import entry_points
-
-        return entry_points(group=self.group)
+    def _points(self) -> Mapping[str, Any]:
+        return entry_points_of(self.group)
 
     def _load(self, point: Any) -> Plugin:
         try:

@@ -235,9 +235,9 @@ def grammar_text(form: Literal["lark", "llguidance", "gbnf", "ebnf", "textmate"]
     >>> grammar_text("ebnf", strict=True).isascii()
     True
     """
-    from scenelang.stdlib import grammars
+    from scenelang.stdlib import reference
 
-    return grammars.grammar_text(form, strict)
+    return reference.grammar_text(form, strict)
 
 
 def list_backends() -> tuple[Backend, ...]:

@@ -133,7 +133,7 @@ def snippets_text() -> str:
 
 def files() -> dict[str, str]:
     """The texts by path in the extension's folder."""
-    from scenelang.stdlib.grammars import TEXTMATE, grammar_text
+    from scenelang.stdlib.reference import TEXTMATE, grammar_text
 
     return {"syntaxes/scene.tmLanguage.json": grammar_text(TEXTMATE), "snippets/scene.json": snippets_text()}
 

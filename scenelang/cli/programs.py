@@ -348,7 +348,7 @@ def run_import(arguments: argparse.Namespace) -> int:
 
 
 def add_grammar(parser: argparse.ArgumentParser) -> None:
-    from scenelang.stdlib.grammars import GRAMMARS
+    from scenelang.stdlib.reference import GRAMMARS
 
     parser.description = (
         "Write the grammar of programs: text that reads and whose special forms have the right shape. "
@@ -360,7 +360,7 @@ def add_grammar(parser: argparse.ArgumentParser) -> None:
 
 
 def run_grammar(arguments: argparse.Namespace) -> int:
-    from scenelang.stdlib.grammars import grammar_text
+    from scenelang.stdlib.reference import grammar_text
 
     with usage_errors():
         text = grammar_text(arguments.format, arguments.strict)

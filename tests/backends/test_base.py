@@ -47,8 +47,8 @@ def test_backends_import_no_package_until_they_run(module: str) -> None:
     assert not loaded & {"mitsuba", "mitsuba_oidn", "drjit", "trimesh", "PIL", "scipy", "pxr"}
 
 
-def points(*backends: base.Backend) -> list[SimpleNamespace]:
-    return [SimpleNamespace(name=b.name, value="somewhere", load=lambda b=b: b) for b in backends]
+def points(*backends: base.Backend) -> dict[str, SimpleNamespace]:
+    return {b.name: SimpleNamespace(name=b.name, value="somewhere", load=lambda b=b: b) for b in backends}
 
 
 def test_backends_are_found_by_name_and_by_file(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -71,7 +71,9 @@ def test_a_broken_backend_does_not_hide_the_others(monkeypatch: pytest.MonkeyPat
 
     broken = SimpleNamespace(name="broken", value="x", load=fail)
     wrong = SimpleNamespace(name="wrong", value="x:y", load=lambda: 3)
-    monkeypatch.setattr(base.PluginRegistry, "_points", lambda self: [broken, wrong, *points(DRAFT)])
+    monkeypatch.setattr(
+        base.PluginRegistry, "_points", lambda self: {"broken": broken, "wrong": wrong, **points(DRAFT)}
+    )
     assert base.every() == [DRAFT]
     with pytest.raises(SceneError, match="cannot be loaded"):
         base.find("broken")

@@ -10,7 +10,7 @@ from lark import Lark
 from lark.exceptions import LarkError
 from llguidance.gbnf_to_lark import gbnf_to_lark
 
-from scenelang.stdlib.grammars import grammar_text
+from scenelang.stdlib.reference import grammar_text
 
 Accepts = Callable[[bytes], bool]
 FORMATS = ("lark", "llguidance", "gbnf")

@@ -12,8 +12,8 @@ from lark import Lark
 from scenelang.cli.main import main
 from scenelang.highlight import files
 from scenelang.interpreter.expand.forms import FORMS, full_grammar
-from scenelang.stdlib.grammars import PARSED, TEXTMATE, grammar_text
 from scenelang.stdlib.library import build_library
+from scenelang.stdlib.reference import PARSED, TEXTMATE, grammar_text
 
 from .cases import BAD, ROOT
 from .decoders import acceptor, byte_tokenizer, matcher

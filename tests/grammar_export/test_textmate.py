@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from scenelang.stdlib.grammars import grammar_text
+from scenelang.stdlib.reference import grammar_text
 
 from .cases import GOOD, ROOT
 

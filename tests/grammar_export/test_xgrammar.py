@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from scenelang.stdlib.grammars import grammar_text
+from scenelang.stdlib.reference import grammar_text
 
 from .cases import GOOD, NOT_STRICT, OTHERS, ROOT, STRICT, UNSEEN, WRONG
 from .test_formats import RIGHT_TEXTS, WRONG_TEXTS

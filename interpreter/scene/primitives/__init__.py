@@ -8,14 +8,13 @@ knows a backend; numpy is imported at first use (``lazy``).
 
 from __future__ import annotations
 
-import os
-import sys
 from collections.abc import Mapping
 from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter import plugins
 from scenelang.interpreter.scene.primitives.base import (
     COLOR,
     Attribute,
@@ -28,6 +27,8 @@ from scenelang.interpreter.scene.primitives.base import (
 )
 
 if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
+
     from scenelang.interpreter.scene.primitives.forms import CanonicalForm
 
 GROUP = "scenelang.primitives"
@@ -174,31 +175,9 @@ def _loaded(module: str, name: str) -> type[Primitive]:
     return found
 
 
-@cache
-def _entry_points() -> Mapping[str, Any]:
-    """The entry points of other packages by word. ``importlib.metadata`` is slow to import and to ask, so that it is
-    asked only where some package on the path names the group."""
-    if not any(_names_group(folder) for folder in sys.path):
-        return {}
-    from importlib.metadata import entry_points
-
-    return {point.name: point for point in entry_points(group=GROUP) if point.name not in _OWN}
-
-
-def _names_group(folder: str) -> bool:
-    """Whether some package that is installed in ``folder`` has entry points of the group."""
-    try:
-        found = [entry.path for entry in os.scandir(folder or ".") if entry.name.endswith((".dist-info", ".egg-info"))]
-    except OSError:
-        return False
-    for path in found:
-        try:
-            with open(os.path.join(path, "entry_points.txt"), encoding="utf-8", errors="replace") as file:
-                if f"[{GROUP}]" in file.read():
-                    return True
-        except OSError:
-            continue
-    return False
+def _entry_points() -> Mapping[str, EntryPoint]:
+    """The entry points of other packages by word."""
+    return {word: point for word, point in plugins.entry_points_of(GROUP).items() if word not in _OWN}
 
 
 @cache
@@ -215,7 +194,7 @@ def _from_package(word: str) -> type[Primitive]:
 
 def forget_packages() -> None:
     """Look for packages again: for tests, and for a process in which one was installed."""
-    _entry_points.cache_clear()
+    plugins.forget()
     _from_package.cache_clear()
 
 
