@@ -99,6 +99,7 @@ def test_what_other_shells_are_told(shell: str, name: str, folder: Path) -> None
     assert not unwanted & found
 
 
+@pytest.mark.slow
 def test_words_are_quoted_and_equals_signs_known(folder: Path) -> None:
     assert asked("bash", "render a.scene --root ", folder) == {"boat", "light\\ house"}
     assert asked("bash", 'render a.scene --root "li', folder) == {"light house"}

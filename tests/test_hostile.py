@@ -221,6 +221,7 @@ def test_recursions() -> None:
     refused(RECURSIONS, r"E50[12]", depth=3000, seconds=20)
 
 
+@pytest.mark.slow
 def test_recursions_as_deep_as_the_default_allows() -> None:
     some = ("direct", "sort with a key", "words with attributes")
     refused({name: RECURSIONS[name] for name in some}, "E50[27]")  # on a slow machine time runs out first

@@ -75,6 +75,7 @@ def programs(draw: st.DrawFn) -> str:
     return "\n".join([*forms, '(scene "root")'])
 
 
+@pytest.mark.slow
 @settings(max_examples=many(150), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(programs())
 def test_sharing_changes_nothing(program: str) -> None:

@@ -258,6 +258,7 @@ def test_an_asset_is_drawn_as_its_mesh(make: Any, tmp_path: Path) -> None:
         drafted(make.scene(box))
 
 
+@pytest.mark.slow
 def test_twenty_thousand_primitives_are_drawn_soon(make: Any) -> None:
     import time
 

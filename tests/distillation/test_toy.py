@@ -81,6 +81,7 @@ def test_colours_and_shapes_are_those_of_the_sentences(place: Path) -> None:
     assert likeness(square, "cube") > max(0.75, likeness(square, "sphere"))
 
 
+@pytest.mark.slow
 def test_what_a_run_leaves(place: Path) -> None:
     made = {path.name for path in (place / "run").iterdir()}
     assert made == {"state.safetensors", "losses.jsonl", "preview.png", "scene.ply", "poses.json"}

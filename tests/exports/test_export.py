@@ -74,6 +74,7 @@ def test_parts_are_one_file_each_where_they_stand(backend: Backend, ending: str,
     assert same_points(points, np.concatenate([one.vertices for one in expected(scene)]), 1e-5)
 
 
+@pytest.mark.slow
 @settings(max_examples=many(25), deadline=None)
 @given(scenes())
 def test_parts_of_any_scene_and_depth(scene: Scene) -> None:

@@ -78,6 +78,7 @@ def test_it_repeats_and_counts(place: Path) -> None:
     assert np.array_equal(second, drawn("--seed", "1"))
 
 
+@pytest.mark.slow
 def test_what_is_asked_for_matters(place: Path) -> None:
     plain = drawn()
     different = [

@@ -7,12 +7,14 @@ import sys
 import time
 from pathlib import Path
 
+import pytest
 from small_diffusion import small_diffusion
 from support import interruptible
 
 PROGRAM = '(bind "beach" (lambda () (call "moai" :scale [1 2 1])))'
 
 
+@pytest.mark.slow
 def test_interrupted_runs_leave_nothing_half_written(tmp_path: Path) -> None:
     from PIL import Image
 

@@ -62,6 +62,7 @@ def invert(*words: str, entity: str = "statue") -> int:
 Z = Path("yard.z.safetensors")
 
 
+@pytest.mark.slow
 def test_the_whole_picture_becomes_an_entity(yard: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert invert("--no-segment", "--steps", "40") == 0
     out = capsys.readouterr().out

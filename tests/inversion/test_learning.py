@@ -79,6 +79,7 @@ def test_the_loss_is_lower_and_only_two_vectors_move(model: Diffusion) -> None:
     assert all(parameter.grad is None for parameter in model.network.parameters())
 
 
+@pytest.mark.slow
 def test_the_model_knows_the_thing_again(model: Diffusion) -> None:
     """The learned sentence fits its own picture better than that of another thing, and the other way round."""
     found = {}
@@ -95,6 +96,7 @@ def test_the_model_knows_the_thing_again(model: Diffusion) -> None:
     assert loss("z3", "z3") < 0.85 * loss("z2", "z3")
 
 
+@pytest.mark.slow
 def test_several_things_share_a_style(model: Diffusion) -> None:
     subjects = [subject("z2", "red", "cube"), subject("z3", "blue", "sphere")]
     work = Inverting(model, subjects, starts(model, "z2", "z3"), InversionSettings(batch=1))
@@ -109,6 +111,7 @@ def test_several_things_share_a_style(model: Diffusion) -> None:
     assert sorted(work.vectors()) == [STYLE, "z2", "z3"]
 
 
+@pytest.mark.slow
 def test_the_style_alone(model: Diffusion) -> None:
     about = LearnedSubject(shown("green", "cube"), sentence_about("cube"))
     work = Inverting(model, [about], {STYLE: start_of(model.words, "toy")}, InversionSettings(batch=1))
@@ -227,6 +230,7 @@ def asked(model: Diffusion, steps: int = 12, **settings: Any) -> dict[str, Any]:
     return asked_of(InversionSettings(steps=steps, batch=1, **settings), model.name, shown_things, {"z2": "sphere"})
 
 
+@pytest.mark.slow
 def test_a_run_that_was_broken_off_ends_as_if_it_had_not(model: Diffusion, tmp_path: Path) -> None:
     for name in ("whole", "broken"):
         (tmp_path / name).mkdir()

@@ -309,6 +309,7 @@ async def test_a_file_that_imports_another_is_looked_at_again(client: LanguageCl
     assert await whole.next_diagnostics() == []
 
 
+@pytest.mark.slow
 @pytest.mark.asyncio(loop_scope="module")
 async def test_a_long_file_stays_fast(client: LanguageClient) -> None:
     """3,000 lines: completion and hover within 50 ms, diagnostics within 250 ms, on a quiet machine."""

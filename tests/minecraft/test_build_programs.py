@@ -114,6 +114,7 @@ def test_how_it_reads() -> None:
     )
 
 
+@pytest.mark.slow
 def test_words_do_not_meet() -> None:
     states = [
         BlockState("minecraft:stone"),

@@ -49,6 +49,7 @@ def read(chosen: Brief, answer: str) -> Verdict:
 # --- generate ------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ablation", ["P", "PW"])
 def test_generate_without_programs(place: Place, ablation: str) -> None:
     server = place.serve(answers("no list", f"```json\n[{BALL}, {BALL.replace('0,1,0,2', '0,1,0,6')}]\n```"))

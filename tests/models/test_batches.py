@@ -96,6 +96,7 @@ def opus(place: Place) -> Model:
 # --- rounds --------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_samples_go_on_in_rounds(make: Make) -> None:
     """Sample 1 needs a repair and sample 3 two; then the judge, who is asked singly, takes the second."""
     place = make(WRONG, cubes(2), WRONG, cubes(1), WRONG, cubes(3))

@@ -8,9 +8,11 @@ import json
 import os
 import subprocess
 import time
+from itertools import product
 from pathlib import Path
 
 import pytest
+from sampling import one_in
 
 from models.conftest import Place, answers, cubes, python, texts
 from scenelang.grammar.datum import Source
@@ -199,8 +201,7 @@ BOMBS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("bomb", BOMBS)
-@pytest.mark.parametrize("notation", Notation)
+@pytest.mark.parametrize(("notation", "bomb"), one_in(3, product(Notation, BOMBS)))
 def test_large_and_nested_answers(folder: Path, bomb: str, notation: Notation) -> None:
     read(folder, BOMBS[bomb], notation)
 
@@ -368,6 +369,7 @@ def test_patterns_take_linear_time(tmp_path: Path) -> None:
     quick(lambda: Prompts(tmp_path).text("user.text.md", task="{{task}}" * 2_000))
 
 
+@pytest.mark.slow
 def test_renaming_takes_linear_time() -> None:
     names = [f"thing_{i}" for i in range(3_000)]
     code = "\n".join(f"def {name}():\n    return 1" for name in names)

@@ -132,6 +132,7 @@ def test_no_changes_ends_it(place: Place, answer: str) -> None:
     assert count(place)["cube"] == 2
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("small_pictures")
 def test_a_broken_improvement_is_repaired_or_left(place: Place) -> None:
     server = place.serve(answers(cubes(2), WRONG, cubes(4)))

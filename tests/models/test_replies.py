@@ -255,6 +255,7 @@ def test_two_processes_that_ask_the_same_send_one_request(monkeypatch: pytest.Mo
     assert [path.suffix for path in reply_folder().iterdir()] == [".json"]
 
 
+@pytest.mark.slow
 def test_a_process_that_is_killed_does_not_keep_others_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
     with serving(lambda body: Said("at last", waits=0.0 if len(server.requests) > 1 else 30.0)) as server:
         monkeypatch.setenv("ANTHROPIC_BASE_URL", server.url)

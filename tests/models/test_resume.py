@@ -108,6 +108,7 @@ def test_money_that_was_spent_before_counts(place: Place) -> None:
     assert not server.requests
 
 
+@pytest.mark.slow
 def test_ctrl_c_leaves_a_run_that_can_go_on(place: Place) -> None:
     script = Slow(2, WRONG, cubes(2))
     server = place.serve(script)

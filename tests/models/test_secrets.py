@@ -114,6 +114,7 @@ def test_a_key_in_the_address_and_the_configuration(place: Place, monkeypatch: p
     nowhere(place, refused, done, offline, place.run("generate", "x", "--dry-run"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("level", ["debug", "info"])
 def test_the_packages_own_log(place: Place, level: str) -> None:
     """With ANTHROPIC_LOG the package writes what it sends; the key is not in it."""

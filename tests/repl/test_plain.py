@@ -13,6 +13,7 @@ from pathlib import Path
 import copies
 import pytest
 from PIL import Image
+from sampling import one_in, only
 
 from scenelang.cli.main import main as cli
 
@@ -59,7 +60,7 @@ LONG = {
 }
 
 
-@pytest.mark.parametrize("name", LONG)
+@pytest.mark.parametrize("name", only(("a comment", "one open bracket"), LONG))
 def test_long_inputs_are_not_read_again_at_every_line(name: str) -> None:
     before = time.monotonic()
     assert "E101" in drive(LONG[name]).stderr
@@ -224,6 +225,7 @@ def test_save_writes_to_files_only(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["-"]
 
 
+@pytest.mark.slow
 def test_render_and_export(program: Path, tmp_path: Path) -> None:
     out = lines(
         f',render -o {tmp_path}/a.png\n,render (call "sphere") -o "{tmp_path}/b.png"\n,export {tmp_path}/a.glb\n,render\n',
@@ -326,7 +328,7 @@ FLOODS = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("text", FLOODS)
+@pytest.mark.parametrize("text", one_in(2, FLOODS))
 def test_no_value_floods_the_screen(text: str) -> None:
     result = drive(text, "--max-depth", "1000")
     found = result.stdout.splitlines()
@@ -357,6 +359,7 @@ def test_what_is_no_text_does_no_harm() -> None:
     assert result.stdout.endswith(b"2\n")
 
 
+@pytest.mark.slow
 def test_it_starts_quickly(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Against what its libraries take, so that a busy machine does not count; with bytecode wherever it is installed."""
     monkeypatch.setenv("PYTHONPYCACHEPREFIX", str(tmp_path))

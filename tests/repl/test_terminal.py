@@ -72,6 +72,7 @@ def terminal(tmp_path: Path) -> Iterator[Terminal]:
     found.child.close(force=True)
 
 
+@pytest.mark.slow
 def test_an_unfinished_form_goes_on_indented(terminal: Terminal) -> None:
     terminal.type("(define (f x)\r")
     terminal.type("(+ x\r")
@@ -127,6 +128,7 @@ def test_ctrl_c_stops_an_evaluation_and_keeps_the_session(terminal: Terminal) ->
     assert "5" in terminal.enter("k")
 
 
+@pytest.mark.slow
 def test_ctrl_c_stops_a_render_and_leaves_no_file(terminal: Terminal, tmp_path: Path) -> None:
     terminal.enter(
         '(bind "dots" (lambda () (for/union ((i (iota 20000))) (transform (call "sphere") (translate [i 0 0])))))'
@@ -145,6 +147,7 @@ def test_ctrl_c_stops_a_render_and_leaves_no_file(terminal: Terminal, tmp_path: 
     assert "42" in terminal.enter("(+ 40 2)")
 
 
+@pytest.mark.slow
 def test_ctrl_c_clears_the_line_and_ctrl_d_leaves(terminal: Terminal) -> None:
     terminal.type("(nonsense" + CTRL_C)
     terminal.rest()
@@ -172,6 +175,7 @@ def test_render_makes_a_picture(terminal: Terminal) -> None:
     assert red > 1.5 * green
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("variables", "sequence"),
     [
@@ -188,6 +192,7 @@ def test_pictures_show_where_the_terminal_can(tmp_path: Path, variables: dict[st
     terminal.child.close(force=True)
 
 
+@pytest.mark.slow
 def test_history_lasts_over_a_restart(tmp_path: Path) -> None:
     first = Terminal(tmp_path)
     first.enter("(define answer 42)")
@@ -206,6 +211,7 @@ def test_history_lasts_over_a_restart(tmp_path: Path) -> None:
     second.child.close(force=True)
 
 
+@pytest.mark.slow
 def test_a_history_that_cannot_be_written_does_no_harm(tmp_path: Path) -> None:
     (tmp_path / "state").write_text("a file, not a folder")
     terminal = Terminal(tmp_path)
@@ -213,6 +219,7 @@ def test_a_history_that_cannot_be_written_does_no_harm(tmp_path: Path) -> None:
     terminal.child.close(force=True)
 
 
+@pytest.mark.slow
 def test_watch_writes_above_the_prompt(tmp_path: Path) -> None:
     program = tmp_path / "a.scene"
     program.write_text('(bind "a" (lambda () (call "cube")))')
@@ -224,6 +231,7 @@ def test_watch_writes_above_the_prompt(tmp_path: Path) -> None:
     terminal.child.close(force=True)
 
 
+@pytest.mark.slow
 def test_save_asks_before_it_overwrites(tmp_path: Path) -> None:
     (tmp_path / "b.scene").write_text("old")
     terminal = Terminal(tmp_path)

@@ -70,6 +70,7 @@ def test_an_agent_gets_help_while_programs_run(tmp_path: Path) -> None:
     assert max(waits) < 1.0
 
 
+@pytest.mark.slow
 def test_an_agent_that_gives_up_ends_the_evaluation(tmp_path: Path) -> None:
     async def talk() -> float:
         parameters = stdio.StdioServerParameters(command=sys.executable, args=["-P", ROGUE, "mcp"], cwd=tmp_path)

@@ -399,6 +399,7 @@ def test_deep_data_does_not_recurse(rt: Runtime) -> None:
     assert Caller(new_runtime(steps=10_000)).error("py-<", ring, other).name == "steps"
 
 
+@pytest.mark.slow
 def test_work_is_charged() -> None:
     long = make_list([make_list([i]) for i in range(30_000)])
     for name, arguments in {

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from copies import command
+from sampling import one_in
 from searching import many
 
 from scenelang.grammar.datum import Source, print_datum
@@ -67,7 +68,7 @@ def _about_program(translation: Translation) -> str | None:
 
 
 @pytest.mark.search
-@pytest.mark.parametrize("case", [*CORPUS, *IMITATIONS], ids=lambda case: case.name)
+@pytest.mark.parametrize("case", [*CORPUS, *one_in(3, IMITATIONS)], ids=lambda case: case.name)
 def test_spoilt_programs(case: Case) -> None:
     for code in _mutants(case, PER_PROGRAM):
         complaint = _complaint(code)

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 from corpus.compare import compare
+from sampling import one_in
 
 from scenelang.cli.main import main
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, ListDatum, Source, Symbol, print_datum
@@ -93,7 +94,7 @@ def test_diff_finds_nothing(case: Case, tmp_path: Path, capsys: pytest.CaptureFi
     assert "error" not in err
 
 
-@both
+@pytest.mark.parametrize("case", [*CORPUS, *one_in(4, IMITATIONS)], ids=lambda case: case.name, scope="module")
 def test_a_response_runs_directly(case: Case) -> None:
     """A .txt file, evaluated, is the program that its translation is."""
     result = evaluated(f"{case.name}.txt", case.text)
