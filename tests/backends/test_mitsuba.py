@@ -172,9 +172,12 @@ def test_grounds_agree_in_draft_and_final(ground: str, view: Viewpoint) -> None:
     assert np.abs(draft - final).mean() < 8
 
 
+COLORS = [(0.8, 0.1, 0.05), (0.02, 0.02, 0.02), (0.5, 0.5, 0.5), (1.0, 1.0, 1.0), (0.0, 0.2, 0.6)]
+
+
 @pytest.mark.parametrize(
     "color",
-    one_in(5, [((0.8, 0.1, 0.05),), ((0.02, 0.02, 0.02),), ((0.5, 0.5, 0.5),), ((1.0, 1.0, 1.0),), ((0.0, 0.2, 0.6),)]),
+    one_in(5, map(pytest.param, COLORS)),
 )
 def test_a_flat_patch_has_one_colour_everywhere(color: tuple[float, ...], tmp_path: Path) -> None:
     """Draft, final, and a GLB that is exported and read back, agree within 2/255; flat light shows the colour itself."""
