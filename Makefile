@@ -6,7 +6,7 @@ BIN    := $(VENV)/bin
 SCENE  := examples/chessboard.scene
 ROOMS  := grammar interpreter stdlib backends scenelang
 
-.PHONY: demo dev check types test test-blender lint install bench eval-recorded gallery docs viewer build-page blocks editors chromium wheel test-gpu test-hostile fuzz test-grammar test-minecraft test-slow test-nightly test-browser train-toy clean
+.PHONY: demo dev check types test test-blender lint install bench eval-recorded gallery docs viewer build-page blocks editors chromium wheel test-gpu test-hostile test-faults fuzz test-grammar test-minecraft test-slow test-nightly test-browser train-toy clean
 
 # What the package needs, then the tools of development; redone when the project's files change.
 $(VENV)/.run: pyproject.toml constraints.txt
@@ -141,6 +141,11 @@ test-gpu: $(VENV)/.dev $(VENV)/.package
 # Hostile programs, each a process of its own under a limit of a second and 300 MB, measured from outside.
 test-hostile: $(VENV)/.dev $(VENV)/.package
 	cd tests && ../$(BIN)/python -P -c "import sys; sys.path.insert(0, '.'); from hostile.__main__ import main; sys.exit(main())"
+
+# Planted faults, each run against the tests that reach it, in a checkout of COMMIT under .faults: an hour on one core.
+COMMIT ?= HEAD
+test-faults: $(VENV)/.dev
+	cd tests && ../$(BIN)/python -P -c "import sys; sys.path.insert(0, '.'); from faults.__main__ import main; sys.exit(main('$(COMMIT)'))"
 
 # `make fuzz TARGET=reader N=20000`: inputs until there were so many in all; .fuzz keeps the count and what was found.
 TARGET ?= all

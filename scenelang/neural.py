@@ -191,12 +191,12 @@ class ImaginedPicture:
         from importlib.metadata import version
 
         from scenelang.backends.files import written_whole
+        from scenelang.backends.pictures.film import SOFTWARE, png_text
 
         target = Path(path)
         check_output(target)
-        chunks = need("PIL.PngImagePlugin", "pillow").PngInfo()
-        chunks.add_text("Software", f"scenelang {version('scenelang')}")
-        chunks.add_text("scenelang", json.dumps(self.notes))  # JSON in ASCII, as a text chunk wants it
+        # JSON in ASCII: a text chunk is Latin-1
+        chunks = png_text({"Software": f"{SOFTWARE} {version('scenelang')}", "scenelang": json.dumps(self.notes)})
         image = need("PIL.Image", "pillow").fromarray(self.pixels)
         with written_whole(target) as temporary:
             image.save(temporary, "PNG", pnginfo=chunks)

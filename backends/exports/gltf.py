@@ -203,6 +203,18 @@ def material(look: Look) -> dict[str, Any]:
     return made | ({"extensions": extensions} if extensions else {})
 
 
+def wrote_glb(path: Path) -> bool:
+    """Return whether ``path`` is a GLB file that scenelang wrote, by the ``generator`` of its asset."""
+    try:
+        with path.open("rb") as file:
+            magic, _, _, length, kind = struct.unpack("<4sIIII", file.read(20))
+            head = file.read(min(length, 1 << 26)) if (magic, kind) == (b"glTF", 0x4E4F534A) else b"{}"
+        generator = json.loads(head)["asset"]["generator"]
+    except (OSError, ValueError, KeyError, TypeError, struct.error):
+        return False
+    return isinstance(generator, str) and generator.startswith("scenelang")
+
+
 def _generator() -> str:
     from importlib.metadata import PackageNotFoundError, version
 

@@ -35,6 +35,7 @@ from scenelang.interpreter.scene.entity import Scene
 
 Picture = npt.NDArray[np.uint8]
 
+SOFTWARE = "scenelang"  # what the metadata of images says
 STILL_ENDINGS = (".png", ".jpg", ".jpeg", ".webp", ".exr")
 _MOST_PIXELS = 4096 * 4096
 
@@ -200,8 +201,28 @@ def save_picture(picture: Picture, path: Path | str) -> None:
     if target.suffix.lower() not in endings:
         raise SceneError("backend", f"a picture cannot be written as `{target.name}`", hint=f"use {' '.join(endings)}")
     image = need("PIL.Image", "pillow").fromarray(picture)
+    named = {"pnginfo": png_text({"Software": SOFTWARE})} if target.suffix.lower() == ".png" else {}
     with written_whole(target) as temporary:
-        image.save(temporary, quality=92)
+        image.save(temporary, quality=92, **named)
+
+
+def png_text(chunks: Mapping[str, str]) -> Any:
+    """Return text chunks of a PNG for Pillow's ``pnginfo``."""
+    info = need("PIL.PngImagePlugin", "pillow").PngInfo()
+    for name, text in chunks.items():
+        info.add_text(name, text)
+    return info
+
+
+def wrote_picture(path: Path) -> bool:
+    """Return whether ``path`` is a PNG or a GIF that scenelang wrote, so that it may be replaced without asking."""
+    module = need("PIL.Image", "pillow")
+    try:
+        with module.open(path) as image:
+            found = image.info.get("Software") or image.info.get("comment", b"").decode("latin-1")
+    except (OSError, ValueError, SyntaxError):  # not an image, or a broken one
+        return False
+    return str(found).startswith(SOFTWARE)
 
 
 def png_of(picture: Picture) -> bytes:
@@ -337,7 +358,9 @@ def _write_pillow(pictures: Iterator[Picture], path: Path, fps: float) -> None:
         images = [image.quantize(_GIF_COLORS, module.Quantize.FASTOCTREE) for image in images]
     first, rest = images[0], images[1:]
     kind = {".gif": "GIF", ".webp": "WEBP"}.get(ending, "PNG")
-    more = {"quality": 88, "method": 4} if kind == "WEBP" else {"optimize": False} if kind == "GIF" else {}
+    more: dict[str, Any] = {"quality": 88, "method": 4} if kind == "WEBP" else {}
+    if kind == "GIF":
+        more = {"optimize": False, "comment": SOFTWARE.encode()}
     first.save(
         path, kind, save_all=True, append_images=rest, duration=_durations(len(images), fps, kind), loop=0, **more
     )

@@ -7,7 +7,7 @@ import copy
 import sys
 import tempfile
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -86,7 +86,8 @@ def _picture_options(arguments: argparse.Namespace, camera: str | None) -> film.
 
 
 def add_render(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("-o", "--output", metavar="OUT", required=True, help=".png .jpg .webp .exr .gif .apng .mp4")
+    endings = ".png .jpg .webp .exr .gif .apng .mp4"
+    parser.add_argument("-o", "--output", metavar="OUT", help=f"{endings} (default: FILE.png, FILE.gif for films)")
     _add_quality(parser, "of the picture")
     parser.add_argument("--backend", metavar="NAME,...", help="backends that draw, side by side, instead of a quality")
     add_fields(parser, film.PictureOptions, ("frame",), frame="a picture of this frame of a 4D scene, from 0")
@@ -96,13 +97,35 @@ def add_render(parser: argparse.ArgumentParser) -> None:
     _add_backend_options(parser, base.Work.PICTURE)
 
 
+def _output_of(arguments: argparse.Namespace, ending: str, is_ours: Callable[[Path], bool]) -> Path:
+    """Return the path of ``--output``, or that of the program with ``ending``.
+
+    Raises UsageError for standard input, and where the default is a file that another program wrote.
+    """
+    if arguments.output:
+        return Path(arguments.output)
+    if arguments.file == "-":
+        raise UsageError("file", "a program from standard input needs `-o`", f"add `-o out{ending}`")
+    output = Path(arguments.file).with_suffix(ending)
+    if output.exists() and not is_ours(output):
+        message = f"`{output}` exists and was not written by scenelang"
+        raise UsageError("file", message, f"add `-o` with another name, or `-o {output}` to replace it")
+    return output
+
+
+def _wrote_mesh(path: Path) -> bool:
+    from scenelang.backends.exports.gltf import wrote_glb
+
+    return wrote_glb(path)
+
+
 def run_render(arguments: argparse.Namespace) -> int:
-    output = Path(arguments.output)
     with usage_errors():  # before the work, so that typos are cheap
+        shots = fields_of(arguments, film.FilmOptions)
+        output = _output_of(arguments, ".gif" if shots.is_wanted else ".png", film.wrote_picture)
         names = arguments.backend.split(",") if arguments.backend else [arguments.quality]
         backends = [film.picture_backend(name.strip()) for name in names]
         options = _picture_options(arguments, arguments.camera)
-        shots = fields_of(arguments, film.FilmOptions)
         film.check(options, backends)
         film.check_output(output, options.frame, shots, len(backends))
     check_folder(output)
@@ -113,16 +136,16 @@ def run_render(arguments: argparse.Namespace) -> int:
 
 
 def add_export(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("-o", "--output", metavar="OUT", required=True, help="the file to write, such as OUT.glb")
+    parser.add_argument("-o", "--output", metavar="OUT", help="the file to write (default: FILE.glb)")
     parser.add_argument("--backend", metavar="NAME", help="the backend (default: by file ending)")
     add_fields(parser, base.BackendOptions, ("frame",))
     _add_backend_options(parser, base.Work.EXPORT)
 
 
 def run_export(arguments: argparse.Namespace) -> int:
-    output, limit = Path(arguments.output), session_limit(arguments)
-    shown, warn = progress(arguments, "exporting"), warnings_of(arguments)
+    limit, shown, warn = session_limit(arguments), progress(arguments, "exporting"), warnings_of(arguments)
     with usage_errors():
+        output = _output_of(arguments, ".glb", _wrote_mesh)
         backend = base.find(arguments.backend) if arguments.backend else base.for_file(output, base.Work.EXPORT)
         options = fields_of(
             arguments, base.BackendOptions, limit=limit, progress=shown, settings=_settings_of(arguments), warn=warn
