@@ -6,7 +6,7 @@ BIN    := $(VENV)/bin
 SCENE  := examples/chessboard.scene
 ROOMS  := grammar interpreter stdlib backends scenelang
 
-.PHONY: demo dev check types test test-blender lint install bench eval-recorded gallery docs viewer build-page blocks editors chromium wheel test-gpu test-hostile test-faults fuzz test-grammar test-minecraft test-slow test-nightly test-browser train-toy clean
+.PHONY: demo dev check types test test-blender lint install bench eval-recorded gallery docs site viewer build-page blocks editors chromium wheel test-gpu test-hostile test-faults fuzz test-grammar test-minecraft test-slow test-nightly test-browser train-toy clean
 
 # What the package needs, then the tools of development; redone when the project's files change.
 $(VENV)/.run: pyproject.toml constraints.txt
@@ -70,6 +70,7 @@ demo: install
 lint: $(VENV)/.dev $(VENV)/.package
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/codespell
 	$(BIN)/bandit --quiet --recursive --configfile pyproject.toml $(ROOMS)
 	cd $(VENV) && bin/mypy --config-file ../pyproject.toml -p scenelang
 
@@ -187,6 +188,17 @@ gallery: install
 # The reference, docs/reference, from the tables of the program, and the pictures of the tutorial.
 docs: install
 	cd docs && ../$(BIN)/python -m generator
+	cd docs && ../$(BIN)/python -m generator.walkthroughs
+
+# The documentation as a static site in .site, with search that works from files; it needs no network once it is installed.
+SITE := $(VENV)/lib/mkdocs-material
+$(SITE): $(VENV)/.run
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt ".[site]"
+	touch $@
+
+site: $(SITE) $(VENV)/.package
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict
+	@echo "the site is .site/index.html"
 
 # The viewer's page from its source; what it makes is committed, so that only changes of it need npm.
 viewer:
@@ -211,4 +223,4 @@ editors: install
 	$(BIN)/python -P -m scenelang.highlight editors/vscode
 
 clean:
-	rm -rf $(VENV) build out *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) .site build out *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -2,6 +2,8 @@
 import { control } from "./camera.js";
 import { byId } from "./dom.js";
 
+const NARROW = 760; // pixels: a narrower window begins with the scene alone
+
 // Connects the elements of the document to `page`.
 export function listen(page) {
   control(byId("canvas"), page.viewpoint, () => page.moved());
@@ -17,6 +19,7 @@ export function listen(page) {
   on("toggle-ground", (event) => { page.stage.hasGround = press(event.target); page.draw(); });
   on("toggle-left", (event) => document.body.classList.toggle("no-left", !press(event.target)));
   on("toggle-right", (event) => document.body.classList.toggle("no-right", !press(event.target)));
+  if (innerWidth < NARROW) for (const id of ["toggle-left", "toggle-right"]) document.getElementById(id).click();
   on("copy-camera", () => page.copyCamera((box) => page.viewpoint.text(box), "camera for render --camera"));
   on("copy-json", () => page.copyCamera((box, width, height) => JSON.stringify(page.viewpoint.json(box, width, height)), "camera as JSON"));
   byId("view").addEventListener("change", (event) => page.setView(event.target.value));

@@ -1,0 +1,112 @@
+"""Hook of MkDocs: what the site has that the pages in the repository do not, and links that lead out of docs.
+
+- Links to the repository's other pages become pages of the site; other files are copied below ``files``.
+- The gallery shows the source of each example beside its picture.
+- Each ``live/NAME.html`` is an example in the viewer, as one page that works offline.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import posixpath
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+from mkdocs.structure.files import File, Files
+
+DOCS = Path(__file__).parents[1]
+ROOT = DOCS.parent
+PAGES = {"CONTRIBUTING.md": "contributing.md", "CHANGELOG.md": "changelog.md", "SECURITY.md": "reporting.md"}
+LIVE = ("chessboard", "orrery")
+
+_LINK = re.compile(r"(?P<before>\]\()(?P<path>[^)\s#]+)(?P<anchor>#[^)\s]*)?\)")
+_FENCE = re.compile(r"(^(?P<fence>`{3,}).*?^(?P=fence)$)", re.M | re.S)
+_INFO = re.compile(r"^(`{3,}\w+)\b(?! title=)[^\n]*")  # words that only the tests of the documentation read
+log = logging.getLogger("mkdocs.plugins.site")
+
+
+def on_files(files: Files, *, config: Any) -> Files:
+    for source, page in PAGES.items():
+        files.append(File.generated(config, page, content=(ROOT / source).read_text("utf-8")))
+    linked = {path for file in files.documentation_pages() for path in _outside(file)}
+    for path in sorted(linked - {ROOT / name for name in (*PAGES, "README.md")}):
+        if path.is_file():
+            name = path.relative_to(ROOT).as_posix()
+            files.append(File.generated(config, f"files/{name}", content=path.read_bytes()))
+    return files
+
+
+def _outside(file: File) -> set[Path]:
+    """The files of the repository that a page in docs links to, and that are outside docs."""
+    links = _LINK.finditer(_FENCE.sub("", file.content_string))
+    found = {(_folder(file) / link["path"]).resolve() for link in links if "://" not in link["path"]}
+    return {path for path in found if ROOT in path.parents and DOCS not in path.parents}
+
+
+def _folder(file: File) -> Path:
+    """The folder that the links of a page start from in the repository."""
+    return ROOT if file.src_uri in PAGES.values() else (DOCS / file.src_uri).parent
+
+
+def on_page_markdown(markdown: str, *, page: Any, **_: Any) -> str:
+    if page.file.src_uri == "gallery.md":
+        markdown = _gallery()
+    parts = _FENCE.split(markdown)
+    texts, fences = parts[::3], parts[1::3]  # the second group repeats the fence's sign
+    fences = [_INFO.sub(r"\1", fence) for fence in fences]
+    return "".join(_with_links(text, page.file) + fence for text, fence in zip(texts, [*fences, ""], strict=True))
+
+
+def _with_links(text: str, file: File) -> str:
+    folder, here = _folder(file), posixpath.dirname(file.src_uri)
+
+    def changed(link: re.Match[str]) -> str:
+        if "://" in link["path"]:
+            return link[0]
+        path = (folder / link["path"]).resolve()
+        if ROOT not in path.parents:
+            return link[0]
+        name, anchor = path.relative_to(ROOT).as_posix(), link["anchor"] or ""
+        if name == "README.md":
+            target, anchor = "index.md", ""
+        elif path == ROOT / "examples":
+            target = "gallery.md"
+        elif DOCS in path.parents:
+            target = path.relative_to(DOCS).as_posix()
+        else:
+            target = PAGES.get(name, f"files/{name}")
+        return f"{link['before']}{posixpath.relpath(target, here or '.')}{anchor})"
+
+    return _LINK.sub(changed, text)
+
+
+def _gallery() -> str:
+    """The gallery with a picture and the source of every example."""
+    sys.path.insert(0, str(DOCS))
+    from gallery import SHOWN
+
+    parts = [
+        "# Gallery\n",
+        "Every example, path traced, with its program. `scenelang view FILE` shows one in a browser.\n",
+    ]
+    for name, (example, _, _) in SHOWN.items():
+        path = ROOT / "examples" / f"{example}.scene"
+        parts.append(
+            f'## {name}\n\n<div class="example" markdown>\n\n![{name}](gallery/{name}.png)\n\n'
+            f'```scene title="examples/{example}.scene"\n{path.read_text("utf-8")}```\n\n</div>\n'
+        )
+    return "\n".join(parts)
+
+
+def on_post_build(*, config: Any) -> None:
+    from scenelang.cli.main import main
+
+    folder = Path(config.site_dir, "live")
+    folder.mkdir(parents=True, exist_ok=True)
+    with contextlib.chdir(ROOT):  # the page shows the path of its program
+        for name in LIVE:
+            if main(["view", f"examples/{name}.scene", "--html", str(folder / f"{name}.html"), "-q"]):
+                log.warning("the viewer's page of %s was not written", name)
