@@ -6,7 +6,7 @@ BIN    := $(VENV)/bin
 SCENE  := examples/chessboard.scene
 ROOMS  := grammar interpreter stdlib backends scenelang
 
-.PHONY: demo dev check types test test-blender lint install bench eval-recorded gallery docs site viewer build-page blocks editors chromium wheel test-gpu test-hostile test-faults fuzz test-grammar test-minecraft test-slow test-nightly test-browser train-toy clean
+.PHONY: demo dev check types test test-blender lint install bench eval-recorded gallery docs site viewer build-page blocks editors chromium wheel test-gpu test-hostile test-faults test-python fuzz test-grammar test-minecraft test-slow test-nightly test-browser train-toy clean
 
 # What the package needs, then the tools of development; redone when the project's files change.
 $(VENV)/.run: pyproject.toml constraints.txt
@@ -84,6 +84,21 @@ PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n 2 --dist worksteal
 
 test: lint chromium $(VENV)/.validator $(VENV)/.textmate
 	$(PYTEST) -m "not gpu and not slow and not browser"
+
+# The tests that need no neural packages, with another Python: `make test-python PY=python3.13`.
+PY ?= python3.12
+OTHER := $(VENV)/$(notdir $(PY))
+NEURAL := clip diffusion distillation grounding imagine inversion metrics splats wording
+$(OTHER)/.ready: pyproject.toml constraints.txt
+	$(PY) -m venv $(OTHER)
+	$(OTHER)/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt ".[minecraft,usd,lm,lsp,mcp,notebook,video,site]" \
+	  pytest pytest-xdist hypothesis pexpect pytest-lsp nbclient ipykernel pycocotools build setuptools nbtlib mcschematic llguidance
+	touch $@
+
+test-python: $(OTHER)/.ready
+	$(OTHER)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --force-reinstall .
+	rm -rf build *.egg-info
+	$(OTHER)/bin/python -P -m pytest -n 2 --dist worksteal -q -m "not gpu and not slow and not browser" $(addprefix --ignore=tests/,$(NEURAL))
 
 # Searches at random for long, and what takes more than a minute: an hour or more.
 test-nightly: $(VENV)/.dev $(VENV)/.package

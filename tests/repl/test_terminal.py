@@ -231,7 +231,6 @@ def test_watch_writes_above_the_prompt(tmp_path: Path) -> None:
     terminal.child.close(force=True)
 
 
-@pytest.mark.slow
 def test_save_asks_before_it_overwrites(tmp_path: Path) -> None:
     (tmp_path / "b.scene").write_text("old")
     terminal = Terminal(tmp_path)
