@@ -131,7 +131,7 @@ class MitsubaPainter:
     def paint(self, shot: Shot, progress: Progress | None = None) -> Image:
         stage = self._staging.stage(shot)
         unlit = stage.studio.environment.unlit  # without light there is nothing to trace
-        guide = draw(stage, part_of(progress, 0.0, 0.1), shaded=unlit, kept=self._guides)
+        guide = draw(stage, part_of(progress, 0.0, 0.1), shaded=unlit, cache=self._guides)
         radiance = guide.radiance if unlit else self._traced(stage, shot.frame, guide, part_of(progress, 0.1, 1.0))
         picture = encode(tone_map(radiance, stage.studio.environment) if not unlit else guide.linear)
         return Image(labelled(picture, stage.solids, guide.ids) if self._options.labels else picture, radiance)
