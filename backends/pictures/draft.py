@@ -29,9 +29,9 @@ from scenelang.backends.pictures.draft_light import (
     radiance_of,
     samples_at,
     shadow_map,
+    sky_direction_count,
     sky_light,
     sky_maps,
-    sky_direction_count,
     smoothed,
 )
 from scenelang.backends.pictures.film import (
