@@ -264,12 +264,10 @@ class AnimationTracks:
             self.document.animations.append({"name": name, "samplers": self.samplers, "channels": self.channels})
 
 
-# Affine poses as translation, rotation and scale, which is all that a glTF node can say, also over time.
-#
-# A pose whose axes stay square is one node (t, R, S). One that shears is two by the singular value decomposition A =
-# U S V': a parent (t, U, S) and a child V'. A decomposition is unique but for signs (and the order of singular
-# values); over the frames of an animation each is chosen next to the one before, so that what lies between two frames
-# is a short way.
+# Affine poses as translation, rotation and scale (TRS), the transforms that glTF can animate. A pose with orthogonal
+# axes is one node (t, R, S). A pose with shear is two by the singular value decomposition A = U S V': a parent (t, U,
+# S) and a child V'. The decomposition is unique up to signs (and the order of singular values); in an animation each is
+# chosen closest to that of the previous frame, so that interpolation takes the short way.
 
 
 _SQUARE = 1e-6  # maximum cosine between two axes of a pose without shear
