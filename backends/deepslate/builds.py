@@ -44,7 +44,7 @@ CHUNK = 32  # cells along each axis of a buffer of the page
 SIDES = ((0, -1, 0), (0, 1, 0), (0, 0, -1), (0, 0, 1), (-1, 0, 0), (1, 0, 0))  # down, up, north, south, west, east
 AROUND = tuple(
     (x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if (x, y, z) != (0, 0, 0)
-)  # the page counts them in the same order
+)  # same order as in the page's script
 _SLAB = 1 << 22  # cells processed per batch
 # blocks whose faces between two of the same kind are hidden, as in the game
 _CLEAR = ("glass", "ice", "slime_block", "honey_block")

@@ -226,8 +226,8 @@ def _json(text: bytes, name: str) -> Any:
 VARIABLE = "SCENELANG_MINECRAFT"
 _PACKAGE = Path("node_modules/minecraft-assets")
 HINT = (
-    "install the game and start it once, or use `--textures PATH` with its jar, a resource pack, or the folder of npm's "
-    "minecraft-assets"
+    "install the game and start it once, or use `--textures PATH` with its jar, a resource pack, or the folder of "
+    "npm's minecraft-assets"
 )
 
 

@@ -111,10 +111,8 @@ def _power_of_two(least: int) -> int:
     return 1 << max(4, (least - 1).bit_length())
 
 
-# Models of the game as the page draws them: parents merged, textures by their full names, every number checked.
-#
-# The page trusts these numbers, so that what a resource pack may hold ends here: loops of parents or of textures,
-# boxes without end, values that are none.
+# Models in the form that the page draws: parents merged, texture names resolved, numbers validated. The page trusts
+# them, so malformed resource packs are rejected here: cycles of parents or of textures, unbounded boxes, invalid values.
 
 
 Json = dict[str, Any]

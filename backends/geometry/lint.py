@@ -244,10 +244,10 @@ def _clipped(subject: FloatArray, clip: FloatArray) -> FloatArray:
 
 _POSE_TOLERANCE = 1e-6  # pose tolerance relative to the scene's size
 _MAX_OVERLAP = 0.34  # of the smaller extent: siblings with the same word that overlap more are reported
-_SUNK = 0.4  # of its own height: what is deeper in the ground was probably not raised by mistake
+_SUNK = 0.4  # of its height: what is deeper in the ground was probably not raised by mistake
 _SUNK_BALL = 0.75  # rocks and bushes are often half in the ground
 _BROAD = 0.4  # of the scene's area: a body this broad is the ground
-_HOVERING = 2.0  # of its own size: what floats higher than that is meant to fly
+_HOVERING = 2.0  # of its size: what floats higher than that is meant to fly
 _MAX_FLOATING = 0.34  # of all clusters: if more of them float, the scene is in the air
 _JOINT = 0.8  # of the outer solid
 _MIN_SHARED = 0.1  # of the smaller face

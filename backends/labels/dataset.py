@@ -538,7 +538,7 @@ def write_set(
 ) -> list[DatasetItem]:
     """Label the scenes one after the other and list all in ``coco.json``; existing shots are reused. Raises SceneError.
 
-    ``alone``: the only scene of its dataset has no folder of its own.
+    With ``alone``, the only scene of a dataset gets no separate folder.
     """
     items: list[DatasetItem] = []
     for each in scenes:

@@ -263,7 +263,7 @@ def _abscissae(
 
 
 def _apart(targets: Sequence[float], widths: Sequence[float]) -> list[float]:
-    """Return non-overlapping positions in order that minimise the squared distance to ``wanted``.
+    """Return non-overlapping positions in order that minimise the squared distance to ``targets``.
 
     Pool adjacent violators: overlapping nodes are merged into blocks, each centred on its mean.
     """

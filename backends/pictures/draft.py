@@ -95,7 +95,7 @@ def draw(
 ) -> Draft:
     """Draw ``stage``; without ``shaded`` only geometry is computed (depth, ids, albedo, normal) and colours are black.
 
-    ``kept`` caches the image of static solids between the shots of a film.
+    ``cache`` stores the image of static solids between the shots of a film.
     """
     report = progress or (lambda _: None)
     cache = cache or DraftCache()

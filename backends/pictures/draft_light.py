@@ -37,7 +37,7 @@ _SKY_PLACES, _FEW_SKY_PLACES, _MANY_SOLIDS = 18, 6, 40_000
 class ShadowMap:
     """Shadow map: depths seen from a light.
 
-    ``depth`` (size, size) is infinity where there is no blocker. The rows of ``axes`` are right, up and forward (away
+    ``depth`` (size, size) is infinity without a blocker. The rows of ``axes`` are right, up and forward (away
     from the light). The map covers the square of half width ``_HALF`` around ``center``.
     """
 

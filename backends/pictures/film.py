@@ -106,7 +106,7 @@ def picture_backend(name: str) -> PictureBackend:
 
 
 def _with_settings(backend: PictureBackend, settings: Mapping[str, Any]) -> PictureBackend:
-    """Return ``backend`` with ``settings`` as the defaults of its own options."""
+    """Return ``backend`` with ``settings`` as the defaults of its options."""
     paint = backend.painter
     assert paint is not None
 
@@ -245,10 +245,10 @@ _MAX_BYTES = 4_000_000_000  # memory limit for the pictures of one film
 _GIF_COLORS = 255
 
 
-def is_film(path: Path | str, wanted: bool) -> bool:
-    """Whether ``path`` is a film, by its extension; WebP and PNG may be either, which ``wanted`` decides."""
+def is_film(path: Path | str, film_requested: bool) -> bool:
+    """Whether ``path`` is a film, by its extension; WebP and PNG may be either, which ``film_requested`` decides."""
     ending = Path(path).suffix.lower()
-    return ending in (".gif", ".mp4", ".apng") or (wanted and ending in (".webp", ".png"))
+    return ending in (".gif", ".mp4", ".apng") or (film_requested and ending in (".webp", ".png"))
 
 
 def save_film(
@@ -339,8 +339,8 @@ def write_drawing(
 
     A WebP file of a 4D scene is a film. Raises SceneError.
     """
-    wanted = film.is_wanted or (scene.animated and options.frame is None and path.suffix.lower() == ".webp")
-    if is_film(path, wanted):
+    film_requested = film.is_wanted or (scene.animated and options.frame is None and path.suffix.lower() == ".webp")
+    if is_film(path, film_requested):
         shots = shots_of(scene, options.camera, options.width, options.height, film.frames, film.orbit)
         fps = FPS if film.fps is None else film.fps
         save_film(painters(scene, options, backends, shots), shots, path, fps, options.progress)
