@@ -39,7 +39,7 @@ def is_wet(state: BlockState) -> bool:
 IntArray = npt.NDArray[np.int32]
 ByteArray = npt.NDArray[np.uint8]
 
-MOST_SEEN = 2_000_000  # blocks of one frame
+MAX_VISIBLE = 2_000_000  # blocks of one frame
 CHUNK = 32  # cells along each axis of a buffer of the page
 SIDES = ((0, -1, 0), (0, 1, 0), (0, 0, -1), (0, 0, 1), (-1, 0, 0), (1, 0, 0))  # down, up, north, south, west, east
 AROUND = tuple(
@@ -132,10 +132,10 @@ def _exposed(build: Build, padded: ByteArray, slab: int) -> npt.NDArray[np.int64
         at = np.array(np.nonzero((build.cells[start:end] != AIR) & ~hidden), np.int64)
         at[0] += start
         count += at.shape[1]
-        if count > MOST_SEEN:
+        if count > MAX_VISIBLE:
             raise LimitError(
                 "size",
-                f"the build has more than the limit of {MOST_SEEN:,} visible blocks for a picture",
+                f"the build has more than the limit of {MAX_VISIBLE:,} visible blocks for a picture",
                 hint="draw a part of the scene, or draw it with another backend",
             )
         parts.append(at)
@@ -146,7 +146,7 @@ def _beside(padded: ByteArray, at: npt.NDArray[np.int64], step: tuple[int, int, 
     return np.asarray(padded[tuple(at + 1 + np.array(step)[:, None])], np.uint8)
 
 
-MOST_IN_ALL = 8_000_000  # visible blocks in all frames
+MAX_VISIBLE_IN_ALL = 8_000_000  # visible blocks in all frames
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -206,9 +206,9 @@ def _renumbered(found: Seen, build: Build, palette: dict[BlockState, int]) -> Se
 
 
 def _check(count: int) -> None:
-    if count > MOST_IN_ALL:
+    if count > MAX_VISIBLE_IN_ALL:
         raise LimitError(
             "size",
-            f"the frames have more than the limit of {MOST_IN_ALL:,} visible blocks for a page",
+            f"the frames have more than the limit of {MAX_VISIBLE_IN_ALL:,} visible blocks for a page",
             hint="show fewer frames or a part of the scene",
         )

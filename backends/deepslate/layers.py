@@ -20,7 +20,7 @@ from scenelang.grammar.diagnostics import SceneError
 
 _MAX_JSON = 1_000_000  # bytes
 _MAX_LIST = 64_000_000  # bytes of the file with all models of a version
-LARGEST_PICTURE = 8_000_000
+MAX_PICTURE_BYTES = 8_000_000
 _MAX_FILES = 500_000  # in a zip
 _ASSETS = "assets"
 _IDENTIFIER = re.compile(r"(?:([a-z0-9_.-]+):)?([a-z0-9_.-]+(?:/[a-z0-9_.-]+)*)")
@@ -147,7 +147,7 @@ def _packed(name: str, read: Callable[[str, int], bytes | None]) -> Layer:
         return look_up
 
     def picture(full: str) -> bytes | None:
-        return _guarded(read, _place(full, "textures", ".png"), LARGEST_PICTURE, name)
+        return _guarded(read, _place(full, "textures", ".png"), MAX_PICTURE_BYTES, name)
 
     return Layer(name, data("blockstates"), data("models"), picture)
 
@@ -186,7 +186,7 @@ def _npm(folder: Path) -> Layer:
 
     def picture(full: str) -> bytes | None:
         top, _, rest = full.removeprefix("minecraft:").partition("/")
-        return _guarded(read, f"{_NPM_FOLDERS.get(top, top)}/{rest}.png", LARGEST_PICTURE, str(folder))
+        return _guarded(read, f"{_NPM_FOLDERS.get(top, top)}/{rest}.png", MAX_PICTURE_BYTES, str(folder))
 
     return Layer(str(folder), definition, model, picture)
 

@@ -112,7 +112,8 @@ def _power_of_two(least: int) -> int:
 
 
 # Models in the form that the page draws: parents merged, texture names resolved, numbers validated. The page trusts
-# them, so malformed resource packs are rejected here: cycles of parents or of textures, unbounded boxes, invalid values.
+# them, so malformed resource packs are rejected here: cycles of parents or of textures, unbounded boxes, invalid
+# values.
 
 
 Json = dict[str, Any]

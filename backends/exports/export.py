@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from scenelang.backends.base import LOOKS, Accepts, Backend, BackendOptions, Option, Progress, Work, check_settings
 from scenelang.backends.exports.items import ExportItem, ExportPlan, distinct, planned
-from scenelang.backends.exports.surfaces import MOST_VERTICES, ExportSurface, merged, segments_for, solid_of, surface_of
+from scenelang.backends.exports.surfaces import MAX_VERTICES, ExportSurface, merged, segments_for, solid_of, surface_of
 from scenelang.backends.files import written_together
 from scenelang.backends.pictures.appearance import Look, look_of
 from scenelang.backends.pictures.studio import to_srgb
@@ -64,7 +64,7 @@ def _is_short(value: Any) -> bool:
 # object over time. If the word at a path changes, each word is a separate object, present in the frames that have it.
 
 
-MOST_MOVING = 1_000_000  # limit of the changing items of all frames
+MAX_MOVING = 1_000_000  # limit of the changing items of all frames
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -110,7 +110,7 @@ def matched(roots: Sequence[ExportItem]) -> Moving:
     """Match the roots of all frames into one object over time; raises LimitError if too much of it changes."""
     top = _moving(roots[0].word, list(roots), [IDENTITY] * len(roots))
     waiting = [top]
-    room = MOST_MOVING
+    room = MAX_MOVING
     while waiting:
         moving = waiting.pop()
         if moving.fixed is not None:
@@ -120,7 +120,7 @@ def matched(roots: Sequence[ExportItem]) -> Moving:
         if room < 0:
             raise LimitError(
                 "primitives",
-                f"more than {MOST_MOVING:,} entities change between frames, too many for an animation",
+                f"more than {MAX_MOVING:,} entities change between frames, too many for an animation",
                 hint="export a single frame with --frame N, or merge parts that move together with --depth N",
             )
         waiting.extend(moving.children)
@@ -178,7 +178,7 @@ INSTANCES = Option(
     least=1,
     most=1_000_000,
 )
-MOST_FILES = 10_000
+MAX_FILES = 10_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -240,9 +240,9 @@ def _export(backend: Backend, write: Writer, scene: Scene, path: Path, options: 
 
 def _write_parts(write: Writer, job: Job, folder: Path, path: Path) -> list[str]:
     found = list(parts_of(job.plan))
-    if len(found) > MOST_FILES:
+    if len(found) > MAX_FILES:
         raise LimitError(
-            "size", f"the scene has {len(found):,} parts, more than the limit of {MOST_FILES:,} files of an export"
+            "size", f"the scene has {len(found):,} parts, more than the limit of {MAX_FILES:,} files of an export"
         )
     digits = max(3, len(str(len(found))))
     names = []
@@ -267,7 +267,7 @@ def parts_of(plan: ExportPlan) -> Iterator[ExportPlan]:
     """Yield a plan for each part with geometry: the leaves of the hierarchy, posed in the world, over time."""
     frames = len(plan.roots)
     stack: list[tuple[Moving, tuple[Matrix, ...]]] = [(matched(plan.roots), (IDENTITY,) * frames)]
-    room = MOST_FILES
+    room = MAX_FILES
     while stack:
         moving, above = stack.pop()
         world = tuple(pose.compose(a, b) for a, b in zip(above, moving.filled_poses(), strict=True))
@@ -277,7 +277,7 @@ def parts_of(plan: ExportPlan) -> Iterator[ExportPlan]:
         if any(item is not None and entity_box(item.entity) is not None for item in leaves):
             room -= 1
             if room < 0:
-                raise LimitError("size", f"the scene has more than the limit of {MOST_FILES:,} parts, one file each")
+                raise LimitError("size", f"the scene has more than the limit of {MAX_FILES:,} parts, one file each")
             yield ExportPlan(
                 moving.word, tuple(_wrapped(moving.word, i, w) for i, w in zip(leaves, world)), plan.animated
             )
@@ -376,7 +376,7 @@ def placed(plan: ExportPlan, limit: int, ending: str) -> Iterator[PlacedMesh]:
     Round primitives have fewer sides if the file would be too large; raises LimitError if that is not enough.
     """
     unsupported_frames(plan.roots, ending)
-    found = list(leaves(plan, min(limit, MOST_VERTICES)))
+    found = list(leaves(plan, min(limit, MAX_VERTICES)))
     hint = "write .glb or .usd, which share repeated parts"
     total = sum(primitive_count(leaf.item.entity) for leaf in found)
     if total > limit:

@@ -19,7 +19,7 @@ from scenelang.interpreter.runtime.values import Matrix
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
 
-MOST_NODES = 1_000_000  # of a strict tree
+MAX_NODES = 1_000_000  # of a strict tree
 _MAX_COORDINATE = 1e30  # limit for single precision, with a margin for products
 
 
@@ -173,7 +173,7 @@ def cut_below(plan: ExportPlan, limit: int) -> ExportPlan:
 
     All subtrees of at most T instances that occur in several places are merged, with the smallest sufficient power of
     two T, so that merged parts are small and the hierarchy above them is preserved. Subtrees that occur once are not
-    merged, which would make the file larger. Raises LimitError if more than ``MOST_NODES`` remain.
+    merged, which would make the file larger. Raises LimitError if more than ``MAX_NODES`` remain.
     """
     counts = sizes(plan.roots)
     most = max(counts[id(root)] for root in plan.roots)
@@ -184,10 +184,10 @@ def cut_below(plan: ExportPlan, limit: int) -> ExportPlan:
     while _nodes(plan.roots, counts, repeated, threshold) > limit and threshold < most:
         threshold *= 2
     nodes = _nodes(plan.roots, counts, repeated, threshold)
-    if nodes > max(limit, MOST_NODES):
+    if nodes > max(limit, MAX_NODES):
         raise LimitError(
             "primitives",
-            f"the scene needs {nodes:,} nodes, more than the limit of {MOST_NODES:,} for a file",
+            f"the scene needs {nodes:,} nodes, more than the limit of {MAX_NODES:,} for a file",
             hint="merge parts with --depth N, or write .usd",
         )
     return _merged_below(plan, counts, repeated, threshold)

@@ -109,9 +109,9 @@ def holds_scene(path: Path | str) -> bool:
 # Reading scenes from JSON. The file may come from anywhere: nothing in it is trusted.
 
 
-LARGEST_FILE = 256_000_000  # bytes
-MOST_ENTITIES = 1_000_000
-MOST_PARTS = 5_000_000
+MAX_FILE_BYTES = 256_000_000  # bytes
+MAX_ENTITIES = 1_000_000
+MAX_PARTS = 5_000_000
 
 
 def read_scene(path: Path | str, project: Path | None = None, allow_outside: bool = False) -> Scene:
@@ -144,8 +144,8 @@ def read_scene(path: Path | str, project: Path | None = None, allow_outside: boo
     listed = data.get("entities")
     if not isinstance(listed, list):
         reader.fail('"entities" must be a list')
-    if len(listed) > MOST_ENTITIES:
-        raise LimitError("size", f"{path.name} has {len(listed):,} entities, more than the limit of {MOST_ENTITIES:,}")
+    if len(listed) > MAX_ENTITIES:
+        raise LimitError("size", f"{path.name} has {len(listed):,} entities, more than the limit of {MAX_ENTITIES:,}")
     entities: list[Entity] = []
     for fields in listed:
         entities.append(reader.entity(fields, entities))
@@ -161,8 +161,8 @@ def read_scene(path: Path | str, project: Path | None = None, allow_outside: boo
 
 def _parsed(path: Path) -> Any:
     try:
-        if path.stat().st_size > LARGEST_FILE:
-            raise LimitError("size", f"{path.name} is larger than the limit of {LARGEST_FILE:,} bytes")
+        if path.stat().st_size > MAX_FILE_BYTES:
+            raise LimitError("size", f"{path.name} is larger than the limit of {MAX_FILE_BYTES:,} bytes")
         text = read_regular(path).decode("utf-8")
     except OSError as error:
         raise SceneError("file", f"cannot read {path}: {error.strerror or error}") from None
@@ -235,8 +235,8 @@ class _Reader:
         if not isinstance(given, list):
             self.fail(f"the children of {where} must be a list")
         self.parts += len(given)
-        if self.parts > MOST_PARTS:
-            raise LimitError("size", f"{self.path.name} has more than the limit of {MOST_PARTS:,} parts")
+        if self.parts > MAX_PARTS:
+            raise LimitError("size", f"{self.path.name} has more than the limit of {MAX_PARTS:,} parts")
         return tuple(self._part(part, earlier, where) for part in given)
 
     def _part(self, part: Any, earlier: Sequence[Entity], where: str) -> Pair:

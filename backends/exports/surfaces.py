@@ -150,7 +150,7 @@ def unit_surface(form: CanonicalForm, ratios: tuple[float, ...], segments: int =
 # Merged meshes of everything below an entity, for ``--depth`` and ``--instance-limit``.
 
 
-MOST_VERTICES = 24_000_000
+MAX_VERTICES = 24_000_000
 WHITE = (1.0, 1.0, 1.0)
 _COARSER = (SEGMENTS, 48, 32, 24, 16, 12, 8)
 
@@ -209,17 +209,17 @@ def segments_for(entities: Sequence[Entity], what: str, hint: str | None = None)
             for frame, counts in shapes
             for primitive, count in zip(frame.primitives, counts.tolist(), strict=True)
         )
-        if total <= MOST_VERTICES:
+        if total <= MAX_VERTICES:
             return segments
         if not any(p.shape is not None and is_round(p.shape) for frame, _ in shapes for p in frame.primitives):
             break
     raise LimitError(
-        "primitives", f"{what} would have {total:,} vertices, more than the limit of {MOST_VERTICES:,}", hint=hint
+        "primitives", f"{what} would have {total:,} vertices, more than the limit of {MAX_VERTICES:,}", hint=hint
     )
 
 
 def _frames(entities: Sequence[Entity], what: str, hint: str | None) -> list[FlatFrame]:
     total = sum(primitive_count(entity) for entity in entities)
-    if 3 * total > MOST_VERTICES:  # check before anything is expanded
+    if 3 * total > MAX_VERTICES:  # check before anything is expanded
         raise LimitError("primitives", f"{what} would have {total:,} primitives, more than the limit", hint=hint)
     return [flatten_entity(entity, whole_cells=False) for entity in entities]

@@ -259,7 +259,7 @@ class Materials:
         return reader.path.AppendProperty("outputs:result")
 
 
-MOST_PRIMS = 1_000_000
+MAX_PRIMS = 1_000_000
 _MAX_DEPTH = 1_000  # USD composes recursively
 
 
@@ -315,7 +315,7 @@ class _Tree:
     root: Any
     segments: int
     repeated: set[int] = field(default_factory=set)
-    room: int = MOST_PRIMS
+    room: int = MAX_PRIMS
     _prototypes: Any = None
     _paths: dict[int, Any] = field(default_factory=dict)
     _names: dict[Any, PrimNames] = field(default_factory=dict)
@@ -361,7 +361,7 @@ class _Tree:
             what = (
                 f"prims are nested deeper than the limit of {_MAX_DEPTH:,}"
                 if level > _MAX_DEPTH
-                else f"more than the limit of {MOST_PRIMS:,} prims"
+                else f"more than the limit of {MAX_PRIMS:,} prims"
             )
             raise LimitError("primitives", f"the scene is too large for USD: {what}", hint="merge parts with --depth N")
 

@@ -148,9 +148,9 @@ def _measured(path: str, root: str, version: int) -> Asset:
 # library gets these files only from here, so that security does not depend on its version or its rules.
 
 
-LARGEST_FILE = 128_000_000  # bytes, of a mesh file and separately of all files that it refers to
-_MAX_VIEW_BYTES = 2 * LARGEST_FILE  # bytes of all buffer views of a glTF file, which may overlap
-MOST_PIXELS = 1 << 25  # of all images of a mesh file together: 8192 x 4096
+MAX_FILE_BYTES = 128_000_000  # bytes, of a mesh file and separately of all files that it refers to
+_MAX_VIEW_BYTES = 2 * MAX_FILE_BYTES  # bytes of all buffer views of a glTF file, which may overlap
+MAX_PIXELS = 1 << 25  # of all images of a mesh file together: 8192 x 4096
 _PICTURES = ("PNG", "JPEG", "WEBP", "BMP", "GIF", "TGA", "TIFF", "PPM")  # formats whose decoder starts no other program
 _SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.\-]*:")
 
@@ -169,8 +169,8 @@ class References:
         self._root = root.resolve()
         self._decoded = decoded
         self._read: dict[str, bytes] = {}
-        self._room = LARGEST_FILE
-        self._pixels = MOST_PIXELS
+        self._room = MAX_FILE_BYTES
+        self._pixels = MAX_PIXELS
 
     def get(self, name: str) -> bytes:
         """Return the contents of the file ``name``; raises SceneError, or OSError if it does not exist."""
@@ -205,7 +205,7 @@ class References:
             message = (
                 f"{what} of the asset {self.file_name} has {size[0]:,} x {size[1]:,} pixels; all pictures of an asset"
             )
-            raise SceneError("file", f"{message} together may have at most {MOST_PIXELS:,}")
+            raise SceneError("file", f"{message} together may have at most {MAX_PIXELS:,}")
 
     def _bytes(self, name: str) -> bytes:
         target = self._target(name)
@@ -214,7 +214,7 @@ class References:
         size = target.stat().st_size
         self._room -= size
         if self._room < 0:
-            message = f"the files that the asset {self.file_name} refers to exceed the limit of {LARGEST_FILE:,} bytes"
+            message = f"the files that the asset {self.file_name} refers to exceed the limit of {MAX_FILE_BYTES:,} bytes"
             raise SceneError("file", f"{message} in total")
         with target.open("rb") as file:
             data = file.read(size)
@@ -251,7 +251,7 @@ def _size_of(data: bytes) -> tuple[int, int] | None:
             with image.open(io.BytesIO(data)) as opened:
                 kind, (width, height) = opened.format, opened.size
         except image.DecompressionBombError:
-            raise SceneError("file", f"an image of an asset may have at most {MOST_PIXELS:,} pixels") from None
+            raise SceneError("file", f"an image of an asset may have at most {MAX_PIXELS:,} pixels") from None
         except Exception:  # decoding an untrusted file may raise any exception
             return None
     if kind not in _PICTURES:
@@ -263,8 +263,8 @@ def _size_of(data: bytes) -> tuple[int, int] | None:
 # sizes stay within limits.
 
 
-MOST_NODES = 20_000  # of nodes, placed primitives, and any other list of the file
-MOST_TRIANGLES = 2_000_000
+MAX_NODES = 20_000  # of nodes, placed primitives, and any other list of the file
+MAX_TRIANGLES = 2_000_000
 _MAX_DEPTH = 100  # maximum nesting of nodes
 _MAX_VALUES = 2_000_000  # in its JSON
 _MAGIC, _JSON, _BINARY = b"glTF", 0x4E4F534A, 0x004E4942
@@ -370,8 +370,8 @@ class _Gltf:
                 continue
             if not isinstance(items, list) or not all(isinstance(item, dict) for item in items):
                 raise self._wrong(f"`{name}` is not a list of objects")
-            if len(items) > MOST_NODES:
-                message = f"the asset {self._name} has {len(items):,} {name}, more than the limit of {MOST_NODES:,}"
+            if len(items) > MAX_NODES:
+                message = f"the asset {self._name} has {len(items):,} {name}, more than the limit of {MAX_NODES:,}"
                 raise SceneError("file", message)
 
     def check_indices(self) -> None:
@@ -510,14 +510,14 @@ class _Gltf:
         sizes = [self._placed(number, mesh) for number, mesh in enumerate(self._all("meshes"))]
         meshes = [node["mesh"] for node in self._all("nodes") if "mesh" in node]
         parts = sum(sizes[mesh][0] for mesh in meshes) + sum(count for count, _ in sizes)
-        if parts > MOST_NODES:
+        if parts > MAX_NODES:
             message = (
-                f"the nodes of the asset {self._name} place {parts:,} parts, more than the limit of {MOST_NODES:,}"
+                f"the nodes of the asset {self._name} place {parts:,} parts, more than the limit of {MAX_NODES:,}"
             )
             raise SceneError("file", message)
         triangles = sum(sizes[mesh][1] for mesh in meshes)
-        if triangles > MOST_TRIANGLES:
-            message = f"the asset {self._name} has {triangles:,} triangles, more than the limit of {MOST_TRIANGLES:,}"
+        if triangles > MAX_TRIANGLES:
+            message = f"the asset {self._name} has {triangles:,} triangles, more than the limit of {MAX_TRIANGLES:,}"
             raise SceneError("file", message)
 
     def _placed(self, number: int, mesh: dict[str, Any]) -> tuple[int, int]:
@@ -572,9 +572,9 @@ def load_asset(file: str | Path, root: str | Path | None = None) -> Mesh:
         state = path.stat()
     except OSError as error:
         raise SceneError("file", f"cannot read the asset {path.name}: {error.strerror or error}") from None
-    if state.st_size > LARGEST_FILE:
+    if state.st_size > MAX_FILE_BYTES:
         raise SceneError(
-            "file", f"the asset {path.name} has {state.st_size:,} bytes, more than the limit of {LARGEST_FILE:,}"
+            "file", f"the asset {path.name} has {state.st_size:,} bytes, more than the limit of {MAX_FILE_BYTES:,}"
         )
     return _loaded(str(path), str(root or path.resolve().parent), state.st_mtime_ns, state.st_size)
 
@@ -610,7 +610,7 @@ def _mesh(path: Path, references: References) -> Mesh:
     trimesh = need("trimesh", "trimesh")
     ending, name = path.suffix.lower(), path.name
     with path.open("rb") as file:
-        data = file.read(LARGEST_FILE + 1)
+        data = file.read(MAX_FILE_BYTES + 1)
     document = checked_gltf(data, ending == ".glb", references) if ending in _GLTF else None
     # trimesh logs tracebacks for files that it then reads in another way; Python prints unhandled log records.
     logging.getLogger("trimesh").addHandler(_NULL_HANDLER)
@@ -621,8 +621,8 @@ def _mesh(path: Path, references: References) -> Mesh:
         raise SceneError("file", f"the asset {name} contains no mesh")
     meshes = [mesh for mesh, _ in parts]
     count = sum(len(mesh.faces) for mesh in meshes)
-    if count > MOST_TRIANGLES:
-        raise SceneError("file", f"the asset {name} has {count:,} triangles, more than the limit of {MOST_TRIANGLES:,}")
+    if count > MAX_TRIANGLES:
+        raise SceneError("file", f"the asset {name} has {count:,} triangles, more than the limit of {MAX_TRIANGLES:,}")
     for mesh in meshes:
         _check_faces(mesh, name)
     starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])

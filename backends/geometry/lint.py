@@ -29,7 +29,7 @@ from scenelang.interpreter.scene.primitives.mesh import cofactors_of, inverses_o
 # Primitives of one frame as convex bodies in world coordinates, and their contacts.
 
 
-MOST_PAIRS = 300_000
+MAX_PAIRS = 300_000
 _TOUCH = 1e-3  # contact tolerance relative to the scene's diagonal
 _BATCH = 20_000
 _SIDES = 32  # of a round solid, for containment tests of its vertices
@@ -82,7 +82,7 @@ class Bodies:
     @cached_property
     def contacts(self) -> tuple[IntArray, FloatArray, bool]:
         """The touching pairs (M, 2), their distances, and whether all pairs were checked."""
-        near, complete = neighbours(*self.boxes, self.touch, MOST_PAIRS)
+        near, complete = neighbours(*self.boxes, self.touch, MAX_PAIRS)
         gaps = self.gaps(near)
         close = gaps <= self.touch
         return near[close], gaps[close], complete
@@ -525,7 +525,7 @@ def _is_covered(bodies: Bodies, shared: SharedFace, i: int, j: int) -> bool:
 # Diagnostics: findings of every frame as warnings at the calls that made the things (``check --geometry``).
 
 
-MOST_PRIMITIVES = 20_000
+MAX_PRIMITIVES = 20_000
 _MAX_FRAMES = 6
 _MAX_SHOWN = 20
 
@@ -556,9 +556,9 @@ def check_geometry(scene: Scene) -> list[Diagnostic]:
     for number in frames:
         root = scene.frames[number]
         total = primitive_count(root)
-        if total > MOST_PRIMITIVES:
+        if total > MAX_PRIMITIVES:
             remarks.append(
-                _incomplete(f"{total:,} primitives, more than the limit of {MOST_PRIMITIVES:,}", number, count)
+                _incomplete(f"{total:,} primitives, more than the limit of {MAX_PRIMITIVES:,}", number, count)
             )
             continue
         bodies = bodies_of(root)
@@ -567,7 +567,7 @@ def check_geometry(scene: Scene) -> list[Diagnostic]:
             found.setdefault((finding.kind, named.words, named.other), []).append(named)
         if len(bodies) and not bodies.contacts[2]:
             remarks.append(
-                _incomplete(f"more than the limit of {MOST_PAIRS:,} pairs of nearby primitives", number, count)
+                _incomplete(f"more than the limit of {MAX_PAIRS:,} pairs of nearby primitives", number, count)
             )
     lasting = [group for group in found.values() if 2 * len({each.frame for each in group}) > len(frames)]
     shown = [_diagnostic(group, scene.animated) for group in lasting[:_MAX_SHOWN]]

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.geometry.assets import MOST_TRIANGLES
+from scenelang.backends.geometry.assets import MAX_TRIANGLES
 from scenelang.backends.pictures.appearance import Look, Looks, look_of, looks_of
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.entity import Entity
@@ -243,11 +243,11 @@ def _triangle_columns(
     """Return the columns of all instances of one primitive that consists of many triangles."""
     instance = np.flatnonzero(np.asarray(frame.index) == primitive)
     count, total = len(mesh.local), len(instance) * len(mesh.local)
-    if total > MOST_TRIANGLES:
+    if total > MAX_TRIANGLES:
         raise SceneError(
             "unsupported",
             f'the meshes of "{frame.primitives[primitive].word}" have {total:,} triangles in total, '
-            f"more than the limit of {MOST_TRIANGLES:,} for a picture",
+            f"more than the limit of {MAX_TRIANGLES:,} for a picture",
             hint="use a simpler mesh, or fewer copies of it",
         )
     matrices = np.asarray(frame.matrices[instance])

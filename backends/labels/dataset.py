@@ -429,7 +429,7 @@ def _legend_picture(truth: Truth) -> Picture:
     return legend_picture([(word, word_color(word)) for word in words])
 
 
-MOST_VIEWS = 10_000
+MAX_VIEWS = 10_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -489,8 +489,8 @@ def views_of(given: Sequence[Viewpoint | Camera], count: int | None, seed: int) 
     """
     if count is None:
         return tuple(given)
-    if not 1 <= count <= MOST_VIEWS:
-        raise SceneError("value", f"`--views` must be 1 to {MOST_VIEWS:,}, not {count}")
+    if not 1 <= count <= MAX_VIEWS:
+        raise SceneError("value", f"`--views` must be 1 to {MAX_VIEWS:,}, not {count}")
     (like,) = given if len(given) == 1 else (None,)
     if like is None or isinstance(like, Camera):
         raise SceneError("value", "`--views` places cameras at random: give at most one viewpoint, which they share")

@@ -561,7 +561,7 @@ def _blocks(blocks: list[Any], size: Triple, states: int) -> tuple[Any, Any]:
 # A build as game commands with positions relative to where they run.
 
 
-MOST_FILLED = 32_768  # maximum cells of one `fill`
+MAX_FILL = 32_768  # maximum cells of one `fill`
 _FIRST_STRICT = "1.21.5"
 
 
@@ -594,9 +594,9 @@ def _is_late(build: Build) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
 
 def _cuts(low: Triple, size: Triple) -> Iterator[tuple[Triple, Triple]]:
     """Yield the first and last cells of pieces of a cuboid that fit one ``fill``."""
-    width = min(size[0], MOST_FILLED)
-    depth = min(size[2], MOST_FILLED // width)
-    height = min(size[1], MOST_FILLED // (width * depth))
+    width = min(size[0], MAX_FILL)
+    depth = min(size[2], MAX_FILL // width)
+    height = min(size[1], MAX_FILL // (width * depth))
     most = (width, height, depth)
     for corner in product(*(range(0, n, step) for n, step in zip(size, most))):
         x, y, z = (a + b for a, b in zip(low, corner))
@@ -609,7 +609,7 @@ def _place(cell: Triple) -> str:
     return f"~{x} ~{y} ~{z}"
 
 
-MOST_COMMANDS = 60_000  # of a function, below the game's limit
+MAX_COMMANDS = 60_000  # of a function, below the game's limit
 _FIRST_TO_SCHEDULE = "1.14"
 _FIRST_WITH_MARKERS = "1.17"
 _FIRST_SINGULAR = "1.21"  # its folder is `function`, formerly `functions`
@@ -634,11 +634,11 @@ def write_datapack(build: Build, path: Path, version: GameVersion) -> list[Path]
 def write_function(build: Build, path: Path, version: GameVersion) -> list[Path]:
     """Write ``build`` as one function for ``version`` atomically and return the path.
 
-    Raises SceneError: "empty-scene", "unsupported" for more than MOST_COMMANDS commands, "file".
+    Raises SceneError: "empty-scene", "unsupported" for more than MAX_COMMANDS commands, "file".
     """
     lines = list(place_commands(as_written(build, version), version))
-    if len(lines) > MOST_COMMANDS:
-        message = f"the build requires {len(lines):,} commands, more than the limit of {MOST_COMMANDS:,} per function"
+    if len(lines) > MAX_COMMANDS:
+        message = f"the build requires {len(lines):,} commands, more than the limit of {MAX_COMMANDS:,} per function"
         raise SceneError("unsupported", message, hint="write a data pack, `.zip`, which places it in parts")
     write_text(path, "\n".join([*lines, ""]))
     return [path]
@@ -664,21 +664,21 @@ def _metadata(name: str, version: GameVersion) -> dict[str, object]:
 
 def _functions(name: str, lines: Sequence[str], version: GameVersion) -> Iterator[tuple[str, list[str]]]:
     """Yield the names of the pack's functions and their commands, ``build`` first."""
-    if len(lines) <= MOST_COMMANDS:
+    if len(lines) <= MAX_COMMANDS:
         yield "build", list(lines)
         return
     if version.is_before(_FIRST_TO_SCHEDULE):
-        limit = f"the limit of {MOST_COMMANDS:,} in Minecraft {version.name}"
+        limit = f"the limit of {MAX_COMMANDS:,} in Minecraft {version.name}"
         message = f"the build requires {len(lines):,} commands, more than {limit}"
         raise SceneError("unsupported", message, hint="write a `.schem` or `.nbt`, or use version 1.14 or later")
     marker = f"@e[tag=scenelang.{name},limit=1]"
     forget = f"kill @e[tag=scenelang.{name}]"
     yield "build", [forget, f"summon {_marker(name, version)}", f"schedule function {name}:step/1 1t"]
-    starts = range(0, len(lines), MOST_COMMANDS)
+    starts = range(0, len(lines), MAX_COMMANDS)
     for part, start in enumerate(starts, 1):
         following = f"schedule function {name}:step/{part + 1} 1t" if part < len(starts) else forget
         yield f"step/{part}", [f"execute at {marker} run function {name}:part/{part}", following]
-        yield f"part/{part}", list(lines[start : start + MOST_COMMANDS])
+        yield f"part/{part}", list(lines[start : start + MAX_COMMANDS])
 
 
 def _marker(name: str, version: GameVersion) -> str:

@@ -261,7 +261,7 @@ PALETTE = Option(
     check=palette_of,
 )
 VERSION = Option("mc-version", "target version of Minecraft, 1.13 or later", DEFAULT, check=game_version)
-MOST_FILES = 10_000
+MAX_FILES = 10_000
 
 Write = Callable[[Build, Path, GameVersion], list[Path]]
 
@@ -296,9 +296,9 @@ def _exported(backend: Backend, write: Write, scene: Scene, path: Path, options:
     """Write one file, or one per frame (OUT-001.schem, ...), atomically."""
     version = _version(backend, options)
     roots = _roots(scene, options.frame)
-    if len(roots) > MOST_FILES:
+    if len(roots) > MAX_FILES:
         raise LimitError(
-            "size", f"the scene has {len(roots):,} frames, more than the limit of {MOST_FILES:,} files of an export"
+            "size", f"the scene has {len(roots):,} frames, more than the limit of {MAX_FILES:,} files of an export"
         )
     digits = max(3, len(str(len(roots))))
     written: list[Path] = []

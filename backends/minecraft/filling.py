@@ -27,7 +27,7 @@ from scenelang.interpreter.scene.entity import Entity, Scene, primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.primitives.forms import CanonicalForm
 
-MOST_CELLS = 200_000_000
+MAX_CELLS = 200_000_000
 _SLAB = 1 << 21  # cells or samples processed per batch
 _THIN = 1.5  # cells: anything thinner may pass between cell centres
 _STEP = 0.5  # cells between samples
@@ -64,9 +64,9 @@ def filled(root: Entity, longest: int, limit: int = 2_000_000) -> Filled:
     if not np.isfinite(edge) or np.abs(box).max() / edge > 1e9:
         raise SceneError("unsupported", "the scene is too large, or too far from the origin, to be voxelised")
     size = np.maximum(1, np.ceil((high - low) / edge - 1e-9)).astype(np.int64)
-    if int(size.prod()) > MOST_CELLS:
+    if int(size.prod()) > MAX_CELLS:
         raise LimitError(
-            "size", f"the build would have {int(size.prod()):,} cells, more than the limit of {MOST_CELLS:,}"
+            "size", f"the build would have {int(size.prod()):,} cells, more than the limit of {MAX_CELLS:,}"
         )
     solids = solids_of(flatten_entity(drawn))
     matrices = solids.matrices / edge

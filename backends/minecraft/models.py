@@ -274,7 +274,7 @@ _MODELS: Mapping[str, Callable[[BlockKind, Properties], tuple[Bar, ...]]] = {
 # merged into that level's entities. Identical subtrees are shared.
 
 
-MOST_PARTS = 20_000  # maximum entities of a frame with separate cubes
+MAX_PARTS = 20_000  # maximum entities of a frame with separate cubes
 
 Corner = tuple[float, ...]
 
@@ -319,7 +319,7 @@ def parts_of(root: Entity, is_block: BoolArray) -> CubeParts:
     is_leaf = np.array([entity.is_primitive for entity in ancestry.nodes])[ancestry.node]
     has_blocks = np.array([id(entity) in below for entity in ancestry.nodes])[ancestry.node] & ~is_leaf
     at_or_above = np.cumsum(np.bincount(ancestry.depth[has_blocks], minlength=1))
-    depth = max(0, int(np.searchsorted(at_or_above, MOST_PARTS, side="right")) - 1)
+    depth = max(0, int(np.searchsorted(at_or_above, MAX_PARTS, side="right")) - 1)
     parents = ancestry.parent[ancestry.primitives[is_block]]
     return CubeParts(ancestry, depth, ancestry.at_depth(depth)[parents], has_blocks)
 
@@ -378,7 +378,7 @@ def _pose(cube: ModelCube, anchor: FloatArray) -> Matrix:
 # are preserved.
 
 
-MOST_CELLS = 64_000_000
+MAX_CELLS = 64_000_000
 _SLAB = 1 << 22  # cells processed per batch
 
 
@@ -427,7 +427,7 @@ def _as_cubes(root: Entity, limit: int) -> tuple[Entity, tuple[Diagnostic, ...]]
     hollow = np.array([is_hollow(p) for p in blocks.primitives], np.bool_)
     laid_number = np.where(is_air[blocks.index], AIR, number.reshape(-1) + 1)
     laid = Laid(low, low + size, laid_number, hollow[blocks.index], np.full(len(low), -1, np.int64))
-    origin, extent = cells_around(laid, MOST_CELLS)
+    origin, extent = cells_around(laid, MAX_CELLS)
     cells = np.zeros(extent, np.uint32)
     paint(cells, origin, laid, ())
     places = [place_of(primitive) for primitive in blocks.primitives]

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.files import read_regular, written_whole
-from scenelang.backends.minecraft.voxels import MOST_CELLS
+from scenelang.backends.minecraft.voxels import MAX_CELLS
 
 # Errors in a file, raised before the name of the file is known.
 
@@ -92,9 +92,9 @@ def triple_of_compound(tag: Mapping[str, Any], name: str) -> Triple:
 def checked_size(size: Triple) -> Triple:
     """Return ``size``, in cells along each axis; raises Damaged if it exceeds the limit of a build."""
     x, y, z = size
-    if min(size) < 0 or x * y * z > MOST_CELLS or max(size) > MOST_CELLS:
+    if min(size) < 0 or x * y * z > MAX_CELLS or max(size) > MAX_CELLS:
         shown = " x ".join(f"{n:,}" for n in size)
-        raise Damaged(f"its size is {shown} cells, more than the limit of {MOST_CELLS:,}")
+        raise Damaged(f"its size is {shown} cells, more than the limit of {MAX_CELLS:,}")
     return size
 
 
@@ -150,7 +150,7 @@ def _head(name: str, value: Any) -> bytes:
 
 
 LARGEST = 512_000_000  # bytes, compressed and uncompressed
-MOST_TAGS = 8_000_000
+MAX_TAGS = 8_000_000
 DEEPEST = 200  # nesting of lists and compounds; each level is a recursive call
 _MIN_RUN = 16  # compounds for which the fast path does not pay
 _MAX_TRIES = 200  # unsuccessful attempts at the fast path per list
@@ -163,7 +163,7 @@ _COUNT, _LENGTH = Struct(">i"), Struct(">H")
 def read_nbt(path: Path, largest: int = LARGEST) -> dict[str, Any]:
     """Read the root compound of a file compressed with gzip or zlib, or uncompressed.
 
-    Raises Damaged if it is invalid, larger than ``largest`` bytes, has more than MOST_TAGS tags or is nested deeper
+    Raises Damaged if it is invalid, larger than ``largest`` bytes, has more than MAX_TAGS tags or is nested deeper
     than DEEPEST; OSError if the file cannot be read.
     """
     if path.stat().st_size > largest:
@@ -197,7 +197,7 @@ class _Reader:
     def __init__(self, data: bytes) -> None:
         self._data = data
         self._at = 0
-        self._tags = MOST_TAGS
+        self._tags = MAX_TAGS
 
     def kind(self) -> int:
         """Read a tag type byte."""
@@ -219,7 +219,7 @@ class _Reader:
     def _payload(self, kind: int, depth: int) -> Any:
         self._tags -= 1
         if self._tags < 0:
-            raise Damaged(f"more than the limit of {MOST_TAGS:,} tags")
+            raise Damaged(f"more than the limit of {MAX_TAGS:,} tags")
         number = _NUMBERS.get(kind)
         if number is not None:
             return number.unpack(self._take(number.size))[0]

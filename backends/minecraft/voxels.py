@@ -235,7 +235,7 @@ def _paint_small(cells: Cells, low: IntArray, high: IntArray, volume: IntArray, 
 # effect, and the entity has the same cells at every place.
 
 
-FARTHEST = 1 << 53  # cells from the origin: beyond this floats do not represent all integers
+MAX_COORDINATE = 1 << 53  # cells from the origin: beyond this floats do not represent all integers
 _MIN_PRIMITIVES = 8  # minimum primitives of a stamp
 _MAX_SPARSITY = 64  # maximum cells of a stamp's box per primitive: larger ones take longer than placing the primitives
 _MAX_STAMP = 1 << 22  # maximum cells of one stamp
@@ -355,7 +355,7 @@ def is_whole_step(m: Matrix) -> bool:
         m[0] == m[5] == m[10] == 1.0
         and not (m[1] or m[2] or m[4] or m[6] or m[8] or m[9])
         and x % 1.0 == y % 1.0 == z % 1.0 == 0.0
-        and max(abs(x), abs(y), abs(z)) < FARTHEST
+        and max(abs(x), abs(y), abs(z)) < MAX_COORDINATE
     )
 
 
@@ -423,7 +423,7 @@ def whole_sizes(flat: FlatFrame) -> IntArray:
     with np.errstate(invalid="ignore", over="ignore"):
         size = along * own[flat.index]
         whole = np.rint(size)
-        far = np.asarray(~((np.abs(position) < FARTHEST).all(axis=1) & (size < FARTHEST).all(axis=1)))
+        far = np.asarray(~((np.abs(position) < MAX_COORDINATE).all(axis=1) & (size < MAX_COORDINATE).all(axis=1)))
         leans = across > _PRODUCT_TOLERANCE * np.maximum(np.abs(along).max(axis=1, initial=0.0), _PRODUCT_TOLERANCE)
         rotated: BoolArray = ~far & (leans | (along < 0.0).any(axis=1))
         broken = ~far & (
@@ -475,7 +475,7 @@ def cells_around(laid: Laid, most_cells: int) -> tuple[IntArray, tuple[int, ...]
     return low, size
 
 
-MOST_CELLS = 200_000_000
+MAX_CELLS = 200_000_000
 _UNTOUCHED = np.uint32(0xFFFFFFFF)  # of a stamp: cells that are not changed
 _SLAB = 1 << 22  # cells processed per batch
 
@@ -510,7 +510,7 @@ class _Requested:
     others: tuple[str, ...]
 
 
-def voxelised(root: Entity, limit: int = 2_000_000, most_cells: int = MOST_CELLS) -> Voxels:
+def voxelised(root: Entity, limit: int = 2_000_000, most_cells: int = MAX_CELLS) -> Voxels:
     """Return the blocks of ``root``, in the smallest box that contains them; the box is empty if nothing is placed.
 
     Raises SceneError: "attribute" for an invalid block, "blocks" for a pose that is not a translation and an integer
@@ -586,7 +586,7 @@ def _requested(root: Entity) -> _Requested:
 def _whole_size(entity: Entity) -> Triple | None:
     assert isinstance(entity.shape, SetCuboid)
     x, y, z = entity.shape.size
-    return (int(x), int(y), int(z)) if all(n == int(n) and n < FARTHEST for n in (x, y, z)) else None
+    return (int(x), int(y), int(z)) if all(n == int(n) and n < MAX_COORDINATE for n in (x, y, z)) else None
 
 
 def _check_count(entities: Sequence[Entity], limit: int) -> None:

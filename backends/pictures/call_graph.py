@@ -24,7 +24,7 @@ from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants, instance_counts
 from scenelang.interpreter.scene.numbering import first_handles
 
-MOST_NODES = 400
+MAX_NODES = 400
 _MAX_HANDLES = 2
 
 
@@ -68,7 +68,7 @@ class Edge:
 class CallGraph:
     """The nodes, root first, and the edges in the order of the parts.
 
-    ``hidden`` is the number of nodes omitted because they are below the requested depth or exceed ``MOST_NODES``.
+    ``hidden`` is the number of nodes omitted because they are below the requested depth or exceed ``MAX_NODES``.
     """
 
     nodes: tuple[Node, ...]
@@ -109,9 +109,9 @@ def _shown(
 ) -> tuple[list[int], int]:
     """Return the kinds to draw, breadth first from the root, and the number of omitted kinds."""
     shown, level = [root], [root]
-    while level and (depth is None or depth > 0) and len(shown) < MOST_NODES:
+    while level and (depth is None or depth > 0) and len(shown) < MAX_NODES:
         parts = [kind[id(part.car)] for one in level for entity in members[one] for part in entity.children]
-        level = [one for one in dict.fromkeys(parts) if one not in set(shown)][: MOST_NODES - len(shown)]
+        level = [one for one in dict.fromkeys(parts) if one not in set(shown)][: MAX_NODES - len(shown)]
         shown += level
         depth = None if depth is None else depth - 1
     return shown, len(members) - len(shown)

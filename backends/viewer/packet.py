@@ -487,7 +487,7 @@ def _drawable(scene: Scene, total: int, limit: int) -> tuple[Scene, str | None]:
     """Return the scene with its blocks as cubes; or unchanged with a one-line reason why it cannot be drawn."""
     if total > limit:
         return scene, (
-            f"The scene expands to {total:,} primitives, more than the limit of {limit:,} for this page;  "
+            f"The scene expands to {total:,} primitives, more than the limit of {limit:,} for this page; "
             "its tree is complete."
         )
     try:

@@ -303,7 +303,7 @@ def test_meshes_that_stand_in_too_many_places(tmp_path: Path) -> None:
 
 
 def test_triangles_are_counted_before_they_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(assets, "MOST_TRIANGLES", 9)
+    monkeypatch.setattr(assets, "MAX_TRIANGLES", 9)
     content = document()
     content["nodes"] = [{"mesh": 0} for _ in range(10)]
     assert "10 triangles" in told(written(tmp_path / "a.gltf", content)).message
@@ -350,7 +350,7 @@ def test_pictures_are_measured_before_they_are_decoded(size: tuple[int, int], wh
 
 
 def test_pictures_are_counted_together(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(assets, "MOST_PIXELS", 100)
+    monkeypatch.setattr(assets, "MAX_PIXELS", 100)
     (tmp_path / "a.png").write_bytes(png(6, 6))
     content = document()
     content["images"] = [{"uri": "a.png"}, {"uri": "./a.png"}]

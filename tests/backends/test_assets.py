@@ -99,10 +99,10 @@ def test_a_color_replaces_the_files_own(tmp_path: Path) -> None:
 
 def test_too_large_files_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     colored("vertex").export(tmp_path / "a.ply")
-    monkeypatch.setattr(assets, "MOST_TRIANGLES", 11)
+    monkeypatch.setattr(assets, "MAX_TRIANGLES", 11)
     with pytest.raises(SceneError, match="12 triangles"):
         load_asset(tmp_path / "a.ply")
-    monkeypatch.setattr(assets, "LARGEST_FILE", 10)
+    monkeypatch.setattr(assets, "MAX_FILE_BYTES", 10)
     with pytest.raises(SceneError, match="bytes, more than"):
         load_asset(tmp_path / "a.ply")
 

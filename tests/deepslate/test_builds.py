@@ -89,7 +89,7 @@ def test_a_filled_cube_shows_its_shell_only() -> None:
 
 
 def test_too_many_blocks_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(deepslate_builds, "MOST_SEEN", 100)
+    monkeypatch.setattr(deepslate_builds, "MAX_VISIBLE", 100)
     with pytest.raises(LimitError, match="more than 100 blocks of the build can be seen"):
         builds('(block "stone" 0 0 0 20 1 20)')
 

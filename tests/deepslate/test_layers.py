@@ -69,14 +69,14 @@ def test_links_do_not_lead_out_of_a_folder(tmp_path: Path) -> None:
 
 
 def test_a_file_that_unpacks_to_much_is_refused(tmp_path: Path) -> None:
-    bomb = {"assets/minecraft/textures/block/stone.png": b"\0" * (module.LARGEST_PICTURE + 1)}
+    bomb = {"assets/minecraft/textures/block/stone.png": b"\0" * (module.MAX_PICTURE_BYTES + 1)}
     with pytest.raises(SceneError, match="larger than 8,000,000 bytes"):
         layer_at(write_zip(tmp_path / "bomb.zip", bomb)).picture("minecraft:block/stone")
 
 
 def test_a_file_that_lies_about_its_size_is_refused(tmp_path: Path) -> None:
     name = "assets/minecraft/textures/block/stone.png"
-    path = write_zip(tmp_path / "bomb.zip", {name: b"\0" * (module.LARGEST_PICTURE + 1)})
+    path = write_zip(tmp_path / "bomb.zip", {name: b"\0" * (module.MAX_PICTURE_BYTES + 1)})
     data = bytearray(path.read_bytes())
     at = data.rindex(b"PK\x01\x02")
     data[at + 24 : at + 28] = struct.pack("<I", 10)

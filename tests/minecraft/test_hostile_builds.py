@@ -131,7 +131,7 @@ LIES = {
 
 @pytest.mark.parametrize("name", LIES)
 def test_lies_of_the_binary_format(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(nbt, "MOST_TAGS", 200_000)
+    monkeypatch.setattr(nbt, "MAX_TAGS", 200_000)
     payload, words = LIES[name]
     (tmp_path / "a.nbt").write_bytes(root(payload))
     refused(tmp_path / "a.nbt", words)
