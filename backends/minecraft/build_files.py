@@ -68,7 +68,7 @@ def build_of(origin: Triple, size: Triple, numbers: npt.NDArray[np.uint32], stat
     """Return the build of cells in file order: x fastest, then z, then y; raises Damaged for an index out of range."""
     x, y, z = size
     if len(numbers) and int(numbers.max()) >= len(states):
-        raise Damaged(f"block index {int(numbers.max()):,} is out of range: its palette has {len(states):,} entries")
+        raise Damaged(f"block index {int(numbers.max()):,} is out of range (palette size {len(states):,})")
     cells = np.ascontiguousarray(numbers.reshape(y, z, x).transpose(2, 0, 1))
     return trimmed(unified(origin, cells, states or (AIR_STATE,)))
 
@@ -547,7 +547,7 @@ def _blocks(blocks: list[Any], size: Triple, states: int) -> tuple[Any, Any]:
     if len(at) and ((at < 0) | (at >= size)).any():
         raise Damaged("the position of a block is outside the structure")
     if len(at) and not 0 <= int(number.min()) <= int(number.max()) < states:
-        raise Damaged(f"a block index is out of range: its palette has {states:,} entries")
+        raise Damaged(f"a block index is out of range (palette size {states:,})")
     return at, number
 
 

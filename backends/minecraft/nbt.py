@@ -94,7 +94,7 @@ def checked_size(size: Triple) -> Triple:
     x, y, z = size
     if min(size) < 0 or x * y * z > MAX_CELLS or max(size) > MAX_CELLS:
         shown = " x ".join(f"{n:,}" for n in size)
-        raise Damaged(f"its size is {shown} cells, more than the limit of {MAX_CELLS:,}")
+        raise Damaged(f"invalid size {shown}: a build must have 0 to {MAX_CELLS:,} cells")
     return size
 
 

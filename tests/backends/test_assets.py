@@ -135,7 +135,7 @@ def test_files_that_are_no_meshes_are_told_in_one_line(name: str, tmp_path: Path
 @pytest.mark.parametrize("name", ["a.zip", "a.py", "a", "a.xaml", "a.GLB.txt"])
 def test_other_endings_are_refused(name: str, tmp_path: Path) -> None:
     (tmp_path / name).write_bytes(b"x")
-    with pytest.raises(SceneError, match="is no mesh file"):
+    with pytest.raises(SceneError, match="is not a supported mesh file"):
         load_asset(tmp_path / name)
 
 
