@@ -1,6 +1,6 @@
-"""From the entity graph to pictures, labels, files and builds.
+"""Rendering backends: pictures, labels, exported files and Minecraft builds from a scene's entity graph.
 
-``base`` says what a backend is and finds those that packages add; ``files`` writes output whole or not at all. Each
-folder is one kind of result. Backends are given a scene: they do not read programs, and nothing here knows of commands,
-servers or notebooks.
+``base`` defines the backend interface and discovers backends that packages provide; ``files`` writes output atomically.
+Each subpackage produces one kind of result. Backends receive an evaluated scene: they do not read programs, and nothing
+here depends on the command line, the servers or the notebook extension.
 """

@@ -1,4 +1,4 @@
-"""Writing files whole or not at all, one alone or several together."""
+"""Atomic file output: one file or several are either written completely or not at all."""
 
 from __future__ import annotations
 
@@ -23,36 +23,41 @@ _FOLDERS = {"CACHE": ".cache", "CONFIG": ".config", "STATE": ".local/state"}
 
 
 def check_folder(output: Path) -> None:
-    """Raises SceneError where ``output`` cannot be a file: before the work, so that typos are cheap."""
+    """Check before the work starts that ``output`` can be a file; raises SceneError("file")."""
     if not output.parent.is_dir():
-        raise SceneError("file", f"cannot write {output}: there is no folder {output.parent}")
+        raise SceneError("file", f"cannot write {output}: the folder {output.parent} does not exist")
     if output.is_dir():
-        raise SceneError("file", f"cannot write {output}: it is a folder")
+        raise SceneError("file", f"cannot write {output}: it is a directory")
 
 
 def user_folder(purpose: str) -> Path:
-    """The user's folder of this program for ``purpose``, "CACHE", "CONFIG" or "STATE", which may not be there yet."""
+    """Return this program's directory of the user for ``purpose`` ("CACHE", "CONFIG" or "STATE"); it may not exist yet.
+
+    Follows the XDG Base Directory Specification.
+    """
     base = os.environ.get(f"XDG_{purpose}_HOME")
     return (Path(base) if base else Path.home() / _FOLDERS[purpose]) / "scenelang"
 
 
 def made_folder(path: Path) -> Path:
-    """A folder to write to, made where it is not there; raises SceneError("file")."""
+    """Create the directory ``path`` if necessary and return it; raises SceneError("file")."""
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise SceneError("file", f"`{path}` cannot be a folder: {error.strerror or error}") from error
+        raise SceneError("file", f"cannot create the folder `{path}`: {error.strerror or error}") from error
     return path
 
 
 def read_regular(path: Path | str, most: int | None = None) -> bytes:
-    """The bytes of a regular file, at most ``most`` of them. Raises OSError for anything else: a device has no end, and
-    nobody may ever write to a pipe."""
+    """Return at most ``most`` bytes of a regular file.
+
+    Raises OSError for anything else: reading a device never ends, and reading a pipe may block forever.
+    """
     handle = os.open(path, os.O_RDONLY | _NONBLOCK)
     with open(handle, "rb") as file:
         mode = os.fstat(handle).st_mode
         if stat.S_ISDIR(mode):
-            raise IsADirectoryError(errno.EISDIR, "it is a folder", str(path))
+            raise IsADirectoryError(errno.EISDIR, "it is a directory", str(path))
         if not stat.S_ISREG(mode):
             raise OSError(errno.EINVAL, "it is not a regular file", str(path))
         return file.read() if most is None else file.read(most)
@@ -60,8 +65,10 @@ def read_regular(path: Path | str, most: int | None = None) -> bytes:
 
 @contextmanager
 def alone_in(folder: Path) -> Iterator[None]:
-    """While this lasts no other process is in such a block for the same folder, so that what is read, changed and
-    written back loses no other change. Without effect where the system has no such locks, or there is no folder."""
+    """Hold an exclusive lock on ``folder``, so that concurrent read-modify-write cycles lose no changes.
+
+    Does nothing if the system lacks ``flock`` or the directory does not exist.
+    """
     try:
         import fcntl
 
@@ -78,18 +85,18 @@ def alone_in(folder: Path) -> Iterator[None]:
 
 @contextmanager
 def written_whole(path: Path | str, mode: int | None = None) -> Iterator[Path]:
-    """A temporary path beside ``path`` with the same ending, moved onto it when the block ends well. ``mode``: the
-    permissions of the file, by default those of any new file.
+    """Write ``path`` atomically: yield a temporary path in the same directory and rename it to ``path`` on success.
 
-    On any error, Ctrl-C included, the temporary file is removed and ``path`` stays as it was. Raises
-    SceneError("file") when the folder or the file cannot be written.
+    On any error, Ctrl-C included, the temporary file is removed and ``path`` is unchanged. ``mode`` is the permissions
+    of the file, by default those of any new file. Raises SceneError("file") if the directory or the file cannot be
+    written.
     """
     target = Path(path)
     try:
         _sweep(target.parent)
         handle, name = tempfile.mkstemp(suffix=target.suffix, prefix=_mark(), dir=target.parent)
     except OSError as error:
-        raise SceneError("file", f"`{target}` cannot be written: {error.strerror or error}") from error
+        raise SceneError("file", f"cannot write `{target}`: {error.strerror or error}") from error
     os.close(handle)
     temporary = Path(name)
     try:
@@ -100,13 +107,13 @@ def written_whole(path: Path | str, mode: int | None = None) -> Iterator[Path]:
             temporary.chmod(mode)
         os.replace(temporary, target)
     except OSError as error:
-        raise SceneError("file", f"`{target}` cannot be written: {error.strerror or error}") from error
+        raise SceneError("file", f"cannot write `{target}`: {error.strerror or error}") from error
     finally:
         temporary.unlink(missing_ok=True)
 
 
 def _mark() -> str:
-    """How the names of this process's temporary files begin: the machine and the process."""
+    """Return the prefix of this process's temporary files; it identifies the machine and the process."""
     return f".scenelang-{_machine()}-{os.getpid()}-"
 
 
@@ -116,7 +123,7 @@ def _machine() -> str:
 
 
 def _sweep(folder: Path) -> None:
-    """Remove what processes of this machine left in ``folder`` that were killed while they wrote."""
+    """Remove temporary files in ``folder`` that killed processes of this machine left behind."""
     for path in folder.glob(f".scenelang-{_machine()}-*"):
         process = path.name.split("-")[2]
         if not process.isdecimal() or _is_running(int(process)):
@@ -130,7 +137,7 @@ def _sweep(folder: Path) -> None:
 
 def _is_running(process: int) -> bool:
     if sys.platform == "win32":
-        return True  # os.kill would end it
+        return True  # os.kill would terminate it
     try:
         os.kill(process, 0)
     except ProcessLookupError:
@@ -141,28 +148,30 @@ def _is_running(process: int) -> bool:
 
 
 def rewrite(path: Path, text: str) -> None:
-    """Replace a file's text, whole or not at all; its permissions stay, a link still leads to it. Raises
-    SceneError("file")."""
+    """Replace the text of an existing file atomically; preserves its permissions and follows symbolic links.
+
+    Raises SceneError("file").
+    """
     target = path.resolve()
     if not os.access(target, os.W_OK):
-        raise SceneError("file", f"`{path}` cannot be written: it is read-only")
+        raise SceneError("file", f"cannot write `{path}`: the file is read-only")
     with written_whole(target, mode=stat.S_IMODE(target.stat().st_mode)) as temporary:
         temporary.write_bytes(text.encode("utf-8"))
 
 
 def write_text(path: Path | str, text: str) -> None:
-    """Write a text as UTF-8, whole or not at all; raises SceneError("file")."""
+    """Write ``text`` to a UTF-8 file atomically; raises SceneError("file")."""
     with written_whole(path) as temporary:
         temporary.write_text(text, "utf-8")
 
 
 def write_json(path: Path, data: Any) -> None:
-    """Write ``data`` as JSON, whole or not at all; raises SceneError("file")."""
+    """Write ``data`` to a JSON file atomically; raises SceneError("file")."""
     write_text(path, json.dumps(data))
 
 
 def _give_usual_mode(path: Path) -> None:
-    """``mkstemp`` makes files private; give this one the mode that ``open`` would have."""
+    """Give a file made by ``mkstemp``, which is private to the user, the permissions of a file made by ``open``."""
     mask = os.umask(0)
     os.umask(mask)
     path.chmod(0o666 & ~mask)
@@ -173,16 +182,16 @@ def _give_usual_mode(path: Path) -> None:
 
 @contextmanager
 def written_together(folder: Path) -> Iterator[Path]:
-    """A temporary folder inside ``folder``; the files made in it are moved to ``folder`` when the block ends well.
+    """Write several files atomically: yield a temporary directory whose files are moved to ``folder`` on success.
 
-    On any error, Ctrl-C included, nothing in ``folder`` changes: files that were replaced come back. Raises
-    SceneError("file") when the folder or a file cannot be written.
+    On any error, Ctrl-C included, ``folder`` is unchanged: files that were already replaced are restored. Raises
+    SceneError("file") if the directory or a file cannot be written.
     """
     try:
         _sweep(folder)
         temporary = Path(tempfile.mkdtemp(prefix=_mark(), dir=folder))
     except OSError as error:
-        raise SceneError("file", f"`{folder}` cannot be written: {error.strerror or error}") from error
+        raise SceneError("file", f"cannot write to `{folder}`: {error.strerror or error}") from error
     try:
         made = temporary / "made"
         made.mkdir()
@@ -190,41 +199,41 @@ def written_together(folder: Path) -> Iterator[Path]:
         _move_all(made, folder, temporary / "replaced")
     except OSError as error:
         name = Path(error.filename).name if error.filename else folder
-        raise SceneError("file", f"`{name}` cannot be written: {error.strerror or error}") from error
+        raise SceneError("file", f"cannot write `{name}`: {error.strerror or error}") from error
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
 
 
-def _move_all(made: Path, folder: Path, kept: Path) -> None:
-    """Move every file; what they replace is kept until all are moved, and comes back when one cannot be."""
+def _move_all(made: Path, folder: Path, backup: Path) -> None:
+    """Move every file to ``folder``; if one fails, restore the files that were replaced."""
     files = sorted(made.iterdir())
     for file in files:
         target = folder / file.name
         if target.is_dir():
-            raise IsADirectoryError(21, "it is a folder", str(target))
+            raise IsADirectoryError(21, "it is a directory", str(target))
     if len(files) == 1:
         os.replace(files[0], folder / files[0].name)
         return
-    kept.mkdir()
+    backup.mkdir()
     moved: list[Path] = []
     try:
         for file in files:
             target = folder / file.name
             if target.exists():
-                _keep(target, kept / file.name)
+                _back_up(target, backup / file.name)
             os.replace(file, target)
             moved.append(target)
     except BaseException:
         for target in moved:
-            if (kept / target.name).exists():
-                os.replace(kept / target.name, target)
+            if (backup / target.name).exists():
+                os.replace(backup / target.name, target)
             else:
                 target.unlink(missing_ok=True)
         raise
 
 
-def _keep(target: Path, copy: Path) -> None:
-    """Another name for a file; a copy where the disk knows no such thing."""
+def _back_up(target: Path, copy: Path) -> None:
+    """Hard-link ``target`` as ``copy``, or copy it on file systems without hard links."""
     try:
         os.link(target, copy)
     except OSError:

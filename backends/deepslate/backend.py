@@ -1,4 +1,4 @@
-"""The backend of pictures with the game's own looks."""
+"""The deepslate backend: a headless browser that renders a build page with the game's models and textures."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import tempfile
 import threading
 import weakref
 from collections.abc import Coroutine, Mapping, Sequence
-from concurrent.futures import TimeoutError as TooLong
+from concurrent.futures import TimeoutError as FutureTimeout
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -44,16 +44,15 @@ from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.interpreter.scene.entity import Scene
 from scenelang.interpreter.scene.primitives import block_words
 
-# A browser of the user's own without a window, for pictures of one page: no network, a profile that is thrown away.
-#
-# It is driven from a thread of its own, so that Ctrl-C and a time limit end it wherever it is, and notebooks, which
-# have a loop running, can use it.
+# A headless browser installed by the user, for pictures of one page: without network, with a temporary profile. It is
+# controlled from a separate thread, so that Ctrl-C and the time limit can interrupt it at any point, and so that it
+# works in notebooks, which already run an event loop.
 
 
 VARIABLE = "SCENELANG_BROWSER"
 PACKAGES, INSTALL = ("playwright",), "scenelang[browser]"
 _NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "microsoft-edge", "msedge")
-_PLACES = {
+_LOCATIONS = {
     "darwin": (
         "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
         "/Applications/Chromium.app/Contents/MacOS/Chromium",
@@ -76,70 +75,72 @@ _FLAGS = (
     "--disable-sync",
     "--host-resolver-rules=MAP * ~NOTFOUND",
 )
-# Bytes of a path: with the browser's own names, some 100 are too many. Below /tmp a folder of a new name is made.
-_SHORT_FOLDER, _LONGEST_FOLDER = "/tmp", 50  # noqa: S108  # nosec B108
-_ADDRESS = "http://build.invalid/"  # no such host: the page comes from memory
-_LIMIT = 120.0  # seconds for the start of a browser with its page, or for one picture
-_GRACE = 10.0  # seconds for a browser to end
+# Maximum bytes of a path: with the names added by the browser, paths over about 100 bytes fail. A new directory is
+# created below /tmp.
+_SHORT_FOLDER, _MAX_FOLDER = "/tmp", 50  # noqa: S108  # nosec B108
+_ADDRESS = "http://build.invalid/"  # no such host: the page is served from memory
+_TIMEOUT = 120.0  # seconds for starting a browser with its page, or for one picture
+_EXIT_TIMEOUT = 10.0  # seconds for a browser to exit
 
 
 def find_browser() -> str:
-    """The path of a browser that can draw; raises SceneError("backend") where there is none."""
+    """Return the path of a Chromium-based browser; raises SceneError("backend") if none is found."""
     named = os.environ.get(VARIABLE)
     if named:
         found = shutil.which(named)
         if found is None:
-            raise SceneError("backend", f"there is no browser `{named}`, which {VARIABLE} names")
+            raise SceneError("backend", f"the browser `{named}` given by {VARIABLE} does not exist")
         return found
     known = [path for name in _NAMES if (path := shutil.which(name))]
-    known += [path for path in _PLACES.get(sys.platform, ()) if Path(path).is_file()]
+    known += [path for path in _LOCATIONS.get(sys.platform, ()) if Path(path).is_file()]
     if not known:
         raise SceneError(
             "backend",
-            "there is no Chromium or Chrome on this machine",
-            hint=f"install one, or name its program in {VARIABLE}",
+            "no Chromium, Chrome or Edge was found on this machine",
+            hint=f"install one, or set {VARIABLE} to the path of its executable",
         )
     return known[0]
 
 
 def _short_folder() -> str:
-    """The folder for passing files: browsers put sockets there, whose paths the system bounds."""
+    """Return the directory for temporary files; the paths of the browser's sockets are limited in length."""
     usual = tempfile.gettempdir()
-    is_short = os.name == "nt" or len(os.fsencode(usual)) <= _LONGEST_FOLDER
+    is_short = os.name == "nt" or len(os.fsencode(usual)) <= _MAX_FOLDER
     return usual if is_short or not os.access(_SHORT_FOLDER, os.W_OK) else _SHORT_FOLDER
 
 
-def _no_start(executable: str, said: str) -> SceneError:
-    """The error for a browser that ended at once; ``said`` is playwright's report, with what the browser wrote."""
-    written = [line.partition("[err] ")[2].strip() for line in said.splitlines() if "[err] " in line]
+def _no_start(executable: str, report: str) -> SceneError:
+    """Return the error for a browser that exited at once; ``report`` is playwright's report with the browser's
+    output."""
+    written = [line.partition("[err] ")[2].strip() for line in report.splitlines() if "[err] " in line]
     reason = f": {written[0]}" if written else ""
     return SceneError(
         "backend",
         f"the browser `{executable}` does not start{reason}",
-        hint=f"name the program of Chromium, Chrome or Edge in {VARIABLE}",
+        hint=f"set {VARIABLE} to the path of the executable of Chromium, Chrome or Edge",
     )
 
 
 class Browser:
-    """A browser that shows ``page`` (HTML text); it ends with ``close``, with this object, or with the process.
+    """A browser that shows ``page`` (HTML text), until ``close``, garbage collection or the end of the process.
 
-    Raises SceneError("backend") where no browser starts or the page does not come up in time.
+    Raises SceneError("backend") if no browser starts or the page does not load in time.
     """
 
-    def __init__(self, page: str, limit: float = _LIMIT) -> None:
+    def __init__(self, page: str, limit: float = _TIMEOUT) -> None:
         self._driving = _Driving(page, find_browser(), need("playwright.async_api", INSTALL))
         self._limit = limit
         self.close = weakref.finalize(self, self._driving.end)
         self._wait(self._driving.start())
 
     def shoot(self, frame: int, camera: dict[str, Any], factor: int) -> bytes:
-        """A PNG of ``frame`` from ``camera`` (JSON), ``factor`` times its size; raises SceneError("backend")."""
+        """Return a PNG of ``frame`` from ``camera`` (JSON), scaled by ``factor``; raises SceneError("backend")."""
         return base64.b64decode(self._wait(self._driving.shoot(frame, camera, factor)))
 
     def _wait(self, work: Coroutine[Any, Any, Any]) -> Any:
         try:
             return self._driving.submit(work).result(self._limit)
-        except TooLong:
+        except FutureTimeout:
             self.close()
             raise SceneError("backend", f"the browser took longer than {self._limit:g} seconds") from None
         except SceneError:
@@ -147,7 +148,7 @@ class Browser:
             raise
         except Exception as error:
             self.close()
-            (line, *_) = str(error).strip().splitlines() or ["it ended"]
+            (line, *_) = str(error).strip().splitlines() or ["it exited"]
             raise SceneError("backend", f"the browser cannot draw: {line}") from error
         except BaseException:  # Ctrl-C
             self.close()
@@ -155,7 +156,7 @@ class Browser:
 
 
 class _Driving:
-    """What runs in the thread."""
+    """The part of ``Browser`` that runs in the thread."""
 
     def __init__(self, page: str, executable: str, playwright: Any) -> None:
         self._html, self._executable, self._playwright = page, executable, playwright
@@ -179,7 +180,7 @@ class _Driving:
             raise _no_start(self._executable, str(error)) from error
         await self._context.route("**/*", self._answer)
         self._page = await self._context.new_page()
-        self._page.set_default_timeout(0)  # the limit is the one above
+        self._page.set_default_timeout(0)  # the limit of ``Browser`` applies
         await self._page.goto(_ADDRESS)
         await self._page.wait_for_selector("body[data-ready]", state="attached")
         if await self._page.get_attribute("body", "data-ready") != "yes":
@@ -212,13 +213,13 @@ class _Driving:
             await route.abort()
 
     def end(self) -> None:
-        """End the browser and remove its profile, whatever it is doing."""
+        """Stop the browser and remove its profile, whatever its state."""
         try:
-            self.submit(self._stop()).result(_GRACE)
+            self.submit(self._stop()).result(_EXIT_TIMEOUT)
         except Exception:  # noqa: S110  # nosec B110
-            pass  # it is gone, or hangs: its driver ends with the pipe
+            pass  # it has exited or hangs: its driver exits when the pipe closes
         self._loop.call_soon_threadsafe(self._loop.stop)
-        self._thread.join(_GRACE)
+        self._thread.join(_EXIT_TIMEOUT)
         shutil.rmtree(self._profile, ignore_errors=True)
 
     async def _stop(self) -> None:
@@ -228,7 +229,7 @@ class _Driving:
             await self._driver.stop()
 
 
-# The page of a build: one HTML text that needs no server and loads nothing.
+# The page of a build: a self-contained HTML document that loads nothing.
 
 
 FloatArray = npt.NDArray[np.float64]
@@ -236,8 +237,11 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PageSurroundings:
-    """What builds stand in: ``center`` (3,) and ``scale`` bring the scene to unit size, ``lowest`` is its lowest point,
-    all in the program's units; ``environment`` and ``ground`` are names of ``studio``."""
+    """Surroundings of a build.
+
+    ``center`` (3,) and ``scale`` bring the scene to unit size, ``lowest`` is its lowest point, all in program units;
+    ``environment`` and ``ground`` are names of ``studio``.
+    """
 
     center: FloatArray
     scale: float
@@ -248,18 +252,18 @@ class PageSurroundings:
 
 @dataclass(frozen=True, slots=True)
 class SavedPage:
-    """A page as HTML, and what the scene has that it does not show as asked."""
+    """A page as HTML, and warnings about content that it cannot show faithfully."""
 
     text: str
     warnings: tuple[Diagnostic, ...]
 
 
 def page_of_scene(scene: Scene, textures: str = "", limit: int = 2_000_000) -> SavedPage:
-    """The page of all frames of ``scene`` with the looks at ``textures`` (empty: where they usually are).
+    """Return the page of all frames of ``scene`` with the resource pack ``textures`` (empty: the default locations).
 
-    Raises SceneError: for a scene without blocks, for poses that blocks cannot have, and where there are no looks.
+    Raises SceneError: for a scene without blocks, for poses that blocks do not support, and if no textures are found.
     """
-    layers = layers_for(textures)  # looked for first: a build may take long
+    layers = layers_for(textures)  # checked first, since computing a build may take long
     builds = builds_of(dict(enumerate(scene.frames)), limit)
     looks = looks_of(builds.palette, layers)
     low, high = box_of(scene)
@@ -269,7 +273,7 @@ def page_of_scene(scene: Scene, textures: str = "", limit: int = 2_000_000) -> S
 
 
 def page_of(name: str, builds: Builds, looks: BlockLooks, around: PageSurroundings, camera: Camera) -> str:
-    """The page that shows all frames of ``builds``; ``camera`` is where any of its pictures is taken from."""
+    """Return the page that shows all frames of ``builds``; ``camera`` determines the direction of the light."""
     studio = studio_for(camera.rescaled(around.center, around.scale), around.environment, around.ground)
     data = _data(name, builds, looks, around, studio)
     return inlined(_text("page.html"), _text("page.js"), _text("page.css"), "build", data)
@@ -330,7 +334,7 @@ def _atlas(looks: BlockLooks) -> dict[str, Any]:
 
 
 def _studio(studio: Studio, around: PageSurroundings) -> Mapping[str, Sequence[Any] | float | None]:
-    """The surroundings as colours: sRGB of what lies behind and below, linear light on what faces up."""
+    """Return the surroundings as colours: sRGB of backdrop and ground, linear light on upward faces."""
     environment = studio.environment
     light = np.array(environment.ambient) + np.array(environment.key) * studio.key_direction[1]
     ground = None if studio.ground is None else to_srgb(tone_map(studio.ground * light, environment)).tolist()
@@ -342,16 +346,17 @@ def _studio(studio: Studio, around: PageSurroundings) -> Mapping[str, Sequence[A
     }
 
 
-_FINEST = 3  # samples along each side of a pixel
-_MOST_SAMPLES = 4096 * 4096
+_MAX_FACTOR = 3  # samples per pixel and axis
+_MAX_SAMPLES = 4096 * 4096
 
 
 class BuildPainter:
-    """Takes pictures of one page in one browser, which starts with the first of them."""
+    """Takes pictures of one page in a browser, which is started for the first picture."""
 
     def __init__(self, staging: Staging, options: PictureOptions) -> None:
         self._staging = staging
-        layers = layers_for(DEEPSLATE.setting(options, "textures"))  # looked for first: a build may take long
+        # checked first, since computing a build may take long
+        layers = layers_for(DEEPSLATE.setting(options, "textures"))
         self._builds = builds_of(staging.asked, options.limit)
         self._looks = looks_of(self._builds.palette, layers)
         self._browser: Browser | None = None
@@ -363,7 +368,7 @@ class BuildPainter:
         if self._browser is None:
             self._browser = Browser(self._page(shot.camera))
         camera = shot.camera
-        factor = next((n for n in range(_FINEST, 1, -1) if n * n * camera.width * camera.height <= _MOST_SAMPLES), 1)
+        factor = next((n for n in range(_MAX_FACTOR, 1, -1) if n * n * camera.width * camera.height <= _MAX_SAMPLES), 1)
         png = self._browser.shoot(shot.frame, camera_to_json(camera), factor)
         if progress is not None:
             progress(1.0)
@@ -376,7 +381,7 @@ class BuildPainter:
 
 
 def _image(png: bytes, camera: Camera, factor: int) -> Image:
-    """The picture of ``factor`` x ``factor`` samples for each pixel, averaged as light."""
+    """Return the picture of ``factor`` x ``factor`` samples per pixel, averaged in linear light."""
     with need("PIL.Image", "pillow").open(io.BytesIO(png)) as drawn:
         samples = np.asarray(drawn.convert("RGB"), np.uint8)
     light = from_srgb(np.arange(256) / 255.0).astype(np.float32)[samples]
@@ -391,14 +396,14 @@ def _painter(staging: Staging, options: PictureOptions, shots: int) -> Painter:
 
 DEEPSLATE = PictureBackend(
     name="deepslate",
-    doc="builds of Minecraft with the game's own looks, drawn in a browser",
+    doc="Minecraft builds with the game's models and textures, rendered in a browser",
     work=Work.PICTURE,
     endings=STILL_ENDINGS,
     run=write_still("deepslate"),
     options=(
         Option(
             "textures",
-            "the game's jar, a resource pack or npm's minecraft-assets; else the installed game",
+            "path of the game's jar, a resource pack or npm's minecraft-assets; by default the installed game",
             "",
         ),
     ),

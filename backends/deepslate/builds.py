@@ -1,4 +1,4 @@
-"""The builds of a scene's frames, as the page draws them."""
+"""Visible blocks of the frames of a scene, in the form that the page draws."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from scenelang.backends.minecraft.voxels import voxelised
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
 from scenelang.interpreter.scene.entity import Entity
 
-# Which blocks hold water: water itself, and what stands in it.
+# Blocks that contain water: water itself, and waterlogged blocks.
 
 
 WATER_TEXTURES = ("minecraft:block/water_still", "minecraft:block/water_flow")
@@ -24,39 +24,43 @@ _PLANTS = frozenset({"minecraft:kelp", "minecraft:kelp_plant", "minecraft:seagra
 
 
 def is_water(state: BlockState) -> bool:
-    """True for a cell of nothing but water."""
+    """Whether the cell contains only water."""
     return state.name in _WATER
 
 
 def is_wet(state: BlockState) -> bool:
-    """True for a block with water around it, such as a waterlogged fence."""
+    """Whether the block is surrounded by water, such as a waterlogged fence."""
     return state.name in _PLANTS or ("waterlogged", "true") in state.properties
 
 
-# The blocks of a build that can be seen: those with an open side, and what stands around them.
+# Visible blocks of a build: those with an exposed side, and occlusion by their neighbours.
 
 
 IntArray = npt.NDArray[np.int32]
 ByteArray = npt.NDArray[np.uint8]
 
-MOST_SEEN = 2_000_000  # blocks of one frame
-CHUNK = 32  # cells along each side of what the page draws at once
+MAX_VISIBLE = 2_000_000  # blocks of one frame
+CHUNK = 32  # cells along each axis of a buffer of the page
 SIDES = ((0, -1, 0), (0, 1, 0), (0, 0, -1), (0, 0, 1), (-1, 0, 0), (1, 0, 0))  # down, up, north, south, west, east
 AROUND = tuple(
     (x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if (x, y, z) != (0, 0, 0)
-)  # the page counts them in the same order
-_SLAB = 1 << 22  # cells that are looked at together
-_CLEAR = ("glass", "ice", "slime_block", "honey_block")  # no face between two of the same kind, as in the game
-# A number for each state: 0 hides nothing, 1 is a solid cube. Of the others, those that are alike but for the last bit
-# hide each other's sides; what stands in water is seen itself all the same.
+)  # same order as in the page's script
+_SLAB = 1 << 22  # cells processed per batch
+# blocks whose faces between two of the same kind are hidden, as in the game
+_CLEAR = ("glass", "ice", "slime_block", "honey_block")
+# A family number per state for face culling: 0 hides nothing, 1 is an opaque cube. Others hide each other's sides if
+# they differ only in the last bit; waterlogged blocks are visible nevertheless.
 _NO_FAMILY, _SOLID, _WATER_FAMILY, _WET, _OTHERS = 0, 1, 2, 3, 4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Seen:
-    """Blocks in the order of chunks. ``cells`` (3, N): from the corner of ``origin``. ``states`` (N,): their numbers in
-    the palette. ``around`` (N,): bit ``k`` below 26 is set where a solid cube stands at ``AROUND[k]``, bit ``26 + k``
-    where side ``SIDES[k]`` is hidden (of what stands in water, the water's side)."""
+    """Visible blocks, grouped by chunk.
+
+    ``cells`` (3, N) are relative to the corner, ``states`` (N,) their palette indices. ``around`` (N,): bit ``k`` below
+    26 is set if an opaque cube is at ``AROUND[k]``, bit ``26 + k`` if side ``SIDES[k]`` is hidden (for waterlogged
+    blocks, the water's side).
+    """
 
     cells: IntArray
     states: npt.NDArray[np.uint32]
@@ -64,14 +68,14 @@ class Seen:
 
 
 def seen(build: Build, corner: tuple[int, int, int]) -> Seen:
-    """The blocks of ``build`` with an open side, in cells from ``corner``; raises LimitError for too many."""
+    """Return the blocks of ``build`` with an exposed side, in cells from ``corner``; raises LimitError for too many."""
     family = _families(build.palette)
     padded = np.zeros(tuple(n + 2 for n in build.size), np.uint8)
     inside = padded[1:-1, 1:-1, 1:-1]
     slab = max(1, _SLAB // max(1, build.cells[:1].size))
     for start in range(0, len(inside), slab):
         inside[start : start + slab] = family[build.cells[start : start + slab]]
-    at = _open(build, padded, slab)
+    at = _exposed(build, padded, slab)
     own = padded[tuple(at + 1)]
     around = np.zeros(at.shape[1], np.uint32)
     for k, step in enumerate(AROUND):
@@ -101,7 +105,7 @@ def _families(palette: Sequence[BlockState]) -> ByteArray:
 
 
 def _hidden(own: ByteArray, other: ByteArray) -> npt.NDArray[np.bool_]:
-    """Where a side between two families is not drawn; of what stands in water, the water's side."""
+    """Return where a side between two families is hidden; for waterlogged blocks, the water's side."""
     return np.asarray((other == _SOLID) | ((own > _SOLID) & (own >> 1 == other >> 1)))
 
 
@@ -114,8 +118,8 @@ def _is_clear(name: str, kind: BlockKind) -> bool:
     return kind.shape == "fluid" or (kind.shape == "cube" and name.endswith(_CLEAR))
 
 
-def _open(build: Build, padded: ByteArray, slab: int) -> npt.NDArray[np.int64]:
-    """The cells (3, N) of blocks with a side that no neighbour hides."""
+def _exposed(build: Build, padded: ByteArray, slab: int) -> npt.NDArray[np.int64]:
+    """Return the cells (3, N) of blocks with a side that no neighbour hides."""
     parts, count = [np.zeros((3, 0), np.int64)], 0
     x, y, z = build.size
     for start in range(0, x, slab):
@@ -128,10 +132,10 @@ def _open(build: Build, padded: ByteArray, slab: int) -> npt.NDArray[np.int64]:
         at = np.array(np.nonzero((build.cells[start:end] != AIR) & ~hidden), np.int64)
         at[0] += start
         count += at.shape[1]
-        if count > MOST_SEEN:
+        if count > MAX_VISIBLE:
             raise LimitError(
                 "size",
-                f"more than {MOST_SEEN:,} blocks of the build can be seen, more than one picture of it may show",
+                f"the build has more than the limit of {MAX_VISIBLE:,} visible blocks for a picture",
                 hint="draw a part of the scene, or draw it with another backend",
             )
         parts.append(at)
@@ -142,13 +146,16 @@ def _beside(padded: ByteArray, at: npt.NDArray[np.int64], step: tuple[int, int, 
     return np.asarray(padded[tuple(at + 1 + np.array(step)[:, None])], np.uint8)
 
 
-MOST_IN_ALL = 8_000_000  # blocks that can be seen, in all frames
+MAX_VISIBLE_IN_ALL = 8_000_000  # visible blocks in all frames
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Builds:
-    """``frames[n]``: what is seen of frame ``n``, in cells from ``corner``, its states numbered as in ``palette``.
-    ``warnings``: what was replaced or left out."""
+    """The visible blocks of frames.
+
+    ``frames[n]`` are those of frame ``n``, in cells from ``corner``, with states as indices into ``palette``.
+    ``warnings`` are about replaced and ignored blocks.
+    """
 
     frames: Mapping[int, Seen]
     corner: tuple[int, int, int]
@@ -157,7 +164,7 @@ class Builds:
 
     @property
     def box(self) -> tuple[list[int], list[int]]:
-        """The low and high corner of what is seen in any frame, in cells from ``corner``."""
+        """Low and high corner of the visible blocks of all frames, in cells from ``corner``."""
         cells = [seen.cells for seen in self.frames.values() if len(seen.states)]
         low = np.min([each.min(axis=1) for each in cells], axis=0)
         high = np.max([each.max(axis=1) for each in cells], axis=0) + 1
@@ -165,9 +172,9 @@ class Builds:
 
 
 def builds_of(roots: Mapping[int, Entity], limit: int) -> Builds:
-    """The builds of frames by number; entities that frames share are laid once.
+    """Return the builds of frames by number; entities shared by frames are computed once.
 
-    Raises SceneError where there are no blocks, or they cannot be laid, and LimitError.
+    Raises SceneError if there are no blocks or they cannot be placed, and LimitError.
     """
     palette: dict[BlockState, int] = {AIR_STATE: 0}
     warnings: dict[str, Diagnostic] = {}
@@ -187,8 +194,8 @@ def builds_of(roots: Mapping[int, Entity], limit: int) -> Builds:
     if corner is None:
         raise SceneError(
             "empty-scene",
-            "the scene lays no blocks, so there is nothing to show with the game's looks",
-            hint="lay blocks with `set-cuboid`, or draw the scene with another backend",
+            "the scene places no blocks, so there is nothing to draw",
+            hint="place blocks with `set-cuboid`, or use another backend",
         )
     return Builds(frames, corner, tuple(palette), tuple(warnings.values()))
 
@@ -199,9 +206,9 @@ def _renumbered(found: Seen, build: Build, palette: dict[BlockState, int]) -> Se
 
 
 def _check(count: int) -> None:
-    if count > MOST_IN_ALL:
+    if count > MAX_VISIBLE_IN_ALL:
         raise LimitError(
             "size",
-            f"more than {MOST_IN_ALL:,} blocks can be seen in all frames, more than one page may show",
+            f"the frames have more than the limit of {MAX_VISIBLE_IN_ALL:,} visible blocks for a page",
             hint="show fewer frames or a part of the scene",
         )

@@ -1,6 +1,6 @@
-"""Where one set of looks is read from: a jar or zip, a folder of the same layout, or npm's `minecraft-assets`.
+"""Sources of models and textures: a jar or zip, a folder with the same layout, or npm's `minecraft-assets`.
 
-What is read was made by others: names are checked, files are bounded, and nothing outside the set is opened.
+The files are untrusted: names are validated, sizes are limited, and nothing outside the source is opened.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from typing import Any
 
 from scenelang.grammar.diagnostics import SceneError
 
-_LARGEST_JSON = 1_000_000  # bytes
-_LARGEST_LIST = 64_000_000  # bytes of all models of a version in one file
-LARGEST_PICTURE = 8_000_000
-_MOST_FILES = 500_000  # in a zip
+_MAX_JSON = 1_000_000  # bytes
+_MAX_LIST = 64_000_000  # bytes of the file with all models of a version
+MAX_PICTURE_BYTES = 8_000_000
+_MAX_FILES = 500_000  # in a zip
 _ASSETS = "assets"
 _IDENTIFIER = re.compile(r"(?:([a-z0-9_.-]+):)?([a-z0-9_.-]+(?:/[a-z0-9_.-]+)*)")
 _NPM_FOLDERS = {"block": "blocks", "item": "items"}
@@ -29,8 +29,11 @@ _NPM_FOLDERS = {"block": "blocks", "item": "items"}
 
 @dataclass(frozen=True, slots=True)
 class Layer:
-    """One set of looks. Each function takes a full name, ``minecraft:block/stone``, and gives None for what the set
-    does not have; they raise SceneError("file") for what cannot be read."""
+    """A source of models and textures.
+
+    Each function takes a full name, ``minecraft:block/stone``, and returns None if the source does not contain it; they
+    raise SceneError("file") for unreadable content.
+    """
 
     name: str
     definition: Callable[[str], Any]
@@ -39,7 +42,7 @@ class Layer:
 
 
 def full_name(name: Any) -> str | None:
-    """``name`` with its namespace; None for what names nothing, such as a path that leaves its folder."""
+    """Return ``name`` with its namespace, None if it is not a valid identifier, such as a path outside its folder."""
     match = _IDENTIFIER.fullmatch(name) if isinstance(name, str) and len(name) < 300 else None
     if match is None or any(set(part) <= {"."} for part in (match[1] or "_", *match[2].split("/"))):
         return None
@@ -47,7 +50,7 @@ def full_name(name: Any) -> str | None:
 
 
 def layer_at(path: Path) -> Layer:
-    """The looks in the jar, zip or folder ``path``; raises SceneError("file") where there are none."""
+    """Return the source in the jar, zip or folder ``path``; raises SceneError("file") if it contains no textures."""
     try:
         if path.is_file():
             return _zipped(path)
@@ -61,12 +64,12 @@ def layer_at(path: Path) -> Layer:
                 return _packed(str(path), _within(path))
             raise _none_at(path)
     except (OSError, zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError) as error:
-        raise SceneError("file", f"the textures in `{path}` cannot be read: {error}") from error
-    raise SceneError("file", f"there is nothing at `{path}`, where textures are to be")
+        raise SceneError("file", f"cannot read the textures in `{path}`: {error}") from error
+    raise SceneError("file", f"the texture path `{path}` does not exist")
 
 
 def stacked(layers: Sequence[Layer]) -> Layer:
-    """All ``layers`` as one, which remembers what it was asked: the first that has something wins."""
+    """Combine ``layers`` into one with cached lookups; the first that contains something is used."""
 
     def first(look_ups: Sequence[Callable[[str], Any]]) -> Callable[[str], Any]:
         @cache
@@ -84,15 +87,15 @@ def stacked(layers: Sequence[Layer]) -> Layer:
 
 
 def number_of(version: str) -> tuple[int, ...]:
-    """``1.21.4`` as numbers that sort; empty for what is no version's number."""
+    """Return a version such as ``1.21.4`` as sortable numbers, empty if it is not a version number."""
     return tuple(int(n) for n in version.split(".")) if re.fullmatch(r"\d{1,6}(\.\d{1,6}){1,3}", version) else ()
 
 
 def _none_at(path: Path) -> SceneError:
     return SceneError(
         "file",
-        f"`{path}` holds no textures of Minecraft",
-        hint="give the game's jar, a resource pack (.zip or folder), or the folder of npm's minecraft-assets",
+        f"`{path}` contains no Minecraft textures",
+        hint="use the game's jar, a resource pack (.zip or folder), or the folder of npm's minecraft-assets",
     )
 
 
@@ -104,7 +107,7 @@ def _zipped(path: Path) -> Layer:
         raise _none_at(path)
     archive = zipfile.ZipFile(path)
     names = archive.NameToInfo
-    if len(names) > _MOST_FILES or not any(name.startswith(f"{_ASSETS}/") for name in names):
+    if len(names) > _MAX_FILES or not any(name.startswith(f"{_ASSETS}/") for name in names):
         raise _none_at(path)
 
     def read(name: str, largest: int) -> bytes | None:
@@ -124,7 +127,7 @@ def _within(folder: Path) -> Callable[[str, int], bytes | None]:
 
     def read(name: str, largest: int) -> bytes | None:
         path = (root / name).resolve()
-        if not path.is_relative_to(root) or not path.is_file():  # a link may lead outside
+        if not path.is_relative_to(root) or not path.is_file():  # a symbolic link may lead outside
             return None
         with path.open("rb") as file:
             return _bounded(file.read(largest + 1), name, largest)
@@ -133,18 +136,18 @@ def _within(folder: Path) -> Callable[[str, int], bytes | None]:
 
 
 def _packed(name: str, read: Callable[[str, int], bytes | None]) -> Layer:
-    """The layout of the game's jar and of resource packs."""
+    """Return a source with the layout of the game's jar and of resource packs."""
 
     def data(folder: str) -> Callable[[str], Any]:
         def look_up(full: str) -> Any:
             file = _place(full, folder, ".json")
-            text = _guarded(read, file, _LARGEST_JSON, name)
+            text = _guarded(read, file, _MAX_JSON, name)
             return None if text is None else _json(text, file)
 
         return look_up
 
     def picture(full: str) -> bytes | None:
-        return _guarded(read, _place(full, "textures", ".png"), LARGEST_PICTURE, name)
+        return _guarded(read, _place(full, "textures", ".png"), MAX_PICTURE_BYTES, name)
 
     return Layer(name, data("blockstates"), data("models"), picture)
 
@@ -158,7 +161,7 @@ def _place(full: str, folder: str, ending: str) -> str:
 
 
 def _versions(folder: Path) -> list[Path]:
-    """The folders of versions of `minecraft-assets`, newest last."""
+    """Return the version folders of `minecraft-assets`, newest last."""
     data = folder if folder.name == "data" else folder / "minecraft-assets" / "data"
     if not data.is_dir():
         data = folder / "data"
@@ -171,7 +174,7 @@ def _npm(folder: Path) -> Layer:
 
     @cache
     def listed(file: str) -> Mapping[str, Any]:
-        text = _guarded(read, file, _LARGEST_LIST, str(folder))
+        text = _guarded(read, file, _MAX_LIST, str(folder))
         data = None if text is None else _json(text, file)
         return data if isinstance(data, dict) else {}
 
@@ -183,7 +186,7 @@ def _npm(folder: Path) -> Layer:
 
     def picture(full: str) -> bytes | None:
         top, _, rest = full.removeprefix("minecraft:").partition("/")
-        return _guarded(read, f"{_NPM_FOLDERS.get(top, top)}/{rest}.png", LARGEST_PICTURE, str(folder))
+        return _guarded(read, f"{_NPM_FOLDERS.get(top, top)}/{rest}.png", MAX_PICTURE_BYTES, str(folder))
 
     return Layer(str(folder), definition, model, picture)
 
@@ -196,8 +199,8 @@ def _guarded(read: Callable[[str, int], bytes | None], name: str, largest: int, 
         return read(name, largest)
     except SceneError:
         raise
-    except Exception as error:  # zipfile and zlib raise many kinds for damaged archives
-        raise SceneError("file", f"`{name}` in `{place}` cannot be read: {error}") from error
+    except Exception as error:  # zipfile and zlib raise various exceptions for damaged archives
+        raise SceneError("file", f"cannot read `{name}` in `{place}`: {error}") from error
 
 
 def _bounded(data: bytes, name: str, largest: int) -> bytes:
@@ -207,42 +210,45 @@ def _bounded(data: bytes, name: str, largest: int) -> bytes:
 
 
 def _too_large(name: str, largest: int) -> SceneError:
-    return SceneError("file", f"`{name}` is larger than {largest:,} bytes")
+    return SceneError("file", f"`{name}` is larger than the limit of {largest:,} bytes")
 
 
 def _json(text: bytes, name: str) -> Any:
     try:
         return json.loads(text.decode("utf-8-sig"))
     except (ValueError, RecursionError) as error:
-        raise SceneError("file", f"`{name}` is no JSON: {error}") from None
+        raise SceneError("file", f"`{name}` is not valid JSON: {error}") from None
 
 
-# Where the game's looks are on this machine: what the user names, else the usual places.
+# Location of the game's files on this machine: set by the user, else the default locations.
 
 
 VARIABLE = "SCENELANG_MINECRAFT"
 _PACKAGE = Path("node_modules/minecraft-assets")
 HINT = (
-    "install the game and start it once, or give `--textures PATH`: its jar, a resource pack, or the folder of npm's "
-    "minecraft-assets"
+    "install the game and start it once, or use `--textures PATH` with its jar, a resource pack, or the folder of "
+    "npm's minecraft-assets"
 )
 
 
 def layers_for(given: str) -> tuple[Layer, ...]:
-    """The sets of looks to read from, the first that has something wins: what is ``given`` (empty: the environment's
-    variable), then the usual places, for a resource pack may hold a part only. Raises SceneError("file")."""
+    """Return the sources of models and textures, in order of precedence; raises SceneError("file") if there are none.
+
+    ``given`` (if empty, the environment variable) comes first, then a default location, since a resource pack may be
+    incomplete.
+    """
     named = given or os.environ.get(VARIABLE, "")
     layers = [layer_at(Path(named).expanduser())] if named else []
-    usual = next(_usual(), None)
-    if usual is not None:
-        layers.append(layer_at(usual))
+    default = next(_default_locations(), None)
+    if default is not None:
+        layers.append(layer_at(default))
     if not layers:
-        raise SceneError("file", "the game's textures were not found on this machine", hint=HINT)
+        raise SceneError("file", "Minecraft's textures were not found on this machine", hint=HINT)
     return tuple(layers)
 
 
-def _usual() -> Iterator[Path]:
-    """What there is in the usual places, the newest version of the game first."""
+def _default_locations() -> Iterator[Path]:
+    """Yield existing default locations, the newest version of the game first."""
     jars = [path for path in (_game() / "versions").glob("*/*.jar") if path.is_file()]
     yield from sorted(jars, key=lambda path: number_of(path.stem), reverse=True)
     for folder in (Path.cwd(), Path.home()):
@@ -251,7 +257,7 @@ def _usual() -> Iterator[Path]:
 
 
 def _game() -> Path:
-    """The game's folder."""
+    """Return the game's folder."""
     if sys.platform == "win32":
         return Path(os.environ.get("APPDATA", "~")).expanduser() / ".minecraft"
     if sys.platform == "darwin":

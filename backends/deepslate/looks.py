@@ -1,4 +1,4 @@
-"""The looks of a build's blocks: of every state its models, and all textures in one picture."""
+"""Models and textures of a build's blocks: the models of every state, and a texture atlas."""
 
 from __future__ import annotations
 
@@ -23,23 +23,26 @@ from scenelang.backends.minecraft.table import load_table, variants
 from scenelang.backends.pictures.film import png_of
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
 
-# The textures of a build as one picture.
+# Texture atlas of a build.
 
 
 Pixels = npt.NDArray[np.uint8]  # (H, W, 4)
 Place = tuple[int, int, int, int]
 
-_LARGEST_SIDE = 4096  # of one texture, animations included
-_LARGEST_FRAME = 1024
-_LARGEST_ATLAS = 8192
-_CLEAR, _SOLID = 26, 230  # alpha between them is that of stained glass, not of an edge
-_FEW = 0.03  # the share of such pixels that makes a texture translucent
+_MAX_SIDE = 4096  # of one texture, animation frames included
+_MAX_FRAME = 1024
+_MAX_ATLAS = 8192
+_CLEAR, _SOLID = 26, 230  # alpha between these is translucent, as in stained glass, rather than an antialiased edge
+_MIN_TRANSLUCENT = 0.03  # minimum fraction of such pixels in a translucent texture
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Atlas:
-    """``png`` is square, its side a power of two. ``places``: left, top, right, bottom of each texture, in pixels.
-    ``translucent`` are the names of those that one sees through."""
+    """A texture atlas; ``png`` is square, its side a power of two.
+
+    ``places`` maps textures to left, top, right, bottom in pixels. ``translucent`` are the names of translucent
+    textures.
+    """
 
     png: bytes
     side: int
@@ -48,41 +51,41 @@ class Atlas:
 
 
 def texture_from(png: bytes, name: str) -> Pixels:
-    """The first frame of a texture, RGBA; raises SceneError("file") for what is no picture, or a huge one."""
+    """Return the first frame of a texture, RGBA; raises SceneError("file") for invalid or too large images."""
     image_type = need("PIL.Image", "pillow")
     try:
         with image_type.open(io.BytesIO(png), formats=["PNG"]) as picture:
             width, height = picture.size
-            if max(width, height) > _LARGEST_SIDE or width > _LARGEST_FRAME:
-                raise SceneError("file", f"the texture `{name}` has {width} x {height} pixels, too many")
+            if max(width, height) > _MAX_SIDE or width > _MAX_FRAME:
+                raise SceneError("file", f"the texture `{name}` is too large: {width} x {height} pixels")
             pixels = np.asarray(picture.convert("RGBA"), np.uint8)
     except SceneError:
         raise
-    except Exception as error:  # pillow raises many kinds for damaged files
-        raise SceneError("file", f"the texture `{name}` is no picture: {error}") from None
+    except Exception as error:  # pillow raises various exceptions for damaged files
+        raise SceneError("file", f"the texture `{name}` is not a valid image: {error}") from None
     is_film = height > width and height % width == 0 and not name.startswith("minecraft:entity/")
-    return pixels[:width] if is_film or height > _LARGEST_FRAME else pixels
+    return pixels[:width] if is_film or height > _MAX_FRAME else pixels
 
 
 def atlas_of(textures: Mapping[str, Pixels]) -> Atlas:
-    """All ``textures`` in one picture; raises LimitError where they are too many for one."""
+    """Pack all ``textures`` into an atlas; raises LimitError if they do not fit."""
     order = sorted(textures, key=lambda name: (-textures[name].shape[0], name))
     side = _power_of_two(int(np.sqrt(sum(t.shape[0] * t.shape[1] for t in textures.values()) + 1.0)))
     side = max([side, *(_power_of_two(max(t.shape[:2])) for t in textures.values())])
-    places = _shelved(textures, order, side)
+    places = _pack_shelves(textures, order, side)
     while places is None:
         side *= 2
-        places = _shelved(textures, order, side)
-    if side > _LARGEST_ATLAS:
-        raise LimitError("size", f"the build's textures need more than {_LARGEST_ATLAS} x {_LARGEST_ATLAS} pixels")
+        places = _pack_shelves(textures, order, side)
+    if side > _MAX_ATLAS:
+        raise LimitError("size", f"the build's textures exceed the limit of {_MAX_ATLAS} x {_MAX_ATLAS} pixels")
     sheet = np.zeros((side, side, 4), np.uint8)
     for name, (left, top, right, bottom) in places.items():
         sheet[top:bottom, left:right] = textures[name]
     return Atlas(png_of(sheet), side, places, frozenset(_translucent(textures.items())))
 
 
-def _shelved(textures: Mapping[str, Pixels], order: Iterable[str], side: int) -> dict[str, Place] | None:
-    """Places in rows from the top, the highest textures first; None where they do not fit."""
+def _pack_shelves(textures: Mapping[str, Pixels], order: Iterable[str], side: int) -> dict[str, Place] | None:
+    """Pack textures in rows from the top, tallest first (shelf packing); returns None if they do not fit."""
     places: dict[str, Place] = {}
     x = y = row = 0
     for name in order:
@@ -100,7 +103,7 @@ def _shelved(textures: Mapping[str, Pixels], order: Iterable[str], side: int) ->
 def _translucent(textures: Iterable[tuple[str, Any]]) -> Iterable[str]:
     for name, pixels in textures:
         alpha = pixels[:, :, 3]
-        if ((alpha > _CLEAR) & (alpha < _SOLID)).mean() > _FEW:
+        if ((alpha > _CLEAR) & (alpha < _SOLID)).mean() > _MIN_TRANSLUCENT:
             yield name
 
 
@@ -108,30 +111,30 @@ def _power_of_two(least: int) -> int:
     return 1 << max(4, (least - 1).bit_length())
 
 
-# Models of the game as the page draws them: parents merged, textures by their full names, every number checked.
-#
-# The page trusts these numbers, so that what a resource pack may hold ends here: loops of parents or of textures,
-# boxes without end, values that are none.
+# Models in the form that the page draws: parents merged, texture names resolved, numbers validated. The page trusts
+# them, so malformed resource packs are rejected here: cycles of parents or of textures, unbounded boxes, invalid
+# values.
 
 
 Json = dict[str, Any]
 
-_MOST_PARENTS = 32
-_MOST_ELEMENTS = 2_000
-_MOST_TEXTURES = 1_000
-_FARTHEST = 1_000.0  # sixteenths of a block
+_MAX_PARENTS = 32
+_MAX_ELEMENTS = 2_000
+_MAX_TEXTURES = 1_000
+_MAX_COORDINATE = 1_000.0  # sixteenths of a block
 _SIDES = ("down", "up", "north", "south", "west", "east")
 _TURNS = (0, 90, 180, 270)
-MISSING = "minecraft:missing"  # a texture that no layer has
+MISSING = "minecraft:missing"  # placeholder for a texture that no source contains
 
 
 def flat_model(name: str, model: Callable[[str], Any]) -> Json | None:
-    """The model called ``name`` (full) without parents: ``{"elements": [...]}``, whose faces name their textures in
-    full; None where no layer has it, or the ancestor with its boxes. Raises SceneError("file") for a model that is
-    none."""
+    """Return the model ``name`` (full) with its parents merged: ``{"elements": [...]}`` with full texture names.
+
+    None if no source contains it, or the ancestor with its boxes. Raises SceneError("file") for a malformed model.
+    """
     textures: Json = {}
     elements: Any = None
-    for ancestor in _line(name, model):
+    for ancestor in _ancestors(name, model):
         if ancestor is None:
             if elements is None:
                 return None
@@ -141,7 +144,7 @@ def flat_model(name: str, model: Callable[[str], Any]) -> Json | None:
             textures.setdefault(key, value)
         elements = ancestor.get("elements") if elements is None else elements
     elements = elements or []
-    if len(textures) > _MOST_TEXTURES or not isinstance(elements, list) or len(elements) > _MOST_ELEMENTS:
+    if len(textures) > _MAX_TEXTURES or not isinstance(elements, list) or len(elements) > _MAX_ELEMENTS:
         raise _wrong(name)
     try:
         return {"elements": [_element(each, textures) for each in elements]}
@@ -150,36 +153,36 @@ def flat_model(name: str, model: Callable[[str], Any]) -> Json | None:
 
 
 def turn(value: Any) -> int:
-    """A rotation of a whole model or face in degrees; raises ValueError."""
+    """Return the rotation of a whole model or face in degrees; raises ValueError if it is not a quarter turn."""
     if value not in _TURNS:
         raise ValueError(value)
     return int(value)
 
 
 def textures_of(model: Json) -> Iterator[str]:
-    """The full names of the textures of a flat model."""
+    """Yield the full names of the textures of a flat model."""
     for element in model["elements"]:
         for face in element["faces"].values():
             yield face["texture"]
 
 
 def _wrong(name: str) -> SceneError:
-    return SceneError("file", f"the model `{name}` of these textures is malformed")
+    return SceneError("file", f"the model `{name}` of the resource pack is malformed")
 
 
-def _line(name: str, model: Callable[[str], Any]) -> Iterator[Json | None]:
-    """A model and its ancestors; None in place of one that no layer has."""
-    wanted: str | None = name
-    for _ in range(_MOST_PARENTS):
-        if wanted is None:
+def _ancestors(name: str, model: Callable[[str], Any]) -> Iterator[Json | None]:
+    """Yield a model and its ancestors; None for one that no source contains."""
+    required: str | None = name
+    for _ in range(_MAX_PARENTS):
+        if required is None:
             return
-        found = model(wanted)
+        found = model(required)
         if found is not None and not isinstance(found, dict):
             raise _wrong(name)
         yield found
         if found is None:
             return
-        wanted = full_name(found.get("parent"))
+        required = full_name(found.get("parent"))
     raise _wrong(name)
 
 
@@ -203,7 +206,7 @@ def _face(given: Json, textures: Json) -> Json:
 
 
 def _texture(name: Any, textures: Json) -> str:
-    for _ in range(_MOST_PARENTS):
+    for _ in range(_MAX_PARENTS):
         if isinstance(name, Mapping):
             name = name.get("sprite")
         if not isinstance(name, str):
@@ -216,7 +219,7 @@ def _texture(name: Any, textures: Json) -> str:
 
 
 def _rotation(given: Json) -> Json:
-    """About one axis; of a rotation about several, the first."""
+    """Return a rotation about one axis; of a rotation about several axes, the first."""
     axis, angle = given.get("axis"), given.get("angle", 0)
     if axis is None:
         axis, angle = next(((each, given[each]) for each in "xyz" if given.get(each)), ("y", 0))
@@ -229,12 +232,12 @@ def _rotation(given: Json) -> Json:
 
 def _numbers(given: Any, count: int) -> list[float]:
     numbers = [float(n) for n in given]
-    if len(numbers) != count or not all(math.isfinite(n) and abs(n) <= _FARTHEST for n in numbers):
+    if len(numbers) != count or not all(math.isfinite(n) and abs(n) <= _MAX_COORDINATE for n in numbers):
         raise ValueError(given)
     return numbers
 
 
-# What stands for a block that no looks draw: boxes of its average colour, those of the other renderers.
+# Fallback for blocks without a model: boxes of their average colour, like those of the other renderers.
 
 
 _FACES = {"west": (0, 0.0), "down": (1, 0.0), "north": (2, 0.0), "east": (0, 16.0), "up": (1, 16.0), "south": (2, 16.0)}
@@ -242,12 +245,12 @@ _SIDE = 16  # pixels
 
 
 def plain_model(state: BlockState, texture: str) -> Json:
-    """The flat model of ``state``, with ``texture`` on every face; without boxes for what cannot be seen."""
+    """Return the flat model of ``state`` with ``texture`` on every face; without boxes for invisible blocks."""
     return {"elements": [_plain_element(bar, texture) for bar in model_of(state, load_table().blocks[state.name])]}
 
 
 def plain_texture(state: BlockState) -> Pixels:
-    """One colour everywhere, as opaque as the block is."""
+    """Return a uniform texture with the block's colour and opacity."""
     kind = load_table().blocks[state.name]
     color = [*(kind.color or (0, 0, 0)), round(255 * kind.opacity)]
     return np.tile(np.array(color, np.uint8), (_SIDE, _SIDE, 1))
@@ -264,15 +267,18 @@ def _plain_element(bar: Bar, texture: str) -> Json:
     return element
 
 
-_MOST_PARTS = 64  # models of one state
-_MOST_NAMED = 8  # blocks in a warning
-_PLAIN = "scenelang:plain"  # models and textures of what no layer draws; no layer is asked for these
+_MAX_PARTS = 64  # models of one state
+_MAX_NAMED = 8  # blocks listed in a warning
+_PLAIN = "scenelang:plain"  # prefix of fallback models and textures, which are never looked up in a source
 
 
 @dataclass(frozen=True, slots=True)
 class BlockLook:
-    """How a state is drawn: with ``parts``, models ``{"model": name, "x": degrees, "y": degrees}``; where
-    ``is_special``, by deepslate itself, as chests are; where ``is_wet``, with water around it."""
+    """How a state is drawn.
+
+    ``parts`` are its models ``{"model": name, "x": degrees, "y": degrees}``. ``is_special`` marks states that deepslate
+    draws itself, such as chests, ``is_wet`` those surrounded by water.
+    """
 
     parts: tuple[Json, ...]
     is_special: bool = False
@@ -281,8 +287,11 @@ class BlockLook:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BlockLooks:
-    """``states[n]`` is the look of state ``n`` of the palette; ``models`` by name, without parents. ``plain`` are the
-    blocks that no layer draws: boxes of their average colour."""
+    """Models and textures of a palette.
+
+    ``states[n]`` is the look of state ``n``; ``models`` are by name, with parents merged. ``plain`` are the blocks that
+    no source contains, drawn as boxes of their average colour.
+    """
 
     states: tuple[BlockLook, ...]
     models: dict[str, Json]
@@ -291,20 +300,20 @@ class BlockLooks:
 
     @property
     def warnings(self) -> tuple[Diagnostic, ...]:
-        """The one that names ``plain``, where there are some."""
+        """The warning that lists ``plain`` blocks, if any."""
         if not self.plain:
             return ()
-        more = ", .." if len(self.plain) > _MOST_NAMED else ""
-        shown = ", ".join(f"`{name}`" for name in self.plain[:_MOST_NAMED]) + more
-        message = f"the looks have no model, or not all of it, for: {shown}; drawn as boxes of their average colour"
-        hint = "if they are a resource pack, install the game too: what a pack leaves out is taken from there"
+        more = ", .." if len(self.plain) > _MAX_NAMED else ""
+        shown = ", ".join(f"`{name}`" for name in self.plain[:_MAX_NAMED]) + more
+        message = f"missing or incomplete models for {shown}; drawn as boxes of their average colour"
+        hint = "if you use a resource pack, install the game too, which provides the missing models"
         return (Diagnostic("plain-look", message, hint=hint),)
 
 
 def looks_of(palette: Sequence[BlockState], layers: Sequence[Layer]) -> BlockLooks:
-    """How ``layers``, the first first, show the states of ``palette``.
+    """Return the models and textures of ``palette`` from ``layers``, in order of precedence.
 
-    Raises SceneError("file") for looks that cannot be read, or where the layers have none of these blocks.
+    Raises SceneError("file") for unreadable content, or if the layers contain none of these blocks.
     """
     layer = stacked(layers)
     _check(palette, layer)
@@ -319,36 +328,38 @@ def looks_of(palette: Sequence[BlockState], layers: Sequence[Layer]) -> BlockLoo
             look = BlockLook(({"model": name, "x": 0, "y": 0},), is_wet=is_wet(state))
             plain.add(state.name)
         looks.append(look)
-    textures |= _textures(_wanted(palette, looks, models) - textures.keys(), layer)
+    textures |= _textures(_required_textures(palette, looks, models) - textures.keys(), layer)
     return BlockLooks(tuple(looks), models, atlas_of(textures), tuple(sorted(plain)))
 
 
 def _check(palette: Sequence[BlockState], layer: Layer) -> None:
-    """Raise SceneError where ``layer`` has none of the blocks."""
+    """Raise SceneError if ``layer`` contains none of the blocks."""
     names = sorted({state.name for state in palette} - {AIR_STATE.name})
     if names and all(layer.definition(name) is None for name in names):
-        raise SceneError("file", f"{layer.name} has none of the build's blocks ({names[0]})", hint=HINT)
+        raise SceneError("file", f"{layer.name} contains none of the build's blocks ({names[0]})", hint=HINT)
 
 
 def _look(state: BlockState, layer: Layer, models: dict[str, Json]) -> BlockLook | None:
-    """The look of a state, its models added to ``models``; None where the layer does not draw it."""
+    """Return the look of a state and add its models to ``models``; None if the layer cannot draw it."""
     parts = _parts(state, layer)
     found = {part["model"]: flat_model(part["model"], layer.model) for part in parts or ()}
     is_special = any(layer.picture(name) is not None for name in _special(state))
-    if not (is_special or _is_unseen(state) or _is_whole(found, state, layer)):
+    if not (is_special or _is_invisible(state) or _is_whole(found, state, layer)):
         return None
     models |= {name: model for name, model in found.items() if model is not None}
     return BlockLook(tuple(part for part in parts or () if part["model"] in models), is_special, is_wet(state))
 
 
-def _is_unseen(state: BlockState) -> bool:
-    """True for air, barriers and the like."""
+def _is_invisible(state: BlockState) -> bool:
+    """Whether the block is invisible, such as air or barriers."""
     return load_table().blocks[state.name].color is None
 
 
 def _is_whole(found: Mapping[str, Json | None], state: BlockState, layer: Layer) -> bool:
-    """True where no model is missing and there is something to draw; or nothing for this state alone, as for the upper
-    half of a young plant."""
+    """Whether no model is missing and some state has visible elements, even if this one is empty.
+
+    For example, the upper half of a young plant is empty.
+    """
     if None in found.values():
         return False
     others = (part["model"] for part in _parts(state, layer, every=True) or ())
@@ -357,15 +368,16 @@ def _is_whole(found: Mapping[str, Json | None], state: BlockState, layer: Layer)
 
 
 def _parts(state: BlockState, layer: Layer, every: bool = False) -> tuple[Json, ...] | None:
-    """The models of a state, of all states of its block where ``every``; None where the layer does not have it."""
+    """Return the models of a state, with ``every`` those of all states of its block; None if the layer lacks the
+    block."""
     definition = layer.definition(state.name)
     if definition is None:
         return None
     try:
         found = [_part(variant) for variant in variants(definition, dict(state.properties), every)]
     except (TypeError, ValueError, KeyError, AttributeError, IndexError, RecursionError):
-        raise SceneError("file", f"the definition of `{state.name}` in these textures is malformed") from None
-    return tuple(found[:_MOST_PARTS])
+        raise SceneError("file", f"the definition of `{state.name}` in the resource pack is malformed") from None
+    return tuple(found[:_MAX_PARTS])
 
 
 def _part(variant: Any) -> Json:
@@ -377,13 +389,13 @@ def _part(variant: Any) -> Json:
 
 @cache
 def _special_textures() -> dict[str, list[str]]:
-    """The textures of what deepslate draws without a model (chests, signs, beds), by block."""
+    """Return the textures of blocks that deepslate draws without a model (chests, signs, beds), by block."""
     text = files(__package__).joinpath("static", "special.json").read_text("utf-8")
     return dict(json.loads(text))
 
 
 def _special(state: BlockState) -> frozenset[str]:
-    """The textures with which deepslate draws a state by itself, without the water around it."""
+    """Return the textures with which deepslate draws a state itself, without the surrounding water."""
     own = frozenset(_special_textures().get(state.name, ()))
     return own - frozenset(WATER_TEXTURES) if is_wet(state) else own
 
@@ -391,22 +403,24 @@ def _special(state: BlockState) -> frozenset[str]:
 # --- textures ------------------------------------------------------------------------------------------------------
 
 
-def _wanted(palette: Sequence[BlockState], looks: Sequence[BlockLook], models: Mapping[str, Json]) -> set[str]:
-    """The full names of all textures."""
-    wanted = {name for model in models.values() for name in textures_of(model)}
+def _required_textures(
+    palette: Sequence[BlockState], looks: Sequence[BlockLook], models: Mapping[str, Json]
+) -> set[str]:
+    """Return the full names of all required textures."""
+    required = {name for model in models.values() for name in textures_of(model)}
     for state, look in zip(palette, looks, strict=True):
-        wanted |= _special(state) if look.is_special else set()
-        wanted |= set(WATER_TEXTURES) if look.is_wet else set()
-    return wanted
+        required |= _special(state) if look.is_special else set()
+        required |= set(WATER_TEXTURES) if look.is_wet else set()
+    return required
 
 
 def _textures(names: Iterable[str], layer: Layer) -> dict[str, Pixels]:
-    """Those that the layer has."""
+    """Return those textures that the layer contains."""
     pictures = ((name, layer.picture(name)) for name in sorted(names))
     return {name: texture_from(png, name) for name, png in pictures if png is not None}
 
 
 def _checkered() -> Pixels:
-    """What the game shows for a texture that is not there."""
+    """Return the game's placeholder for a missing texture."""
     squares = (np.indices((16, 16)) // 8).sum(axis=0) % 2
     return np.asarray(np.array([[248, 0, 248, 255], [0, 0, 0, 255]])[squares], np.uint8)

@@ -1,5 +1,5 @@
-"""Scenes as files for other programs (docs/exports.md).
+"""Export of scenes to files of other programs (docs/exports.md).
 
-``items`` and ``surfaces`` say what there is to write, ``export`` what all formats share; ``gltf``, ``usd``,
-``mesh_files`` (OBJ, PLY, STL), ``mitsuba_xml`` and ``scene_json`` write. Formats know nothing of one another.
+``items`` and ``surfaces`` define what is written, ``export`` contains what the formats share; ``gltf``, ``usd``,
+``mesh_files`` (OBJ, PLY, STL), ``mitsuba_xml`` and ``scene_json`` write. Formats are independent of one another.
 """

@@ -1,4 +1,4 @@
-"""What all exports share: their options, the parts that they write one file each of, files that come together."""
+"""Shared functionality of all exports: metadata, animation, options, splitting into parts, and flattening."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from scenelang.backends.base import LOOKS, Accepts, Backend, BackendOptions, Option, Progress, Work, check_settings
 from scenelang.backends.exports.items import ExportItem, ExportPlan, distinct, planned
-from scenelang.backends.exports.surfaces import MOST_VERTICES, ExportSurface, merged, segments_for, solid_of, surface_of
+from scenelang.backends.exports.surfaces import MAX_VERTICES, ExportSurface, merged, segments_for, solid_of, surface_of
 from scenelang.backends.files import written_together
 from scenelang.backends.pictures.appearance import Look, look_of
 from scenelang.backends.pictures.studio import to_srgb
@@ -25,14 +25,15 @@ from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene, count_words, primitive_count
 
-# What an export says of an entity besides its geometry: word, handle, text, attributes.
+# Metadata of an entity that an export includes besides geometry: word, handle, text, attributes.
 
 
-_LONGEST = 4_000  # characters of an attribute; what is longer is left out
+_MAX_LENGTH = 4_000  # maximum characters of an attribute; longer ones are omitted
 
 
 def facts_of(entity: Entity) -> dict[str, Any]:
-    """``word`` and, where given, ``handle`` (no brackets), ``text`` and the plain ``attributes``, as JSON data."""
+    """Return ``word`` and, if present, ``handle`` (without brackets), ``text`` and plain ``attributes``, as JSON
+    data."""
     embedding = entity.embedding
     found: dict[str, Any] = {"word": entity.word}
     if embedding.handle is not None:
@@ -47,7 +48,8 @@ def facts_of(entity: Entity) -> dict[str, Any]:
 
 
 def merged_facts(entity: Entity) -> dict[str, Any]:
-    """``facts_of`` with ``words``, the instances of each word below the merged entity, and ``primitives``."""
+    """Return ``facts_of`` plus ``words``, the number of instances of each word below the merged entity, and
+    ``primitives``."""
     words = count_words(entity)
     words[entity.word] -= 1
     below = {word: count for word, count in words.items() if count}
@@ -55,20 +57,23 @@ def merged_facts(entity: Entity) -> dict[str, Any]:
 
 
 def _is_short(value: Any) -> bool:
-    return len(json.dumps(value)) <= _LONGEST
+    return len(json.dumps(value)) <= _MAX_LENGTH
 
 
-# The frames of a 4D scene matched: entities with the same path (child positions from the root) are one thing over
-# time. Where the word at a path changes, each word is a thing of its own, there in the frames that have it.
+# Correspondence between the frames of a 4D scene: entities with the same path (child positions from the root) are one
+# object over time. If the word at a path changes, each word is a separate object, present in the frames that have it.
 
 
-MOST_MOVING = 1_000_000  # items of all frames that are no longer shared between them
+MAX_MOVING = 1_000_000  # limit of the changing items of all frames
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Moving:
-    """One path over F frames. ``items`` and ``poses`` are None in frames without it. ``fixed`` is its item where that
-    never changes: then nothing below it does, and ``children`` is empty."""
+    """One path over F frames.
+
+    ``items`` and ``poses`` are None in frames without it. ``fixed`` is its item if that never changes; then nothing
+    below it changes either, and ``children`` is empty.
+    """
 
     word: str
     items: tuple[ExportItem | None, ...]
@@ -78,21 +83,21 @@ class Moving:
 
     @property
     def first(self) -> ExportItem:
-        """The item in the first frame that has it."""
+        """Item in the first frame that contains it."""
         return next(item for item in self.items if item is not None)
 
     @property
     def shown(self) -> tuple[bool, ...]:
-        """In which frames it is there."""
+        """For each frame, whether the object is present."""
         return tuple(item is not None for item in self.items)
 
     @property
     def is_still(self) -> bool:
-        """True when it is in all frames, under one pose."""
+        """Whether it is in all frames, under one pose."""
         return None not in self.items and len(set(self.poses)) == 1
 
     def filled_poses(self) -> tuple[Matrix, ...]:
-        """A pose for every frame: that of the frame before where it is not there."""
+        """Return a pose for every frame; frames without the object repeat the previous pose."""
         found = next(pose for pose in self.poses if pose is not None)
         filled = []
         for own in self.poses:
@@ -102,10 +107,10 @@ class Moving:
 
 
 def matched(roots: Sequence[ExportItem]) -> Moving:
-    """The roots of all frames as one thing over time; raises LimitError when too much of it changes."""
+    """Match the roots of all frames into one object over time; raises LimitError if too much of it changes."""
     top = _moving(roots[0].word, list(roots), [IDENTITY] * len(roots))
     waiting = [top]
-    room = MOST_MOVING
+    room = MAX_MOVING
     while waiting:
         moving = waiting.pop()
         if moving.fixed is not None:
@@ -115,8 +120,8 @@ def matched(roots: Sequence[ExportItem]) -> Moving:
         if room < 0:
             raise LimitError(
                 "primitives",
-                f"more than {MOST_MOVING:,} entities change over the frames, too many for an animation",
-                hint="export a still with --frame N, or merge what moves together with --depth N",
+                f"more than {MAX_MOVING:,} entities change between frames, too many for an animation",
+                hint="export a single frame with --frame N, or merge parts that move together with --depth N",
             )
         waiting.extend(moving.children)
     return top
@@ -129,7 +134,7 @@ def _moving(word: str, items: Sequence[ExportItem | None], poses: Sequence[Matri
 
 
 def _children(moving: Moving) -> Iterator[Moving]:
-    """What is at each child position, one for each word that is ever there."""
+    """Yield the objects at each child position, one for each word that occurs there."""
     frames = len(moving.items)
     most = max(len(item.parts) for item in moving.items if item is not None)
     for position in range(most):
@@ -145,7 +150,7 @@ def _children(moving: Moving) -> Iterator[Moving]:
 
 
 def variants(moving: Moving) -> list[tuple[ExportItem, tuple[bool, ...]]]:
-    """The meshes that the thing itself is over time, and in which frames each is."""
+    """Return the distinct meshes of the object over time, each with the frames that show it."""
     found: dict[Hashable, tuple[ExportItem, list[bool]]] = {}
     for frame, item in enumerate(moving.items):
         if item is None or not item.is_leaf:
@@ -156,27 +161,29 @@ def variants(moving: Moving) -> list[tuple[ExportItem, tuple[bool, ...]]]:
 
 
 def leaf_key(item: ExportItem) -> Hashable:
-    """What the mesh of a leaf depends on."""
+    """Return the cache key of a leaf's mesh."""
     solid = None if item.merged else solid_of(item.entity)
     return ("merged", id(item.entity)) if solid is None else (solid.key, look_of(item.entity))
 
 
-DEPTH = Option("depth", "merge what is below each entity of level N into one part; the root is level 0", None, least=0)
-PARTS = Option("parts", "write one file for each part (of --depth 1 where none is given): OUT-001-word.ext", False)
+DEPTH = Option(
+    "depth", "merge the descendants of each entity at level N into one part; the root is level 0", None, least=0
+)
+PARTS = Option("parts", "write one file per part (default --depth 1): OUT-001-word.ext", False)
 FPS = Option("fps", "frames per second of a 4D scene", 24.0, least=0.01, most=1000.0)
 INSTANCES = Option(
     "instance-limit",
-    "nodes beyond which repeated parts are merged into shared meshes with vertex colours",
+    "number of nodes beyond which repeated parts are merged into shared meshes with vertex colours",
     100_000,
     least=1,
     most=1_000_000,
 )
-MOST_FILES = 10_000
+MAX_FILES = 10_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Job:
-    """What a writer makes a file of. ``limit`` bounds the primitives that are expanded."""
+    """Input of a writer. ``limit`` is the maximum number of expanded primitives."""
 
     plan: ExportPlan
     fps: float = 24.0
@@ -185,7 +192,7 @@ class Job:
     progress: Progress = field(default=lambda _: None)
 
 
-Writer = Callable[[Job, Path], None]  # writes the file, and what belongs to it in the same folder
+Writer = Callable[[Job, Path], None]  # writes the file, and its accompanying files in the same directory
 
 
 def mesh_backend(
@@ -199,7 +206,7 @@ def mesh_backend(
     install: str = "scenelang",
     attributes: tuple[str, ...] = LOOKS,
 ) -> Backend:
-    """The backend that writes meshes with ``write``: ``--depth`` and ``--parts`` come by themselves."""
+    """Return an export backend that writes meshes with ``write``; adds the options ``--depth`` and ``--parts``."""
 
     def run(scene: Scene, path: Path, given: BackendOptions) -> list[Path]:
         return _export(made, write, scene, Path(path), given)
@@ -210,7 +217,7 @@ def mesh_backend(
 
 
 def _export(backend: Backend, write: Writer, scene: Scene, path: Path, options: BackendOptions) -> list[Path]:
-    """Write the files, and give those that were asked for: one, or one for each part."""
+    """Write the files and return the main ones: one, or one for each part."""
     check_settings(options, [backend])
     depth, parts = backend.setting(options, "depth"), backend.setting(options, "parts")
     frame = options.frame if options.frame is not None or backend.accepts.animated else 0
@@ -233,8 +240,10 @@ def _export(backend: Backend, write: Writer, scene: Scene, path: Path, options: 
 
 def _write_parts(write: Writer, job: Job, folder: Path, path: Path) -> list[str]:
     found = list(parts_of(job.plan))
-    if len(found) > MOST_FILES:
-        raise LimitError("size", f"there are {len(found):,} parts, more than the {MOST_FILES:,} files of an export")
+    if len(found) > MAX_FILES:
+        raise LimitError(
+            "size", f"the scene has {len(found):,} parts, more than the limit of {MAX_FILES:,} files of an export"
+        )
     digits = max(3, len(str(len(found))))
     names = []
     for number, plan in enumerate(found, start=1):
@@ -247,7 +256,7 @@ def _write_parts(write: Writer, job: Job, folder: Path, path: Path) -> list[str]
 
 
 def safe_name(word: str) -> str:
-    """``word`` as part of a file's name: letters, digits and dashes, never empty."""
+    """Return ``word`` reduced to letters, digits and dashes for use in a file name; never empty."""
     return re.sub(r"[^A-Za-z0-9]+", "-", word)[:60].strip("-") or "part"
 
 
@@ -255,10 +264,10 @@ def safe_name(word: str) -> str:
 
 
 def parts_of(plan: ExportPlan) -> Iterator[ExportPlan]:
-    """One plan for each part with geometry: the leaves of the hierarchy, where they stand in the world, over time."""
+    """Yield a plan for each part with geometry: the leaves of the hierarchy, posed in the world, over time."""
     frames = len(plan.roots)
     stack: list[tuple[Moving, tuple[Matrix, ...]]] = [(matched(plan.roots), (IDENTITY,) * frames)]
-    room = MOST_FILES
+    room = MAX_FILES
     while stack:
         moving, above = stack.pop()
         world = tuple(pose.compose(a, b) for a, b in zip(above, moving.filled_poses(), strict=True))
@@ -268,14 +277,14 @@ def parts_of(plan: ExportPlan) -> Iterator[ExportPlan]:
         if any(item is not None and entity_box(item.entity) is not None for item in leaves):
             room -= 1
             if room < 0:
-                raise LimitError("size", f"there are more than {MOST_FILES:,} parts, each of which would be a file")
+                raise LimitError("size", f"the scene has more than the limit of {MAX_FILES:,} parts, one file each")
             yield ExportPlan(
-                moving.word, tuple(_alone(moving.word, i, w) for i, w in zip(leaves, world)), plan.animated
+                moving.word, tuple(_wrapped(moving.word, i, w) for i, w in zip(leaves, world)), plan.animated
             )
 
 
 def _still_parts(moving: Moving) -> list[Moving]:
-    """The parts of something that never changes, each in the frames that it is in."""
+    """Return the parts of an object that never changes, each present in the object's frames."""
     item = moving.first
     return [
         Moving(
@@ -288,20 +297,20 @@ def _still_parts(moving: Moving) -> list[Moving]:
     ]
 
 
-def _alone(word: str, item: ExportItem | None, world: Matrix) -> ExportItem:
-    """A root with nothing but ``item`` in it."""
+def _wrapped(word: str, item: ExportItem | None, world: Matrix) -> ExportItem:
+    """Return a root whose only child is ``item``."""
     if item is None:
         return ExportItem(Entity(word, ANONYMOUS, ()))
     return ExportItem(Entity(word, ANONYMOUS, (Pair(item.entity, world),)), ((item, world),))
 
 
 def unsupported_frames(roots: Sequence[ExportItem], ending: str) -> None:
-    """Raises SceneError("unsupported") for several frames in a file that holds one."""
+    """Raise SceneError("unsupported") for several frames in a single-frame format."""
     if len(roots) > 1:
-        raise SceneError("unsupported", f"a {ending} file holds one frame", hint="choose one with --frame N")
+        raise SceneError("unsupported", f"a {ending} file can contain only one frame", hint="select one with --frame N")
 
 
-# The leaves of a scene where they stand in the world: what formats without a hierarchy are made of.
+# Flattening: the leaves of a scene in world coordinates, for formats without a hierarchy.
 
 
 FloatArray = npt.NDArray[np.float64]
@@ -309,15 +318,17 @@ FloatArray = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlacedMesh:
-    """One leaf: the words from the root down to it, its look, its ``surface`` in the world. Where the surface has
-    colours, these are the whole colour; else the look's is."""
+    """A leaf in world coordinates: the words from the root to it, its look, its ``surface``.
+
+    If the surface has colours, they are the complete colour; otherwise the look's colour applies.
+    """
 
     path: tuple[str, ...]
     look: Look
     surface: ExportSurface
 
     def srgb(self) -> npt.NDArray[np.uint8]:
-        """The colour of every vertex (V, 4), sRGB-encoded, with the opacity: what files of 8 bits hold."""
+        """Return the colour of every vertex (V, 4) as 8-bit sRGB, with the opacity."""
         linear = self.surface.colors if self.surface.colors is not None else np.array([self.look.color])
         out = np.full((len(self.surface.vertices), 4), round(255 * self.look.opacity), np.uint8)
         out[:, :3] = np.rint(255.0 * to_srgb(np.clip(linear, 0.0, 1.0)))
@@ -326,7 +337,7 @@ class PlacedMesh:
 
 @dataclass(frozen=True, slots=True)
 class WorldLeaf:
-    """An item that is a mesh, its world pose, and the words down to it."""
+    """An item that is a mesh, its world pose, and the words from the root to it."""
 
     item: ExportItem
     pose: Matrix
@@ -334,13 +345,13 @@ class WorldLeaf:
 
 
 def leaves(plan: ExportPlan, limit: int) -> Iterator[WorldLeaf]:
-    """The leaves of the only frame in depth-first order. Raises LimitError for more than ``limit``."""
+    """Yield the leaves of the only frame in depth-first order; raises LimitError for more than ``limit``."""
     count = _leaf_count(plan.roots[0])
     if count > limit:
         raise LimitError(
             "primitives",
             f"the scene expands to {count:,} primitives, more than the limit of {limit:,}",
-            hint="raise it with --max-primitives, or choose .glb or .usd, which share what is repeated",
+            hint="raise it with --max-primitives, or write .glb or .usd, which share repeated parts",
         )
     stack = [WorldLeaf(plan.roots[0], IDENTITY, (plan.roots[0].word,))]
     while stack:
@@ -352,7 +363,7 @@ def leaves(plan: ExportPlan, limit: int) -> Iterator[WorldLeaf]:
 
 
 def _leaf_count(root: ExportItem) -> int:
-    """How many leaves there are, worked out without expanding them."""
+    """Return the number of leaves without expanding them."""
     counts: dict[int, int] = {}
     for item in distinct(root):  # children first
         counts[id(item)] = item.is_leaf + sum(counts[id(child)] for child, _ in item.parts)
@@ -360,16 +371,18 @@ def _leaf_count(root: ExportItem) -> int:
 
 
 def placed(plan: ExportPlan, limit: int, ending: str) -> Iterator[PlacedMesh]:
-    """Every visible leaf with its triangles, one patch of one material after the other.
+    """Yield every visible leaf with its triangles, one patch per material.
 
-    Round primitives have fewer sides where the file would be too large; raises LimitError where that is not enough.
+    Round primitives have fewer sides if the file would be too large; raises LimitError if that is not enough.
     """
     unsupported_frames(plan.roots, ending)
-    found = list(leaves(plan, min(limit, MOST_VERTICES)))
-    hint = "choose .glb or .usd, which share what is repeated"
+    found = list(leaves(plan, min(limit, MAX_VERTICES)))
+    hint = "write .glb or .usd, which share repeated parts"
     total = sum(primitive_count(leaf.item.entity) for leaf in found)
     if total > limit:
-        raise LimitError("primitives", f"the scene expands to {total:,} primitives, over the limit of {limit:,}", hint)
+        raise LimitError(
+            "primitives", f"the scene expands to {total:,} primitives, more than the limit of {limit:,}", hint
+        )
     segments = segments_for([leaf.item.entity for leaf in found], f"the {ending} file", hint)
     patches: dict[int, Sequence[tuple[Look, ExportSurface]]] = {}
     for leaf in found:

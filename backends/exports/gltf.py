@@ -1,4 +1,4 @@
-"""Exports as glTF 2.0: .glb in one file, .gltf with its buffer in a .bin beside it."""
+"""Export to glTF 2.0: .glb as a single file, .gltf with its buffer in a .bin file."""
 
 from __future__ import annotations
 
@@ -33,17 +33,17 @@ from scenelang.interpreter.runtime.values import IDENTITY, Matrix
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity
 
-# A glTF 2.0 file under construction: arrays, meshes and materials, each once.
+# A glTF 2.0 document under construction; arrays, meshes and materials are deduplicated.
 
 
 _ARRAY_BUFFER, _ELEMENT_BUFFER = 34962, 34963
 _COMPONENTS = {"float32": 5126, "uint32": 5125, "uint16": 5123}
-_LARGEST = 2**32 - 1
+_MAX_SIZE = 2**32 - 1
 
 
 @dataclass(slots=True)
 class GltfDocument:
-    """The parts of the file, and what it already holds, so that it is shared."""
+    """The elements of the file, with the tables that deduplicate them."""
 
     segments: int = SEGMENTS
     nodes: list[dict[str, Any]] = field(default_factory=list)
@@ -61,7 +61,7 @@ class GltfDocument:
     # --- meshes ---
 
     def solid_mesh(self, word: str, solid: Solid, look: Look) -> int | None:
-        """The number of the mesh that a primitive shares, None where nothing is seen of it."""
+        """Return the index of a primitive's shared mesh, None if it is invisible."""
         key = (solid.key, look)
         if key not in self._mesh_numbers:
             self._mesh_numbers[key] = self._add_solid(word, solid, look)
@@ -76,11 +76,11 @@ class GltfDocument:
         geometry = self._surfaces[solid.key]
         if geometry is None:
             return None
-        said = None if solid.form is None else solid.form.gltf(solid.ratios)
-        return self._add_mesh(word, [geometry | {"material": self._material(look)}], said)
+        extras = None if solid.form is None else solid.form.gltf(solid.ratios)
+        return self._add_mesh(word, [geometry | {"material": self._material(look)}], extras)
 
     def merged_mesh(self, entity: Entity) -> int | None:
-        """The number of the one mesh of all that is below ``entity``, None where nothing is seen of it."""
+        """Return the index of the merged mesh of everything below ``entity``, None if it is invisible."""
         key = id(entity)
         if key not in self._mesh_numbers:
             patches = [
@@ -101,7 +101,8 @@ class GltfDocument:
             "NORMAL": self.add_array(surface.normals.astype(np.float32), "VEC3", _ARRAY_BUFFER),
         }
         if surface.colors is not None:
-            shades = np.full((len(surface.colors), 4), 65535, np.uint16)  # linear; 8 bits would band in the dark
+            # linear; 8 bits would cause banding in dark colours
+            shades = np.full((len(surface.colors), 4), 65535, np.uint16)
             shades[:, :3] = np.rint(np.clip(surface.colors, 0.0, 1.0) * 65535.0)
             attributes["COLOR_0"] = self.add_array(shades, "VEC4", _ARRAY_BUFFER, normalized=True)
         small = len(surface.vertices) < 65535
@@ -111,7 +112,7 @@ class GltfDocument:
     # --- arrays ---
 
     def add_array(self, array: npt.NDArray[Any], kind: str, target: int | None = None, normalized: bool = False) -> int:
-        """The number of a new accessor for ``array``, one element a row."""
+        """Add an accessor for ``array``, one element per row, and return its index."""
         data = array.tobytes()
         data += b"\0" * (-len(data) % 4)
         view: dict[str, Any] = {"buffer": 0, "byteOffset": self.size, "byteLength": array.nbytes}
@@ -144,7 +145,7 @@ class GltfDocument:
     # --- the file ---
 
     def to_json(self, name: str, uri: str | None = None) -> bytes:
-        """The JSON document; ``uri`` is where the binary buffer is, None for the chunk of the same file."""
+        """Return the JSON document; ``uri`` locates the binary buffer, None for the chunk of the same file."""
         buffer: dict[str, Any] = {"byteLength": self.size} | ({"uri": uri} if uri is not None else {})
         used = {name for made in self.materials for name in made.get("extensions", ())}
         document: dict[str, Any] = {
@@ -164,7 +165,7 @@ class GltfDocument:
         return json.dumps(filled, separators=(",", ":"), ensure_ascii=True, allow_nan=False).encode()
 
     def to_glb(self, name: str) -> list[bytes]:
-        """The pieces of a .glb file: a header, the JSON chunk and the binary chunk."""
+        """Return the pieces of a .glb file: header, JSON chunk and binary chunk."""
         text = self.to_json(name)
         text += b" " * (-len(text) % 4)
         parts = [struct.pack("<II", len(text), 0x4E4F534A), text]
@@ -175,12 +176,12 @@ class GltfDocument:
 
     @property
     def is_too_large(self) -> bool:
-        """True when the arrays alone are more than a .glb file can hold."""
-        return self.size > _LARGEST
+        """Whether the arrays alone exceed the size of a .glb file."""
+        return self.size > _MAX_SIZE
 
 
 def material(look: Look) -> dict[str, Any]:
-    """The glTF material of a look; its factors are linear, as colours are."""
+    """Return the glTF material of a look; its factors are linear, like colours."""
     made: dict[str, Any] = {
         "pbrMetallicRoughness": {
             "baseColorFactor": [*look.color, look.opacity],
@@ -224,17 +225,17 @@ def _generator() -> str:
         return "scenelang"
 
 
-# The animation of a glTF file: one sampler and channel for each property that changes over the frames.
+# glTF animation: one sampler and channel for each property that changes between frames.
 
 
 FloatArray = npt.NDArray[np.float64]
 
-_SAME = 2e-7  # the part of a value that single precision does not hold
+_SAME = 2e-7  # relative precision of float32
 
 
 @dataclass(slots=True)
 class AnimationTracks:
-    """Frame ``i`` is at ``i / fps`` seconds, where the values are the frame's own, in single precision."""
+    """Animation of a document; frame ``i`` is at ``i / fps`` seconds."""
 
     document: GltfDocument
     fps: float
@@ -243,9 +244,9 @@ class AnimationTracks:
     _times: dict[tuple[int, ...], int] = field(default_factory=dict)
 
     def add(self, node: int, path: str, values: FloatArray, jumps: bool = False) -> None:
-        """Animate ``path`` of a node through ``values`` (F, K), straight between frames or in ``jumps``.
+        """Animate ``path`` of a node with ``values`` (F, K), interpolated linearly or, with ``jumps``, stepwise.
 
-        What never changes gets no track. Of equal values in a row the ends are kept, or the first where it jumps.
+        Constant properties get no track. Of a run of equal values only the ends are stored, or the first if stepwise.
         """
         if (np.abs(values - values[0]) <= _SAME * np.abs(values[0]).max()).all():
             return
@@ -253,7 +254,7 @@ class AnimationTracks:
         before = np.concatenate([[False], same])
         after = np.concatenate([same, [False]])
         keep = ~before if jumps else ~(before & after)
-        keep[-1] = True  # all tracks are equally long
+        keep[-1] = True  # all tracks have the same duration
         frames = np.flatnonzero(keep)
         output = self.document.add_array(
             np.ascontiguousarray(values[frames], np.float32), "VEC4" if path == "rotation" else "VEC3"
@@ -270,27 +271,28 @@ class AnimationTracks:
         return self._times[key]
 
     def finish(self, name: str) -> None:
-        """Put the animation into the document, where anything moves."""
+        """Add the animation to the document unless it is empty."""
         if self.channels:
             self.document.animations.append({"name": name, "samplers": self.samplers, "channels": self.channels})
 
 
-# Affine poses as translation, rotation and scale, which is all that a glTF node can say, also over time.
-#
-# A pose whose axes stay square is one node (t, R, S). One that shears is two by the singular value decomposition A =
-# U S V': a parent (t, U, S) and a child V'. A decomposition is unique but for signs (and the order of singular
-# values); over the frames of an animation each is chosen next to the one before, so that what lies between two frames
-# is a short way.
+# Affine poses as translation, rotation and scale (TRS), the transforms that glTF can animate. A pose with orthogonal
+# axes is one node (t, R, S). A pose with shear is two by the singular value decomposition A = U S V': a parent (t, U,
+# S) and a child V'. The decomposition is unique up to signs (and the order of singular values); in an animation each is
+# chosen closest to that of the previous frame, so that interpolation takes the short way.
 
 
-_SQUARE = 1e-6  # cosine between two axes of a pose below which it does not shear
+_SQUARE = 1e-6  # maximum cosine between two axes of a pose without shear
 _SIGNS = np.array([s for s in product((1.0, -1.0), repeat=3) if s[0] * s[1] * s[2] > 0.0])  # (4, 3) half turns
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Turns:
-    """P poses: ``translation`` (P, 3), ``rotation`` (P, 4) unit quaternions x y z w, ``scale`` (P, 3) and, for those
-    that shear, ``inner`` (P, 4), the quaternion of the child node; ``shears`` (P,) says where it is needed."""
+class Decomposition:
+    """Decomposition of P affine poses into TRS nodes.
+
+    ``translation`` (P, 3), ``rotation`` (P, 4) unit quaternions x y z w, ``scale`` (P, 3) and, for poses with shear,
+    ``inner`` (P, 4), the quaternion of the child node; ``shears`` (P,) marks them.
+    """
 
     translation: FloatArray
     rotation: FloatArray
@@ -299,8 +301,8 @@ class Turns:
     shears: npt.NDArray[np.bool_]
 
 
-def turns_of(poses: FloatArray) -> Turns:
-    """The decomposition of each of the affine poses (P, 3, 4) on its own."""
+def decompose(poses: FloatArray) -> Decomposition:
+    """Decompose each of the affine poses (P, 3, 4) independently."""
     linear = poses[:, :, :3]
     axes, size = _axes(linear)
     shears = _shears(axes)
@@ -309,35 +311,41 @@ def turns_of(poses: FloatArray) -> Turns:
     rows = np.flatnonzero(shears)
     if len(rows):
         axes[rows], size[rows], inner[rows] = _singular(linear[rows])
-    return Turns(poses[:, :, 3], quaternions(axes), size, quaternions(inner), shears)
+    return Decomposition(poses[:, :, 3], quaternions(axes), size, quaternions(inner), shears)
 
 
-def track_of(poses: FloatArray) -> Turns:
-    """The decomposition of the poses (F, 3, 4) of one node over F frames: all of one kind, each next to the last."""
+def decompose_track(poses: FloatArray) -> Decomposition:
+    """Decompose the poses (F, 3, 4) of one node over F frames, continuously from frame to frame."""
     linear = poses[:, :, :3]
     axes, size = _axes(linear)
     whole = size > 0.0
     if _shears(axes).any():
-        outer, scale, inner = _followed_singular(*_singular(linear))
+        outer, scale, inner = _continuous_singular(*_singular(linear))
         shears = np.ones(len(poses), bool)
     else:
-        outer, scale = _followed(axes, size, whole)
+        outer, scale = _continuous(axes, size, whole)
         inner = np.tile(np.eye(3), (len(poses), 1, 1))
         shears = np.zeros(len(poses), bool)
-    return Turns(poses[:, :, 3], _same_side(quaternions(outer)), scale, _same_side(quaternions(inner)), shears)
+    return Decomposition(
+        poses[:, :, 3], _same_hemisphere(quaternions(outer)), scale, _same_hemisphere(quaternions(inner)), shears
+    )
 
 
-def node_fields(turns: Turns, index: int) -> list[dict[str, Any]]:
-    """The fields of one glTF node, or of a parent and its child, for pose ``index``; what is identity is left out."""
-    fields = {"translation": turns.translation, "rotation": turns.rotation, "scale": turns.scale}
+def node_fields(decomposition: Decomposition, index: int) -> list[dict[str, Any]]:
+    """Return the fields of one glTF node, or of a parent and its child, for pose ``index``; identities are omitted."""
+    fields = {
+        "translation": decomposition.translation,
+        "rotation": decomposition.rotation,
+        "scale": decomposition.scale,
+    }
     neutral = {"translation": [0.0, 0.0, 0.0], "rotation": [0.0, 0.0, 0.0, 1.0], "scale": [1.0, 1.0, 1.0]}
     listed = {name: values[index].tolist() for name, values in fields.items()}
     outer = {name: value for name, value in listed.items() if value != neutral[name]}
-    return [outer, {"rotation": turns.inner[index].tolist()}] if turns.shears[index] else [outer]
+    return [outer, {"rotation": decomposition.inner[index].tolist()}] if decomposition.shears[index] else [outer]
 
 
 def quaternions(r: FloatArray) -> FloatArray:
-    """The unit quaternions (P, 4), x y z w, of rotation matrices (P, 3, 3): the longest row of 4 q q'."""
+    """Return the unit quaternions (P, 4), x y z w, of rotation matrices (P, 3, 3): the longest row of 4 q q'."""
     x, y, z = r[:, 0, 0], r[:, 1, 1], r[:, 2, 2]
     a, b, c = r[:, 2, 1] - r[:, 1, 2], r[:, 0, 2] - r[:, 2, 0], r[:, 1, 0] - r[:, 0, 1]
     d, e, f = r[:, 0, 1] + r[:, 1, 0], r[:, 0, 2] + r[:, 2, 0], r[:, 1, 2] + r[:, 2, 1]
@@ -354,15 +362,15 @@ def quaternions(r: FloatArray) -> FloatArray:
     q = rows[np.arange(len(r)), longest]
     q = q / np.linalg.norm(q, axis=1, keepdims=True)
     q = np.where((q[:, 3] < 0.0)[:, None], -q, q)
-    exact: FloatArray = q + 0.0  # no negative zeros
+    exact: FloatArray = q + 0.0  # + 0.0 removes negative zeros
     return exact
 
 
-# --- one pose --------------------------------------------------------------------------------------------------
+# --- decomposition of single poses ---------------------------------------------------------------------------------
 
 
 def _axes(linear: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The columns as unit vectors (P, 3, 3), zero where they have no length, and their lengths (P, 3)."""
+    """Return the columns as unit vectors (P, 3, 3), zero vectors for zero length, and their lengths (P, 3)."""
     largest = np.abs(linear).max(axis=1)
     safe = np.where(largest > 0.0, largest, 1.0)
     scaled = linear / safe[:, None, :]
@@ -377,20 +385,21 @@ def _shears(axes: FloatArray) -> npt.NDArray[np.bool_]:
 
 
 def _completed(axes: FloatArray, whole: npt.NDArray[np.bool_], near: FloatArray | None = None) -> FloatArray:
-    """Square axes (P, 3, 3) whose zero columns are replaced, as near to the rotation ``near`` as may be."""
+    """Return orthogonal axes (P, 3, 3) whose zero columns are replaced, as close to the rotation ``near`` as
+    possible."""
     axes = axes.copy()
     for row in np.flatnonzero(~whole.all(axis=1)):
         like = np.eye(3) if near is None else near
         known = [axes[row, :, k] for k in range(3) if whole[row, k]]
         for k in np.flatnonzero(~whole[row]):
-            axes[row, :, k] = _across(known, like[:, k])
+            axes[row, :, k] = _orthogonal_to(known, like[:, k])
             known.append(axes[row, :, k])
     return axes
 
 
-def _across(known: list[FloatArray], wanted: FloatArray) -> FloatArray:
-    """The unit vector nearest to ``wanted`` that is square to all ``known`` unit vectors."""
-    for candidate in (wanted, *np.eye(3)):
+def _orthogonal_to(known: list[FloatArray], target: FloatArray) -> FloatArray:
+    """Return the unit vector nearest to ``target`` that is orthogonal to all ``known`` unit vectors."""
+    for candidate in (target, *np.eye(3)):
         rest = candidate - sum((v * (v @ candidate) for v in known), np.zeros(3))
         length = float(np.linalg.norm(rest))
         if length > 0.1:
@@ -400,7 +409,7 @@ def _across(known: list[FloatArray], wanted: FloatArray) -> FloatArray:
 
 
 def _proper(axes: FloatArray, size: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Rotations and scales: the x axis turned round where the axes are left-handed."""
+    """Return proper rotations and scales, negating the x axis of left-handed frames."""
     axes, size = axes.copy(), size.copy()
     mirrored = np.linalg.det(axes) < 0.0
     axes[mirrored, :, 0] *= -1.0
@@ -409,18 +418,18 @@ def _proper(axes: FloatArray, size: FloatArray) -> tuple[FloatArray, FloatArray]
 
 
 def _singular(linear: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Rotations U, scales S and rotations V' with ``linear = U S V'``."""
+    """Return rotations U, scales S and rotations V' with ``linear = U S V'``."""
     u, s, v = np.linalg.svd(linear)
     left, right = np.sign(np.linalg.det(u)), np.sign(np.linalg.det(v))
     return u * left[:, None, None], s * (left * right)[:, None], v * right[:, None, None]
 
 
-# --- over time -------------------------------------------------------------------------------------------------
+# --- continuity over time ------------------------------------------------------------------------------------------
 
 
-def _followed(axes: FloatArray, size: FloatArray, whole: npt.NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
-    """Rotations and scales; the signs of the scales change only where a pose becomes its mirror image."""
-    first = int(np.argmax(whole.sum(axis=1)))  # the frame that says most gives the others their missing axes
+def _continuous(axes: FloatArray, size: FloatArray, whole: npt.NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
+    """Return continuous rotations and scales; the signs of scales change only where a pose is mirrored."""
+    first = int(np.argmax(whole.sum(axis=1)))  # the frame with the most axes provides those missing in others
     base, length = _proper(_completed(axes[first][None], whole[first][None]), size[first][None])
     turned, scale = np.empty_like(axes), size.copy()
     for steps in (range(first, len(axes)), range(first - 1, -1, -1)):
@@ -434,7 +443,8 @@ def _followed(axes: FloatArray, size: FloatArray, whole: npt.NDArray[np.bool_]) 
 def _nearest(
     axes: FloatArray, whole: npt.NDArray[np.bool_], near: FloatArray, signs: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """The rotation, and the signs of the scale, that continue ``near`` and ``signs`` to the square ``axes`` (3, 3)."""
+    """Return the rotation and the signs of the scale for orthogonal ``axes`` (3, 3) closest to ``near`` and
+    ``signs``."""
     if not whole.all():
         full = _completed((axes * signs)[None], whole[None], near)[0]
         if np.linalg.det(full) < 0.0:
@@ -446,14 +456,14 @@ def _nearest(
     return axes * signs, signs
 
 
-def _followed_singular(u: FloatArray, s: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The same products with order and signs of the singular values that follow from frame to frame."""
+def _continuous_singular(u: FloatArray, s: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the same products with the order and signs of singular values continuous from frame to frame."""
     u, s, v = u.copy(), s.copy(), v.copy()
     orders = np.array(list(permutations(range(3))))
     odd = np.array([np.linalg.det(np.eye(3)[order]) for order in orders])[:, None, None]
     signs = np.where(s[0] < 0.0, -1.0, 1.0)
     for step in range(1, len(u)):
-        us = u[step][:, orders].transpose(1, 0, 2) * odd  # (6, 3, 3) columns in each order, proper again
+        us = u[step][:, orders].transpose(1, 0, 2) * odd  # (6, 3, 3) columns in each order, made proper
         vs = v[step][orders] * odd  # (6, 3, 3) rows in each order
         length = s[step][orders]
         own = np.where(length < 0.0, -1.0, 1.0)
@@ -465,15 +475,15 @@ def _followed_singular(u: FloatArray, s: FloatArray, v: FloatArray) -> tuple[Flo
         length = np.where(proper[:, None], length, -length)
         near = np.einsum("ij,oij,sj->os", u[step - 1], us, _SIGNS) + np.einsum("ij,oij,si->os", v[step - 1], vs, _SIGNS)
         change = np.abs(length - s[step - 1]).sum(axis=1) / max(float(np.abs(s[step - 1 : step + 1]).max()), 1e-300)
-        near -= 6.0 * change[:, None]  # a thing that turns keeps its size
+        near -= 6.0 * change[:, None]  # prefer solutions in which a rotating object keeps its scale
         order, flip = np.unravel_index(int(np.argmax(near)), near.shape)
         u[step], v[step] = us[order] * _SIGNS[flip], vs[order] * _SIGNS[flip][:, None]
         s[step] = length[order]
     return u, s, v
 
 
-def _same_side(q: FloatArray) -> FloatArray:
-    """Quaternions whose signs follow from frame to frame."""
+def _same_hemisphere(q: FloatArray) -> FloatArray:
+    """Return quaternions with signs such that consecutive ones are in the same hemisphere."""
     if len(q) < 2:
         return q
     turned = np.cumprod(np.concatenate([[1.0], np.where((q[1:] * q[:-1]).sum(axis=1) < 0.0, -1.0, 1.0)]))
@@ -481,12 +491,11 @@ def _same_side(q: FloatArray) -> FloatArray:
     return out
 
 
-# The hierarchy of a scene as glTF nodes, named by words, and its frames as an animation.
-#
-# Every instance of an entity is a node whose ``extras`` say what it is. A primitive's node takes its canonical solid
-# (a unit cube, ball, cylinder or cone, which all of one look share) to its place, so its pose is the entity's times
-# the solid's. A pose that shears has a child node ``word/shear``; what is not there in all frames a child
-# ``word/shown``, whose scale is 0 or 1; a primitive whose look changes a child ``word/1``, ``word/2``, ... for each.
+# The hierarchy of a scene as glTF nodes, named by words, and its frames as an animation. Every instance of an entity is
+# a node whose ``extras`` contain its metadata. A primitive's node places its canonical solid (a unit cube, ball,
+# cylinder or cone, shared by all with the same look), so its pose is the product of the entity's and the solid's.
+# Additional child nodes: ``word/shear`` for a pose with shear, ``word/shown`` with scale 0 or 1 for an object that is
+# not in all frames, and ``word/1``, ``word/2``, ... for the looks of a primitive whose look changes.
 
 
 Node = dict[str, Any]
@@ -494,14 +503,14 @@ Node = dict[str, Any]
 
 @dataclass(slots=True)
 class Nodes:
-    """Adds nodes to ``document``; remembers what poses, primitives and extras become."""
+    """Adds nodes to ``document``, with caches for poses, primitives and extras."""
 
     document: GltfDocument
     _poses: dict[Matrix, list[Node]] = field(default_factory=dict)
     _solids: dict[int, Solid | None] = field(default_factory=dict)
     _extras: dict[int, Node] = field(default_factory=dict)
 
-    # --- what does not move ---
+    # --- static objects ---
 
     def prepare(self, items: Iterable[ExportItem]) -> None:
         """Decompose all poses below ``items`` at once, which is much faster than one by one."""
@@ -509,12 +518,12 @@ class Nodes:
         fresh = [place for place in found if place not in self._poses]
         for start in range(0, len(fresh), 1 << 16):
             block = fresh[start : start + (1 << 16)]
-            turns = turns_of(np.array(block).reshape(-1, 3, 4))
+            decomposition = decompose(np.array(block).reshape(-1, 3, 4))
             for index, place in enumerate(block):
-                self._poses[place] = node_fields(turns, index)
+                self._poses[place] = node_fields(decomposition, index)
 
     def add_still(self, root: ExportItem, place: Matrix, siblings: list[int] | None) -> None:
-        """One node for each instance below and including ``root``, without recursion."""
+        """Add a node for each instance below and including ``root``, without recursion."""
         waiting: list[tuple[ExportItem, Matrix, list[int] | None]] = [(root, place, siblings)]
         while waiting:
             item, local, siblings = waiting.pop()
@@ -526,30 +535,30 @@ class Nodes:
                 waiting.extend((child, pose_, children) for child, pose_ in reversed(item.parts))
 
     def placed(self, item: ExportItem, local: Matrix) -> Matrix:
-        """The pose of the item's node: a primitive's solid has its own."""
+        """Return the pose of the item's node, including that of a primitive's solid."""
         solid = self.solid(item)
         return local if solid is None or solid.pose is IDENTITY else pose.compose(local, solid.pose)
 
     def solid(self, item: ExportItem) -> Solid | None:
-        """The solid of a primitive, None of all else."""
+        """Return the solid of a primitive, None for other items."""
         key = id(item.entity)
         if key not in self._solids:
             self._solids[key] = None if item.merged else solid_of(item.entity)
         return self._solids[key]
 
     def extras(self, item: ExportItem) -> Node:
-        """What the node says of its entity."""
+        """Return the metadata of the node's entity."""
         if id(item) not in self._extras:
             self._extras[id(item)] = merged_facts(item.entity) if item.merged else facts_of(item.entity)
         return self._extras[id(item)]
 
     def _fields(self, place: Matrix) -> list[Node]:
         if place not in self._poses:
-            self._poses[place] = node_fields(turns_of(np.array(place).reshape(1, 3, 4)), 0)
+            self._poses[place] = node_fields(decompose(np.array(place).reshape(1, 3, 4)), 0)
         return self._poses[place]
 
     def _add_posed(self, word: str, fields: Sequence[Node], extras: Node | None, siblings: list[int] | None) -> Node:
-        """A node, and a child where the pose shears; the innermost, which holds what is posed."""
+        """Add a node, and a child if the pose has shear; return the innermost, which gets the content."""
         outer, *inner = fields
         node = {"name": word, **outer} | ({"extras": extras} if extras else {})
         self._append(node, siblings)
@@ -569,22 +578,22 @@ class Nodes:
         return node
 
     def _fill(self, node: Node, item: ExportItem) -> None:
-        """Give the node the mesh of its item, where it has one."""
+        """Set the mesh of the node to that of its item, if any."""
         mesh = self.mesh(item)
         if mesh is not None:
             node["mesh"] = mesh
 
     def mesh(self, item: ExportItem) -> int | None:
-        """The number of the item's mesh."""
+        """Return the index of the item's mesh."""
         if item.merged:
             return self.document.merged_mesh(item.entity)
         solid = self.solid(item)
         return None if solid is None else self.document.solid_mesh(item.word, solid, look_of(item.entity))
 
-    # --- what moves ---
+    # --- animated objects ---
 
     def add_moving(self, root: Moving, tracks: AnimationTracks) -> None:
-        """One node for each path over all frames, with a track for what changes."""
+        """Add a node for each path over all frames, with tracks for what changes."""
         waiting: list[tuple[Moving, list[int] | None]] = [(root, None)]
         while waiting:
             moving, siblings = waiting.pop()
@@ -622,7 +631,7 @@ class Nodes:
         children: list[int],
         tracks: AnimationTracks,
     ) -> None:
-        """A child for each mesh that the thing ever is, seen in its frames only."""
+        """Add a child node for each mesh of the object over time, visible only in its frames."""
         for number, (item, shown) in enumerate(kinds, start=1):
             mine = [other if seen else None for other, seen in zip(moving.items, shown, strict=True)]
             places = [self.placed(other, IDENTITY) for other in _filled(mine)]
@@ -638,18 +647,19 @@ class Nodes:
         siblings: list[int] | None,
         tracks: AnimationTracks,
     ) -> Node:
-        """A node under one pose a frame, seen in the frames ``shown``; the innermost, which holds what is posed."""
+        """Add a node with one pose per frame, visible in the frames ``shown``; return the innermost, which gets the
+        content."""
         still = len(set(places)) == 1
-        turns = None if still else track_of(np.array(places).reshape(-1, 3, 4))
-        fields = self._fields(places[0]) if turns is None else node_fields(turns, 0)
+        decomposition = None if still else decompose_track(np.array(places).reshape(-1, 3, 4))
+        fields = self._fields(places[0]) if decomposition is None else node_fields(decomposition, 0)
         number = len(self.document.nodes)
         node = self._add_posed(name, fields, extras, siblings)
-        if turns is not None:
-            tracks.add(number, "translation", turns.translation)
-            tracks.add(number, "rotation", turns.rotation)
-            tracks.add(number, "scale", turns.scale)
-            if turns.shears[0]:
-                tracks.add(number + 1, "rotation", turns.inner)
+        if decomposition is not None:
+            tracks.add(number, "translation", decomposition.translation)
+            tracks.add(number, "rotation", decomposition.rotation)
+            tracks.add(number, "scale", decomposition.scale)
+            if decomposition.shears[0]:
+                tracks.add(number + 1, "rotation", decomposition.inner)
         if not all(shown):
             first = {} if shown[0] else {"scale": [0.0, 0.0, 0.0]}
             node = self._add_inner(f"{name}/shown", first, node)
@@ -658,7 +668,7 @@ class Nodes:
 
 
 def _filled(items: Sequence[ExportItem | None]) -> list[ExportItem]:
-    """An item for every frame: that of the frame before where there is none."""
+    """Return an item for every frame; frames without one repeat the previous item."""
     found = next(item for item in items if item is not None)
     filled = []
     for item in items:
@@ -671,7 +681,7 @@ _HINT = "raise --instance-limit, or export a part of the scene"
 
 
 def write(job: Job, path: Path) -> None:
-    """Write a .glb, or a .gltf and its .bin, at ``path``. Raises SceneError and LimitError."""
+    """Write a .glb file, or a .gltf file and its .bin file; raises SceneError and LimitError."""
     document = document_of(job)
     job.progress(0.9)
     if path.suffix.lower() == ".gltf":
@@ -686,7 +696,7 @@ def write(job: Job, path: Path) -> None:
 
 
 def document_of(job: Job) -> GltfDocument:
-    """The glTF document of a plan. Raises LimitError when it would be too large."""
+    """Return the glTF document of a plan; raises LimitError if it would be too large."""
     plan = cut_below(job.plan, job.instances)
     whole = [item.entity for item in distinct(*plan.roots) if item.merged]
     document = GltfDocument(segments_for(whole, "the merged meshes", _HINT))
@@ -697,7 +707,7 @@ def document_of(job: Job) -> GltfDocument:
         nodes.prepare(plan.roots)
         nodes.add_still(plan.roots[0], IDENTITY, None)
     if document.is_too_large:
-        raise LimitError("size", "the meshes have more than the 4 GB that a glTF file can hold", hint=_HINT)
+        raise LimitError("size", "the meshes exceed the 4 GB limit of a glTF file", hint=_HINT)
     return document
 
 
@@ -720,7 +730,7 @@ def _fixed_items(root: Moving) -> Iterator[ExportItem]:
 
 GLTF = mesh_backend(
     "gltf",
-    "glTF 2.0 with the hierarchy of entities and 4D animation, for other 3D programs",
+    "glTF 2.0 with the entity hierarchy and 4D animation",
     (".glb", ".gltf"),
     write,
     animated=True,

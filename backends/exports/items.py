@@ -1,8 +1,8 @@
-"""What an export writes: the entity DAG, with some entities marked to become one mesh.
+"""Export plan: the entity DAG, with some entities marked to be merged into one mesh.
 
-An ``Item`` stands for a distinct entity in one role. ``--depth N`` marks the entities at level N (the root is level 0),
-so that what is below each is one part; ``--instance-limit`` marks repeated small subtrees, so that a strict tree of
-nodes stays small (``cut_below``). Items are shared as entities are.
+An ``ExportItem`` is a distinct entity in one role. ``--depth N`` marks the entities at level N (the root is level 0),
+so that each becomes one part; ``--instance-limit`` marks repeated small subtrees, so that a strict tree of nodes stays
+small (``cut_below``). Items are shared like entities.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from scenelang.interpreter.runtime.values import Matrix
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
 
-MOST_NODES = 1_000_000  # of a strict tree
-_LARGEST = 1e30  # what single precision can hold, products included
+MAX_NODES = 1_000_000  # of a strict tree
+_MAX_COORDINATE = 1e30  # limit for single precision, with a margin for products
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ExportItem:
-    """``parts`` are pairs of item and pose. ``merged``: all that is below the entity is one mesh, and no part."""
+    """An entity to export; ``parts`` are pairs of item and pose. ``merged``: the whole subtree becomes one mesh."""
 
     entity: Entity
     parts: tuple[tuple[ExportItem, Matrix], ...] = ()
@@ -37,13 +37,13 @@ class ExportItem:
 
     @property
     def is_leaf(self) -> bool:
-        """True when the item is a mesh of its own."""
+        """Whether the item is a single mesh."""
         return self.merged or self.entity.is_primitive
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ExportPlan:
-    """The items of every frame that is exported; ``animated`` when these are the frames of a 4D scene."""
+    """The items of every exported frame; ``animated`` if they are the frames of a 4D scene."""
 
     word: str
     roots: tuple[ExportItem, ...]
@@ -57,11 +57,21 @@ def planned(
     limit: int = 2_000_000,
     warn: Callable[[Diagnostic], None] | None = None,
 ) -> ExportPlan:
-    """The items of ``scene``, blocks as cubes: of all its frames, or of ``frame`` alone (from 0), merged at level
-    ``depth``. ``limit`` and ``warn`` as for ``as_cubes``.
+    """Return the export plan of ``scene`` with blocks converted to cubes.
 
-    Raises SceneError: "value" where there is no such frame, "empty-scene" where nothing has geometry, "pose" where
-    numbers are too large for files.
+    Parameters
+    ----------
+    frame : int, optional
+        Zero-based; by default all frames.
+    depth : int, optional
+        Level at which entities are merged; by default none.
+    limit, warn
+        As for ``as_cubes``.
+
+    Raises
+    ------
+    SceneError
+        "value" if the frame does not exist, "empty-scene" if nothing has geometry, "pose" if coordinates are too large.
     """
     scene = as_cubes(chosen(scene, frame), limit, warn)
     heights = _heights(scene.frames)
@@ -72,26 +82,26 @@ def planned(
 
 
 def chosen(scene: Scene, frame: int | None) -> Scene:
-    """``scene``, or the still of its ``frame``, when it can be exported; raises SceneError as ``planned`` does."""
+    """Return ``scene``, or its single frame ``frame``, if it can be exported; raises SceneError as ``planned`` does."""
     roots = scene.frames if frame is None else (scene.frames[frame_of(scene, frame)],)
     boxes = [box for box in map(entity_box, roots) if box is not None]
     if not boxes:
         raise SceneError("empty-scene", f'the scene "{scene.word}" has no primitives, so there is nothing to export')
-    if not all(abs(number) < _LARGEST for box in boxes for number in box):
-        raise SceneError("pose", "poses multiply to numbers too large for a file")
+    if not all(abs(number) < _MAX_COORDINATE for box in boxes for number in box):
+        raise SceneError("pose", "pose overflow: coordinates exceed the range of single precision")
     check_seen(scene)
     return Scene(scene.word, roots, scene.animated and frame is None)
 
 
 class _Items:
-    """Makes items, one for each distinct entity and number of levels left above the cut."""
+    """Creates items, one for each distinct entity and number of remaining levels above the cut."""
 
     def __init__(self, heights: Mapping[int, int]) -> None:
         self._heights = heights
         self._made: dict[tuple[int, float], ExportItem] = {}
 
     def of(self, root: Entity, levels: float) -> ExportItem:
-        """The item of ``root`` whose descendants ``levels`` below it are merged; no recursion."""
+        """Return the item of ``root`` with its descendants ``levels`` below it merged; no recursion."""
         stack = [(root, levels)]
         while stack:
             entity, left = stack[-1]
@@ -122,7 +132,7 @@ class _Items:
 
 
 def _heights(roots: Iterable[Entity]) -> dict[int, int]:
-    """Levels below each distinct entity, 0 for a leaf."""
+    """Return the number of levels below each distinct entity, 0 for a leaf."""
     heights: dict[int, int] = {}
     for entity in descendants(*roots):
         heights[id(entity)] = 1 + max((heights[id(part.car)] for part in entity.children), default=-1)
@@ -133,7 +143,7 @@ def _heights(roots: Iterable[Entity]) -> dict[int, int]:
 
 
 def distinct(*roots: ExportItem) -> Iterator[ExportItem]:
-    """Every distinct item below and including ``roots``, children before parents."""
+    """Yield every distinct item below and including ``roots``, children before parents."""
     seen: set[int] = set()
     for root in roots:
         stack = [(root, iter(root.parts))] if id(root) not in seen else []
@@ -151,7 +161,7 @@ def distinct(*roots: ExportItem) -> Iterator[ExportItem]:
 
 
 def sizes(roots: Sequence[ExportItem]) -> dict[int, int]:
-    """Instances of items below and including each distinct one."""
+    """Return the number of instances below and including each distinct item."""
     counts: dict[int, int] = {}
     for item in distinct(*roots):
         counts[id(item)] = 1 + sum(counts[id(child)] for child, _ in item.parts)
@@ -159,11 +169,11 @@ def sizes(roots: Sequence[ExportItem]) -> dict[int, int]:
 
 
 def cut_below(plan: ExportPlan, limit: int) -> ExportPlan:
-    """``plan`` with the smallest repeated subtrees merged that bring every frame to at most ``limit`` nodes.
+    """Merge the smallest repeated subtrees of ``plan`` so that every frame has at most ``limit`` nodes.
 
-    All subtrees of at most T instances that stand in several places are merged, with the least power of two T that is
-    enough, so that what is merged is small and the hierarchy above it stays. What stands in one place only is not
-    merged: that would make the file larger. Raises LimitError where ``MOST_NODES`` are not enough then.
+    All subtrees of at most T instances that occur in several places are merged, with the smallest sufficient power of
+    two T, so that merged parts are small and the hierarchy above them is preserved. Subtrees that occur once are not
+    merged, which would make the file larger. Raises LimitError if more than ``MAX_NODES`` remain.
     """
     counts = sizes(plan.roots)
     most = max(counts[id(root)] for root in plan.roots)
@@ -174,17 +184,17 @@ def cut_below(plan: ExportPlan, limit: int) -> ExportPlan:
     while _nodes(plan.roots, counts, repeated, threshold) > limit and threshold < most:
         threshold *= 2
     nodes = _nodes(plan.roots, counts, repeated, threshold)
-    if nodes > max(limit, MOST_NODES):
+    if nodes > max(limit, MAX_NODES):
         raise LimitError(
             "primitives",
-            f"the scene needs {nodes:,} nodes, more than the {MOST_NODES:,} that a file may have",
-            hint="merge parts with --depth N, or choose .usd",
+            f"the scene needs {nodes:,} nodes, more than the limit of {MAX_NODES:,} for a file",
+            hint="merge parts with --depth N, or write .usd",
         )
     return _merged_below(plan, counts, repeated, threshold)
 
 
 def _repeated(roots: Sequence[ExportItem]) -> set[int]:
-    """The ids of the items that stand in several places of one frame."""
+    """Return the ids of the items that occur in several places of one frame."""
     found: set[int] = set()
     for root in {id(root): root for root in roots}.values():
         order = list(distinct(root))
@@ -198,7 +208,8 @@ def _repeated(roots: Sequence[ExportItem]) -> set[int]:
 
 
 def _nodes(roots: Sequence[ExportItem], counts: Mapping[int, int], repeated: Set[int], threshold: int) -> int:
-    """The nodes of the largest frame when repeated subtrees of at most ``threshold`` instances are one node each."""
+    """Return the number of nodes of the largest frame if repeated subtrees of at most ``threshold`` instances are
+    merged."""
     nodes: dict[int, int] = {}
     for item in distinct(*roots):
         is_one = counts[id(item)] <= threshold and id(item) in repeated

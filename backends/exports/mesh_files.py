@@ -1,9 +1,9 @@
-"""Exports of triangles: Wavefront OBJ with an .mtl beside it, PLY, and binary STL.
+"""Export of triangle meshes: Wavefront OBJ with an .mtl file, PLY, and binary STL.
 
-An OBJ has one object for each leaf, named by the words down to it.
+An OBJ file has one object for each leaf, named by the words from the root to it.
 
-Colours in .mtl files are sRGB-encoded by convention, so ``Kd`` is. A merged part, whose colours differ, has them on its
-vertices (``v x y z r g b``), as most programs read them.
+By convention colours in .mtl files are sRGB-encoded, so ``Kd`` is. A merged part, whose colours vary, has vertex
+colours (``v x y z r g b``), which most programs support.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from scenelang.backends.pictures.appearance import Look
 from scenelang.backends.pictures.studio import to_srgb
 from scenelang.interpreter.scene.primitives.mesh import triangle_normals
 
-_SHINE = 1000.0  # of Ns, which is 0 where a surface is rough
+_MAX_SHININESS = 1000.0  # maximum of Ns, which is 0 for a rough surface
 
 
 def _write_obj(job: Job, path: Path) -> None:
-    """Write the first frame of the plan at ``path``, its materials beside it. Raises SceneError and LimitError."""
+    """Write the first frame of the plan to ``path``, with a material file; raises SceneError and LimitError."""
     materials: dict[Look, str] = {}
     library = path.with_suffix(".mtl")
     with path.open("w", encoding="utf-8", newline="\n") as file:
@@ -36,25 +36,25 @@ def _write_obj(job: Job, path: Path) -> None:
         for one in placed(job.plan, job.limit, ".obj"):
             name = _object_name(one, numbers)
             material = materials.setdefault(one.look, f"material_{len(materials) + 1}")
-            file.write(f"o {name}\ng {' '.join(map(_spelled, one.path))}\nusemtl {material}\n")
+            file.write(f"o {name}\ng {' '.join(map(_escaped, one.path))}\nusemtl {material}\n")
             file.writelines(_lines(one, start))
             start += len(one.surface.vertices)
     library.write_text("".join(_material(name, look) for look, name in materials.items()), encoding="ascii")
 
 
 def _object_name(one: PlacedMesh, numbers: dict[tuple[str, ...], int]) -> str:
-    """The words down to the leaf, and a number that tells it from others with the same words."""
+    """Return the words from the root to the leaf, with a number if the name is not unique."""
     number = numbers[one.path] = numbers.get(one.path, 0) + 1
-    return "/".join(map(_spelled, one.path)) + (f".{number:03d}" if number > 1 else "")
+    return "/".join(map(_escaped, one.path)) + (f".{number:03d}" if number > 1 else "")
 
 
-def _spelled(word: str) -> str:
-    """A word without what ends a name in the format."""
+def _escaped(word: str) -> str:
+    """Return a word without the characters that are delimiters in the format."""
     return re.sub(r"[\s/#\\]+", "_", word.encode("utf-8", "replace").decode()) or "_"
 
 
 def _lines(one: PlacedMesh, start: int) -> Iterator[str]:
-    """The vertices, normals and faces of one object, whose vertices are numbered from ``start``."""
+    """Yield the vertices, normals and faces of one object; its vertices are numbered from ``start``."""
     surface = one.surface
     columns = surface.vertices
     if surface.colors is not None:
@@ -72,7 +72,7 @@ def _material(name: str, look: Look) -> str:
 
     lines = [f"newmtl {name}", f"Kd {spelled(look.color)}", f"d {look.opacity:g}"]
     if not look.is_matte:
-        lines += [f"Ns {_SHINE * (1.0 - look.gloss) ** 2:g}", f"Pr {look.gloss:g}"]
+        lines += [f"Ns {_MAX_SHININESS * (1.0 - look.gloss) ** 2:g}", f"Pr {look.gloss:g}"]
     if look.metallic:
         lines.append(f"Pm {look.metallic:g}")
     if any(look.emission):
@@ -85,7 +85,7 @@ def _material(name: str, look: Look) -> str:
 OBJ = mesh_backend("obj", "Wavefront OBJ with materials, one object for each primitive or part", (".obj",), _write_obj)
 
 
-# Exports as binary PLY: one mesh in the world, with normals and the colour and opacity of every vertex, sRGB.
+# Binary PLY: one mesh in world coordinates, with normals and the sRGB colour and opacity of every vertex.
 
 
 _VERTEX = np.dtype([("position", "<f4", 3), ("normal", "<f4", 3), ("color", "u1", 4)])
@@ -97,7 +97,7 @@ _FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
 
 
 def _write_ply(job: Job, path: Path) -> None:
-    """Write the first frame of the plan at ``path``. Raises SceneError and LimitError."""
+    """Write the first frame of the plan to ``path``; raises SceneError and LimitError."""
     vertices, faces, start = [], [], 0
     for one in placed(job.plan, job.limit, ".ply"):
         rows = np.empty(len(one.surface.vertices), _VERTEX)
@@ -115,8 +115,17 @@ def write_ply(
     faces: Sequence[npt.NDArray[np.int64]] | None,
     comment: str | None = None,
 ) -> None:
-    """Write a binary file: ``vertices`` are rows of structured arrays, whose numbers have the types and names of
-    ``properties``; ``faces`` (F, 3) count them all. With None it holds points."""
+    """Write a binary PLY file.
+
+    Parameters
+    ----------
+    properties : sequence of (str, str)
+        Types and names of the vertex properties.
+    vertices : sequence of structured arrays
+        Rows that are concatenated.
+    faces : sequence of (F, 3) arrays, optional
+        Indices into all vertices; None for a point cloud.
+    """
     lines = ["ply", "format binary_little_endian 1.0", *([f"comment {comment}"] if comment else ())]
     lines += [f"element vertex {sum(map(len, vertices))}", *(f"property {kind} {name}" for kind, name in properties)]
     if faces is not None:
@@ -134,14 +143,14 @@ def write_ply(
 PLY = mesh_backend("ply", "PLY: one coloured mesh", (".ply",), _write_ply, attributes=("color", "opacity"))
 
 
-# Exports as binary STL: the triangles in the world with their normals; the format knows no colour and no name.
+# Binary STL: the triangles in world coordinates with their normals; the format has no colours or names.
 
 
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 
 def _write_stl(job: Job, path: Path) -> None:
-    """Write the first frame of the plan at ``path``. Raises SceneError and LimitError."""
+    """Write the first frame of the plan to ``path``; raises SceneError and LimitError."""
     pieces = [_triangles(one.surface) for one in placed(job.plan, job.limit, ".stl")]
     with path.open("wb") as file:
         file.write(b"scenelang: y up".ljust(80, b" "))

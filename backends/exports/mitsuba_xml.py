@@ -1,8 +1,8 @@
-"""Exports as Mitsuba 3 XML, with the meshes that it names in .ply files beside it, in world coordinates.
+"""Export to Mitsuba 3 XML, with meshes in separate .ply files, in world coordinates.
 
-Camera, light, ground and materials are those of final pictures. Primitives are instances of exact unit shapes, which
-is right under any pose; beyond ``--instance-limit`` repeated parts are instances of merged meshes. Mitsuba can place
-no lamp as an instance, and nothing under a singular pose: these are meshes in the world, one for each material.
+Camera, lighting, ground and materials are those of final pictures. Primitives are instances of exact unit shapes, which
+are correct under any pose; beyond ``--instance-limit`` repeated parts are instances of merged meshes. Mitsuba supports
+no emitters and no singular poses in instances: these become meshes in world coordinates, one for each material.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ from scenelang.interpreter.scene.entity import Entity, Scene
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.primitives.forms import CanonicalForm
 
-# Mitsuba's scene dictionaries as the elements of its XML format.
+# Mitsuba's scene dictionaries as XML elements.
 
 
 _TAGS = {
@@ -68,14 +68,15 @@ _TAGS = {
 
 
 def _quoted(text: str) -> str:
-    """An attribute's value; XML has no control characters, not even escaped ones."""
+    """Quote an attribute value; XML cannot represent control characters, even escaped."""
     return quoteattr(printable(text))
 
 
 def elements(name: str | None, value: Any, indent: str = "  ") -> list[str]:
-    """The lines of the property ``name``: a plugin (a mapping with a "type"), a transform (a matrix) or a plain value.
+    """Return the lines of the property ``name``.
 
-    The key "id" of a plugin names it, and a value ``{"ref": id}`` refers to it.
+    ``value`` is a plugin (a mapping with a "type"), a transform (a matrix) or a plain value. The key "id" of a plugin
+    names it, and a value ``{"ref": id}`` refers to it.
     """
     named = "" if name is None else f" name={_quoted(name)}"
     if isinstance(value, Mapping):
@@ -118,7 +119,7 @@ _COLORS = {"type": "mesh_attribute", "name": "vertex_color"}
 
 
 def write(job: Job, path: Path) -> None:
-    """Write the first frame of the plan at ``path``. Raises SceneError and LimitError."""
+    """Write the first frame of the plan to ``path``; raises SceneError and LimitError."""
 
     unsupported_frames(job.plan.roots, ".xml")
     need("mitsuba", "mitsuba")
@@ -135,7 +136,7 @@ def write(job: Job, path: Path) -> None:
 
 @dataclass(slots=True)
 class _Shapes:
-    """Writes the shapes of a scene and their meshes; remembers the groups that instances refer to."""
+    """Writes the shapes of a scene and their meshes; stores the groups that instances refer to."""
 
     path: Path
     segments: int
@@ -145,7 +146,7 @@ class _Shapes:
     loose: dict[Look, list[ExportSurface]] = field(default_factory=dict)
 
     def lines(self, plan: ExportPlan) -> Iterator[str]:
-        """The elements of all leaves, in depth-first order; what cannot be an instance comes last."""
+        """Yield the elements of all leaves in depth-first order; those that cannot be instances come last."""
         for leaf in leaves(plan, 2**40):
             fresh: list[str] = []
             place = self._placed(leaf.item, leaf.pose, fresh)
@@ -158,13 +159,14 @@ class _Shapes:
             yield from elements(None, self._mesh(Patch(look, joined(surfaces))))
 
     def _placed(self, item: ExportItem, place: Matrix, fresh: list[str]) -> tuple[str, Matrix] | None:
-        """The group of a leaf and its pose; None where it is loose or nothing is seen. ``fresh`` gets a new group."""
+        """Return the group and pose of a leaf, None if it is not an instance or invisible; appends new groups to
+        ``fresh``."""
         if item.merged:
-            still, lamps = self._merged(item)
+            still, emitters = self._merged(item)
             if _is_flat(place):
-                self._loosen([*still, *lamps], place)
+                self._add_loose([*still, *emitters], place)
                 return None
-            self._loosen(lamps, place)
+            self._add_loose(emitters, place)
             if id(item.entity) not in self.groups:
                 self._add_group(id(item.entity), [self._mesh(patch) for patch in still], fresh)
             group = self.groups[id(item.entity)]
@@ -175,7 +177,7 @@ class _Shapes:
         whole = pose.compose(place, solid.pose)
         if any(look.emission) or _is_flat(whole) or (solid.form is not None and _dissolves(solid.form, whole)):
             surface = solid.surface()
-            self._loosen([] if surface is None else [Patch(look, surface)], whole)
+            self._add_loose([] if surface is None else [Patch(look, surface)], whole)
             return None
         key = (solid.key, look)
         if key not in self.groups:
@@ -185,7 +187,7 @@ class _Shapes:
         return None if group is None else (group, whole)
 
     def _merged(self, item: ExportItem) -> tuple[list[Patch], list[Patch]]:
-        """The patches of a merged item: those that can be instances, and lamps."""
+        """Return the patches of a merged item: those that can be instances, and emitters."""
         if id(item.entity) not in self.patches:
             found = merged(item.entity, self.segments)
             dark = [patch for patch in found if not any(patch.look.emission)]
@@ -193,13 +195,13 @@ class _Shapes:
         return self.patches[id(item.entity)]
 
     def _own(self, item: ExportItem, look: Look) -> list[dict[str, Any]]:
-        """The mesh of a primitive that is no canonical solid."""
+        """Return the mesh of a primitive that is not a canonical solid."""
         solid = solid_of(item.entity)
         surface = None if solid is None else solid.surface()
         return [] if surface is None else [self._mesh(Patch(look, surface))]
 
-    def _loosen(self, patches: list[Patch], place: Matrix) -> None:
-        """Add patches to the meshes that stand in the world."""
+    def _add_loose(self, patches: list[Patch], place: Matrix) -> None:
+        """Add patches to the meshes in world coordinates."""
         for patch in patches:
             copy = patch.surface.under(np.array(place).reshape(1, 3, 4))
             colors = np.ones_like(copy.vertices) if copy.colors is None else copy.colors
@@ -207,7 +209,7 @@ class _Shapes:
             self.loose.setdefault(replace(patch.look, color=WHITE), []).append(painted)
 
     def _add_group(self, key: Hashable, parts: list[dict[str, Any]], fresh: list[str]) -> None:
-        """A new group of shapes, whose element goes to ``fresh``; none where it would be empty."""
+        """Add a group of shapes unless it would be empty; appends its element to ``fresh``."""
         name = f"group{len(self.groups) + 1}" if parts else None
         self.groups[key] = name
         if parts:
@@ -215,12 +217,12 @@ class _Shapes:
             fresh += elements(None, {"type": "shapegroup", "id": name, **shapes})
 
     def _unit(self, form: CanonicalForm, ratios: tuple[float, ...], look: Look) -> list[dict[str, Any]]:
-        """The canonical form, exact where Mitsuba has such shapes."""
+        """Return the shapes of a canonical form, exact if Mitsuba has such shapes."""
         parts = [part | {"bsdf": bsdf_of(look)} for part in unit_parts(form, ratios, look)]
         return parts or [self._mesh(Patch(look, unit_surface(form, ratios, UNIT_SEGMENTS)))]
 
     def _mesh(self, patch: Patch) -> dict[str, Any]:
-        """A .ply file beside the scene, and the element that names it."""
+        """Write a .ply file next to the scene and return the shape that refers to it."""
         self.meshes += 1
         file = self.path.with_name(f"{self.path.stem}-mesh{self.meshes:03d}.ply")
         _write_ply(file, patch)
@@ -232,7 +234,7 @@ class _Shapes:
 
 
 def _write_ply(file: Path, patch: Patch) -> None:
-    """A mesh whose vertices have the colours that reflect, linear."""
+    """Write a mesh with linear vertex colours that represent the reflectance."""
     surface = patch.surface
     colors = np.ones_like(surface.vertices) if surface.colors is None else surface.colors
     rows = np.empty(len(surface.vertices), _VERTEX)
@@ -242,7 +244,7 @@ def _write_ply(file: Path, patch: Patch) -> None:
 
 
 def _painted(bsdf: Mapping[str, Any]) -> dict[str, Any]:
-    """A material whose colour is that of the mesh's vertices."""
+    """Return a material that takes its colour from the mesh's vertices."""
     out: dict[str, Any] = {}
     for key, value in bsdf.items():
         if key in ("reflectance", "base_color"):
@@ -253,7 +255,7 @@ def _painted(bsdf: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _is_flat(place: Matrix) -> bool:
-    """True when the pose cannot be inverted in single precision."""
+    """Whether the pose is singular in single precision."""
     linear = np.array(place).reshape(3, 4)[:, :3]
     largest = float(np.abs(linear).max())
     return largest == 0.0 or abs(float(np.linalg.det(linear / largest))) < 1e-9
@@ -265,7 +267,7 @@ def _dissolves(form: CanonicalForm, place: Matrix) -> bool:
 
 MITSUBA_XML = mesh_backend(
     "mitsuba-xml",
-    "Mitsuba 3 XML with meshes beside it: the scene of final pictures",
+    "Mitsuba 3 XML with separate mesh files: the scene of final pictures",
     (".xml",),
     write,
     options=(INSTANCES,),
@@ -274,7 +276,7 @@ MITSUBA_XML = mesh_backend(
 )
 
 
-# Camera, light and ground of final pictures, brought from the stage's unit frame to world coordinates.
+# Camera, lighting and ground of final pictures, transformed from the stage's unit frame to world coordinates.
 
 
 FloatArray = npt.NDArray[np.float64]
@@ -283,7 +285,7 @@ _WIDTH, _HEIGHT = 800, 600
 
 
 def stage_elements(plan: ExportPlan) -> list[str]:
-    """The lines of integrator, sensor, lights and ground for a plan of one frame."""
+    """Return the lines of integrator, sensor, emitters and ground for a plan of one frame."""
     scene = Scene(plan.word, [plan.roots[0].entity], False)
     mi = use("scalar", 0, False)
     center, scale = unit_size(scene)
@@ -301,14 +303,14 @@ def stage_elements(plan: ExportPlan) -> list[str]:
 
 
 def _in_world(value: Mapping[str, Any], outward: FloatArray, scale: float) -> dict[str, Any]:
-    """A plugin with its poses and distances in world units."""
+    """Return a plugin with its poses and distances in world units."""
     out: dict[str, Any] = {}
     is_camera = "film" in value
     for key, item in value.items():
         if key == "to_world":
             pose = outward @ np.array(item.matrix, np.float64).reshape(4, 4)
             if is_camera and value["type"] != "orthographic":
-                pose[:3, :3] *= scale  # a camera may not be scaled
+                pose[:3, :3] *= scale  # a camera's pose must not contain scale
             out[key] = pose
         elif hasattr(item, "matrix"):
             out[key] = np.array(item.matrix, np.float64)

@@ -1,4 +1,4 @@
-"""Exports as JSON: the DAG of entities, each once, in a documented schema that ``scene_file`` reads back."""
+"""Export to JSON: the entity DAG, each entity once, in a documented schema that ``read_scene`` reads back."""
 
 from __future__ import annotations
 
@@ -25,13 +25,14 @@ _AXES = "right-handed: x right, y up, z towards the viewer; poses are the upper 
 
 
 def write_scene(scene: Scene, path: Path | str) -> None:
-    """Write ``scene`` to ``path``, whole or not at all; raises SceneError("file")."""
+    """Write ``scene`` to ``path`` atomically; raises SceneError("file")."""
     with written_whole(path) as temporary, temporary.open("w", encoding="ascii", newline="\n") as file:
         file.writelines(scene_text(scene, Path(path).resolve().parent))
 
 
 def scene_text(scene: Scene, folder: Path) -> Iterator[str]:
-    """The document in pieces, one entity a line, children before parents; mesh files relative to ``folder``."""
+    """Yield the pieces of the document: one entity per line, children before parents, mesh files relative to
+    ``folder``."""
     head = {"format": FORMAT, "version": VERSION, "word": scene.word, "animated": scene.animated, "axes": _AXES}
     yield json.dumps(head)[:-1] + ',\n"entities": ['
     numbers: dict[int, int] = {}
@@ -63,7 +64,7 @@ def _entity(entity: Entity, numbers: dict[int, int], folder: Path) -> dict[str, 
 
 
 def _attributes(entity: Entity) -> dict[str, Any]:
-    """The attributes as tagged plain data; what is not plain (functions, entities) is left out."""
+    """Return the attributes as tagged plain data; other values (functions, entities) are omitted."""
     found: dict[str, Any] = {}
     for name, value in entity.embedding.attributes.items():
         try:
@@ -74,7 +75,7 @@ def _attributes(entity: Entity) -> dict[str, Any]:
 
 
 def _relative(file: str, folder: Path) -> str:
-    """The path of a mesh file from ``folder`` where it lies inside it."""
+    """Return the path of a mesh file, relative to ``folder`` if it is inside it."""
     target = Path(file).resolve()
     return target.relative_to(folder).as_posix() if target.is_relative_to(folder) else os.fspath(target)
 
@@ -88,7 +89,7 @@ def _run(scene: Scene, path: Path, options: BackendOptions) -> None:
 
 JSON = Backend(
     "json",
-    "the tree of entities as JSON, which can be read back",
+    "JSON of the entity graph, which can be read back",
     Work.EXPORT,
     (".json",),
     _run,
@@ -97,7 +98,7 @@ JSON = Backend(
 
 
 def holds_scene(path: Path | str) -> bool:
-    """Whether a JSON file begins as those that are written here do."""
+    """Whether a JSON file starts like the files written here."""
     try:
         with open(path, "rb") as file:
             return f'"format": "{FORMAT}"'.encode() in file.read(200)
@@ -105,93 +106,105 @@ def holds_scene(path: Path | str) -> bool:
         return False
 
 
-# Scenes read from the JSON that ``scene_json`` writes. The file may come from anywhere: nothing in it is trusted.
+# Reading scenes from JSON. The file may come from anywhere: nothing in it is trusted.
 
 
-LARGEST_FILE = 256_000_000  # bytes
-MOST_ENTITIES = 1_000_000
-MOST_PARTS = 5_000_000
+MAX_FILE_BYTES = 256_000_000  # bytes
+MAX_ENTITIES = 1_000_000
+MAX_PARTS = 5_000_000
 
 
 def read_scene(path: Path | str, project: Path | None = None, allow_outside: bool = False) -> Scene:
-    """The scene in a file that ``write_scene`` made.
+    """Read a scene from a file written by ``write_scene``.
 
-    Mesh files that it names must lie inside ``project`` (the file's own folder where None) unless ``allow_outside``.
-    Raises SceneError: "file" where the file cannot be read or is no scene, "import-outside" for mesh files elsewhere,
-    "attribute" for attributes that no geometry has; LimitError("size") where it is too large.
+    Parameters
+    ----------
+    path : Path or str
+    project : Path, optional
+        Directory that must contain the mesh files it refers to; by default the file's own.
+    allow_outside : bool
+        Allow mesh files outside ``project``.
+
+    Raises
+    ------
+    SceneError
+        "file" if the file cannot be read or is not a scene, "import-outside" for mesh files outside ``project``,
+        "attribute" for invalid geometry attributes.
+    LimitError
+        "size" if the file is too large.
     """
     path = Path(path)
     data = _parsed(path)
     reader = _Reader(path, AssetFiles(path.parent, (project or path.parent).resolve(), allow_outside))
     if not isinstance(data, dict) or data.get("format") != FORMAT:
-        reader.fail(f'it has no "format": "{FORMAT}"')
+        reader.fail(f'missing "format": "{FORMAT}"')
     if data.get("version") != VERSION:
-        reader.fail(f"its version is {str(data.get('version'))[:20]}; this program reads {VERSION}")
+        reader.fail(f"unsupported version {str(data.get('version'))[:20]}, expected {VERSION}")
     word = reader.text(data.get("word"), "the word of the scene")
     listed = data.get("entities")
     if not isinstance(listed, list):
         reader.fail('"entities" must be a list')
-    if len(listed) > MOST_ENTITIES:
-        raise LimitError("size", f"{path.name} has {len(listed):,} entities, more than the {MOST_ENTITIES:,} it may")
+    if len(listed) > MAX_ENTITIES:
+        raise LimitError("size", f"{path.name} has {len(listed):,} entities, more than the limit of {MAX_ENTITIES:,}")
     entities: list[Entity] = []
     for fields in listed:
         entities.append(reader.entity(fields, entities))
     frames = data.get("frames")
     if not isinstance(frames, list) or not frames:
-        reader.fail('"frames" must be a list of one or more numbers of entities')
+        reader.fail('"frames" must be a non-empty list of entity indices')
     roots = [entities[reader.index(frame, len(entities), "a frame")] for frame in frames]
     animated = data.get("animated", len(roots) > 1)
     if not isinstance(animated, bool) or (len(roots) > 1 and not animated):
-        reader.fail('"animated" must be true of several frames')
+        reader.fail('"animated" must be true for several frames')
     return Scene(word, roots, animated)
 
 
 def _parsed(path: Path) -> Any:
     try:
-        if path.stat().st_size > LARGEST_FILE:
-            raise LimitError("size", f"{path.name} is larger than the {LARGEST_FILE:,} bytes that a scene may be")
+        if path.stat().st_size > MAX_FILE_BYTES:
+            raise LimitError("size", f"{path.name} is larger than the limit of {MAX_FILE_BYTES:,} bytes")
         text = read_regular(path).decode("utf-8")
     except OSError as error:
-        raise SceneError("file", f"{path} cannot be read: {error.strerror or error}") from None
+        raise SceneError("file", f"cannot read {path}: {error.strerror or error}") from None
     except UnicodeDecodeError:
         raise SceneError("encoding", f"{path.name} is not UTF-8 text") from None
     try:
         return json.loads(text, parse_constant=_refuse)
     except (ValueError, RecursionError) as error:
-        said = "it is nested too deeply" if isinstance(error, RecursionError) else str(error)
-        raise SceneError("file", f"{path.name} is no JSON: {said[:120]}") from None
+        reason = "nested too deeply" if isinstance(error, RecursionError) else str(error)
+        raise SceneError("file", f"{path.name} is not valid JSON: {reason[:120]}") from None
 
 
 def _refuse(constant: str) -> NoReturn:
-    raise ValueError(f"{constant} is no number")
+    raise ValueError(f"{constant} is not a valid number")
 
 
 @dataclass(slots=True)
 class _Reader:
-    """Makes entities of their fields; ``parts`` counts the parts made so far."""
+    """Creates entities from their JSON fields; ``parts`` counts the parts created so far."""
 
     path: Path
     assets: AssetFiles
     parts: int = 0
 
     def fail(self, what: str) -> NoReturn:
-        """Raise the error that the file is no scene."""
-        raise SceneError("file", f"{self.path.name} is no scene: {what}")
+        """Raise the error that the file is not a valid scene."""
+        raise SceneError("file", f"{self.path.name} is not a valid scene: {what}")
 
     def text(self, value: Any, what: str) -> str:
-        """``value`` when it is a string."""
+        """Return ``value`` if it is a string, else fail."""
         if not isinstance(value, str):
             self.fail(f"{what} must be a string")
         return value
 
     def index(self, value: Any, count: int, what: str) -> int:
-        """``value`` when it is the number of one of ``count`` entities."""
+        """Return ``value`` if it is an index below ``count``, else fail."""
         if type(value) is not int or not 0 <= value < count:
-            self.fail(f"{what} must be the number of an entity that stands before it, not {str(value)[:20]}")
+            self.fail(f"{what} must be the index of an earlier entity, not {str(value)[:20]}")
         return value
 
     def entity(self, fields: Any, earlier: Sequence[Entity]) -> Entity:
-        """The next entity; its children stand before it, so that there are no circles."""
+        """Return the next entity; its children must come before it, which rules out cycles."""
         where = f"entity {len(earlier)}"
         if not isinstance(fields, dict):
             self.fail(f"{where} must be an object")
@@ -206,7 +219,7 @@ class _Reader:
         shape = None
         if fields.get("primitive", False) is True:
             if children:
-                self.fail(f"{where} is a primitive and has children")
+                self.fail(f"{where} is a primitive but has children")
             shape = self._shape(word, attributes, fields.get("file"), where)
         return Entity(word, Embedding(handle, text, attributes), children, shape)
 
@@ -222,13 +235,13 @@ class _Reader:
         if not isinstance(given, list):
             self.fail(f"the children of {where} must be a list")
         self.parts += len(given)
-        if self.parts > MOST_PARTS:
-            raise LimitError("size", f"{self.path.name} has more than {MOST_PARTS:,} parts")
+        if self.parts > MAX_PARTS:
+            raise LimitError("size", f"{self.path.name} has more than the limit of {MAX_PARTS:,} parts")
         return tuple(self._part(part, earlier, where) for part in given)
 
     def _part(self, part: Any, earlier: Sequence[Entity], where: str) -> Pair:
         if not isinstance(part, list) or len(part) != 2:
-            self.fail(f"a child of {where} must be a pair of a number and a pose")
+            self.fail(f"a child of {where} must be a pair of an index and a pose")
         number, pose = part
         child = earlier[self.index(number, len(earlier), f"a child of {where}")]
         if not isinstance(pose, list) or len(pose) != 12 or not all(type(x) in (int, float) for x in pose):

@@ -1,4 +1,4 @@
-"""The triangles of primitives, in the primitive's own frame: what every export writes or merges."""
+"""Triangle surfaces of primitives, in their own frames, shared or merged by the export formats."""
 
 from __future__ import annotations
 
@@ -26,8 +26,11 @@ SEGMENTS = 64
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ExportSurface:
-    """``vertices`` and unit ``normals`` (V, 3); ``faces`` (F, 3), counter-clockwise from outside; ``colors`` (V, 3)
-    linear sRGB where the surface brings its own, which multiply the look's."""
+    """A triangle mesh with normals.
+
+    ``vertices`` and unit ``normals`` (V, 3); ``faces`` (F, 3), counter-clockwise seen from outside; ``colors`` (V, 3)
+    linear sRGB if the surface has its own, which multiply the look's colour.
+    """
 
     vertices: FloatArray
     normals: FloatArray
@@ -35,22 +38,24 @@ class ExportSurface:
     colors: FloatArray | None = None
 
     def under(self, matrices: FloatArray) -> ExportSurface:
-        """The copies of the surface under the poses (K, 3, 4), one after the other."""
+        """Return copies of the surface under the poses (K, 3, 4), concatenated."""
         mesh = posed(Mesh(self.vertices, self.normals, self.faces), matrices)
         colors = None if self.colors is None else np.tile(self.colors, (len(matrices), 1))
         return ExportSurface(mesh.vertices, _unit_normals(mesh.shading), mesh.faces, colors)
 
 
 def surface_of(entity: Entity, segments: int = SEGMENTS) -> ExportSurface | None:
-    """The triangles of a primitive, round ones with ``segments`` sides and vertices on the true surface; None where
-    there is nothing to see (deleted blocks, a cylinder without a length). A mesh file's own colours show unless the
-    primitive has a ``:color``. Raises SceneError for unreadable files."""
+    """Return the triangles of a primitive, None if it is invisible (removed blocks, a cylinder of zero length).
+
+    Round primitives have ``segments`` sides and vertices on the exact surface. A mesh file's own colours are used
+    unless the primitive has a ``:color``. Raises SceneError for unreadable files.
+    """
     solid = solid_of(entity)
     return None if solid is None else solid.own_surface(segments)
 
 
 def vertex_count(entity: Entity, segments: int) -> int:
-    """About how many vertices ``surface_of`` makes."""
+    """Return the approximate number of vertices of ``surface_of``."""
     shape = entity.shape
     placed = None if shape is None else shape.placed()
     if placed is not None:
@@ -60,13 +65,13 @@ def vertex_count(entity: Entity, segments: int) -> int:
 
 
 def is_round(shape: Primitive) -> bool:
-    """True when the number of sides matters to the shape's surface."""
+    """Whether the shape's surface depends on the number of sides."""
     placed = shape.placed()
     return placed is not None and placed.form.is_curved
 
 
 def _of_mesh(mesh: Mesh, own_colors: bool) -> ExportSurface:
-    """The surface of a mesh; where it has colours, or no normals, its triangles share no vertex."""
+    """Return the surface of a mesh; if it has colours or no normals, its triangles share no vertices."""
     if mesh.normals is not None and not own_colors:
         return ExportSurface(mesh.vertices, _unit_normals(mesh.normals), mesh.faces)
     corners = mesh.corners
@@ -78,7 +83,7 @@ def _of_mesh(mesh: Mesh, own_colors: bool) -> ExportSurface:
 
 
 def _unit_normals(normals: FloatArray) -> FloatArray:
-    """The directions of ``normals``; up where a face without an area has none."""
+    """Normalise ``normals``; degenerate ones point up."""
     largest = np.abs(normals).max(axis=1, keepdims=True, initial=0.0)
     sound = np.isfinite(largest[:, 0]) & (largest[:, 0] > 0.0)
     out = np.where(sound[:, None], normals / np.where(sound[:, None], largest, 1.0), (0.0, 1.0, 0.0))
@@ -86,16 +91,16 @@ def _unit_normals(normals: FloatArray) -> FloatArray:
     return unit
 
 
-# --- what is shared ------------------------------------------------------------------------------------------------
+# --- shared meshes -----------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
 class Solid:
-    """A primitive as a mesh that many share, and the pose (12 floats) that takes it to the primitive's frame.
+    """A primitive as a shared mesh and the pose (12 floats) that places it in the primitive's frame.
 
-    ``form`` is the canonical form with the ``ratios``, whose surface is ``unit_surface``; None where ``shape`` has a
-    surface of its own: a mesh, or something flat, whose normals no pose of a form gives. ``own_colors``: those of the
-    mesh show.
+    ``form`` is the canonical form with the ``ratios``, whose surface is ``unit_surface``. It is None if ``shape`` has
+    its own surface: a mesh, or a flat primitive, whose normals cannot be derived from a form's. ``own_colors``: use
+    those of the mesh.
     """
 
     form: CanonicalForm | None
@@ -106,15 +111,15 @@ class Solid:
 
     @property
     def key(self) -> Hashable:
-        """What the shared mesh depends on."""
+        """Cache key of the shared mesh."""
         return (self.form, self.ratios) if self.form is not None else (self.shape.key, self.own_colors)
 
     def surface(self, segments: int = SEGMENTS) -> ExportSurface | None:
-        """The triangles of the shared mesh, without the pose."""
+        """Return the triangles of the shared mesh, without the pose."""
         return self.own_surface(segments) if self.form is None else unit_surface(self.form, self.ratios, segments)
 
     def own_surface(self, segments: int = SEGMENTS) -> ExportSurface | None:
-        """The triangles in the primitive's frame."""
+        """Return the triangles in the primitive's frame."""
         placed = self.shape.placed()
         if placed is not None:
             return unit_surface(placed.form, placed.ratios, segments).under(placed.matrix[None])
@@ -123,7 +128,7 @@ class Solid:
 
 
 def solid_of(entity: Entity) -> Solid | None:
-    """The solid that a primitive is; None where there is nothing to see."""
+    """Return the solid of a primitive, None if it is invisible."""
     shape = entity.shape
     if shape is None:
         return None
@@ -137,29 +142,29 @@ def solid_of(entity: Entity) -> Solid | None:
 
 
 def unit_surface(form: CanonicalForm, ratios: tuple[float, ...], segments: int = SEGMENTS) -> ExportSurface:
-    """The canonical form's triangles."""
+    """Return the triangles of the canonical form."""
     mesh = form.mesh(segments, ratios)
     return ExportSurface(mesh.vertices, mesh.shading, mesh.faces)
 
 
-# One mesh of everything below an entity: what ``--depth`` makes of parts, and ``--instance-limit`` of repetitions.
+# Merged meshes of everything below an entity, for ``--depth`` and ``--instance-limit``.
 
 
-MOST_VERTICES = 24_000_000
+MAX_VERTICES = 24_000_000
 WHITE = (1.0, 1.0, 1.0)
 _COARSER = (SEGMENTS, 48, 32, 24, 16, 12, 8)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Patch:
-    """The triangles of one material: ``look`` with its colour white, since ``surface.colors`` (V, 3) has it."""
+    """The triangles of one material; the look's colour is white because ``surface.colors`` (V, 3) contains it."""
 
     look: Look
     surface: ExportSurface
 
 
 def merged(entity: Entity, segments: int = SEGMENTS) -> tuple[Patch, ...]:
-    """All primitives below ``entity``, in its frame, one patch for each material but for the colour."""
+    """Return all primitives below ``entity``, in its frame, as one patch per material, ignoring colour."""
     frame = flatten_entity(entity, whole_cells=False)
     found: dict[Look, list[ExportSurface]] = {}
     for number, primitive in enumerate(frame.primitives):
@@ -173,13 +178,13 @@ def merged(entity: Entity, segments: int = SEGMENTS) -> tuple[Patch, ...]:
 
 
 def _painted(surface: ExportSurface, look: Look) -> ExportSurface:
-    """The surface with the look's colour on every vertex."""
+    """Return the surface with the look's colour on every vertex."""
     own = np.ones((len(surface.vertices), 3)) if surface.colors is None else surface.colors
     return replace(surface, colors=own * np.array(look.color))
 
 
 def joined(surfaces: Sequence[ExportSurface]) -> ExportSurface:
-    """All surfaces, which have colours, as one."""
+    """Concatenate coloured surfaces."""
     if len(surfaces) == 1:
         return surfaces[0]
     starts = np.cumsum([0, *(len(surface.vertices) for surface in surfaces)])
@@ -193,9 +198,9 @@ def joined(surfaces: Sequence[ExportSurface]) -> ExportSurface:
 
 
 def segments_for(entities: Sequence[Entity], what: str, hint: str | None = None) -> int:
-    """How many sides round primitives may have so that the ``entities``, merged, fit; raises LimitError when none do.
+    """Return the largest number of sides of round primitives for which the merged ``entities`` fit; raises LimitError.
 
-    ``what`` names the file in the message, ``hint`` says what to do.
+    ``what`` names the file in the message, ``hint`` is the hint of the error.
     """
     shapes = [(frame, np.bincount(frame.index)) for frame in _frames(entities, what, hint)]
     for segments in _COARSER:
@@ -204,17 +209,17 @@ def segments_for(entities: Sequence[Entity], what: str, hint: str | None = None)
             for frame, counts in shapes
             for primitive, count in zip(frame.primitives, counts.tolist(), strict=True)
         )
-        if total <= MOST_VERTICES:
+        if total <= MAX_VERTICES:
             return segments
         if not any(p.shape is not None and is_round(p.shape) for frame, _ in shapes for p in frame.primitives):
             break
     raise LimitError(
-        "primitives", f"{what} would have {total:,} vertices, more than the {MOST_VERTICES:,} that fit", hint=hint
+        "primitives", f"{what} would have {total:,} vertices, more than the limit of {MAX_VERTICES:,}", hint=hint
     )
 
 
 def _frames(entities: Sequence[Entity], what: str, hint: str | None) -> list[FlatFrame]:
     total = sum(primitive_count(entity) for entity in entities)
-    if 3 * total > MOST_VERTICES:  # before anything is expanded
-        raise LimitError("primitives", f"{what} would hold {total:,} primitives, more than fit", hint=hint)
+    if 3 * total > MAX_VERTICES:  # check before anything is expanded
+        raise LimitError("primitives", f"{what} would have {total:,} primitives, more than the limit", hint=hint)
     return [flatten_entity(entity, whole_cells=False) for entity in entities]

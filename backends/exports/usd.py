@@ -1,9 +1,9 @@
-"""Exports as OpenUSD: .usda text, .usdc and .usd binary, .usdz package.
+"""Export to OpenUSD: .usda text, .usdc and .usd binary, .usdz package.
 
-Every distinct entity that stands in several places is a prototype, referenced by instanceable prims wherever it stands,
-also inside other prototypes: the file grows with distinct entities, not with instances. All is below the default prim,
-the root entity: its hierarchy, ``Prototypes`` and ``Shapes`` (classes, which are not drawn themselves) and
-``Materials``. A primitive is an Xform with the entity's attributes over the mesh ``geometry``.
+Every distinct entity that occurs in several places is a prototype, referenced by instanceable prims at each place, also
+inside other prototypes: the file grows with distinct entities, not with instances. Everything is below the default
+prim, the root entity: its hierarchy, ``Prototypes`` and ``Shapes`` (classes, which are not rendered themselves) and
+``Materials``. A primitive is an Xform with the entity's attributes above the mesh ``geometry``.
 """
 
 from __future__ import annotations
@@ -28,28 +28,28 @@ from scenelang.interpreter.runtime.values import IDENTITY, Matrix
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.primitives.forms import CanonicalForm
 
-# Prims of a USD layer through Sdf, which is twenty times faster than UsdGeom: transforms, shapes, meshes.
+# Prims of a USD layer through Sdf, which is twenty times faster than UsdGeom.
 
 
 INSTALL = "'scenelang[usd]'"
-SHAPES = "Shapes"  # the prim below the root that holds the canonical solids
+SHAPES = "Shapes"  # parent prim of the canonical solids
 _UNIFORM = ("subdivisionScheme", "xformOpOrder", "axis")
 
 
 def valid_name(word: str) -> str:
-    """``word`` as a prim's name: ASCII letters, digits and underscores, no digit first."""
+    """Return ``word`` as a valid prim name: ASCII letters, digits and underscores, not starting with a digit."""
     name = re.sub(r"[^A-Za-z0-9_]+", "_", word)[:80].strip("_") or "entity"
     return f"_{name}" if name[0].isdigit() else name
 
 
 @dataclass(slots=True)
 class PrimNames:
-    """Names of siblings, each once."""
+    """Generates distinct names for siblings."""
 
     taken: dict[str, int] = field(default_factory=dict)
 
     def fresh(self, word: str) -> str:
-        """A name for ``word`` that no sibling has: ``name``, ``name_2``, ``name_3``, ..."""
+        """Return a name for ``word`` that no sibling has: ``name``, ``name_2``, ``name_3``, ..."""
         base = name = valid_name(word)
         number = self.taken.get(base, 0)
         while number and name in self.taken:
@@ -61,7 +61,10 @@ class PrimNames:
 
 
 class Prims:
-    """Makes prims in one layer. Poses are affine, 12 floats, column vectors; USD's are their transposes."""
+    """Creates prims in one layer.
+
+    Poses are affine, 12 floats, for column vectors; USD's matrices are their transposes.
+    """
 
     def __init__(self, layer: Any) -> None:
         self.sdf, self.gf, self.vt = (need(f"pxr.{name}", INSTALL) for name in ("Sdf", "Gf", "Vt"))
@@ -70,12 +73,12 @@ class Prims:
         self._shape_names = PrimNames()
 
     def prim(self, parent: Any, name: str, kind: str, abstract: bool = False) -> Any:
-        """A new prim of the schema ``kind`` below ``parent``, a prim or the layer."""
+        """Add a prim of the schema ``kind`` below ``parent``, a prim or the layer."""
         specifier = self.sdf.SpecifierClass if abstract else self.sdf.SpecifierDef
         return self.sdf.PrimSpec(parent, name, specifier, kind)
 
     def attribute(self, prim: Any, name: str, kind: str, value: Any = None, custom: bool = False) -> Any:
-        """A new attribute of the type ``kind``, as Sdf.ValueTypeNames spells it."""
+        """Add an attribute of the type ``kind``, a name in Sdf.ValueTypeNames."""
         sdf = self.sdf
         how = sdf.VariabilityUniform if name in _UNIFORM or name.startswith("info:") else sdf.VariabilityVarying
         made = sdf.AttributeSpec(prim, name, getattr(sdf.ValueTypeNames, kind), how, custom)
@@ -84,18 +87,18 @@ class Prims:
         return made
 
     def points(self, values: npt.NDArray[Any]) -> Any:
-        """Rows of three numbers as USD keeps them."""
+        """Convert rows of three numbers to USD's array type."""
         return self.vt.Vec3fArray.FromNumpy(np.ascontiguousarray(values, np.float32))
 
     def matrix(self, pose: Matrix) -> Any:
-        """The pose as USD writes it, for row vectors."""
+        """Convert a pose to USD's matrix type, for row vectors."""
         m = pose
         return self.gf.Matrix4d(m[0], m[4], m[8], 0, m[1], m[5], m[9], 0, m[2], m[6], m[10], 0, m[3], m[7], m[11], 1)
 
-    # --- poses and visibility, still or over time ---
+    # --- poses and visibility, static or animated ---
 
     def place(self, prim: Any, poses: Sequence[Matrix]) -> None:
-        """The pose of a prim, one for each frame or one for all."""
+        """Set the pose of a prim: one pose, or one per frame."""
         moves = len(set(poses)) > 1
         if not moves and poses[0] == IDENTITY:
             return
@@ -108,7 +111,7 @@ class Prims:
                     self.layer.SetTimeSample(made.path, frame, self.matrix(pose))
 
     def show(self, prim: Any, shown: Sequence[bool]) -> None:
-        """Hide the prim in the frames in which it is not there."""
+        """Hide the prim in the frames without it."""
         if all(shown):
             return
         made = self.attribute(prim, "visibility", "Token")
@@ -116,10 +119,10 @@ class Prims:
             if frame == 0 or seen != shown[frame - 1]:
                 self.layer.SetTimeSample(made.path, frame, "inherited" if seen else "invisible")
 
-    # --- what an entity says ---
+    # --- metadata ---
 
     def describe(self, prim: Any, item: ExportItem) -> None:
-        """The custom attributes of an entity: its word, handle and embedding, the latter as JSON text."""
+        """Add the custom attributes of an entity: its word, handle, and embedding as JSON text."""
         facts = merged_facts(item.entity) if item.merged else facts_of(item.entity)
         self.attribute(prim, "scenelang:word", "String", _text(facts["word"]), custom=True)
         if "handle" in facts:
@@ -131,7 +134,7 @@ class Prims:
             self.attribute(prim, "scenelang:words", "String", json.dumps(facts["words"]), custom=True)
 
     def hint_extent(self, prim: Any, roots: Sequence[ExportItem]) -> None:
-        """The box of the whole scene, where it can be read without opening anything below ``prim``."""
+        """Set the bounding box of the whole scene, which can be read without loading anything below ``prim``."""
         boxes = [entity_box(root.entity) for root in roots]
         known = next(box for box in boxes if box is not None)
         made = self.attribute(prim, "extentsHint", "Float3Array")
@@ -143,8 +146,8 @@ class Prims:
     # --- geometry ---
 
     def shape(self, parent: Any, name: str, form: CanonicalForm, ratios: tuple[float, ...], look: Look) -> Any:
-        """A canonical form: a reference to one prim for all that are alike, of a schema of USD's own where the form
-        names one, else a mesh."""
+        """Add a canonical form: a reference to a shared prim, of a built-in USD schema if the form has one, else a
+        mesh."""
         schema = form.usd(ratios)
         prim = self.prim(parent, name, "Mesh" if schema is None else schema[0])
         prim.referenceList.prependedItems = [self.sdf.Reference("", self._solid(form, ratios))]
@@ -152,7 +155,7 @@ class Prims:
         return prim
 
     def _solid(self, form: CanonicalForm, ratios: tuple[float, ...]) -> Any:
-        """The path of a canonical form's prim, which is added when it is first asked for."""
+        """Return the path of a canonical form's prim, adding it on first use."""
         key = (form, ratios)
         if key not in self._solids:
             root = self.layer.GetPrimAtPath(f"/{self.layer.defaultPrim}")
@@ -170,7 +173,7 @@ class Prims:
         return self._solids[key]
 
     def mesh(self, parent: Any, name: str, surface: ExportSurface, look: Look) -> Any:
-        """Triangles with their normals and, where the surface has them, colours."""
+        """Add triangles with their normals and, if the surface has them, colours."""
         prim = self.prim(parent, name, "Mesh")
         self._triangles(prim, surface)
         if surface.colors is None:
@@ -201,11 +204,11 @@ class Prims:
 
 
 def _text(text: str) -> str:
-    """``text`` as UTF-8 can hold it."""
+    """Return ``text`` with characters that UTF-8 cannot encode replaced, and without NUL."""
     return text.encode("utf-8", "replace").decode("utf-8").replace("\0", "")
 
 
-# UsdPreviewSurface materials, one for each look. USD's colours are linear, as the language's are.
+# UsdPreviewSurface materials, one for each look. USD's colours are linear, like the language's.
 
 
 @dataclass(slots=True)
@@ -248,7 +251,7 @@ class Materials:
         return material.path
 
     def _reader(self, material: Any) -> Any:
-        """The output of a node that reads the colours of vertices."""
+        """Return the output of a shader node that reads the vertex colours."""
         reader = self.prims.prim(material, "color", "Shader")
         self.prims.attribute(reader, "info:id", "Token", "UsdPrimvarReader_float3")
         self.prims.attribute(reader, "inputs:varname", "String", "displayColor")
@@ -256,12 +259,12 @@ class Materials:
         return reader.path.AppendProperty("outputs:result")
 
 
-MOST_PRIMS = 1_000_000
-_DEEPEST = 1_000  # USD composes by recursion
+MAX_PRIMS = 1_000_000
+_MAX_DEPTH = 1_000  # USD composes recursively
 
 
 def write(job: Job, path: Path) -> None:
-    """Write the plan at ``path``. Raises SceneError("backend") without usd-core, LimitError for too many prims."""
+    """Write the plan to ``path``; raises SceneError("backend") without usd-core, LimitError for too many prims."""
     sdf = need("pxr.Sdf", INSTALL)
     layer = sdf.Layer.CreateAnonymous(".usda" if path.suffix.lower() == ".usda" else ".usdc")
     with sdf.ChangeBlock():
@@ -270,16 +273,16 @@ def write(job: Job, path: Path) -> None:
     if path.suffix.lower() == ".usdz":
         _package(layer, path)
     elif not layer.Export(str(path)):
-        raise OSError(5, "USD cannot write it", str(path))
+        raise OSError(5, "USD cannot write the file", str(path))
 
 
 def _package(layer: Any, path: Path) -> None:
-    """Write a .usdz: the layer as one binary file in an uncompressed archive."""
+    """Write a .usdz file: the layer as one binary file in an uncompressed archive."""
     utils, sdf = need("pxr.UsdUtils", INSTALL), need("pxr.Sdf", INSTALL)
     inner = path.with_suffix(".usdc")
     try:
         if not layer.Export(str(inner)) or not utils.CreateNewUsdzPackage(sdf.AssetPath(str(inner)), str(path)):
-            raise OSError(5, "USD cannot write it", str(path))
+            raise OSError(5, "USD cannot write the file", str(path))
     finally:
         inner.unlink(missing_ok=True)
 
@@ -305,27 +308,27 @@ def _fill(layer: Any, job: Job) -> None:
 
 @dataclass(slots=True)
 class _Tree:
-    """Adds the hierarchy below ``root``; ``repeated`` items become prototypes when they are first met."""
+    """Adds the hierarchy below ``root``; ``repeated`` items become prototypes on first use."""
 
     prims: Prims
     materials: Materials
     root: Any
     segments: int
     repeated: set[int] = field(default_factory=set)
-    room: int = MOST_PRIMS
+    room: int = MAX_PRIMS
     _prototypes: Any = None
     _paths: dict[int, Any] = field(default_factory=dict)
     _names: dict[Any, PrimNames] = field(default_factory=dict)
 
-    # --- what does not move ---
+    # --- static objects ---
 
     def add_root(self, plan: ExportPlan) -> None:
-        """A still scene; the root prim is the root entity."""
+        """Add a static scene; the root prim is the root entity."""
         self._find_repeated(plan.roots)
-        self._inside(plan.roots[0], self.root)
+        self._fill_prim(plan.roots[0], self.root)
 
     def _find_repeated(self, roots: Sequence[ExportItem]) -> None:
-        """Which items stand in several places; ``roots`` count as often as they are given."""
+        """Record the items that occur in several places; duplicates in ``roots`` count."""
         seen: set[int] = set()
         for root in roots:
             self.repeated.add(id(root)) if id(root) in seen else seen.add(id(root))
@@ -333,12 +336,12 @@ class _Tree:
             for child, _ in item.parts:
                 self.repeated.add(id(child)) if id(child) in seen else seen.add(id(child))
 
-    def _inside(self, item: ExportItem, prim: Any, level: int = 0) -> None:
-        """What ``item`` is, in ``prim``: its facts, geometry and parts, and the prototypes that these need."""
+    def _fill_prim(self, item: ExportItem, prim: Any, level: int = 0) -> None:
+        """Add the metadata, geometry and parts of ``item`` to ``prim``, and the prototypes they need."""
         waiting = [(item, prim, level)]
         while waiting:
             item, prim, level = waiting.pop()
-            self._spend(level)
+            self._count_prim(level)
             self.prims.describe(prim, item)
             if item.is_leaf:
                 self._geometry(item, prim)
@@ -352,13 +355,13 @@ class _Tree:
                 else:
                     self._refer(made, child)
 
-    def _spend(self, level: int) -> None:
+    def _count_prim(self, level: int) -> None:
         self.room -= 1
-        if self.room < 0 or level > _DEEPEST:
+        if self.room < 0 or level > _MAX_DEPTH:
             what = (
-                f"prims are nested deeper than {_DEEPEST:,}"
-                if level > _DEEPEST
-                else f"it has over {MOST_PRIMS:,} prims"
+                f"prims are nested deeper than the limit of {_MAX_DEPTH:,}"
+                if level > _MAX_DEPTH
+                else f"more than the limit of {MAX_PRIMS:,} prims"
             )
             raise LimitError("primitives", f"the scene is too large for USD: {what}", hint="merge parts with --depth N")
 
@@ -376,7 +379,7 @@ class _Tree:
         return self._names[parent.path].fresh(word)
 
     def _prototype(self, item: ExportItem) -> Any:
-        """A new prim for what stands in several places."""
+        """Add the prim of a prototype."""
         if self._prototypes is None:
             self._prototypes = self.prims.prim(self.root, "Prototypes", "", abstract=True)
         made = self.prims.prim(self._prototypes, self._name(self._prototypes, item.word), "Xform")
@@ -389,7 +392,7 @@ class _Tree:
         prim.instanceable = True
 
     def _geometry(self, item: ExportItem, prim: Any) -> None:
-        """The shape or the meshes of a leaf."""
+        """Add the shape or the meshes of a leaf."""
         if item.merged:
             for number, patch in enumerate(merged(item.entity, self.segments), start=1):
                 name = "geometry" if number == 1 else f"geometry_{number}"
@@ -399,7 +402,7 @@ class _Tree:
         self._solid(item, prim, "geometry", None)
 
     def _solid(self, item: ExportItem, prim: Any, name: str, poses: Sequence[Matrix] | None) -> Any:
-        """The geometry of a primitive, under its solid's own pose or under one for each frame; None where unseen."""
+        """Add the geometry of a primitive, with its solid's pose or one per frame; returns None if it is invisible."""
         solid = solid_of(item.entity)
         if solid is None:
             return None
@@ -418,17 +421,17 @@ class _Tree:
         self.prims.place(made, poses or (solid.pose,))
         return made
 
-    # --- what moves ---
+    # --- animated objects ---
 
     def add_frames(self, root: Moving) -> None:
-        """The frames of a 4D scene: time code ``i`` is frame ``i``."""
+        """Add the frames of a 4D scene; time code ``i`` is frame ``i``."""
         self._find_repeated(_fixed_items(root))
         waiting: list[tuple[Moving, Any, int]] = [(root, self.root, 0)]
         while waiting:
             moving, prim, level = waiting.pop()
-            self._spend(level)
+            self._count_prim(level)
             if moving.fixed is not None:
-                self._settle(moving.fixed, prim, level)
+                self._add_fixed(moving.fixed, prim, level)
                 continue
             self.prims.describe(prim, moving.first)
             self._changing(moving, prim)
@@ -437,36 +440,36 @@ class _Tree:
                 self.prims.show(made, child.shown)
                 waiting.append((child, made, level + 1))
 
-    def _settle(self, item: ExportItem, prim: Any, level: int) -> None:
-        """Something that never changes, whose prim may move."""
+    def _add_fixed(self, item: ExportItem, prim: Any, level: int) -> None:
+        """Add an item that never changes, whose prim may move."""
         if id(item) not in self.repeated:
-            self._inside(item, prim, level)
+            self._fill_prim(item, prim, level)
             return
         if id(item) not in self._paths:
-            self._inside(item, self._prototype(item), 1)
+            self._fill_prim(item, self._prototype(item), 1)
         self._refer(prim, item)
 
     def _changing(self, moving: Moving, prim: Any) -> None:
-        """The geometry of a leaf whose look or shape changes: one prim for each, seen in its frames."""
+        """Add the geometry of a leaf whose look or shape changes: one prim for each variant, visible in its frames."""
         for item, shown in variants(moving):
             name = self._name(prim, "geometry")
             if item.merged:
                 holder = self.prims.prim(prim, name, "Xform")
                 self._geometry(item, holder)
-                self.prims.show(holder, _where_there(shown, moving))
+                self.prims.show(holder, _hidden_or_shown(shown, moving))
                 continue
             made = self._solid(item, prim, name, _solid_poses(moving, item, shown))
             if made is not None:
-                self.prims.show(made, _where_there(shown, moving))
+                self.prims.show(made, _hidden_or_shown(shown, moving))
 
 
-def _where_there(shown: Sequence[bool], moving: Moving) -> tuple[bool, ...]:
-    """``shown``, but True in the frames in which the whole thing is hidden anyway."""
+def _hidden_or_shown(shown: Sequence[bool], moving: Moving) -> tuple[bool, ...]:
+    """Return ``shown``, but True in the frames in which the whole object is hidden anyway."""
     return tuple(seen or not there for seen, there in zip(shown, moving.shown, strict=True))
 
 
 def _solid_poses(moving: Moving, item: ExportItem, shown: Sequence[bool]) -> tuple[Matrix, ...]:
-    """The poses of a leaf's solid in every frame: in frames without it, that of the frame before."""
+    """Return the poses of a leaf's solid in every frame; frames without it repeat the previous pose."""
     solid = None if item.merged else solid_of(item.entity)
     found = IDENTITY if solid is None else solid.pose
     poses = []
@@ -479,7 +482,7 @@ def _solid_poses(moving: Moving, item: ExportItem, shown: Sequence[bool]) -> tup
 
 
 def _fixed_items(root: Moving) -> list[ExportItem]:
-    """The items that never change, once for each place where one stands."""
+    """Return the items that never change, once for each occurrence."""
     found, waiting = [], [root]
     while waiting:
         moving = waiting.pop()

@@ -1,5 +1,6 @@
-"""Geometry of whole scenes: what is where, how far apart.
+"""Geometry of whole scenes: posed solids, mesh assets, distances and geometric checks.
 
-``solids`` are posed primitives, ``assets`` meshes from files, ``distance`` finds contacts and gaps, ``lint`` says what
-floats, overlaps or flickers. It asks primitives through their protocol and knows none by name.
+``solids`` are posed primitives, ``assets`` meshes loaded from files, ``distance`` computes contacts and penetration,
+``lint`` reports floating, overlapping and z-fighting parts. Primitives are accessed through their protocol, never by
+name.
 """

@@ -1,9 +1,10 @@
-"""Distance and depth of penetration of pairs of convex solids, many pairs at a time. What is not convex, such as a
-ring, counts as its convex hull.
+"""Distance and penetration depth of pairs of convex solids, vectorised over pairs.
 
-Distance is that of Gilbert, Johnson and Keerthi: the point nearest to the origin of the difference A - B, approached by
-simplices of support points. Depth is the least move that parts two solids: the smallest width of the difference over
-all directions, which for two blocks is exact by their separating axes and else refined from many directions.
+Non-convex solids, such as a ring, are replaced by their convex hulls. The distance is computed by the algorithm of
+Gilbert, Johnson and Keerthi (1988): the point of the Minkowski difference A - B nearest to the origin is approached by
+simplices of support points. The penetration depth is the shortest translation that separates two solids, which is the
+minimum width of the difference over all directions: exact for two boxes by the separating axis theorem, otherwise
+refined from many directions.
 """
 
 from __future__ import annotations
@@ -18,15 +19,18 @@ import numpy.typing as npt
 from scenelang.backends.geometry.solids import FloatArray, PosedForms
 from scenelang.interpreter.scene.primitives.mesh import cofactors_of
 
-# Pairs of boxes that overlap, found by sweeping along one axis.
+# Broad phase: pairs of overlapping boxes, by sweep and prune along one axis.
 
 
 IntArray = npt.NDArray[np.int64]
 
 
 def neighbours(low: FloatArray, high: FloatArray, margin: float, most: int) -> tuple[IntArray, bool]:
-    """Numbers (M, 2) of the boxes that come within ``margin`` of one another, the smaller number first, and whether
-    these are all: there are at most ``most``."""
+    """Return pairs (M, 2) of boxes within ``margin`` of each other, smaller index first, and whether the list is
+    complete.
+
+    At most ``most`` pairs are returned.
+    """
     low, high = low - margin / 2.0, high + margin / 2.0
     axis = int(np.argmax(np.var(low + high, axis=0))) if len(low) else 0
     order = np.argsort(low[:, axis], kind="stable")
@@ -48,7 +52,7 @@ def neighbours(low: FloatArray, high: FloatArray, margin: float, most: int) -> t
 
 
 def boxes(solids: PosedForms) -> tuple[FloatArray, FloatArray]:
-    """The exact axis-aligned boxes of posed solids: least and greatest corners, (N, 3) each."""
+    """Return the exact axis-aligned bounding boxes of posed solids: low and high corners, (N, 3) each."""
     low, high = np.empty((len(solids), 3)), np.empty((len(solids), 3))
     for axis in range(3):
         direction = np.zeros((len(solids), 3))
@@ -62,7 +66,7 @@ Mask = npt.NDArray[np.bool_]
 
 _ROUNDS = 60
 _RELATIVE = 1e-7
-_STARTS = 8  # directions from which the least width is looked for
+_STARTS = 8  # initial directions for minimising the width
 _SUBSETS = tuple(subset for size in (1, 2, 3, 4) for subset in combinations(range(4), size))
 
 
@@ -80,12 +84,12 @@ class Pairs:
         return Pairs(self.a.take(which), self.b.take(which))
 
     def difference(self, directions: FloatArray) -> FloatArray:
-        """Support points (N, 3) of A - B."""
+        """Return support points (N, 3) of the Minkowski difference A - B."""
         return self.a.support(directions) - self.b.support(-directions)
 
 
 def distances(pairs: Pairs) -> FloatArray:
-    """The distances (N,) between the solids of each pair; 0 where they touch or overlap."""
+    """Return the distances (N,) between the solids of each pair; 0 if they touch or overlap."""
     count = len(pairs)
     found = np.zeros(count)
     nearest = pairs.difference(pairs.a.matrices[:, :, 3] - pairs.b.matrices[:, :, 3] + 1e-9)
@@ -105,12 +109,13 @@ def distances(pairs: Pairs) -> FloatArray:
         gain = square - np.einsum("ni,ni->n", nearest, new)
         touching = square <= (1e-9 * size) ** 2
         found[rows[touching]] = 0.0
-        going = ~touching & (gain > _RELATIVE * square)
-        if not going.all():
-            rows, pairs, size = rows[going], pairs.take(going), size[going]
-            points, active, new, nearest = points[going], active[going], new[going], nearest[going]
+        unfinished = ~touching & (gain > _RELATIVE * square)
+        if not unfinished.all():
+            rows, pairs, size = rows[unfinished], pairs.take(unfinished), size[unfinished]
+            points, active, new, nearest = points[unfinished], active[unfinished], new[unfinished], nearest[unfinished]
         if len(rows):
-            slot = np.argmin(active, axis=1)  # a full simplex holds the origin, so there is a free one
+            # a full simplex contains the origin and is finished, so there is a free slot
+            slot = np.argmin(active, axis=1)
             points[np.arange(len(rows)), slot] = new
             active[np.arange(len(rows)), slot] = True
             nearest, active = _nearest_of_simplex(points, active)
@@ -118,11 +123,11 @@ def distances(pairs: Pairs) -> FloatArray:
 
 
 def _nearest_of_simplex(points: FloatArray, active: Mask) -> tuple[FloatArray, Mask]:
-    """The point of each simplex that is nearest to the origin (N, 3), and the corners that span its face (N, 4)."""
+    """Return the point of each simplex nearest to the origin (N, 3), and the corners that span its face (N, 4)."""
     count = len(points)
     best = np.full(count, np.inf)
     nearest = np.zeros((count, 3))
-    kept = np.zeros((count, 4), bool)
+    spanning = np.zeros((count, 4), bool)
     for subset in _SUBSETS:
         able = active[:, subset].all(axis=1)
         if not able.any():
@@ -133,12 +138,13 @@ def _nearest_of_simplex(points: FloatArray, active: Mask) -> tuple[FloatArray, M
         if better.any():
             best[better] = square[better]
             nearest[better] = found[better]
-            kept[better] = np.isin(np.arange(4), subset)
-    return nearest, kept
+            spanning[better] = np.isin(np.arange(4), subset)
+    return nearest, spanning
 
 
 def _nearest_of_face(corners: FloatArray) -> tuple[FloatArray, Mask]:
-    """The point nearest to the origin of the affine hull of K corners (N, K, 3), and whether it lies between them."""
+    """Return the point of the affine hull of K corners (N, K, 3) nearest to the origin, and whether it is between
+    them."""
     base, edges = corners[:, 0], corners[:, 1:] - corners[:, :1]
     k = edges.shape[1]
     if k == 0:
@@ -154,12 +160,16 @@ def _nearest_of_face(corners: FloatArray) -> tuple[FloatArray, Mask]:
     return base + np.einsum("nk,nki->ni", shares, edges), valid
 
 
-# --- depth -----------------------------------------------------------------------------------------------------------
+# --- penetration depth ---------------------------------------------------------------------------------------------
 
 
 def depths(pairs: Pairs) -> tuple[FloatArray, FloatArray]:
-    """For pairs that overlap, how far (N,) and along which unit direction (N, 3) the second one must move to touch the
-    first one only. A negative depth is a gap along that direction: the pair does not overlap."""
+    """Return the penetration depth (N,) of overlapping pairs and the unit direction (N, 3) of the separating
+    translation.
+
+    The translation applies to the second solid of a pair. A negative depth is a gap along the direction: the pair does
+    not overlap.
+    """
     directions = np.stack(_candidates(pairs))  # (C, N, 3)
     widths = np.stack([_width(pairs, each) for each in directions])
     order = np.argsort(widths, axis=0)[:_STARTS]
@@ -168,22 +178,24 @@ def depths(pairs: Pairs) -> tuple[FloatArray, FloatArray]:
     depth = widths[order[0], every]
     curved = np.flatnonzero(pairs.a.that_are("is_curved") | pairs.b.that_are("is_curved"))
     for start in order if len(curved) else ():
-        deep, way = _refined(pairs.take(curved), directions[start[curved], curved])
+        deep, direction = _refined(pairs.take(curved), directions[start[curved], curved])
         smaller = deep < depth[curved]
         depth[curved] = np.where(smaller, deep, depth[curved])
-        along[curved] = np.where(smaller[:, None], way, along[curved])
+        along[curved] = np.where(smaller[:, None], direction, along[curved])
     return depth, along
 
 
 def _width(pairs: Pairs, directions: FloatArray) -> FloatArray:
-    """How far the second solids must move along unit ``directions`` to leave the first ones."""
+    """Return the translation along unit ``directions`` that separates the second solids from the first."""
     width: FloatArray = np.einsum("ni,ni->n", pairs.difference(directions), directions)
     return np.where(np.einsum("ni,ni->n", directions, directions) > 0.5, width, np.inf)
 
 
 def _candidates(pairs: Pairs) -> Sequence[FloatArray]:
-    """Directions to try, each an array of unit vectors (N, 3): the normals of flat faces, products of edges, the line
-    between the centres, and directions all round."""
+    """Return candidate separating directions, each an array of unit vectors (N, 3).
+
+    These are face normals, cross products of edges, the line between the centres, and directions all around.
+    """
     normals_a, normals_b = _normals(pairs.a.matrices), _normals(pairs.b.matrices)
     found = [normal for normals in (normals_a, normals_b) for normal in normals]
     found += [np.cross(p, q) for p in _edges(pairs.a.matrices) for q in _edges(pairs.b.matrices)]
@@ -194,7 +206,7 @@ def _candidates(pairs: Pairs) -> Sequence[FloatArray]:
 
 
 def _normals(matrices: FloatArray) -> list[FloatArray]:
-    """The normals of the faces x = 1, y = 1 and z = 1 of posed canonical solids."""
+    """Return the normals of the faces x = 1, y = 1 and z = 1 of posed canonical solids."""
     cofactors = cofactors_of(matrices[:, :, :3])
     return [cofactors[:, :, axis] for axis in range(3)]
 
@@ -204,13 +216,13 @@ def _edges(matrices: FloatArray) -> list[FloatArray]:
 
 
 def _normalized(vectors: FloatArray) -> FloatArray:
-    """Unit vectors; zero where there is no direction."""
+    """Return unit vectors; zero vectors for zero length."""
     length = np.linalg.norm(vectors, axis=1, keepdims=True)
     return np.where(length > 1e-12, vectors / np.where(length > 1e-12, length, 1.0), 0.0)
 
 
 def _sphere(count: int) -> FloatArray:
-    """Directions spread evenly over a sphere (a spiral of the golden angle)."""
+    """Return directions spread evenly over the sphere (Fibonacci lattice)."""
     i = np.arange(count) + 0.5
     height, angle = 1.0 - 2.0 * i / count, np.pi * (3.0 - np.sqrt(5.0)) * i
     radius = np.sqrt(1.0 - height * height)
@@ -218,7 +230,7 @@ def _sphere(count: int) -> FloatArray:
 
 
 def _refined(pairs: Pairs, along: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Widths near ``along`` that are least, by steps down the width on the sphere of directions."""
+    """Minimise the width locally, starting from ``along``, by gradient descent on the sphere of directions."""
     depth, step = _width(pairs, along), np.full(len(pairs), 0.3)
     for _ in range(40):
         point = pairs.difference(along)

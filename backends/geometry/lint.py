@@ -1,8 +1,7 @@
-"""What is probably wrong with one frame: things twice in one place, things that hover, that are below the ground, that
-are hidden inside others, and faces that fight for one plane.
+"""Geometric checks of one frame: duplicated, floating, sunken or hidden things, and z-fighting faces.
 
-Artists let solids overlap on purpose: a trunk goes into its crown, a leg into the board, a rock into the ground. So an
-overlap alone is nothing; the rules below name what is nearly always a mistake.
+Solids often overlap on purpose: a trunk goes into its crown, a leg into the board, a rock into the ground. An overlap
+alone is therefore not reported; the rules below identify what is nearly always a mistake.
 """
 
 from __future__ import annotations
@@ -27,19 +26,22 @@ from scenelang.interpreter.scene.primitives import Placed, find
 from scenelang.interpreter.scene.primitives.cube import placed_block
 from scenelang.interpreter.scene.primitives.mesh import cofactors_of, inverses_of
 
-# The primitives of one frame as convex bodies in the world's frame, and which of them touch.
+# Primitives of one frame as convex bodies in world coordinates, and their contacts.
 
 
-MOST_PAIRS = 300_000
-_TOUCH = 1e-3  # of the scene's diagonal
+MAX_PAIRS = 300_000
+_TOUCH = 1e-3  # contact tolerance relative to the scene's diagonal
 _BATCH = 20_000
-_SIDES = 32  # of a round solid, whose vertices tell what holds it
+_SIDES = 32  # of a round solid, for containment tests of its vertices
 
 
 @dataclass(frozen=True, eq=False)
 class Bodies:
-    """N bodies, ``solids``. ``entity[i]`` is the number of body ``i``'s primitive in ``entities``, ``paths[path[i]]``
-    the words that lead to it. A mesh is its box. ``opaque``: nothing behind is seen through it."""
+    """N bodies of one frame.
+
+    ``entity[i]`` is the index in ``entities`` of the primitive of body ``i``, ``paths[path[i]]`` the words that lead to
+    it. A mesh is represented by its bounding box. ``opaque`` bodies hide what is behind them.
+    """
 
     solids: PosedForms
     entities: tuple[Entity, ...]
@@ -48,7 +50,7 @@ class Bodies:
     path: IntArray
     opaque: npt.NDArray[np.bool_]
     colors: FloatArray  # (N, 3) linear
-    plain: frozenset[str]  # the bound words of which every entity is one solid
+    plain: frozenset[str]  # the bound words whose entities each consist of one solid
 
     def __len__(self) -> int:
         return len(self.solids)
@@ -59,13 +61,13 @@ class Bodies:
 
     @cached_property
     def size(self) -> float:
-        """The diagonal of the frame's box."""
+        """Diagonal of the frame's bounding box."""
         low, high = self.boxes
         return float(np.linalg.norm(high.max(axis=0) - low.min(axis=0))) if len(self) else 0.0
 
     @property
     def touch(self) -> float:
-        """Nearer than this is contact."""
+        """Contact tolerance, in scene units."""
         return _TOUCH * self.size
 
     def pairs(self, numbers: IntArray) -> Pairs:
@@ -73,25 +75,25 @@ class Bodies:
         return Pairs(self.solids.take(a), self.solids.take(b))
 
     def gaps(self, numbers: IntArray) -> FloatArray:
-        """The distances of pairs (M, 2)."""
+        """Return the distances of pairs (M, 2)."""
         parts = [distances(self.pairs(numbers[i : i + _BATCH])) for i in range(0, len(numbers), _BATCH)]
         return np.concatenate(parts) if parts else np.zeros(0)
 
     @cached_property
     def contacts(self) -> tuple[IntArray, FloatArray, bool]:
-        """The pairs (M, 2) that touch, their distances, and whether all pairs were looked at."""
-        near, complete = neighbours(*self.boxes, self.touch, MOST_PAIRS)
+        """The touching pairs (M, 2), their distances, and whether all pairs were checked."""
+        near, complete = neighbours(*self.boxes, self.touch, MAX_PAIRS)
         gaps = self.gaps(near)
         close = gaps <= self.touch
         return near[close], gaps[close], complete
 
     def words(self, i: int) -> tuple[str, ...]:
-        """The words from the root to a body."""
+        """Return the words from the root to a body."""
         return (*self.paths[self.path[i]], self.entities[self.entity[i]].word)
 
 
 def bodies_of(root: Entity) -> Bodies:
-    """The visible primitives below ``root`` as bodies; those without extent are left out."""
+    """Return the visible primitives below ``root`` as bodies, without those of zero volume."""
     frame = flatten_entity(root)
     placed = [_placed(entity) for entity in frame.primitives]
     looks = [look_of(entity) for entity in frame.primitives]
@@ -125,8 +127,10 @@ def _plain_words(root: Entity) -> frozenset[str]:
 
 
 def _placed(entity: Entity) -> Placed | None:
-    """The canonical form that a primitive is, in its own frame: the box of a mesh that is none. Blocks take the place
-    of those before them."""
+    """Return the canonical form of a primitive in its frame, the bounding box for a mesh.
+
+    None for blocks, which replace earlier ones at the same place and so cannot overlap, and for invisible primitives.
+    """
     shape = entity.shape
     if shape is None or not shape.has_geometry or shape.is_block:
         return None
@@ -142,14 +146,14 @@ def _placed(entity: Entity) -> Placed | None:
     return placed_block((x, y, z))._replace(rows=tuple(rows.ravel().tolist()))
 
 
-# The flat faces of posed solids, and how much of two of them lies in one plane.
+# Coplanar faces: the flat faces of posed solids, and the intersection of two of them.
 
 
 _DOWN = -0.99
 
 
 def _faces(solids: PosedForms, i: int) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Outward unit normals (3,) and corners (K, 3) of a posed solid's flat faces."""
+    """Yield outward unit normals (3,) and corners (K, 3) of a posed solid's flat faces."""
     matrix = solids.matrices[i]
     cofactors = cofactors_of(matrix[None, :, :3])[0]
     inside_out = np.sign(np.linalg.det(matrix[:, :3]))
@@ -163,8 +167,10 @@ def _faces(solids: PosedForms, i: int) -> Iterator[tuple[FloatArray, FloatArray]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SharedFace:
-    """Where a face of one solid and one of another lie in one plane: ``area``, its ``share`` of the smaller face, the
-    middle (3,) and the unit normal (3,) that both look along."""
+    """Overlap of two coplanar faces that face the same way.
+
+    ``area`` of the overlap, its ``share`` of the smaller face, its centre (3,) and the common unit normal (3,).
+    """
 
     area: float
     share: float
@@ -173,8 +179,10 @@ class SharedFace:
 
 
 def shared_face(solids: PosedForms, i: int, j: int, tolerance: float) -> SharedFace | None:
-    """The largest piece that a face of ``i`` and one of ``j`` share, looking the same way in planes nearer than
-    ``tolerance``. Faces that look straight down are left out: who looks from below?"""
+    """Return the largest overlap of coplanar faces of ``i`` and ``j``, in planes closer than ``tolerance``.
+
+    Faces that look straight down are ignored, since they are rarely visible.
+    """
     best: SharedFace | None = None
     others = list(_faces(solids, j))
     for normal, corners in _faces(solids, i):
@@ -194,7 +202,7 @@ def shared_face(solids: PosedForms, i: int, j: int, tolerance: float) -> SharedF
 
 
 def _axes(normal: FloatArray) -> FloatArray:
-    """Two unit vectors across ``normal`` as columns (3, 2)."""
+    """Return two unit vectors perpendicular to ``normal`` as columns (3, 2)."""
     least = np.eye(3)[np.argmin(np.abs(normal))]
     u = np.cross(normal, least)
     u /= np.linalg.norm(u)
@@ -215,39 +223,44 @@ def _counter_clockwise(polygon: FloatArray) -> FloatArray:
 
 
 def _clipped(subject: FloatArray, clip: FloatArray) -> FloatArray:
-    """The part of a convex polygon inside another (Sutherland and Hodgman); both counter-clockwise."""
+    """Return the part of a convex polygon inside another (Sutherland and Hodgman, 1974); both counter-clockwise."""
     for start, end in zip(clip, np.roll(clip, -1, axis=0)):
         edge = end - start
         side = edge[0] * (subject[:, 1] - start[1]) - edge[1] * (subject[:, 0] - start[0])
-        kept: list[FloatArray] = []
+        inside_points: list[FloatArray] = []
         for k in range(len(subject)):
             here, there = side[k], side[(k + 1) % len(subject)]
             if here >= 0.0:
-                kept.append(subject[k])
+                inside_points.append(subject[k])
             if (here >= 0.0) != (there >= 0.0):
-                kept.append(subject[k] + (subject[(k + 1) % len(subject)] - subject[k]) * here / (here - there))
-        if not kept:
+                inside_points.append(
+                    subject[k] + (subject[(k + 1) % len(subject)] - subject[k]) * here / (here - there)
+                )
+        if not inside_points:
             return np.zeros((0, 2))
-        subject = np.array(kept)
+        subject = np.array(inside_points)
     return subject
 
 
-_SAME = 1e-6  # of the scene's size: poses nearer than that are one
-_DEEP = 0.34  # of the smaller extent: siblings of one word that go deeper into one another are wrong
-_SUNK = 0.4  # of its own height: what goes deeper into the ground was forgotten to be lifted
-_SUNK_BALL = 0.75  # rocks and bushes lie half in the ground
-_BROAD = 0.4  # of the scene's area: what is as broad as that is the ground
-_HOVERING = 2.0  # of its own size: what hovers higher than that is meant to fly
-_MOST_FLYING = 0.34  # of all clusters: when more of them fly, the scene is in the air
+_POSE_TOLERANCE = 1e-6  # pose tolerance relative to the scene's size
+_MAX_OVERLAP = 0.34  # of the smaller extent: siblings with the same word that overlap more are reported
+_SUNK = 0.4  # of its height: what is deeper in the ground was probably not raised by mistake
+_SUNK_BALL = 0.75  # rocks and bushes are often half in the ground
+_BROAD = 0.4  # of the scene's area: a body this broad is the ground
+_HOVERING = 2.0  # of its size: what floats higher than that is meant to fly
+_MAX_FLOATING = 0.34  # of all clusters: if more of them float, the scene is in the air
 _JOINT = 0.8  # of the outer solid
-_FIGHTING = 0.1  # of the smaller face
-_OTHER_COLOR = 0.08  # linear: neighbouring stones of slightly different tints fight unseen
+_MIN_SHARED = 0.1  # of the smaller face
+_MIN_COLOR_DIFFERENCE = 0.08  # linear: z-fighting of stones with slightly different tints is not visible
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """``kind``: twin, buried, deep, hovering, sunk or fighting. ``body`` is what it is about, ``other`` what it is near
-    or in. ``amount`` is a length in the scene's units (an area for faces), ``move`` the vector that would mend it."""
+    """A suspicious configuration.
+
+    ``kind`` is twin, buried, deep, hovering, sunk or fighting. ``body`` is its subject, ``other`` the body it is near
+    or in. ``amount`` is a length in scene units (an area for faces), ``move`` the translation that would fix it.
+    """
 
     kind: str
     body: int
@@ -257,7 +270,7 @@ class Finding:
 
 
 def findings(bodies: Bodies) -> Iterator[Finding]:
-    """Everything suspicious about a frame, kind by kind."""
+    """Yield all findings about a frame, kind by kind."""
     if not len(bodies):
         return
     pairs, _, _ = bodies.contacts
@@ -278,11 +291,13 @@ def findings(bodies: Bodies) -> Iterator[Finding]:
 
 
 def _twins(bodies: Bodies, pairs: IntArray) -> list[Finding]:
-    """Equal solids under equal poses, however they came to be: one of them is too many."""
+    """Return duplicates: equal solids under equal poses, however they were created."""
     a, b = pairs[:, 0], pairs[:, 1]
     first, second = bodies.solids.take(a), bodies.solids.take(b)
-    equal = (first.forms == second.forms) & (np.abs(first.ratios - second.ratios).max(axis=1, initial=0.0) <= _SAME)
-    near = np.abs(first.matrices - second.matrices).max(axis=(1, 2)) <= _SAME * bodies.size
+    equal = (first.forms == second.forms) & (
+        np.abs(first.ratios - second.ratios).max(axis=1, initial=0.0) <= _POSE_TOLERANCE
+    )
+    near = np.abs(first.matrices - second.matrices).max(axis=(1, 2)) <= _POSE_TOLERANCE * bodies.size
     return [Finding("twin", j, i, _extent(bodies, i)) for i, j in pairs[equal & near].tolist()]
 
 
@@ -292,8 +307,10 @@ def _extent(bodies: Bodies, i: int) -> float:
 
 
 def _buried(bodies: Bodies, pairs: IntArray) -> list[Finding]:
-    """Things of which every solid lies inside an opaque one, so that nobody ever sees them. One hidden solid among
-    others, such as a ball in a joint, is craft."""
+    """Return things all of whose solids are inside an opaque solid, and so never visible.
+
+    A single hidden solid among others, such as a ball in a joint, is normal modelling practice.
+    """
     low, high = bodies.boxes
     found: dict[int, Finding] = {}
     for first, second in ((0, 1), (1, 0)):
@@ -301,7 +318,7 @@ def _buried(bodies: Bodies, pairs: IntArray) -> list[Finding]:
         room = 1e-4 * bodies.size
         boxed = ((low[inner] >= low[outer] - room) & (high[inner] <= high[outer] + room)).all(axis=1)
         for i, o in pairs[boxed & bodies.opaque[outer]][:, [first, second]].tolist():
-            if i not in found and _lies_in(bodies, i, o):
+            if i not in found and _is_inside(bodies, i, o):
                 found[i] = Finding("buried", i, o, _extent(bodies, i))
     things = Counter(_thing(bodies, i) for i in range(len(bodies)))
     hidden = Counter(_thing(bodies, i) for i in found)
@@ -312,32 +329,33 @@ def _buried(bodies: Bodies, pairs: IntArray) -> list[Finding]:
 
 
 def _is_deep_sibling(bodies: Bodies, i: int, other: int | None) -> bool:
-    """Whether a solid stands deep inside another one of the same thing: more than a joint needs."""
+    """Whether a solid is deeper inside another solid of the same thing than a joint requires."""
     assert other is not None
-    return bool(bodies.path[i] == bodies.path[other]) and _lies_in(bodies, i, other, _JOINT)
+    return bool(bodies.path[i] == bodies.path[other]) and _is_inside(bodies, i, other, _JOINT)
 
 
 def _thing(bodies: Bodies, i: int) -> tuple[str, ...]:
-    """What a body is a part of: the words to its parent, or to itself where its word says what it is."""
+    """Return the words of the thing that contains a body: the path to its parent, or to itself if its word names a
+    thing."""
     words = bodies.words(i)
     return words[:-1] if _is_material(words[-1]) and len(words) > 1 else words
 
 
 def _is_material(word: str) -> bool:
-    """Whether a primitive's word says only what it is made of, as "cube" does."""
+    """Whether a primitive's word names only a shape, such as "cube"."""
     cls = find(word)
     return cls is not None and cls.is_solid
 
 
-def _lies_in(bodies: Bodies, inner: int, outer: int, limit: float = 0.995) -> bool:
-    """Whether a solid lies inside another that is scaled by ``limit`` about its centre."""
+def _is_inside(bodies: Bodies, inner: int, outer: int, limit: float = 0.995) -> bool:
+    """Whether a solid is inside another that is scaled by ``limit`` about its centre."""
     matrix = bodies.solids.matrices[inner]
     form, ratios = bodies.solids.form(inner)
     return _holds(bodies, outer, form.mesh(_SIDES, ratios).vertices @ matrix[:, :3].T + matrix[:, 3], limit)
 
 
 def _holds(bodies: Bodies, outer: int, points: FloatArray, limit: float = 1.0) -> bool:
-    """Whether all points (K, 3) lie in a solid that is scaled by ``limit`` about its centre."""
+    """Whether all points (K, 3) are inside a solid that is scaled by ``limit`` about its centre."""
     matrix = bodies.solids.matrices[outer]
     local = (points - matrix[:, 3]) @ inverses_of(matrix[None, :, :3])[0].T / limit
     form, ratios = bodies.solids.form(outer)
@@ -345,8 +363,10 @@ def _holds(bodies: Bodies, outer: int, points: FloatArray, limit: float = 1.0) -
 
 
 def _deep_siblings(bodies: Bodies, pairs: IntArray) -> Iterator[Finding]:
-    """Things of one word, such as books in a row, that go deep into one another. Round ones are leaves, clouds,
-    bubbles, limbs."""
+    """Yield deep overlaps of things with the same word, such as books in a row.
+
+    Round things are exempt: they are usually leaves, clouds, bubbles or limbs.
+    """
     chosen = [
         (i, j)
         for i, j in pairs.tolist()
@@ -357,24 +377,24 @@ def _deep_siblings(bodies: Bodies, pairs: IntArray) -> Iterator[Finding]:
         return
     numbers = np.array(chosen, np.int64)
     depth, along = depths(bodies.pairs(numbers))
-    for (i, j), deep, way in zip(chosen, depth.tolist(), along):
-        if deep > _DEEP * min(_extent(bodies, i), _extent(bodies, j)):
-            move = tuple(float(x) for x in way * deep)
+    for (i, j), deep, direction in zip(chosen, depth.tolist(), along):
+        if deep > _MAX_OVERLAP * min(_extent(bodies, i), _extent(bodies, j)):
+            move = tuple(float(x) for x in direction * deep)
             yield Finding("deep", j, i, deep, (move[0], move[1], move[2]))
 
 
 def _is_a_thing(bodies: Bodies, i: int) -> bool:
-    """Whether a body stands for a thing of its own rather than for building material: a word without geometry, or the
-    only solid of a word that the program binds."""
+    """Whether a body is a thing rather than building material: a word without geometry, or the only solid of a bound
+    word."""
     words = bodies.words(i)
     return not _is_material(words[-1]) or (len(words) > 1 and words[-2] in bodies.plain)
 
 
-# --- what hovers -----------------------------------------------------------------------------------------------------
+# --- floating --------------------------------------------------------------------------------------------------------
 
 
 def _hovering(bodies: Bodies, pairs: IntArray) -> Iterator[Finding]:
-    """Clusters of touching solids that stand a little off the ground and off all else."""
+    """Yield clusters of touching solids that are slightly above the ground and separate from everything else."""
     cluster = _clusters(len(bodies), pairs)
     low, _ = bodies.boxes
     stands_on_zero = bool((np.abs(low[:, 1]) <= 2.0 * bodies.touch).any())
@@ -385,7 +405,7 @@ def _hovering(bodies: Bodies, pairs: IntArray) -> Iterator[Finding]:
     standing = {int(c) for c in cluster[low[:, 1] <= ground + 2.0 * bodies.touch]}
     standing.add(int(numbers[np.argmax(sizes)]))
     flying = [int(c) for c in numbers if int(c) not in standing]
-    if len(flying) > max(1.0, _MOST_FLYING * len(numbers)):
+    if len(flying) > max(1.0, _MAX_FLOATING * len(numbers)):
         return
     for c in flying:
         members = np.flatnonzero(cluster == c)
@@ -393,7 +413,7 @@ def _hovering(bodies: Bodies, pairs: IntArray) -> Iterator[Finding]:
 
 
 def _clusters(count: int, pairs: IntArray) -> IntArray:
-    """A number for each body, equal for those that contact joins."""
+    """Return the connected component of each body under contact (union-find)."""
     parent = list(range(count))
 
     def root(i: int) -> int:
@@ -408,7 +428,7 @@ def _clusters(count: int, pairs: IntArray) -> IntArray:
 
 
 def _gap_of(bodies: Bodies, members: IntArray, others: IntArray, ground: float) -> Iterator[Finding]:
-    """The finding about one cluster, if the gap around it is small."""
+    """Yield the finding about one cluster, if the gap around it is small."""
     low, high = bodies.boxes
     own_low, own_high = low[members].min(axis=0), high[members].max(axis=0)
     size = float((own_high - own_low).max())
@@ -433,7 +453,7 @@ def _gap_of(bodies: Bodies, members: IntArray, others: IntArray, ground: float) 
 
 
 def _below_ground(bodies: Bodies) -> Iterator[Finding]:
-    """Where the scene stands on y = 0: what goes deep below it, and is neither the ground nor beside it."""
+    """If the scene stands on y = 0, yield what is deep below it and is neither the ground nor beside the ground."""
     low, high = bodies.boxes
     room = 2.0 * bodies.touch
     tall = np.maximum(high[:, 1] - low[:, 1], 1e-12)
@@ -450,7 +470,8 @@ def _below_ground(bodies: Bodies) -> Iterator[Finding]:
 
 
 def _ground(bodies: Bodies, below: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-    """The broad bodies that reach below 0, and what is below with them and touches them, such as a board's squares."""
+    """Return the ground: broad bodies that reach below 0, and bodies below 0 connected to them, such as a board's
+    squares."""
     low, high = bodies.boxes
     wide = high.max(axis=0) - low.min(axis=0)
     ground: npt.NDArray[np.bool_] = below & ((high - low)[:, 0] * (high - low)[:, 2] >= _BROAD * wide[0] * wide[2])
@@ -466,7 +487,7 @@ def _ground(bodies: Bodies, below: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool
 
 
 def _is_beside(bodies: Bodies, i: int, ground: npt.NDArray[np.bool_]) -> bool:
-    """Whether a body touches the ground at its side, as the rim of a board does."""
+    """Whether a body touches the side of the ground, as the rim of a board does."""
     pairs, _, _ = bodies.contacts
     mine = pairs[(pairs == i).any(axis=1)]
     mine = mine[ground[mine].any(axis=1)]
@@ -476,42 +497,42 @@ def _is_beside(bodies: Bodies, i: int, ground: npt.NDArray[np.bool_]) -> bool:
     return bool(((depth < 0.25 * _extent(bodies, i)) & (np.abs(along[:, 1]) < 0.5)).any())
 
 
-# --- faces -----------------------------------------------------------------------------------------------------------
+# --- coplanar faces --------------------------------------------------------------------------------------------------
 
 
 def _fighting_faces(bodies: Bodies, pairs: IntArray) -> Iterator[Finding]:
-    """Faces of different colours that look the same way in one plane and overlap where they can be seen: no renderer
-    can tell which one is in front."""
+    """Yield visible overlaps of coplanar faces of different colours: which one is in front is undefined
+    (z-fighting)."""
     colors = np.abs(bodies.colors[pairs[:, 0]] - bodies.colors[pairs[:, 1]]).max(axis=1)
     flat = (~bodies.solids.that_are("is_rounded"))[pairs].all(axis=1)
     opaque = bodies.opaque[pairs].all(axis=1)
-    for i, j in pairs[flat & opaque & (colors > _OTHER_COLOR)].tolist():
+    for i, j in pairs[flat & opaque & (colors > _MIN_COLOR_DIFFERENCE)].tolist():
         shared = shared_face(bodies.solids, i, j, 1e-5 * bodies.size)
-        if shared is None or shared.share < _FIGHTING:
+        if shared is None or shared.share < _MIN_SHARED:
             continue
         if not _is_covered(bodies, shared, i, j):
             yield Finding("fighting", j, i, shared.area)
 
 
 def _is_covered(bodies: Bodies, shared: SharedFace, i: int, j: int) -> bool:
-    """Whether a third solid hides the middle of a shared face."""
+    """Whether a third solid hides the centre of a shared face."""
     low, high = bodies.boxes
     point = shared.center + shared.normal * (1e-4 * bodies.size)
     near = np.flatnonzero(((low <= point) & (high >= point)).all(axis=1))
     return any(k not in (i, j) and bodies.opaque[k] and _holds(bodies, k, point[None]) for k in near.tolist())
 
 
-# The geometric lint: findings of every frame as warnings at the calls that made the things (``check --geometry``).
+# Diagnostics: findings of every frame as warnings at the calls that made the things (``check --geometry``).
 
 
-MOST_PRIMITIVES = 20_000
-_MOST_FRAMES = 6
-_MOST_SHOWN = 20
+MAX_PRIMITIVES = 20_000
+_MAX_FRAMES = 6
+_MAX_SHOWN = 20
 
 
 @dataclass(frozen=True, slots=True)
 class _Named:
-    """A finding with the words of what it is about, so that equal ones are told once."""
+    """A finding with the words of its subjects, by which equal findings are merged."""
 
     finding: Finding
     words: tuple[str, ...]
@@ -522,35 +543,42 @@ class _Named:
 
 
 def check_geometry(scene: Scene) -> list[Diagnostic]:
-    """Warnings about the geometry of a scene; of a film, what is so in most of some frames spread over it."""
+    """Return warnings about the geometry of a scene.
+
+    For a film, a sample of its frames is checked and findings in most of them are reported.
+    """
     count = len(scene.frames)
     frames = sorted(
-        {round(i * (count - 1) / max(_MOST_FRAMES - 1, 1)) for i in range(_MOST_FRAMES)} if count > 1 else {0}
+        {round(i * (count - 1) / max(_MAX_FRAMES - 1, 1)) for i in range(_MAX_FRAMES)} if count > 1 else {0}
     )
     found: dict[tuple[str, tuple[str, ...], tuple[str, ...]], list[_Named]] = {}
     remarks: list[Diagnostic] = []
     for number in frames:
         root = scene.frames[number]
         total = primitive_count(root)
-        if total > MOST_PRIMITIVES:
-            remarks.append(_not_looked_at(f"{total:,} primitives are more than the {MOST_PRIMITIVES:,}", number, count))
+        if total > MAX_PRIMITIVES:
+            remarks.append(
+                _incomplete(f"{total:,} primitives, more than the limit of {MAX_PRIMITIVES:,}", number, count)
+            )
             continue
         bodies = bodies_of(root)
         for finding in findings(bodies):
             named = _named(bodies, finding, number)
             found.setdefault((finding.kind, named.words, named.other), []).append(named)
         if len(bodies) and not bodies.contacts[2]:
-            remarks.append(_not_looked_at(f"more than {MOST_PAIRS:,} pairs are near one another", number, count))
+            remarks.append(
+                _incomplete(f"more than the limit of {MAX_PAIRS:,} pairs of nearby primitives", number, count)
+            )
     lasting = [group for group in found.values() if 2 * len({each.frame for each in group}) > len(frames)]
-    shown = [_diagnostic(group, scene.animated) for group in lasting[:_MOST_SHOWN]]
-    if len(lasting) > _MOST_SHOWN:
-        shown.append(Diagnostic("geometry-limit", f"{len(lasting) - _MOST_SHOWN} more findings are not shown"))
+    shown = [_diagnostic(group, scene.animated) for group in lasting[:_MAX_SHOWN]]
+    if len(lasting) > _MAX_SHOWN:
+        shown.append(Diagnostic("geometry-limit", f"{len(lasting) - _MAX_SHOWN} more findings are not shown"))
     return [*shown, *remarks[:1]]
 
 
-def _not_looked_at(why: str, frame: int, count: int) -> Diagnostic:
+def _incomplete(why: str, frame: int, count: int) -> Diagnostic:
     where = f"frame {frame}" if count > 1 else "the scene"
-    return Diagnostic("geometry-limit", f"{where} was not looked at whole: {why} that this check takes")
+    return Diagnostic("geometry-limit", f"{where} was not checked completely: {why}")
 
 
 def _named(bodies: Bodies, finding: Finding, frame: int) -> _Named:
@@ -571,57 +599,57 @@ def _place(bodies: Bodies, i: int) -> Span | None:
 
 
 def _diagnostic(group: Iterable[_Named], animated: bool) -> Diagnostic:
-    """One warning for equal findings, about the one that is farthest off."""
+    """Return one warning for equal findings, about the worst one."""
     every = list(group)
     named = max(every, key=lambda each: each.finding.amount)
     finding = named.finding
     frames = {each.frame for each in every}
     times = max(sum(1 for each in every if each.frame == frame) for frame in frames)
-    name, tell = _TOLD[finding.kind]
-    message = tell(named) + (f" ({times} times)" if times > 1 else "")
+    name, describe = _MESSAGES[finding.kind]
+    message = describe(named) + (f" ({times} times)" if times > 1 else "")
     if animated:
         message += f" (frame {min(frames)})"
     hint = None
     if finding.move is not None and any(abs(x) > 1e-9 for x in finding.move):
-        hint = f"`(translate [{' '.join(f'{round(x, 6) + 0.0:.3g}' for x in finding.move)}])` would mend it"
+        hint = f"`(translate [{' '.join(f'{round(x, 6) + 0.0:.3g}' for x in finding.move)}])` would fix it"
     other = named.other_place
-    notes = (Note("the other thing is made here", other),) if other is not None and other != named.place else ()
+    notes = (Note("the other thing is created here", other),) if other is not None and other != named.place else ()
     return Diagnostic(name, message, named.place, hint, notes)
 
 
 def _path(words: tuple[str, ...]) -> str:
-    """The last words of a path; a person knows the rest."""
+    """Return the last words of a path, quoted; the rest is obvious from context."""
     return '"' + "/".join(words[-3:]) + '"'
 
 
 def _twin(named: _Named) -> str:
-    return f"{_path(named.words)} stands twice in the same place"
+    return f"{_path(named.words)} occurs twice in the same place"
 
 
 def _buried_message(named: _Named) -> str:
-    return f"{_path(named.words)} is inside {_path(named.other)}, where it cannot be seen"
+    return f"{_path(named.words)} is hidden inside {_path(named.other)}"
 
 
 def _deep(named: _Named) -> str:
-    return f"{_path(named.words)} goes {named.finding.amount:.3g} deep into its neighbour of the same word"
+    return f"{_path(named.words)} overlaps its neighbour of the same word by {named.finding.amount:.3g}"
 
 
 def _hovering_message(named: _Named) -> str:
     amount = f"{named.finding.amount:.3g}"
     if not named.other:
-        return f"{_path(named.words)} touches nothing: it hovers {amount} above the ground"
-    return f"{_path(named.words)} touches nothing: {amount} from {_path(named.other)}"
+        return f"{_path(named.words)} floats {amount} above the ground"
+    return f"{_path(named.words)} floats {amount} from {_path(named.other)}"
 
 
 def _sunk(named: _Named) -> str:
-    return f"{_path(named.words)} reaches {named.finding.amount:.3g} below the ground, y = 0"
+    return f"{_path(named.words)} extends {named.finding.amount:.3g} below the ground, y = 0"
 
 
 def _fighting(named: _Named) -> str:
-    return f"a face of {_path(named.words)} lies in the plane of one of {_path(named.other)}, in another colour"
+    return f"a face of {_path(named.words)} is coplanar with one of {_path(named.other)} in another colour (z-fighting)"
 
 
-_TOLD: dict[str, tuple[str, Callable[[_Named], str]]] = {
+_MESSAGES: dict[str, tuple[str, Callable[[_Named], str]]] = {
     "twin": ("overlap", _twin),
     "buried": ("overlap", _buried_message),
     "deep": ("overlap", _deep),

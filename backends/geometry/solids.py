@@ -1,7 +1,7 @@
-"""Primitives as arrays: what a primitive entity means to the geometric backends (their ``g_reparam``).
+"""Posed primitives as arrays: the renderer parameters of geometric backends (their ``g_reparam``).
 
-Every primitive is a canonical form under an affine pose, or the triangles of a mesh, so that nothing that draws them
-needs to know of sizes, radii and axes. What the forms are, the primitives say (``interpreter.scene.primitives``).
+Every primitive is a canonical form under an affine pose, or the triangles of a mesh, so that renderers are independent
+of sizes, radii and axes. The primitives define the forms (``interpreter.scene.primitives``).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.geometry.assets import MOST_TRIANGLES
+from scenelang.backends.geometry.assets import MAX_TRIANGLES
 from scenelang.backends.pictures.appearance import Look, Looks, look_of, looks_of
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.entity import Entity
@@ -28,14 +28,15 @@ IntArray = npt.NDArray[np.int64]
 Numbers = npt.NDArray[np.int16]
 
 _NO_ROWS = (0.0,) * 12
-_THINNEST = 2e-5  # half the thickness that flat things are given, where the scene's half diagonal is 1
+_HALF_THICKNESS = 2e-5  # half the thickness given to flat things, in units of the scene's half diagonal
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PosedForms:
     """N canonical forms under poses in one frame of reference.
 
-    ``matrices[i]`` takes the form ``kinds[forms[i]]`` there; its ratios stand first in row ``ratios[i]``.
+    ``matrices[i]`` maps the form ``kinds[forms[i]]`` into that frame; its ratios are the first entries of
+    ``ratios[i]``.
     """
 
     kinds: tuple[CanonicalForm, ...]
@@ -47,27 +48,27 @@ class PosedForms:
         return len(self.forms)
 
     def take(self, which: npt.NDArray[Any]) -> PosedForms:
-        """Those that the mask or the indices ``which`` select."""
+        """Return the rows selected by the mask or indices ``which``."""
         return PosedForms(self.kinds, self.forms[which], self.ratios[which], self.matrices[which])
 
     def form(self, i: int) -> tuple[CanonicalForm, tuple[float, ...]]:
-        """The form of row ``i`` and its ratios."""
+        """Return the form of row ``i`` and its ratios."""
         kind = self.kinds[int(self.forms[i])]
         return kind, tuple(self.ratios[i, : kind.ratios].tolist())
 
     def groups(self, which: npt.NDArray[np.bool_] | None = None) -> Iterator[tuple[CanonicalForm, IntArray]]:
-        """The forms that occur (among those of the mask ``which``), each with the numbers of its rows."""
+        """Yield the forms that occur (within the mask ``which``), each with the indices of its rows."""
         forms = self.forms if which is None else self.forms[which]
         for number in np.unique(forms).tolist():
             same = self.forms == number
             yield self.kinds[number], np.flatnonzero(same if which is None else same & which)
 
     def ratios_of(self, form: CanonicalForm, rows: npt.NDArray[Any]) -> Ratios:
-        """The ratios of ``rows``, all of one form, as arrays (K,)."""
+        """Return the ratios of ``rows``, all of one form, as arrays (K,)."""
         return tuple(self.ratios[rows, k] for k in range(form.ratios))
 
     def members(self) -> Iterator[tuple[CanonicalForm, tuple[float, ...], IntArray]]:
-        """The distinct forms with their ratios, each with the numbers of its rows."""
+        """Yield the distinct pairs of form and ratios, each with the indices of its rows."""
         for form, rows in self.groups():
             if not form.ratios:
                 yield form, (), rows
@@ -79,12 +80,12 @@ class PosedForms:
                 yield form, tuple(value), part
 
     def that_are(self, name: str) -> npt.NDArray[np.bool_]:
-        """Which (N,) are of a form whose attribute ``name`` is true."""
+        """Return the mask (N,) of rows whose form's attribute ``name`` is true."""
         true = np.array([bool(getattr(kind, name)) for kind in self.kinds], bool)
         return np.asarray(true[self.forms], bool)
 
     def support(self, directions: FloatArray) -> FloatArray:
-        """Their farthest points (N, 3) along ``directions`` (N, 3); of those that are not convex, of the hull."""
+        """Return support points (N, 3) along ``directions`` (N, 3); those of the convex hull for non-convex forms."""
         local = np.einsum("nij,ni->nj", self.matrices[:, :, :3], directions)
         point = np.empty_like(local)
         for form, rows in self.groups():
@@ -97,8 +98,8 @@ class PosedForms:
 class Solids(PosedForms):
     """N posed solids in one frame of reference.
 
-    Solid ``i`` looks as row ``look[i]`` of ``looks`` says. ``words[word[i]]`` is the primitive's word, ``semantic[i]``
-    says that it is the stand-in for a semantic primitive. ``instance[i]`` is its number in the flattened frame.
+    The material of solid ``i`` is row ``look[i]`` of ``looks``, ``words[word[i]]`` the primitive's word.
+    ``semantic[i]`` marks the placeholder of a semantic primitive. ``instance[i]`` is its index in the flattened frame.
     """
 
     look: IntArray  # (N,)
@@ -110,7 +111,7 @@ class Solids(PosedForms):
 
     @property
     def colors(self) -> FloatArray:
-        """Reflectance (N, 3), linear sRGB; ``emission`` (N, 3) is radiance, ``opacity`` (N,) lies in (0, 1]."""
+        """Reflectance (N, 3), linear sRGB; ``emission`` (N, 3) is radiance, ``opacity`` (N,) is in (0, 1]."""
         return np.asarray(self.looks.color[self.look], np.float64)
 
     @property
@@ -122,12 +123,12 @@ class Solids(PosedForms):
         return np.asarray(self.looks.opacity[self.look], np.float64)
 
     def take(self, which: npt.NDArray[Any]) -> Solids:
-        """The solids that the mask or the indices ``which`` select."""
+        """Return the solids selected by the mask or indices ``which``."""
         columns: dict[str, Any] = {name: getattr(self, name)[which] for name in _COLUMNS}
         return replace(self, **columns)
 
     def followed_by(self, other: Solids) -> Solids:
-        """These solids, then those of ``other``, which has the same tables of kinds, looks and words."""
+        """Concatenate these solids with ``other``, which must have the same tables of kinds, looks and words."""
         columns: dict[str, Any] = {
             name: np.concatenate([getattr(self, name), getattr(other, name)]) for name in _COLUMNS
         }
@@ -139,7 +140,7 @@ _COLUMNS = ("forms", "ratios", "matrices", "look", "word", "semantic", "instance
 
 @dataclass(frozen=True, slots=True)
 class _Piece:
-    """What a distinct primitive is drawn as: one canonical form."""
+    """Drawable of a distinct primitive: one canonical form."""
 
     placed: Placed
     look: int
@@ -147,14 +148,14 @@ class _Piece:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Triangles:
-    """What a distinct primitive is drawn as: K triangles with local poses (K, 3, 4) and looks (K,)."""
+    """Drawable of a distinct primitive: K triangles with local poses (K, 3, 4) and looks (K,)."""
 
     local: FloatArray
     look: IntArray
 
 
 class FormTable:
-    """Numbers for distinct forms; the oldest stand first."""
+    """Assigns indices to distinct forms in order of insertion, after the standard forms."""
 
     def __init__(self, forms: Sequence[CanonicalForm] = ()) -> None:
         self._numbers = {form: i for i, form in enumerate(standard_forms())}
@@ -169,7 +170,7 @@ class FormTable:
 
 
 def posed_forms(placed: Sequence[Placed | None]) -> PosedForms:
-    """Primitives in their own frames as rows; one that is None has a row that means nothing."""
+    """Return primitives in their own frames as rows; the row of None is a placeholder."""
     table = FormTable()
     numbers = [0 if one is None else table.number(one.form) for one in placed]
     kinds = table.kinds()
@@ -182,7 +183,7 @@ def posed_forms(placed: Sequence[Placed | None]) -> PosedForms:
 
 
 class _LookTable:
-    """Numbers for distinct looks."""
+    """Assigns indices to distinct looks."""
 
     def __init__(self) -> None:
         self._numbers: dict[Look, int] = {}
@@ -195,7 +196,7 @@ class _LookTable:
 
 
 def solids_of(frame: FlatFrame) -> Solids:
-    """The solids that the primitives of ``frame`` are drawn as, in world coordinates; raises SceneError."""
+    """Return the solids of the primitives of ``frame``, in world coordinates; raises SceneError."""
     table = _LookTable()
     words = tuple(dict.fromkeys(entity.word for entity in frame.primitives))
     number = {word: i for i, word in enumerate(words)}
@@ -203,23 +204,23 @@ def solids_of(frame: FlatFrame) -> Solids:
     word = np.array([number[entity.word] for entity in frame.primitives], np.int64)
     semantic = np.array([is_semantic(entity) for entity in frame.primitives], bool)
     forms = posed_forms([piece.placed if isinstance(piece, _Piece) else None for piece in pieces])
-    columns = [_single(frame, pieces, forms, word, semantic)]
+    columns = [_form_columns(frame, pieces, forms, word, semantic)]
     triangle = forms.kinds.index(TRIANGLE)
     for i, piece in enumerate(pieces):
         if isinstance(piece, _Triangles):
-            columns.append(_many(frame, i, piece, int(word[i]), triangle, forms.ratios.shape[1]))
+            columns.append(_triangle_columns(frame, i, piece, int(word[i]), triangle, forms.ratios.shape[1]))
     joined: dict[str, Any] = {name: np.concatenate([part[name] for part in columns]) for name in _COLUMNS}
     return Solids(kinds=forms.kinds, **joined, looks=table.looks(), words=words)
 
 
-def _single(
+def _form_columns(
     frame: FlatFrame,
     pieces: Sequence[_Piece | _Triangles | None],
     forms: PosedForms,
     word: IntArray,
     semantic: npt.NDArray[np.bool_],
 ) -> dict[str, npt.NDArray[Any]]:
-    """The columns of the instances of all primitives that are one form each; ``forms`` has a row for each primitive."""
+    """Return the columns of all instances of single-form primitives; ``forms`` has a row for each primitive."""
     single = np.array([isinstance(piece, _Piece) for piece in pieces], bool)
     look = np.array([piece.look if isinstance(piece, _Piece) else -1 for piece in pieces], np.int64)
     index = np.asarray(frame.index)
@@ -236,18 +237,18 @@ def _single(
     }
 
 
-def _many(
+def _triangle_columns(
     frame: FlatFrame, primitive: int, mesh: _Triangles, word: int, triangle: int, ratios: int
 ) -> dict[str, npt.NDArray[Any]]:
-    """The columns of the instances of one primitive that is many triangles."""
+    """Return the columns of all instances of one primitive that consists of many triangles."""
     instance = np.flatnonzero(np.asarray(frame.index) == primitive)
     count, total = len(mesh.local), len(instance) * len(mesh.local)
-    if total > MOST_TRIANGLES:
+    if total > MAX_TRIANGLES:
         raise SceneError(
             "unsupported",
-            f'the meshes of "{frame.primitives[primitive].word}" have {total:,} triangles in all, '
-            f"more than the {MOST_TRIANGLES:,} that a picture may have",
-            hint="use a simpler mesh, or fewer of them",
+            f'the meshes of "{frame.primitives[primitive].word}" have {total:,} triangles in total, '
+            f"more than the limit of {MAX_TRIANGLES:,} for a picture",
+            hint="use a simpler mesh, or fewer copies of it",
         )
     matrices = np.asarray(frame.matrices[instance])
     return {
@@ -262,7 +263,7 @@ def _many(
 
 
 def composed(outer: npt.NDArray[np.float64], inner: npt.NDArray[np.float64]) -> FloatArray:
-    """Row-wise ``outer @ inner`` of affine poses (N, 3, 4)."""
+    """Row-wise product ``outer @ inner`` of affine poses (N, 3, 4)."""
     out = np.empty(np.broadcast_shapes(outer.shape, inner.shape))
     with np.errstate(all="ignore"):
         np.matmul(outer[..., :3], inner, out=out)
@@ -274,8 +275,10 @@ def composed(outer: npt.NDArray[np.float64], inner: npt.NDArray[np.float64]) -> 
 
 
 def own_mesh(shape: Primitive) -> Mesh | None:
-    """The triangles of a primitive that is no canonical form; None where there is nothing to see. Raises SceneError
-    for files that cannot be read."""
+    """Return the triangles of a primitive that is not a canonical form, None if nothing is visible.
+
+    Raises SceneError for unreadable files.
+    """
     if not shape.has_geometry or shape.placed() is not None:
         return None
     mesh = shape.triangulate(0.0) if shape.is_file else mesh_of(shape)
@@ -283,13 +286,13 @@ def own_mesh(shape: Primitive) -> Mesh | None:
 
 
 def keeps_own_colors(entity: Entity, mesh: Mesh) -> bool:
-    """Whether a mesh's own colours show: unless the program gives the primitive one."""
+    """Whether a mesh shows its own colours, which the attribute ``:color`` of the primitive overrides."""
     return mesh.colors is not None and entity.embedding.attributes.get("color") is None
 
 
 def _piece(entity: Entity, table: _LookTable) -> _Piece | _Triangles | None:
-    """What a primitive is drawn as, None where nothing is to be seen; raises SceneError where its attributes or its
-    file make no sense."""
+    """Return the drawable of a primitive, None if it is invisible; raises SceneError for invalid attributes or
+    files."""
     shape, look = entity.shape, look_of(entity)
     if shape is None or look.opacity == 0.0:
         return None
@@ -301,30 +304,33 @@ def _piece(entity: Entity, table: _LookTable) -> _Piece | _Triangles | None:
 
 
 def _triangles(entity: Entity, mesh: Mesh, look: Look, table: _LookTable) -> _Triangles:
-    """The triangles of a mesh, in their own colours unless the primitive has a ``:color``."""
-    local, kept = triangle_poses(mesh.corners)
+    """Return the triangles of a mesh, in its own colours unless the primitive has a ``:color``."""
+    local, valid = triangle_poses(mesh.corners)
     if mesh.colors is None or not keeps_own_colors(entity, mesh):
         return _Triangles(local, np.full(len(local), table.number(look)))
-    colors, inverse = np.unique(mesh.colors[kept], axis=0, return_inverse=True)
+    colors, inverse = np.unique(mesh.colors[valid], axis=0, return_inverse=True)
     numbers = [table.number(replace(look, color=tuple(color))) for color in colors.tolist()]
     return _Triangles(local, np.array(numbers, np.int64)[inverse.reshape(-1)])
 
 
 def triangle_poses(corners: FloatArray) -> tuple[FloatArray, IntArray]:
-    """Poses (K, 3, 4) of the canonical triangle for ``corners`` (F, 3, 3) without the triangles of no area, and the
-    numbers (K,) of those kept."""
+    """Return poses (K, 3, 4) of the canonical triangle for ``corners`` (F, 3, 3), and the indices (K,) of the
+    triangles.
+
+    Degenerate triangles are omitted.
+    """
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     normal = np.cross(b - a, c - a)
     length = np.linalg.norm(normal, axis=1)
     edge = np.maximum(np.linalg.norm(b - a, axis=1), np.linalg.norm(c - a, axis=1))
-    kept = np.flatnonzero(length > 1e-12 * edge * edge)
-    thin = normal[kept] / length[kept, None] * (1e-3 * edge[kept, None])
-    a, b, c = a[kept], b[kept], c[kept]
-    return np.stack([(b - a) / 2.0, (c - a) / 2.0, thin, (b + c) / 2.0], axis=2), kept
+    valid = np.flatnonzero(length > 1e-12 * edge * edge)
+    thin = normal[valid] / length[valid, None] * (1e-3 * edge[valid, None])
+    a, b, c = a[valid], b[valid], c[valid]
+    return np.stack([(b - a) / 2.0, (c - a) / 2.0, thin, (b + c) / 2.0], axis=2), valid
 
 
 def is_semantic(entity: Entity) -> bool:
-    """Whether a primitive is the stand-in for a word without geometry."""
+    """Whether a primitive is the placeholder of a word without geometry."""
     return entity.shape is not None and entity.shape.is_semantic
 
 
@@ -332,7 +338,8 @@ def is_semantic(entity: Entity) -> bool:
 
 
 def parted(frames: Sequence[Solids]) -> tuple[Solids, list[Solids]]:
-    """The solids that are equal in all ``frames``, and the others of each; all share their tables."""
+    """Split ``frames`` into the solids that are equal in all of them, and the others of each; all share their
+    tables."""
     table = _LookTable()
     words = {word: i for i, word in enumerate(dict.fromkeys(word for solids in frames for word in solids.words))}
     numbers = [np.array([table.number(look) for look in solids.looks.rows], np.int64) for solids in frames]
@@ -361,38 +368,39 @@ def parted(frames: Sequence[Solids]) -> tuple[Solids, list[Solids]]:
 
 
 def _row_keys(solids: Solids) -> npt.NDArray[Any]:
-    """One value per solid (N,), equal exactly where solids are drawn alike."""
-    columns = [solids.matrices.reshape(len(solids), 12) + 0.0]  # no negative zeros
+    """Return one value per solid (N,); values are equal if and only if the solids are drawn identically."""
+    columns = [solids.matrices.reshape(len(solids), 12) + 0.0]  # + 0.0 removes negative zeros
     columns += [column.astype(np.float64)[:, None] for column in (solids.forms, solids.look, solids.word)]
     columns.append(solids.ratios)
     rows = np.ascontiguousarray(np.concatenate(columns, axis=1))
     return rows.view(np.dtype((np.void, rows.shape[1] * 8))).reshape(-1)
 
 
-# --- normal form -----------------------------------------------------------------------------------------------
+# --- normalisation ---------------------------------------------------------------------------------------------
 
 
 def normalized(solids: Solids, center: FloatArray, scale: float) -> Solids:
-    """The solids after ``p -> scale (p - center)``, every pose made invertible.
+    """Return the solids after ``p -> scale (p - center)``, with every pose made invertible.
 
-    Flat things get a thickness far below a pixel; what has no extent in two directions, and what is not finite, is
-    left out.
+    Flat things get a thickness far below a pixel; things without extent in two directions, or with non-finite poses,
+    are removed.
     """
     matrices = solids.matrices.copy()
     with np.errstate(all="ignore"):
         matrices[:, :, 3] -= center
         matrices *= scale
         sound = np.asarray(np.isfinite(matrices).all(axis=(1, 2)), bool)
-        doubtful = np.flatnonzero(sound & (thinness(matrices) < 2.0 * _THINNEST))
+        doubtful = np.flatnonzero(sound & (thinness(matrices) < 2.0 * _HALF_THICKNESS))
     if len(doubtful):
-        linear, alive = _thickened(matrices[doubtful, :, :3])
+        linear, has_area = _thickened(matrices[doubtful, :, :3])
         matrices[doubtful, :, :3] = linear
-        sound[doubtful] &= alive
+        sound[doubtful] &= has_area
     return replace(solids, matrices=matrices).take(sound) if not sound.all() else replace(solids, matrices=matrices)
 
 
 def thinness(matrices: FloatArray) -> FloatArray:
-    """A lower bound, at most sqrt(3) too low, for the least singular value of each linear part (N,); nan where 0."""
+    """Return a lower bound, at most sqrt(3) too low, of the smallest singular value of each linear part (N,); 0 if
+    singular."""
     cofactors = cofactors_of(matrices[:, :, :3])
     determinant = np.einsum("ni,ni->n", matrices[:, :, 0], cofactors[:, :, 0])
     norm = np.sqrt(np.einsum("nij,nij->n", cofactors, cofactors))
@@ -400,9 +408,10 @@ def thinness(matrices: FloatArray) -> FloatArray:
 
 
 def _thickened(linear: FloatArray) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
-    """The matrices (K, 3, 3) with their least singular value raised, and which of them are more than a line."""
+    """Return the matrices (K, 3, 3) with their smallest singular value raised, and a mask of those of rank 2 or
+    more."""
     u, s, vt = np.linalg.svd(linear)
-    least = np.minimum(_THINNEST, 2e-3 * s[:, 0])
-    alive = (s[:, 1] > 0.05 * least) & (s[:, 0] > 1e-12)
+    least = np.minimum(_HALF_THICKNESS, 2e-3 * s[:, 0])
+    has_area = (s[:, 1] > 0.05 * least) & (s[:, 0] > 1e-12)
     s = np.maximum(s, least[:, None])
-    return (u * s[:, None, :]) @ vt, alive
+    return (u * s[:, None, :]) @ vt, has_area

@@ -1,5 +1,5 @@
-"""Ground truth for every pixel (docs/maps.md).
+"""Per-pixel ground truth (docs/maps.md).
 
-``ground_truth`` works out instances, depth, normals, boxes and motion of a shot, ``dataset`` writes them, as COCO too.
-It draws nothing: colours come from the backends of pictures.
+``ground_truth`` computes instances, depth, normals, boxes and motion of a shot; ``dataset`` writes them, including COCO
+annotations. Colour pictures come from the picture backends.
 """

@@ -1,7 +1,7 @@
-"""Sets of labelled pictures: where their files lie, what each holds, and going on where a run stopped.
+"""Labelled datasets: file layout, contents of each shot, and resuming an interrupted run.
 
-One shot alone lies in the folder itself; of several each has a folder ``NAME/camera-000/frame-000``, without the parts
-that there is only one of. Every shot's files are complete once its ``shot.json`` is there.
+A single shot is written to the folder itself; several are written to ``NAME/camera-000/frame-000``, omitting levels
+with only one entry. A shot's files are complete once its ``shot.json`` exists.
 """
 
 from __future__ import annotations
@@ -44,20 +44,21 @@ from scenelang.grammar.settings import setting, whole
 from scenelang.interpreter.scene.entity import Entity, Scene
 from scenelang.interpreter.scene.numbering import frame_numbers, instance_handles
 
-# Annotations in COCO's JSON form: one per instance that is seen, at every level of the hierarchy.
-#
-# Masks are run lengths down the columns, as COCO has them. Beyond COCO's own fields an annotation has ``depth`` (of
-# the hierarchy), ``instance`` and ``parent`` (numbers in the maps), ``path`` (child positions from the root),
-# ``handle``, ``bbox_full`` (also what is hidden or outside the picture, exact), ``box3d`` (the entity's box in its
-# own frame, and the pose of that frame in the world).
+# Annotations in COCO's JSON format: one per visible instance, at every level of the hierarchy. Masks are column-wise
+# run lengths, as in COCO. In addition to COCO's fields an annotation has ``depth`` (in the hierarchy), ``instance`` and
+# ``parent`` (numbers in the maps), ``path`` (child positions from the root), ``handle``, ``bbox_full`` (exact,
+# including hidden parts and parts outside the picture), ``box3d`` (the entity's box in its frame, and the pose of that
+# frame in the world).
 
 
 IntArray = npt.NDArray[np.int64]
 
 
 def annotations_of(truth: Truth, boxes: Boxes, handles: Sequence[str], most: int) -> list[dict[str, Any]]:
-    """The annotations of one shot without ids of their own: ``category`` is a word, ``handles`` those of all
-    instances. The ``most`` instances that are highest in the hierarchy."""
+    """Return the annotations of one shot, without ids; ``category`` is a word.
+
+    ``handles`` are those of all instances. At most ``most`` instances are annotated, topmost in the hierarchy first.
+    """
     ancestry = truth.ancestry
     seen = np.flatnonzero(boxes.area > 0)[:most]
     low, high = boxes_of(ancestry, seen)
@@ -95,7 +96,7 @@ def _corner_and_size(box: npt.NDArray[np.float64]) -> list[float]:
 
 
 def _masks(truth: Truth, seen: IntArray, boxes: Boxes) -> list[list[int]]:
-    """The run lengths of the instances ``seen``, level by level of the hierarchy, each inside its own box."""
+    """Return the run lengths of the instances ``seen``, level by level, each computed inside its box."""
     out: dict[int, list[int]] = {}
     for depth in range(truth.ancestry.deepest + 1):
         map_ = truth.at_depth(depth)
@@ -105,7 +106,8 @@ def _masks(truth: Truth, seen: IntArray, boxes: Boxes) -> list[list[int]]:
 
 
 def _run_lengths(map_: IntArray, instance: int, box: IntArray) -> list[int]:
-    """COCO's run lengths of ``map_ == instance`` (H, W), which is false outside ``box``: zeros first, column-wise."""
+    """Return COCO's column-wise run lengths, zeros first, of ``map_ == instance`` (H, W), which is false outside
+    ``box``."""
     height, width = map_.shape
     x0, y0, x1, y1 = (int(edge) for edge in box)
     columns, rows = np.nonzero((map_[y0:y1, x0:x1] == instance).T)
@@ -119,7 +121,7 @@ def _run_lengths(map_: IntArray, instance: int, box: IntArray) -> list[int]:
 
 
 def dataset(images: Sequence[dict[str, Any]], annotations: Sequence[Sequence[dict[str, Any]]]) -> dict[str, Any]:
-    """One COCO document: ``images`` with ``file_name``, ``width``, ``height``, and the annotations of each."""
+    """Return a COCO document of ``images`` (``file_name``, ``width``, ``height``) and the annotations of each."""
     words = sorted({annotation["category"] for one in annotations for annotation in one})
     number = {word: i + 1 for i, word in enumerate(words)}
     listed: list[dict[str, Any]] = []
@@ -137,22 +139,22 @@ def dataset(images: Sequence[dict[str, Any]], annotations: Sequence[Sequence[dic
     }
 
 
-# Maps as pictures for people: colours for words, instances, depths and motions; boxes, tracks and legends drawn.
+# Visualisation of maps: colours for words, instances, depths and motions; boxes, tracks and legends.
 
 
 Picture = npt.NDArray[np.uint8]
 
 FloatArray = npt.NDArray[np.float64]
-DrawnBox = tuple[Sequence[float], str, tuple[int, int, int]]  # x0, y0, x1, y1 in pixels; a word; a colour
+DrawnBox = tuple[Sequence[float], str, tuple[int, int, int]]  # x0, y0, x1, y1 in pixels; word; colour
 
 _BLACK = (0, 0, 0)
-_LINE = 18  # pixels of a legend's row
-_MOST_ROWS = 200
-_MOST_BOXES = 400
+_LINE = 18  # height of a legend's row in pixels
+_MAX_ROWS = 200
+_MAX_BOXES = 400
 
 
 def word_color(word: str) -> tuple[int, int, int]:
-    """A bright colour of a word's own, the same on every machine."""
+    """Return a bright colour for a word, stable across machines."""
     level = hashlib.blake2s(word.encode("utf-8", "surrogatepass"), digest_size=2).digest()
     saturation, value = (0.40, 0.65, 0.90)[level[0] % 3], (0.60, 0.80, 1.0)[level[1] % 3]
     red, green, blue = encode(np.array(tint(word, saturation, value))).tolist()
@@ -160,7 +162,7 @@ def word_color(word: str) -> tuple[int, int, int]:
 
 
 def instance_color(number: int) -> tuple[int, int, int]:
-    """A colour of an instance's own: neighbours in number differ."""
+    """Return a colour for an instance; consecutive numbers get dissimilar colours (low-discrepancy sequence)."""
     hue, value = (number * 0.618033988749895) % 1.0, 0.62 + 0.33 * ((number * 0.7548776662466927) % 1.0)
     angle = 2.0 * math.pi * hue
     channels = [0.5 + 0.5 * math.cos(angle - shift) for shift in (0.0, 2.0944, 4.1888)]
@@ -169,14 +171,14 @@ def instance_color(number: int) -> tuple[int, int, int]:
 
 
 def colored(numbers: IntArray, colors: Mapping[int, tuple[int, int, int]]) -> Picture:
-    """Numbers (H, W) as a picture; black where they have no colour."""
+    """Return numbers (H, W) as a picture; black for numbers without a colour."""
     used, inverse = np.unique(numbers, return_inverse=True)
     table = np.array([colors.get(int(number), _BLACK) for number in used], np.uint8)
     return np.asarray(table[inverse.reshape(-1)].reshape(*numbers.shape, 3))
 
 
 def depth_picture(depth: FloatArray) -> Picture:
-    """Depths (H, W) as grey: the nearest is white, the farthest dark, nothing is black."""
+    """Return depths (H, W) as grey levels: nearest white, farthest dark, background black."""
     seen = np.isfinite(depth)
     grey = np.zeros(depth.shape)
     if seen.any():
@@ -186,12 +188,12 @@ def depth_picture(depth: FloatArray) -> Picture:
 
 
 def normal_picture(normal: FloatArray, seen: npt.NDArray[np.bool_]) -> Picture:
-    """World normals (H, W, 3) from [-1, 1] to [0, 255]; black where nothing is seen."""
+    """Map world normals (H, W, 3) from [-1, 1] to [0, 255]; black on the background."""
     return np.where(seen[:, :, None], np.rint(127.5 * (normal + 1.0)), 0.0).astype(np.uint8)
 
 
 def flow_picture(flow: Flow) -> Picture:
-    """Motions as colours: the direction is the hue, the length the strength; black where something is not."""
+    """Return motion as colours: hue for direction, saturation for length; black where undefined."""
     motion = np.nan_to_num(flow.motion.astype(np.float64))
     length = np.hypot(motion[:, :, 0], motion[:, :, 1])
     strength = np.sqrt(np.clip(length / max(float(length.max()), 1e-9), 0.0, 1.0))[:, :, None]
@@ -202,11 +204,11 @@ def flow_picture(flow: Flow) -> Picture:
 
 
 def with_boxes(picture: Picture, boxes: Sequence[DrawnBox]) -> Picture:
-    """A copy of ``picture`` with rectangles x0, y0, x1, y1, their words, in their colours."""
+    """Return a copy of ``picture`` with boxes x0, y0, x1, y1 and their words, in their colours."""
     image = need("PIL.Image", "pillow").fromarray(picture)
     pen = need("PIL.ImageDraw", "pillow").Draw(image)
     font = need("PIL.ImageFont", "pillow").load_default(11)
-    for (x0, y0, x1, y1), word, color in boxes[:_MOST_BOXES]:
+    for (x0, y0, x1, y1), word, color in boxes[:_MAX_BOXES]:
         pen.rectangle((x0, y0, max(x0, x1 - 1), max(y0, y1 - 1)), outline=color)
         if x1 - x0 > 24:
             pen.text((x0 + 2, y0 + 1), _plain(word)[:24], fill=color, font=font, stroke_width=1, stroke_fill=_BLACK)
@@ -214,29 +216,30 @@ def with_boxes(picture: Picture, boxes: Sequence[DrawnBox]) -> Picture:
 
 
 def with_tracks(picture: Picture, tracks: Tracks, frame: int, trail: int = 12) -> Picture:
-    """A copy of ``picture``, frame number ``frame`` of a film, with the ways that tracked points came."""
+    """Return a copy of ``picture``, frame number ``frame`` of a film, with the recent trajectories of tracked
+    points."""
     image = need("PIL.Image", "pillow").fromarray(picture)
     pen = need("PIL.ImageDraw", "pillow").Draw(image)
     first = max(0, frame - trail)
     size = max(1.0, min(picture.shape[:2]) / 160.0)
     for point in range(tracks.pixels.shape[1]):
         color = instance_color(point + 1)
-        way = [tuple(place) for place in tracks.pixels[first : frame + 1, point] if np.isfinite(place).all()]
-        if len(way) > 1:
-            pen.line(way, fill=color, width=max(1, round(size)))
-        if way and tracks.state[frame, point] == VISIBLE:
-            x, y = way[-1]
+        trail_points = [tuple(place) for place in tracks.pixels[first : frame + 1, point] if np.isfinite(place).all()]
+        if len(trail_points) > 1:
+            pen.line(trail_points, fill=color, width=max(1, round(size)))
+        if trail_points and tracks.state[frame, point] == VISIBLE:
+            x, y = trail_points[-1]
             pen.ellipse((x - size, y - size, x + size, y + size), fill=color, outline=_BLACK)
     return np.asarray(image, np.uint8).copy()
 
 
 def legend_picture(rows: Sequence[tuple[str, tuple[int, int, int]]]) -> Picture:
-    """A legend: a square of each colour beside its name."""
+    """Return a legend: a colour swatch beside each name."""
     module, draw = need("PIL.Image", "pillow"), need("PIL.ImageDraw", "pillow")
     font = need("PIL.ImageFont", "pillow").load_default(13)
-    shown = list(rows[:_MOST_ROWS])
+    shown = list(rows[:_MAX_ROWS])
     if len(rows) > len(shown):
-        shown.append((f"and {len(rows) - len(shown):,} more", (255, 255, 255)))
+        shown.append((f"{len(rows) - len(shown):,} more", (255, 255, 255)))
     names = [_plain(name)[:48] for name, _ in shown]
     widest = max((font.getlength(name) for name in names), default=0.0)
     image = module.new("RGB", (int(widest) + 36, _LINE * max(1, len(shown)) + 8), (255, 255, 255))
@@ -252,16 +255,16 @@ def _plain(word: str) -> str:
     return "".join(c if c.isprintable() else " " for c in word)
 
 
-# The files of one labelled picture: PNG for people, NPZ, EXR and JSON for machines.
+# Files of one labelled picture: PNG for viewing; NPZ, EXR and JSON for processing.
 
 
 FORMAT, VERSION = "scenelang-maps", 1
-_DEEPEST = 64  # levels of the hierarchy that have maps of their own
-_LEAST_AREA = 24  # pixels of an instance whose box is drawn
+_MAX_DEPTH = 64  # levels of the hierarchy with separate maps
+_MIN_AREA = 24  # minimum pixels of an instance for its box to be drawn
 
 
 class ShotMaps:
-    """Gathers what is known of one shot, then writes it."""
+    """Collects the maps of one shot and writes them."""
 
     def __init__(self, truth: Truth, picture: Picture) -> None:
         self.truth = truth
@@ -273,19 +276,21 @@ class ShotMaps:
         self._drawn = dict(_pictures_of(truth, levels, matched, self._boxes, picture))
 
     def add_flow(self, flow: ground_truth.Flow) -> None:
-        """The dense correspondence to the next frame."""
+        """Add the dense motion to the next frame."""
         self._drawn["flow"] = flow_picture(flow)
         self._arrays |= {"flow": flow.motion, "flow_world": flow.world, "flow_state": flow.state}
         self._layers["flow"] = flow.motion
 
     def add_tracks(self, tracks: ground_truth.Tracks, frame: int, paths: npt.NDArray[np.int64]) -> None:
-        """Tracked points at the ``frame``-th of their places; ``paths`` are the instances' path numbers."""
+        """Add tracked points at frame index ``frame``; ``paths`` are the instances' path numbers."""
         self._drawn["tracks"] = with_tracks(self._picture, tracks, frame)
         self._arrays |= _identities(self.truth, paths)
 
     def write(self, folder: Path, handles: Sequence[str], annotations: int) -> None:
-        """Write everything into ``folder``; ``handles`` are those of all instances, of which at most ``annotations``
-        are annotated. Raises SceneError."""
+        """Write all files to ``folder``; raises SceneError.
+
+        ``handles`` are those of all instances, of which at most ``annotations`` are annotated.
+        """
         save_picture(self._picture, folder / "color.png")
         for name, drawn in self._drawn.items():
             save_picture(drawn, folder / f"{name}.png")
@@ -302,7 +307,7 @@ class ShotMaps:
 def _pictures_of(
     truth: Truth, levels: Sequence[IntArray], matched: Correspondence, boxes: Boxes, picture: Picture
 ) -> Iterator[tuple[str, Picture]]:
-    """The maps as pictures, by name. ``levels`` are the instances (H, W) at each depth of the hierarchy."""
+    """Yield the maps as pictures, by name; ``levels`` are the instances (H, W) at each depth of the hierarchy."""
     ancestry = truth.ancestry
     named = {"": truth.instance} | {f"-depth-{depth}": level for depth, level in enumerate(levels)}
     for ending, instance in named.items():
@@ -320,33 +325,33 @@ def _pictures_of(
 
 
 def _is_thing(entity: Entity) -> bool:
-    """Whether an entity has a name of its own, rather than being one of the primitives that things are made of."""
+    """Whether an entity is named by the program or a semantic primitive, rather than a plain primitive."""
     return not entity.is_primitive or is_semantic(entity)
 
 
 def _drawn_boxes(truth: Truth, boxes: Boxes) -> list[DrawnBox]:
-    """The boxes that are drawn: of things and their parts rather than of the primitives that these are made of."""
+    """Return the boxes to draw: those of things and their parts rather than of their plain primitives."""
     ancestry = truth.ancestry
-    large = np.flatnonzero((boxes.area > _LEAST_AREA) & (ancestry.depth > 0)).tolist()
+    large = np.flatnonzero((boxes.area > _MIN_AREA) & (ancestry.depth > 0)).tolist()
     things = [i for i in large if _is_thing(ancestry.entity(i))] or large
     words = [ancestry.entity(i).word for i in things]
     return [(boxes.visible[i].tolist(), word, word_color(word)) for i, word in zip(things, words, strict=True)]
 
 
 def arrays_of(truth: Truth) -> dict[str, npt.NDArray[Any]]:
-    """The maps of one shot by name, each (H, W, ...), those by depth (D, H, W)."""
+    """Return the maps of one shot by name, each (H, W, ...), per-depth maps (D, H, W)."""
     return _arrays_of(truth, _levels(truth), correspondence_of(truth))[0]
 
 
 def _levels(truth: Truth) -> list[IntArray]:
-    """The instances (H, W) at each depth of the hierarchy."""
-    return [truth.at_depth(depth) for depth in range(min(truth.ancestry.deepest, _DEEPEST) + 1)]
+    """Return the instances (H, W) at each depth of the hierarchy."""
+    return [truth.at_depth(depth) for depth in range(min(truth.ancestry.deepest, _MAX_DEPTH) + 1)]
 
 
 def _arrays_of(
     truth: Truth, levels: Sequence[IntArray], matched: Correspondence
 ) -> tuple[dict[str, npt.NDArray[Any]], dict[str, npt.NDArray[np.float32]]]:
-    """The maps as arrays for an NPZ file, and as layers for an EXR file."""
+    """Return the maps as arrays for an NPZ file, and as layers for an EXR file."""
     words = word_numbers(truth)
     number = np.array([words[entity.word] for entity in truth.ancestry.nodes], np.int32)
     instances = np.stack(levels).astype(np.int32)
@@ -374,7 +379,8 @@ def _arrays_of(
 
 
 def _identities(truth: Truth, paths: npt.NDArray[np.int64]) -> dict[str, npt.NDArray[Any]]:
-    """What is the same in all frames: pixels with equal path numbers and places in the object show the same point."""
+    """Return maps that identify points across frames: pixels with equal path numbers and local positions show the
+    same point."""
     pixels = np.flatnonzero(truth.seen)
     places = ground_truth.places_of(truth, paths, pixels)
     path = np.full(truth.instance.size, -1, np.int32)
@@ -384,12 +390,12 @@ def _identities(truth: Truth, paths: npt.NDArray[np.int64]) -> dict[str, npt.NDA
 
 
 def word_numbers(truth: Truth) -> dict[str, int]:
-    """Numbers of the words, from 1: 0 is where nothing is seen."""
+    """Return the numbers of the words, from 1; 0 is the background."""
     return {word: i + 1 for i, word in enumerate(sorted({entity.word for entity in truth.ancestry.nodes}))}
 
 
 def _legend(truth: Truth, handles: Sequence[str]) -> dict[str, Any]:
-    """What the numbers and colours of the maps mean; of the instances those that are seen, and their ancestors."""
+    """Return the legend of the maps' numbers and colours, for visible instances and their ancestors."""
     ancestry = truth.ancestry
     shown = sorted(
         {int(i) for depth in range(ancestry.deepest + 1) for i in np.unique(truth.at_depth(depth)) if i >= 0}
@@ -413,8 +419,8 @@ def _legend(truth: Truth, handles: Sequence[str]) -> dict[str, Any]:
             for i in shown
         ],
         "flow_state": {"gone": ground_truth.GONE, "hidden": ground_truth.HIDDEN, "visible": ground_truth.VISIBLE},
-        "axes": "depth along the axis of view, in scene units; normals and positions in the world; pixels from the top "
-        "left corner, their centres at halves",
+        "axes": "depth along the optical axis, in scene units; normals and positions in the world; pixels from the top "
+        "left corner, their centres at half-integers",
     }
 
 
@@ -423,27 +429,31 @@ def _legend_picture(truth: Truth) -> Picture:
     return legend_picture([(word, word_color(word)) for word in words])
 
 
-MOST_VIEWS = 10_000
+MAX_VIEWS = 10_000
 
 
 @dataclass(frozen=True, slots=True)
 class MapOptions:
-    """``pictures`` says size, light, backend settings, seed and limit; ``views`` are the cameras, of which
-    those that are placed keep their own size unless ``resize``; ``tracks`` how many
-    points of a 4D scene are followed; ``annotations`` how many instances of a shot COCO may list; ``digest`` tells the
-    program and all that it was run with apart from others."""
+    """Options of labelled datasets.
+
+    ``pictures`` sets size, lighting, backend options, seed and limit. ``views`` are the cameras; placed ones keep their
+    own size unless ``resize``. ``tracks`` is the number of tracked points of a 4D scene, ``annotations`` the maximum
+    number of annotated instances of a shot. ``digest`` identifies the program and everything it was run with.
+    """
 
     pictures: PictureOptions
     views: tuple[Viewpoint | Camera, ...]
     resize: bool = True
-    tracks: int = setting(64, "tracked points of 4D scenes (64)", metavar="N", read=whole)
-    annotations: int = setting(20_000, "instances of a picture in coco.json (20,000)", metavar="N", read=whole)
+    tracks: int = setting(64, "number of tracked points of 4D scenes (default 64)", metavar="N", read=whole)
+    annotations: int = setting(
+        20_000, "maximum instances of a picture in coco.json (default 20,000)", metavar="N", read=whole
+    )
     digest: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class DatasetItem:
-    """One shot to make: ``view`` and ``frame`` are numbers, ``folder`` is where it goes."""
+    """One shot to write: ``view`` and ``frame`` are indices, ``folder`` is the destination."""
 
     name: str
     view: int
@@ -452,7 +462,7 @@ class DatasetItem:
 
 
 def items_of(folder: Path, name: str, scene: Scene, views: int, alone: bool, frame: int | None) -> list[DatasetItem]:
-    """The shots of one scene, camera by camera; ``alone`` when it is the only scene of its set."""
+    """Return the shots of one scene, camera by camera; ``alone`` if it is the only scene of its dataset."""
     frames = range(len(scene.frames)) if frame is None else [frame]
     found = []
     for view in range(views):
@@ -465,7 +475,7 @@ def items_of(folder: Path, name: str, scene: Scene, views: int, alone: bool, fra
 
 
 def random_views(count: int, seed: int, like: Viewpoint) -> tuple[Viewpoint, ...]:
-    """``count`` viewpoints all around and above a scene, the same for the same ``seed``."""
+    """Return ``count`` random viewpoints around and above a scene, reproducible for a given ``seed``."""
     random = np.random.default_rng(seed)
     azimuths, elevations = random.uniform(-180.0, 180.0, count), random.uniform(5.0, 65.0, count)
     pairs = zip(azimuths.tolist(), elevations.tolist(), strict=True)
@@ -473,20 +483,22 @@ def random_views(count: int, seed: int, like: Viewpoint) -> tuple[Viewpoint, ...
 
 
 def views_of(given: Sequence[Viewpoint | Camera], count: int | None, seed: int) -> tuple[Viewpoint | Camera, ...]:
-    """The cameras that are given; ``count`` draws so many at random, which share the viewpoint given. Raises
-    SceneError("value")."""
+    """Return the given cameras, or ``count`` random ones that share the given viewpoint's other settings.
+
+    Raises SceneError("value").
+    """
     if count is None:
         return tuple(given)
-    if not 1 <= count <= MOST_VIEWS:
-        raise SceneError("value", f"`--views` must be 1 to {MOST_VIEWS:,}, not {count}")
+    if not 1 <= count <= MAX_VIEWS:
+        raise SceneError("value", f"`--views` must be 1 to {MAX_VIEWS:,}, not {count}")
     (like,) = given if len(given) == 1 else (None,)
     if like is None or isinstance(like, Camera):
-        raise SceneError("value", "`--views` draws cameras at random: name one viewpoint that they share, or none")
+        raise SceneError("value", "`--views` places cameras at random: give at most one viewpoint, which they share")
     return random_views(count, seed, like)
 
 
 def names_of(files: Sequence[str]) -> list[str]:
-    """A name for each program of a set, all different."""
+    """Return a distinct name for each program of a dataset."""
     names: list[str] = []
     for path in files:
         stem = Path(path).stem if path != "-" else "scene"
@@ -498,19 +510,19 @@ def names_of(files: Sequence[str]) -> list[str]:
 
 
 def check_set_folder(folder: Path) -> None:
-    """Raises SceneError where ``folder`` can never be one; it is made when there is something to write."""
+    """Raise SceneError if ``folder`` cannot be created as a directory."""
     existing = next(path for path in (folder, *folder.absolute().parents) if path.exists())
     if not existing.is_dir():
-        raise SceneError("file", f"cannot write to {folder}: {existing} is no folder")
+        raise SceneError("file", f"cannot write to {folder}: {existing} is not a folder")
 
 
 @dataclass(frozen=True, slots=True)
 class LabelledScene:
-    """A scene of a set; ``told`` is its program and all that it was run with, so that a change is noticed."""
+    """A scene of a dataset; ``fingerprint`` is its program and everything it was run with, to detect changes."""
 
     name: str
     scene: Scene
-    told: tuple[str, ...]
+    fingerprint: tuple[str, ...]
 
 
 def write_set(
@@ -524,11 +536,13 @@ def write_set(
     progress: Callable[[str], Progress | None] | None = None,
     skipped: Callable[[DatasetItem], None] | None = None,
 ) -> list[DatasetItem]:
-    """Label one scene after the other and list all in ``coco.json``; shots that are there already stay. ``alone``:
-    the only scene of its set has no folder of its own. Raises SceneError."""
+    """Label the scenes one after the other and list all in ``coco.json``; existing shots are reused. Raises SceneError.
+
+    With ``alone``, the only scene of a dataset gets no separate folder.
+    """
     items: list[DatasetItem] = []
     for each in scenes:
-        digest = hashlib.sha256("\0".join(each.told).encode("utf-8", "surrogatepass")).hexdigest()
+        digest = hashlib.sha256("\0".join(each.fingerprint).encode("utf-8", "surrogatepass")).hexdigest()
         if frame is not None:
             frame_of(each.scene, frame)
         mine = items_of(folder, each.name, each.scene, len(options.views), alone, frame)
@@ -548,12 +562,12 @@ def write_maps(
     progress: Progress | None = None,
     skipped: Callable[[DatasetItem], None] | None = None,
 ) -> None:
-    """Make the shots ``items`` of one scene that are not there yet; calls ``skipped`` for each that is.
+    """Write the shots ``items`` of one scene that do not exist yet; calls ``skipped`` for each that does.
 
-    Raises SceneError, and leaves no shot half-written.
+    Raises SceneError. No shot is left half-written.
     """
-    box_of(scene)  # an empty scene is told before anything is written
-    scene = as_cubes(scene, options.pictures.limit, options.pictures.warn)  # what is labelled is what is drawn
+    box_of(scene)  # report an empty scene before anything is written
+    scene = as_cubes(scene, options.pictures.limit, options.pictures.warn)  # label what is drawn
     total = len(items)
     for view in dict.fromkeys(item.view for item in items):
         mine = [item for item in items if item.view == view]
@@ -570,7 +584,7 @@ def write_maps(
 
 
 def _is_done(item: DatasetItem, options: MapOptions) -> bool:
-    """Whether a shot is complete and was made of the same program with the same options."""
+    """Whether a shot is complete and was made from the same program with the same options."""
     try:
         found = json.loads((item.folder / "shot.json").read_text("utf-8"))
     except (OSError, ValueError):
@@ -583,13 +597,13 @@ def _digest(item: DatasetItem, options: MapOptions) -> str:
     view = options.views[item.view]
     shown = json.dumps(camera_to_json(view)) if isinstance(view, Camera) else repr(view)
     own = (options.digest, options.resize, options.tracks, options.annotations)
-    told = repr((FORMAT, VERSION, own, settings, shown, item.frame))
-    return hashlib.sha256(told.encode()).hexdigest()
+    fingerprint = repr((FORMAT, VERSION, own, settings, shown, item.frame))
+    return hashlib.sha256(fingerprint.encode()).hexdigest()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _View:
-    """What the shots of one camera share."""
+    """State shared by the shots of one camera."""
 
     scene: Scene
     options: MapOptions
@@ -598,11 +612,11 @@ class _View:
     center: npt.NDArray[np.float64]
     scale: float
     paths: ground_truth.PathNumbers
-    numbers: dict[tuple[int, ...], int] | None  # of handles by path; None for a scene of one frame
+    numbers: dict[tuple[int, ...], int] | None  # of handles by path; None for a scene with one frame
     recent: dict[int, Truth] = field(default_factory=dict)
 
     def truth(self, frame: int) -> Truth:
-        """The truth of a frame; the last two are kept, since every frame is compared with the next."""
+        """Return the ground truth of a frame; the last two are cached because each frame is compared with the next."""
         if frame not in self.recent:
             for old in list(self.recent)[: len(self.recent) - 1]:
                 del self.recent[old]
@@ -620,11 +634,14 @@ def _write_view(
     progress: Progress | None,
 ) -> None:
     camera = options.views[items[0].view]
-    asked = replace(options.pictures, camera=camera)
+    picture_options = replace(options.pictures, camera=camera)
     if isinstance(camera, Camera) and not options.resize:
-        asked = replace(asked, width=camera.width, height=camera.height)
-    shots = {item.frame: still(scene, asked.camera, item.frame, asked.width, asked.height) for item in items}
-    (painter,) = painters(scene, asked, [backend], list(shots.values()))
+        picture_options = replace(picture_options, width=camera.width, height=camera.height)
+    shots = {
+        item.frame: still(scene, picture_options.camera, item.frame, picture_options.width, picture_options.height)
+        for item in items
+    }
+    (painter,) = painters(scene, picture_options, [backend], list(shots.values()))
     numbers = frame_numbers(scene) if len(scene.frames) > 1 else None
     view = _View(scene, options, painter, shots, *unit_size(scene), ground_truth.PathNumbers(), numbers)
     tracks = _tracks(view) if len(shots) > 1 else None
@@ -636,14 +653,14 @@ def _write_view(
 
 
 def _tracks(view: _View) -> ground_truth.Tracks:
-    """The ways of points that the first frame shows, through all frames of a camera."""
+    """Return the trajectories, through all frames of a camera, of points visible in the first frame."""
     places: ground_truth.Places | None = None
     found = []
     for frame in view.shots:
         truth = view.truth(frame)
         paths = view.paths.of(truth.ancestry)
         if places is None:
-            places = ground_truth.start_places(truth, paths, view.options.tracks, view.options.pictures.seed)
+            places = ground_truth.sample_places(truth, paths, view.options.tracks, view.options.pictures.seed)
         found.append(ground_truth.found_in(places, truth, paths))
     return ground_truth.tracks_of(found)
 
@@ -669,7 +686,7 @@ def _write_shot(
         maps.add_tracks(tracks, list(view.shots).index(item.frame), view.paths.of(maps.truth.ancestry))
     handles = instance_handles(view.scene, maps.truth.ancestry, view.numbers)
     shot = {"format": FORMAT, "version": VERSION, "name": item.name, "camera": item.view, "frame": item.frame}
-    _make_anew(item.folder)
+    _prepare_folder(item.folder)
     with written_together(item.folder) as target:
         maps.write(target, handles, view.options.annotations)
     write_json(item.folder / "shot.json", shot | {"digest": _digest(item, view.options)})
@@ -680,17 +697,17 @@ def _write_shot(
 # --- files -----------------------------------------------------------------------------------------------------
 
 
-def _make_anew(folder: Path) -> None:
-    """A folder that does not count as complete."""
+def _prepare_folder(folder: Path) -> None:
+    """Create the folder of a shot, or mark an existing one as incomplete."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "shot.json").unlink(missing_ok=True)
     except OSError as error:
-        raise SceneError("file", f"`{folder}` cannot be written: {error.strerror or error}") from error
+        raise SceneError("file", f"cannot write to `{folder}`: {error.strerror or error}") from error
 
 
 def write_coco(folder: Path, items: Sequence[DatasetItem]) -> None:
-    """``coco.json`` of all shots of a set, from what each wrote; raises SceneError."""
+    """Write ``coco.json`` for all shots of a dataset, from their annotations; raises SceneError."""
     images, annotations = [], []
     for item in items:
         camera = json.loads((item.folder / "camera.json").read_text("utf-8"))

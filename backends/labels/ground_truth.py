@@ -1,7 +1,7 @@
-"""What every pixel of a picture shows: primitive, instances up the hierarchy, depth, normal, albedo and place.
+"""Ground truth per pixel: primitive, instances up the hierarchy, depth, normal, albedo and position.
 
-Rays go through pixel centres. What is see-through counts as seen; what is invisible (``:opacity 0``) does not. The
-ground is no part of the scene.
+Rays pass through pixel centres. Transparent surfaces count as visible; surfaces with ``:opacity 0`` do not. The ground
+is not part of the scene.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ NOTHING = -1
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Truth:
-    """What the pixels (H, W) of one shot show.
+    """Ground truth of the pixels (H, W) of one shot.
 
-    ``instance`` is the number in ``ancestry`` of the primitive that is seen, NOTHING where none is; ``depth`` the
-    distance along the axis of view in scene units, infinity where nothing is; ``normal`` the unit normal in the world,
-    turned to the camera; ``albedo`` linear sRGB; ``position`` in the world. All (H, W) or (H, W, 3).
+    ``instance`` is the index in ``ancestry`` of the visible primitive, NOTHING on the background; ``depth`` the
+    distance along the optical axis in scene units, infinity on the background; ``normal`` the unit normal in world
+    coordinates, facing the camera; ``albedo`` linear sRGB; ``position`` in world coordinates. All (H, W) or (H, W, 3).
 
-    ``solids`` are those of the frame, in the world's frame.
+    ``solids`` are those of the frame, in world coordinates.
     """
 
     camera: Camera
@@ -53,19 +53,20 @@ class Truth:
 
     @property
     def seen(self) -> npt.NDArray[np.bool_]:
-        """Whether anything is seen (H, W)."""
+        """Mask (H, W) of pixels that show the scene."""
         return np.asarray(self.instance >= 0)
 
     def at_depth(self, depth: int) -> IntArray:
-        """The instance (H, W) at ``depth`` of the hierarchy that each pixel's primitive is part of, or NOTHING."""
+        """Return the instance (H, W) at ``depth`` of the hierarchy that contains each pixel's primitive, or NOTHING."""
         up = self.ancestry.at_depth(depth)
         return np.where(self.seen, up[np.maximum(self.instance, 0)], NOTHING)
 
 
 def truth_of(scene: Scene, shot: Shot, limit: int, center: FloatArray, scale: float) -> Truth:
-    """The truth of one shot. ``center`` (3,) and ``scale`` bring the scene to unit size, for precise arithmetic.
+    """Return the ground truth of one shot.
 
-    Raises SceneError, and LimitError when the frame expands to more than ``limit`` primitives.
+    ``center`` (3,) and ``scale`` bring the scene to unit size, for numerical precision. Raises SceneError, and
+    LimitError if the frame expands to more than ``limit`` primitives.
     """
     root = scene.frames[shot.frame]
     check_size(root, limit)
@@ -104,7 +105,7 @@ def truth_of(scene: Scene, shot: Shot, limit: int, center: FloatArray, scale: fl
 
 
 def _exact_depths(solids: Solids, number: IntArray, origin: FloatArray, direction: FloatArray) -> FloatArray:
-    """The ray parameters (N,) at which rays hit the solids ``number`` (N,), in full precision."""
+    """Return the ray parameters (N,) of the hits on the solids ``number`` (N,), in double precision."""
     used, place = np.unique(number, return_inverse=True)
     inverse = inverses_of(solids.matrices[used, :, :3])[place]
     local_origin = np.einsum("nij,nj->ni", inverse, origin - solids.matrices[number, :, 3])
@@ -124,16 +125,22 @@ def _exact_depths(solids: Solids, number: IntArray, origin: FloatArray, directio
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Correspondence:
-    """``unit`` (H, W) is the repeated instance that each pixel shows, NOTHING elsewhere, ``place`` (H, W, 3) where in
-    its own box, from 0 to 1 along its own axes. Pixels of instances of one word with equal places correspond."""
+    """Dense correspondence between repeated instances.
+
+    ``unit`` (H, W) is the repeated instance at each pixel, NOTHING elsewhere; ``place`` (H, W, 3) the normalised
+    position in the instance's box, from 0 to 1 along its axes. Pixels of instances of one word with equal places
+    correspond.
+    """
 
     unit: IntArray
     place: npt.NDArray[np.float32]
 
 
 def correspondence_of(truth: Truth) -> Correspondence:
-    """What corresponds between repeated instances: those, as high in the hierarchy as possible, whose word stands
-    more than once below the root."""
+    """Return the correspondence between repeated instances.
+
+    These are the topmost instances in the hierarchy, below the root, whose word occurs more than once.
+    """
     ancestry = truth.ancestry
     instances = np.bincount(ancestry.node[1:], minlength=len(ancestry.nodes))
     words: Counter[str] = Counter()
@@ -158,30 +165,33 @@ def correspondence_of(truth: Truth) -> Correspondence:
 
 
 def boxes_of(ancestry: Ancestry, instances: IntArray) -> tuple[FloatArray, FloatArray]:
-    """The boxes, low and high (K, 3), of instances in their entities' own frames."""
+    """Return the boxes, low and high (K, 3), of instances in their entities' frames."""
     found = [entity_box(ancestry.entity(int(i))) or (0.0,) * 6 for i in instances]
     boxes = np.array(found, np.float64).reshape(-1, 6)
     return boxes[:, :3], boxes[:, 3:]
 
 
 def into_local(points: FloatArray, poses: FloatArray, which: IntArray) -> FloatArray:
-    """World ``points`` (N, 3) in the frames ``poses[which]`` (K, 3, 4); flat poses count as thick as need be."""
+    """Transform world ``points`` (N, 3) into the frames ``poses[which]`` (K, 3, 4), by pseudoinverse for flat poses."""
     inverse = np.linalg.pinv(poses[:, :, :3]) if len(poses) else np.zeros((0, 3, 3))
     return np.asarray(np.einsum("nij,nj->ni", inverse[which], points - poses[which, :, 3]), np.float64)
 
 
-# Boxes around instances: in the picture, of what is seen and of the whole, and in the world.
+# Bounding boxes of instances: of the visible part and of the whole, in the picture and in the world.
 
 
 _NEAR = 1e-9
-_MOST_STEPS = 40  # towards the edge of a projection
+_MAX_STEPS = 40  # of the iteration for the edge of a projection
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Boxes:
-    """For each instance (M,): ``visible`` (M, 4) pixel columns and rows x0, y0, x1, y1 (ends excluded) of what is seen
-    of it, ``area`` (M,) how many pixels; ``full`` (M, 4) the exact rectangle of its whole projection in pixels, also
-    beyond the picture, nan where a part of it lies behind the camera."""
+    """Bounding boxes of all instances (M,), in pixels.
+
+    ``visible`` (M, 4) is x0, y0, x1, y1 (ends excluded) of the visible part, ``area`` (M,) its number of pixels.
+    ``full`` (M, 4) is the exact rectangle of the whole projection, which may extend beyond the picture; nan if a part
+    is behind the camera.
+    """
 
     visible: IntArray
     area: IntArray
@@ -189,7 +199,7 @@ class Boxes:
 
 
 def boxes_in(truth: Truth) -> Boxes:
-    """The boxes of every instance of a shot."""
+    """Return the bounding boxes of every instance of a shot."""
     ancestry = truth.ancestry
     count = len(ancestry)
     rows, columns = np.nonzero(truth.seen)
@@ -205,13 +215,13 @@ def boxes_in(truth: Truth) -> Boxes:
     number = ancestry.primitives[solids.instance]
     np.minimum.at(full, number, np.where([True, True, False, False], rectangles, np.inf))
     np.maximum.at(full, number, np.where([False, False, True, True], rectangles, -np.inf))
-    _gather(ancestry, visible, area, full)
+    _accumulate(ancestry, visible, area, full)
     full[~np.isfinite(full).all(axis=1)] = np.nan
     return Boxes(visible, area, full)
 
 
-def _gather(ancestry: Ancestry, visible: IntArray, area: IntArray, full: FloatArray) -> None:
-    """Pass what instances cover to their parents, from the deepest level up."""
+def _accumulate(ancestry: Ancestry, visible: IntArray, area: IntArray, full: FloatArray) -> None:
+    """Accumulate the boxes and areas of instances into their parents, from the deepest level up."""
     for depth in range(ancestry.deepest, 0, -1):
         rows = np.flatnonzero(ancestry.depth == depth)
         parent = ancestry.parent[rows]
@@ -222,11 +232,14 @@ def _gather(ancestry: Ancestry, visible: IntArray, area: IntArray, full: FloatAr
 
 
 def rectangles_of(solids: Solids, camera: Camera) -> FloatArray:
-    """The exact rectangles (N, 4) x0, y0, x1, y1 that solids project to, in pixels; nan where one lies partly behind
-    the camera. Ellipsoids and disks by their dual quadrics, points as they are, other forms by how far they reach."""
-    turn, move = camera.world_to_camera[:3, :3], camera.world_to_camera[:3, 3]
-    linear = turn @ solids.matrices[:, :, :3]
-    center = solids.matrices[:, :, 3] @ turn.T + move
+    """Return the exact rectangles (N, 4) x0, y0, x1, y1 of the projections of solids, in pixels.
+
+    nan if a solid is partly behind the camera. Ellipsoids and disks are computed from their dual quadrics, points
+    directly, other forms from their support functions.
+    """
+    rotation, move = camera.world_to_camera[:3, :3], camera.world_to_camera[:3, 3]
+    linear = rotation @ solids.matrices[:, :, :3]
+    center = solids.matrices[:, :, 3] @ rotation.T + move
     out = np.full((len(solids), 4), np.nan)
     for form, rows in solids.groups():
         outline = form.outline()
@@ -238,7 +251,7 @@ def rectangles_of(solids: Solids, camera: Camera) -> FloatArray:
 
 
 def _of_outline(outline: Sequence[FloatArray], linear: FloatArray, center: FloatArray, camera: Camera) -> FloatArray:
-    """The rectangles of posed points, disks and ellipsoids together."""
+    """Return the rectangles of the union of posed points, disks and ellipsoids."""
     points = [piece[:, 0] for piece in outline if piece.shape[1] == 1]
     found = []
     if points:
@@ -257,10 +270,10 @@ def _of_outline(outline: Sequence[FloatArray], linear: FloatArray, center: Float
 def _of_reach(
     form: CanonicalForm, linear: FloatArray, center: FloatArray, ratios: Ratios, camera: Camera
 ) -> FloatArray:
-    """The rectangles of a form of which only its support is known.
+    """Return the rectangles of a form given by its support function.
 
-    The greatest x / z of a body is the limit of the ratios of the points that reach farthest along (1, 0, -x / z),
-    which grow (Dinkelbach 1967) and arrive after a few steps.
+    The maximum of x / z over a body is the limit of the increasing ratios of the support points along (1, 0, -x / z)
+    (Dinkelbach, 1967), which converges after a few steps.
     """
 
     def farthest(direction: FloatArray) -> FloatArray:
@@ -275,7 +288,7 @@ def _of_reach(
             edge = farthest(direction)[:, axis]
             if not camera.is_parallel:
                 edge = center[:, axis] / np.maximum(center[:, 2], _NEAR)
-                for _ in range(_MOST_STEPS):
+                for _ in range(_MAX_STEPS):
                     direction[:, 2] = -side * edge
                     point = farthest(direction)
                     before, edge = edge, point[:, axis] / np.maximum(point[:, 2], _NEAR)
@@ -293,7 +306,7 @@ def _union(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def _of_points(points: FloatArray, camera: Camera) -> FloatArray:
-    """The rectangles of point sets (N, K, 3) in the camera's frame."""
+    """Return the rectangles of point sets (N, K, 3) in camera coordinates."""
     depth = points[:, :, 2]
     safe = np.ones_like(depth) if camera.is_parallel else np.where(depth > _NEAR, depth, np.nan)
     flat = points[:, :, :2] / safe[:, :, None] * np.array(camera.focal) + np.array(camera.principal)
@@ -301,14 +314,15 @@ def _of_points(points: FloatArray, camera: Camera) -> FloatArray:
 
 
 def _of_quadrics(frames: FloatArray, camera: Camera) -> FloatArray:
-    """The rectangles of ellipsoids or ellipses: ``frames`` (N, 3, K) are K - 1 half axes and the centre.
+    """Return the rectangles of ellipsoids or ellipses; ``frames`` (N, 3, K) are K - 1 half axes and the centre.
 
-    Their dual quadric is ``F diag(1, .., 1, -1) F'``; a line l of the picture touches the projection where l' C l = 0.
+    Their dual quadric is ``F diag(1, .., 1, -1) F'``; a line l of the picture is tangent to the projection if l' C l =
+    0.
     """
     signs = np.ones(frames.shape[2])
     signs[-1] = -1.0
     projected = frames.copy()
-    if camera.is_parallel:  # the third coordinate of a picture point is 1 whatever its depth
+    if camera.is_parallel:  # the third coordinate of a picture point is 1 at any depth
         projected[:, 2], projected[:, 2, -1] = 0.0, 1.0
     dual = np.einsum("nik,k,njk->nij", projected, signs, projected)
     nearest = frames[:, 2, -1] - np.sqrt((frames[:, 2, :-1] ** 2).sum(axis=1))
@@ -325,24 +339,23 @@ def _of_quadrics(frames: FloatArray, camera: Camera) -> FloatArray:
     return out
 
 
-# 4D: where what each pixel shows is in other frames, and the ways of tracked points.
-#
-# Entities of two frames correspond when they share a path, the child positions from the root. A point of one goes
-# where the same place in its own frame is.
+# 4D: where the point seen by each pixel is in other frames, and the trajectories of tracked points. Entities of two
+# frames correspond if they have the same path, the child positions from the root. A point moves with its entity: its
+# position in the entity's frame is constant.
 
 
-GONE, HIDDEN, VISIBLE = 0, 1, 2  # where a point is in another frame: nowhere, covered or out of view, in view
-_TOLERANCE = 2e-3  # of the distance, by which a point may lie behind what is seen
+GONE, HIDDEN, VISIBLE = 0, 1, 2  # state of a point in another frame: does not exist, occluded or out of view, visible
+_TOLERANCE = 2e-3  # relative depth tolerance of the visibility test
 
 
 class PathNumbers:
-    """Numbers for paths of child positions, the same in all frames of a film."""
+    """Assigns numbers to paths of child positions, consistently across the frames of a film."""
 
     def __init__(self) -> None:
         self._numbers: dict[tuple[int, int], int] = {}
 
     def of(self, ancestry: Ancestry) -> IntArray:
-        """The path number (M,) of every instance; the root's is 0."""
+        """Return the path number (M,) of every instance; the root's is 0."""
         out = np.zeros(len(ancestry), np.int64)
         for depth in range(1, ancestry.deepest + 1):
             rows = np.flatnonzero(ancestry.depth == depth)
@@ -354,15 +367,17 @@ class PathNumbers:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Places:
-    """What N points are stuck to: path numbers (N,) and places in the primitives' own frames (N, 3)."""
+    """Attachment of N points: path numbers (N,) and positions in the primitives' frames (N, 3)."""
 
     path: IntArray
     local: FloatArray
 
 
 def places_of(truth: Truth, paths: IntArray, pixels: IntArray) -> Places:
-    """The places that the flat ``pixels`` (N,) of a shot show, all of them of something. ``paths`` are its instances'
-    path numbers."""
+    """Return the attachments of the points seen by the flat ``pixels`` (N,), none of which is background.
+
+    ``paths`` are the path numbers of the instances.
+    """
     instance = truth.instance.reshape(-1)[pixels]
     used, inverse = np.unique(instance, return_inverse=True)
     local = into_local(truth.position.reshape(-1, 3)[pixels], truth.ancestry.poses[used], inverse)
@@ -371,8 +386,11 @@ def places_of(truth: Truth, paths: IntArray, pixels: IntArray) -> Places:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MotionMatch:
-    """Where N points are in a frame: ``pixels`` (N, 2) from the top left corner, ``world`` (N, 3), both nan where they
-    are not, and ``state`` (N,), GONE, HIDDEN or VISIBLE."""
+    """Positions of N points in a frame.
+
+    ``pixels`` (N, 2) from the top left corner and ``world`` (N, 3) are nan for points that do not exist; ``state`` (N,)
+    is GONE, HIDDEN or VISIBLE.
+    """
 
     pixels: FloatArray
     world: FloatArray
@@ -380,7 +398,7 @@ class MotionMatch:
 
 
 def found_in(places: Places, truth: Truth, paths: IntArray) -> MotionMatch:
-    """Where ``places`` are in the frame of ``truth``, whose instances have the numbers ``paths`` (M,)."""
+    """Locate ``places`` in the frame of ``truth``, whose instances have the path numbers ``paths`` (M,)."""
     leaves = truth.ancestry.primitives
     order = np.argsort(paths[leaves], kind="stable")
     known = paths[leaves][order]
@@ -398,14 +416,14 @@ def found_in(places: Places, truth: Truth, paths: IntArray) -> MotionMatch:
     inside = exists & (column >= 0) & (row >= 0) & (column < truth.camera.width) & (row < truth.camera.height)
     inside &= depth > 0.0
     rows = np.flatnonzero(inside)
-    # a pixel's depth is that of its middle: what slopes is compared with the nearest and farthest around it
+    # a pixel's depth is that of its centre: on slopes, compare with the farthest of its neighbours
     farthest = _farthest_around(truth.depth)[row[rows], column[rows]]
     state[rows[depth[rows] <= farthest * (1.0 + _TOLERANCE)]] = VISIBLE
     return MotionMatch(pixels, world, state)
 
 
 def _farthest_around(depth: FloatArray) -> FloatArray:
-    """The greatest finite depth (H, W) among each pixel and its four neighbours."""
+    """Return the largest finite depth (H, W) among each pixel and its four neighbours."""
     finite = np.where(np.isfinite(depth), depth, -np.inf)
     padded = np.pad(finite, 1, constant_values=-np.inf)
     around = [padded[1:-1, 1:-1], padded[:-2, 1:-1], padded[2:, 1:-1], padded[1:-1, :-2], padded[1:-1, 2:]]
@@ -414,8 +432,11 @@ def _farthest_around(depth: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Flow:
-    """For every pixel (H, W) of a frame: ``motion`` (H, W, 2) in pixels to where it is in the next frame, nan where it
-    is not, ``world`` (H, W, 3) the motion in the world, ``state`` (H, W)."""
+    """Dense motion (H, W) from a frame to the next.
+
+    ``motion`` (H, W, 2) is in pixels, ``world`` (H, W, 3) in the world; nan for points that do not exist in the next
+    frame. ``state`` (H, W) is GONE, HIDDEN or VISIBLE.
+    """
 
     motion: npt.NDArray[np.float32]
     world: npt.NDArray[np.float32]
@@ -423,7 +444,7 @@ class Flow:
 
 
 def flow_between(here: Truth, there: Truth, paths_here: IntArray, paths_there: IntArray) -> Flow:
-    """The dense correspondence from one frame to another."""
+    """Return the dense motion from one frame to another."""
     height, width = here.instance.shape
     pixels = np.flatnonzero(here.seen)
     found = found_in(places_of(here, paths_here, pixels), there, paths_there)
@@ -438,15 +459,15 @@ def flow_between(here: Truth, there: Truth, paths_here: IntArray, paths_there: I
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tracks:
-    """The ways of N points through F frames: ``pixels`` (F, N, 2), ``world`` (F, N, 3), ``state`` (F, N)."""
+    """Trajectories of N points through F frames: ``pixels`` (F, N, 2), ``world`` (F, N, 3), ``state`` (F, N)."""
 
     pixels: FloatArray
     world: FloatArray
     state: npt.NDArray[np.uint8]
 
 
-def start_places(truth: Truth, paths: IntArray, count: int, seed: int) -> Places:
-    """``count`` places that a frame shows, spread over what is seen, the same for the same ``seed``."""
+def sample_places(truth: Truth, paths: IntArray, count: int, seed: int) -> Places:
+    """Sample ``count`` points visible in a frame uniformly, reproducibly for a given ``seed``."""
     pixels = np.flatnonzero(truth.seen)
     random = np.random.default_rng(seed)
     chosen = random.choice(pixels, size=min(count, len(pixels)), replace=False) if len(pixels) else pixels
@@ -454,7 +475,7 @@ def start_places(truth: Truth, paths: IntArray, count: int, seed: int) -> Places
 
 
 def tracks_of(found: Sequence[MotionMatch]) -> Tracks:
-    """The ways of points that were found in one frame after the other."""
+    """Return the trajectories of points located in successive frames."""
     return Tracks(
         np.stack([one.pixels for one in found]),
         np.stack([one.world for one in found]),

@@ -1,6 +1,6 @@
-"""Builds of Minecraft's blocks (the paper, appendix "Minecraft Renderer"; docs/minecraft.md).
+"""Minecraft builds (the paper, appendix "Minecraft Renderer"; docs/minecraft.md).
 
-``voxels`` puts entities into a grid, ``connections`` and ``table`` settle blocks and their states, ``filling`` fills
-meshes, ``build_files`` and ``export`` write, ``models`` gives blocks their shapes. ``extract`` makes the tables and is
-never imported. It knows nothing of rendering.
+``voxels`` places entities in a grid, ``connections`` and ``table`` resolve blocks and their states, ``filling``
+voxelises meshes, ``build_files`` and ``export`` write files, ``models`` converts blocks to boxes. ``extract`` generates
+the tables and is never imported. This package is independent of the renderers.
 """

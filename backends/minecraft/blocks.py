@@ -1,7 +1,7 @@
-"""Blocks in a grid: what stands in each cell of a build.
+"""Grids of blocks, and their decomposition into cuboids.
 
-Cells are whole numbers: x to the right (the game's east), y up, z as in the program (the game's south). A cell ``(x, y,
-z)`` is the unit cube from that corner on.
+Cells have integer coordinates: x to the right (the game's east), y up, z as in the program (the game's south). A cell
+``(x, y, z)`` is the unit cube with this minimum corner.
 """
 
 from __future__ import annotations
@@ -14,33 +14,38 @@ import numpy as np
 import numpy.typing as npt
 
 Cells = npt.NDArray[np.uint32]
-AIR = 0  # the number of what is empty in every palette
-SIDES = ("north", "east", "south", "west")  # clockwise from above: opposite is 2 on, to the left 3 on
+AIR = 0  # index of air in every palette
+SIDES = ("north", "east", "south", "west")  # clockwise from above: +2 is opposite, +3 is left
 
 
 @dataclass(frozen=True, slots=True, order=True)
 class BlockState:
-    """A block with its properties, such as ``minecraft:oak_stairs`` with ``(("facing", "north"), ("half", "top"))``,
-    sorted by name."""
+    """A block with its properties, sorted by name.
+
+    For example ``minecraft:oak_stairs`` with ``(("facing", "north"), ("half", "top"))``.
+    """
 
     name: str
     properties: tuple[tuple[str, str], ...] = ()
 
     def __str__(self) -> str:
-        """As the game writes it: ``minecraft:oak_stairs[facing=north,half=top]``."""
+        """Return the game's notation: ``minecraft:oak_stairs[facing=north,half=top]``."""
         shown = ",".join(f"{name}={value}" for name, value in self.properties)
         return f"{self.name}[{shown}]" if shown else self.name
 
 
 AIR_STATE = BlockState("minecraft:air")
-# What stands for nothing, wherever it is asked for or read: it is laid as air.
+# Blocks without content; when requested or read from a file they are treated as air.
 NOTHING = frozenset({"minecraft:air", "minecraft:cave_air", "minecraft:void_air", "minecraft:structure_void"})
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Build:
-    """Blocks in a box of cells: ``cells[x, y, z]`` is the number in ``palette`` of what stands at ``origin + (x, y,
-    z)``. ``palette[0]`` is air; every other entry is used and stands there once."""
+    """Blocks in a box of cells.
+
+    ``cells[x, y, z]`` is the index in ``palette`` of the block at ``origin + (x, y, z)``. ``palette[0]`` is air; every
+    other entry is unique and used.
+    """
 
     origin: tuple[int, int, int]
     cells: Cells  # (X, Y, Z)
@@ -48,28 +53,29 @@ class Build:
 
     @property
     def size(self) -> tuple[int, int, int]:
-        """Cells along x, y and z."""
+        """Number of cells along x, y and z."""
         x, y, z = self.cells.shape
         return x, y, z
 
 
-# Greedy merging: the cells of a grid as few cuboids of one number each.
-#
-# Cells become runs along z, runs become sheets along y, sheets become cuboids along x, and the same in other orders of
-# the axes; the order that leaves the fewest cuboids is taken.
+# Greedy merging: the cells of a grid as few uniform cuboids. Cells are merged into runs along z, runs into sheets along
+# y, sheets into cuboids along x; other orders of the axes are tried too, and the result with the fewest cuboids is
+# used.
 
 
 IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
 
-_SLAB = 1 << 22  # cells that are looked at together
-_MANY = 4_000_000  # runs: with more, only one order of the axes is tried
+_SLAB = 1 << 22  # cells processed per batch
+_MAX_FOR_ALL_ORDERS = 4_000_000  # cells; above this, only one order of the axes is tried
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cuboids:
-    """Cuboids of cells that do not overlap: ``low <= c < low + size`` has ``number`` everywhere. Sorted by y, z, x of
-    ``low``: from the ground up."""
+    """Disjoint uniform cuboids of cells: the cells ``low <= c < low + size`` are all ``number``.
+
+    Sorted by y, z, x of ``low``: from the ground up.
+    """
 
     low: IntArray  # (N, 3)
     size: IntArray  # (N, 3)
@@ -80,12 +86,12 @@ class Cuboids:
 
 
 def merged(cells: Cells, along: BoolArray | None = None) -> Cuboids:
-    """All cells (X, Y, Z) that are not AIR as cuboids, in cells from the grid's corner.
+    """Return all cells (X, Y, Z) that are not AIR as cuboids, in cells from the grid's corner.
 
-    ``along[n]`` (3,) says along which axes cells of number ``n`` may be joined; all of them where it is None.
+    ``along[n]`` (3,) selects the axes along which cells with index ``n`` may be merged; by default all.
     """
     found = [_merged(cells, (2, 1, 0), along)]
-    if len(found[0]) > 1 and np.count_nonzero(cells) <= _MANY:
+    if len(found[0]) > 1 and np.count_nonzero(cells) <= _MAX_FOR_ALL_ORDERS:
         found += [_merged(cells, order, along) for order in permutations(range(3), 3) if order != (2, 1, 0)]
     best = min(found, key=len)
     order = np.lexsort((best.low[:, 0], best.low[:, 2], best.low[:, 1]))
@@ -99,7 +105,7 @@ def _merged(cells: Cells, order: tuple[int, ...], along: BoolArray | None) -> Cu
 
 
 def _runs(cells: Cells, axis: int, along: BoolArray | None) -> Cuboids:
-    """The stretches of equal numbers along ``axis``."""
+    """Return the runs of equal indices along ``axis``."""
     lines = np.moveaxis(cells, axis, -1)
     slab = max(1, _SLAB // max(1, lines[:1].size))
     lows, ends, numbers = [], [], []
@@ -126,7 +132,7 @@ def _runs(cells: Cells, axis: int, along: BoolArray | None) -> Cuboids:
 
 
 def _joined(boxes: Cuboids, axis: int, along: BoolArray | None) -> Cuboids:
-    """Boxes of equal sides that stand behind each other along ``axis`` as one."""
+    """Merge boxes with equal cross-sections that are adjacent along ``axis``."""
     if len(boxes) < 2:
         return boxes
     b, c = (a for a in range(3) if a != axis)
@@ -148,15 +154,11 @@ def _rows(boxes: Cuboids, rows: IntArray) -> Cuboids:
     return Cuboids(boxes.low[rows], boxes.size[rows], boxes.number[rows])
 
 
-# Builds made whole: each state once in the palette, only those that stand somewhere, in the smallest box.
-
-
-# cells that are looked at together
+# Normalisation of builds: a palette of distinct, used states, and the smallest bounding box.
 
 
 def unified(origin: tuple[int, int, int], cells: Cells, states: Sequence[BlockState]) -> Build:
-    """The build whose cell (x, y, z) holds ``states[cells[x, y, z]]``, with each state once in its palette, and only
-    those that stand somewhere."""
+    """Return the build whose cell (x, y, z) is ``states[cells[x, y, z]]``, with a palette of distinct, used states."""
     used = numbers_in(cells, len(states))
     palette: dict[BlockState, int] = {AIR_STATE: AIR}
     number = np.zeros(len(states), np.uint32)
@@ -170,7 +172,7 @@ def unified(origin: tuple[int, int, int], cells: Cells, states: Sequence[BlockSt
 
 
 def trimmed(build: Build) -> Build:
-    """``build`` in the smallest box that holds its blocks, a box of no cells where there are none."""
+    """Crop ``build`` to the smallest box that contains its blocks; empty if there are none."""
     box = smallest_box(build.cells)
     if not box[0].stop:
         return Build((0, 0, 0), np.zeros((0, 0, 0), np.uint32), (AIR_STATE,))
@@ -179,7 +181,7 @@ def trimmed(build: Build) -> Build:
 
 
 def numbers_in(cells: Cells, count: int) -> npt.NDArray[np.bool_]:
-    """Which of ``count`` numbers stand in some cell."""
+    """Return the mask of the ``count`` indices that occur in some cell."""
     used = np.zeros(count, np.bool_)
     slab = _slab(cells)
     for start in range(0, len(cells), slab):
@@ -188,7 +190,7 @@ def numbers_in(cells: Cells, count: int) -> npt.NDArray[np.bool_]:
 
 
 def smallest_box(cells: Cells) -> tuple[slice, slice, slice]:
-    """The smallest box that holds every cell with a block; empty slices from 0 on where there is none."""
+    """Return the smallest box that contains every block; empty slices at 0 if there are none."""
     seen = [np.zeros(n, np.bool_) for n in cells.shape]
     slab = _slab(cells)
     for start in range(0, len(cells), slab):

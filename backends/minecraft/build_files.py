@@ -1,4 +1,4 @@
-"""What a file of a build holds once it is read."""
+"""Reading and writing Minecraft build files: Litematica, Sponge schematics, structures, data packs."""
 
 from __future__ import annotations
 
@@ -46,8 +46,11 @@ from scenelang.grammar.diagnostics import Diagnostic, SceneError, suggest
 
 @dataclass(frozen=True, slots=True)
 class Lost:
-    """How many things of a file a build cannot hold: what is inside blocks (the contents of chests, the text of signs)
-    and entities (animals, item frames, boats)."""
+    """Numbers of things in a file that a build cannot represent.
+
+    ``block_entities`` are contents of blocks (items in chests, text on signs), ``entities`` animals, item frames,
+    boats.
+    """
 
     block_entities: int = 0
     entities: int = 0
@@ -55,30 +58,31 @@ class Lost:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LoadedBuild:
-    """The build of a file, in the smallest box, and what of the file it does not hold."""
+    """The build of a file, in the smallest box, and the contents that were dropped."""
 
     build: Build
     lost: Lost
 
 
 def build_of(origin: Triple, size: Triple, numbers: npt.NDArray[np.uint32], states: Sequence[BlockState]) -> Build:
-    """The build of cells in the order of files: x fastest, then z, then y. Raises Damaged for a number that no state
-    has."""
+    """Return the build of cells in file order: x fastest, then z, then y; raises Damaged for an index out of range."""
     x, y, z = size
     if len(numbers) and int(numbers.max()) >= len(states):
-        raise Damaged(f"it has the block number {int(numbers.max()):,}, and {len(states):,} in its palette")
+        raise Damaged(f"block index {int(numbers.max()):,} is out of range (palette size {len(states):,})")
     cells = np.ascontiguousarray(numbers.reshape(y, z, x).transpose(2, 0, 1))
     return trimmed(unified(origin, cells, states or (AIR_STATE,)))
 
 
 def in_file_order(build: Build) -> npt.NDArray[np.uint32]:
-    """The numbers of all cells (N,): x fastest, then z, then y."""
+    """Return the indices of all cells (N,): x fastest, then z, then y."""
     return build.cells.transpose(1, 2, 0).reshape(-1)
 
 
 def joined(builds: Sequence[Build]) -> Build:
-    """All of ``builds`` in one, later ones on top; their air takes nothing away. Raises Damaged where the box around
-    them is too large."""
+    """Merge ``builds``; later ones replace earlier ones except for their air.
+
+    Raises Damaged if the bounding box is too large.
+    """
     standing = [build for build in builds if build.cells.size]
     if len(standing) < 2:
         return standing[0] if standing else trimmed(Build((0, 0, 0), np.zeros((0, 0, 0), np.uint32), (AIR_STATE,)))
@@ -96,58 +100,58 @@ def joined(builds: Sequence[Build]) -> Build:
     return unified((a, b, c), cells, states)
 
 
-# Block states as files name them.
+# Block states in the notation of files.
 
 
 _NAME = re.compile(r"(?:[a-z0-9_.-]+:)?[a-z0-9_./-]+")
 _WORD = re.compile(r"[a-z0-9_]+")
-_LONGEST = 200  # letters of a name
-_MOST = 64  # properties of one block
+_MAX_NAME = 200  # characters of a name
+_MAX_PROPERTIES = 64  # properties of one block
 
 
 def state_of_text(text: str) -> BlockState:
-    """The state that is written ``minecraft:oak_log[axis=x]``; raises Damaged."""
+    """Parse a state such as ``minecraft:oak_log[axis=x]``; raises Damaged."""
     name, bracket, rest = text.partition("[")
     if bracket and not rest.endswith("]"):
-        raise Damaged(f"`{text[:60]}` is no block")
+        raise Damaged(f"`{text[:60]}` is not a valid block state")
     pairs = [pair.partition("=") for pair in rest[:-1].split(",") if pair]
     return _state(name, {key: value for key, _, value in pairs})
 
 
 def state_of_tag(tag: Any) -> BlockState:
-    """The state of a compound with ``Name`` and ``Properties``; raises Damaged."""
+    """Return the state of a compound with ``Name`` and ``Properties``; raises Damaged."""
     name = tag.get("Name") if isinstance(tag, dict) else None
     properties = tag.get("Properties", {}) if isinstance(tag, dict) else None
     if not isinstance(name, str) or not isinstance(properties, dict):
-        raise Damaged("an entry of its palette is no block")
+        raise Damaged("an entry of its palette is not a block")
     return _state(name, properties)
 
 
 def tag_of_state(state: BlockState) -> dict[str, Any]:
-    """The compound that ``state_of_tag`` reads."""
+    """Return a state as the compound that ``state_of_tag`` reads."""
     tag: dict[str, Any] = {"Name": state.name}
     return {**tag, "Properties": dict(state.properties)} if state.properties else tag
 
 
 def _state(name: str, properties: Mapping[str, Any]) -> BlockState:
-    if len(name) > _LONGEST or not _NAME.fullmatch(name):
-        raise Damaged(f"`{name[:60]}` is no name of a block")
-    if len(properties) > _MOST:
-        raise Damaged(f"`{name}` has {len(properties)} properties")
+    if len(name) > _MAX_NAME or not _NAME.fullmatch(name):
+        raise Damaged(f"`{name[:60]}` is not a valid block name")
+    if len(properties) > _MAX_PROPERTIES:
+        raise Damaged(f"`{name}` has too many properties ({len(properties)})")
     for pair in properties.items():
-        if not all(isinstance(word, str) and len(word) <= _LONGEST and _WORD.fullmatch(word) for word in pair):
-            raise Damaged(f"`{name}` has a property that is none")
+        if not all(isinstance(word, str) and len(word) <= _MAX_NAME and _WORD.fullmatch(word) for word in pair):
+            raise Damaged(f"`{name}` has an invalid property")
     full = name if ":" in name else NAMESPACE + name
     if full in NOTHING:
         return AIR_STATE
     return BlockState(full, tuple(sorted(properties.items())))
 
 
-# Versions of the game, and what its files call them.
+# Versions of the game and their numbers in files.
 
 
-# Data versions are those of npm's minecraft-data 3.117 (common/protocolVersions.json), formats of data packs those of
-# the table at https://minecraft.wiki/w/Pack_format; the game counts minor formats since 1.21.9.
+# Data versions are from npm's minecraft-data 3.117 (common/protocolVersions.json), data pack formats from the table at
+# https://minecraft.wiki/w/Pack_format; minor formats exist since 1.21.9.
 _RELEASES = """
 1.13 1519 4, 1.13.1 1628 4, 1.13.2 1631 4, 1.14 1952 4, 1.14.1 1957 4, 1.14.2 1963 4, 1.14.3 1968 4, 1.14.4 1976 4,
 1.15 2225 5, 1.15.1 2227 5, 1.15.2 2230 5, 1.16 2566 5, 1.16.1 2567 5, 1.16.2 2578 6, 1.16.3 2580 6, 1.16.4 2584 6,
@@ -157,30 +161,33 @@ _RELEASES = """
 1.21.4 4189 61, 1.21.5 4325 71, 1.21.6 4435 80, 1.21.7 4438 81, 1.21.8 4440 81, 1.21.9 4554 88.0, 1.21.10 4556 88.0,
 1.21.11 4671 94.1, 26.1 4786 101.1, 26.1.1 4788 101.1, 26.1.2 4790 101.1
 """
-DEFAULT = "26.1"  # the version of the table of blocks
+DEFAULT = "26.1"  # the version of the block table
 
 
 @dataclass(frozen=True, slots=True)
 class GameVersion:
-    """A release of the game. ``data_version`` is its number in files; ``pack_format`` the major and minor format of
-    data packs, the minor one None for versions that have none."""
+    """A release of the game.
+
+    ``data_version`` is its number in files; ``pack_format`` the major and minor data pack format, the minor one None
+    for versions without it.
+    """
 
     name: str
     data_version: int
     pack_format: tuple[int, int | None]
 
     def is_before(self, name: str) -> bool:
-        """True for versions older than the release ``name``."""
+        """Whether this version is older than the release ``name``."""
         return self.data_version < _VERSIONS[name].data_version
 
 
 def game_version(text: str = DEFAULT) -> GameVersion:
-    """The release that people call ``text``, from 1.13 to 26.1.2; raises SceneError("value") for others."""
+    """Return the release named ``text``, from 1.13 to 26.1.2; raises SceneError("value") for others."""
     name = text.strip().lower().removeprefix("v")
     if name in _VERSIONS:
         return _VERSIONS[name]
     message = (
-        f"the version `{text[:30]}` of Minecraft is not known; releases from 1.13 to {next(reversed(_VERSIONS))} are"
+        f"unknown Minecraft version `{text[:30]}`; supported are releases from 1.13 to {next(reversed(_VERSIONS))}"
     )
     raise SceneError("value", message, hint=suggest(name[:30], _VERSIONS))
 
@@ -194,21 +201,21 @@ def _release(text: str) -> GameVersion:
 _VERSIONS = {release.name: release for release in map(_release, _RELEASES.split(","))}
 
 
-# What older versions of the game had of a build's blocks: names, properties, or nothing at all.
+# Conversion to older versions of the game: block names, properties, and missing blocks.
 
 
-# The first version that has the newer of two names in `block_names`.
+# The first version with the newer of two names in `RENAMES`.
 _RENAMED_IN = {
     "oak_sign": "1.14", "oak_wall_sign": "1.14", "dirt_path": "1.17", "short_grass": "1.20.3", "iron_chain": "1.21.9",
 }  # fmt: skip
-_WALLS = {"none": "false", "low": "true", "tall": "true"}  # before 1.16 an arm was there or not
+_WALLS = {"none": "false", "low": "true", "tall": "true"}  # before 1.16 the arms of walls were boolean
 
-Values = Mapping[str, tuple[str, ...]]  # the values of each property
+Values = Mapping[str, tuple[str, ...]]  # the possible values of each property
 
 
 @dataclass(frozen=True, slots=True)
 class Era:
-    """``values`` are the properties that a block had from the release ``since`` on; None where it was none yet."""
+    """The properties of a block from the release ``since`` on; ``values`` is None if the block did not exist."""
 
     since: GameVersion
     values: Values | None
@@ -216,59 +223,61 @@ class Era:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fitted:
-    """A build in the blocks of one version, and those of its blocks that the version does not have."""
+    """A build converted to one version, and the names of blocks that the version lacks."""
 
     build: Build
     missing: tuple[str, ...]
 
 
 def fitted(build: Build, version: GameVersion) -> Fitted:
-    """``build`` as ``version`` knows it: blocks under their names of then, with the properties that they had; air in
-    place of blocks that came later. Blocks of other namespaces stay as they are."""
-    then = [_then(state, version) for state in build.palette[1:]]
-    if all(new == old for new, old in zip(then, build.palette[1:])):
+    """Convert ``build`` to ``version``, with the names and properties of that version.
+
+    Blocks added later become air. Blocks of other namespaces are unchanged.
+    """
+    converted = [_converted(state, version) for state in build.palette[1:]]
+    if all(new == old for new, old in zip(converted, build.palette[1:])):
         return Fitted(build, ())
-    missing = dict.fromkeys(old.name for new, old in zip(then, build.palette[1:]) if new is None)
-    states = (AIR_STATE, *(state or AIR_STATE for state in then))
+    missing = dict.fromkeys(old.name for new, old in zip(converted, build.palette[1:]) if new is None)
+    states = (AIR_STATE, *(state or AIR_STATE for state in converted))
     return Fitted(trimmed(unified(build.origin, build.cells, states)), tuple(missing))
 
 
 def too_new(missing: tuple[str, ...], version: GameVersion) -> Diagnostic | None:
-    """The warning that names the blocks which a version does not have; None where there are none."""
+    """Return the warning that lists blocks missing in a version, None if there are none."""
     if not missing:
         return None
     shown = ", ".join(f"`{name}`" for name in missing[:8]) + (", .." if len(missing) > 8 else "")
-    return Diagnostic("too-new", f"Minecraft {version.name} does not have {shown}; air is written in their place")
+    return Diagnostic("too-new", f"Minecraft {version.name} does not have {shown}; air is written instead")
 
 
-def _then(state: BlockState, version: GameVersion) -> BlockState | None:
-    """The state in ``version``; None where the block was none yet."""
+def _converted(state: BlockState, version: GameVersion) -> BlockState | None:
+    """Return the state in ``version``, None if the block did not exist."""
     name = state.name.removeprefix(NAMESPACE)
     eras = _eras().get(name)
     properties = state.properties
-    if eras is not None:  # else it was always as it is
+    if eras is not None:  # otherwise the block has never changed
         values = next((era.values for era in reversed(eras) if era.since.data_version <= version.data_version), None)
         if values is None:
             return None
-        properties = tuple(_kept(state, values))
+        properties = tuple(_existing_properties(state, values))
     first = _RENAMED_IN.get(name)
     if first is not None and version.is_before(first):
         return BlockState(NAMESPACE + next(old for old, new in RENAMES if new == name), properties)
     return BlockState(state.name, properties)
 
 
-def _kept(state: BlockState, values: Values) -> Iterator[tuple[str, str]]:
-    """The properties that there were, with values that they had."""
+def _existing_properties(state: BlockState, values: Values) -> Iterator[tuple[str, str]]:
+    """Yield the properties and values that existed, converting walls."""
     for name, value in state.properties:
         known = values.get(name, ())
-        then = value if value in known else _WALLS.get(value, value)
-        if then in known:
-            yield name, then
+        converted = value if value in known else _WALLS.get(value, value)
+        if converted in known:
+            yield name, converted
 
 
 @cache
 def _eras() -> Mapping[str, tuple[Era, ...]]:
-    """The eras of every block that was not always as it is, oldest first."""
+    """Return the eras of every block that has changed, oldest first."""
     packed = files("scenelang.backends.minecraft").joinpath("history.tsv.gz").read_bytes()
     lines = (line.split("\t") for line in gzip.decompress(packed).decode("ascii").splitlines())
     return {name: tuple(_era(text) for text in eras) for name, *eras in lines}
@@ -282,32 +291,34 @@ def _era(text: str) -> Era:
     return Era(game_version(release), {name: tuple(values.split("|")) for name, values in pairs})
 
 
-# What a file of a build is made of.
+# Preconditions of files.
 
 
 def with_blocks(build: Build) -> Build:
-    """``build``; raises SceneError("empty-scene") where it holds no block, for which files have no place."""
+    """Return ``build``; raises SceneError("empty-scene") if it contains no blocks, which files cannot represent."""
     if len(build.palette) < 2 or not build.cells.size:
-        raise SceneError("empty-scene", "the scene lays no blocks, so there is nothing to write")
+        raise SceneError("empty-scene", "the scene places no blocks, so there is nothing to write")
     return build
 
 
 def as_written(build: Build, version: GameVersion) -> Build:
-    """``build`` in the blocks of ``version``; raises SceneError("empty-scene") where that has none of them."""
+    """Convert ``build`` to ``version``; raises SceneError("empty-scene") if that has none of its blocks."""
     return with_blocks(fitted(build, version).build)
 
 
-# Litematica's schematics, ``.litematic``: one region whose place keeps the program's origin at the paste origin.
+# Litematica schematics, ``.litematic``: one region, positioned so that the program's origin is the paste origin.
 
 
-_FEWEST_BITS = 2  # of the number of a block
-_FIRST_WITH_6 = "1.18"  # the form of the schematic, which has not changed but for its number
-_MOST_REGIONS = 1000
+_MIN_BITS = 2  # per block index
+_FIRST_WITH_6 = "1.18"  # version 6 of the schematic format, which differs from version 5 only in its number
+_MAX_REGIONS = 1000
 
 
 def write_litematic(build: Build, path: Path, version: GameVersion) -> list[Path]:
-    """Write ``build`` for ``version``, whole or not at all; the path that was written. The schematic is called as the
-    file is. Raises SceneError: "empty-scene", "file"."""
+    """Write ``build`` for ``version`` atomically and return the path; the schematic is named after the file.
+
+    Raises SceneError: "empty-scene", "file".
+    """
     build = as_written(build, version)
     numbers = in_file_order(build)
     size = _tag_of_triple(build.size)
@@ -326,7 +337,7 @@ def write_litematic(build: Build, path: Path, version: GameVersion) -> list[Path
         "RegionCount": 1,
         "TotalBlocks": int(np.count_nonzero(numbers)),
         "TotalVolume": len(numbers),
-        "TimeCreated": Long(0),  # the same build gives the same file
+        "TimeCreated": Long(0),  # makes the output reproducible
         "TimeModified": Long(0),
     }
     root = {
@@ -340,10 +351,10 @@ def write_litematic(build: Build, path: Path, version: GameVersion) -> list[Path
 
 
 def loaded_litematic(root: Mapping[str, Any]) -> LoadedBuild:
-    """What the root compound of a schematic holds, all of its regions in one; raises Damaged."""
+    """Return the build in a schematic's root compound, with all regions merged; raises Damaged."""
     regions = compound(root, "Regions")
-    if len(regions) > _MOST_REGIONS:
-        raise Damaged(f"it has {len(regions):,} regions, and {_MOST_REGIONS:,} may be read")
+    if len(regions) > _MAX_REGIONS:
+        raise Damaged(f"it has {len(regions):,} regions, more than the limit of {_MAX_REGIONS:,}")
     tags = [compound(regions, name) for name in regions]
     build = joined([_region(tag) for tag in tags])
     block_entities = sum(how_many(tag, "TileEntities") for tag in tags)
@@ -351,7 +362,7 @@ def loaded_litematic(root: Mapping[str, Any]) -> LoadedBuild:
 
 
 def _region(tag: Mapping[str, Any]) -> Build:
-    """One region. A negative size reaches from the position down, that cell included."""
+    """Return one region. A negative size extends from the position, inclusive, in the negative direction."""
     position, reach = triple_of_compound(tag, "Position"), triple_of_compound(tag, "Size")
     x, y, z = size = checked_size((abs(reach[0]), abs(reach[1]), abs(reach[2])))
     a, b, c = (at + min(0, n + 1) for at, n in zip(position, reach))
@@ -361,38 +372,36 @@ def _region(tag: Mapping[str, Any]) -> Build:
 
 
 def _bits(count: int) -> int:
-    """The bits that the numbers of ``count`` states take."""
-    return max(_FEWEST_BITS, (count - 1).bit_length())
+    """Return the number of bits per index for ``count`` states."""
+    return max(_MIN_BITS, (count - 1).bit_length())
 
 
 def _tag_of_triple(numbers: Triple) -> dict[str, Any]:
     return dict(zip("xyz", numbers))
 
 
-# Sponge schematics, ``.schem``: what WorldEdit and its kin paste.
-#
-# The program's origin is the paste origin: the block of the cell c comes to stand at the player's place + c. Versions
-# of
-# the game from 1.20.3 on get version 3 of the format; older ones version 2, since their WorldEdit reads no newer one.
+# Sponge schematics, ``.schem``: the format of WorldEdit and others. The program's origin is the paste origin: the block
+# of cell c is pasted at the player's position + c. For versions of the game from 1.20.3 on the format version is 3, for
+# older ones 2, because their WorldEdit cannot read version 3.
 
 
 _FIRST_WITH_3 = "1.20.3"
-_LONGEST_SIDE = 0xFFFF  # cells along an axis: lengths are unsigned shorts
+_MAX_SIDE = 0xFFFF  # cells along an axis: lengths are unsigned shorts
 _SIDES = ("Width", "Height", "Length")
 _OFFSETS = ("WEOffsetX", "WEOffsetY", "WEOffsetZ")
-_MOST_STATES = 1 << 20
+_MAX_STATES = 1 << 20
 
 
 def write_schematic(build: Build, path: Path, version: GameVersion) -> list[Path]:
-    """Write ``build`` for ``version``, whole or not at all; the path that was written.
+    """Write ``build`` for ``version`` atomically and return the path.
 
     Raises SceneError: "empty-scene", "unsupported" for more than 65,535 cells along an axis, "file".
     """
     build = as_written(build, version)
-    if max(build.size) > _LONGEST_SIDE:
+    if max(build.size) > _MAX_SIDE:
         raise SceneError(
             "unsupported",
-            f"a schematic holds {_LONGEST_SIDE:,} cells along each axis; {max(build.size):,} are too many",
+            f"a schematic can have at most {_MAX_SIDE:,} cells along each axis, not {max(build.size):,}",
         )
     head = {
         "DataVersion": version.data_version,
@@ -412,13 +421,13 @@ def write_schematic(build: Build, path: Path, version: GameVersion) -> list[Path
 
 
 def loaded_schematic(root: Mapping[str, Any]) -> LoadedBuild:
-    """What the root compound of a schematic of version 1, 2 or 3 holds; raises Damaged."""
+    """Return the build in the root compound of a schematic of version 1, 2 or 3; raises Damaged."""
     tag = compound(root, "Schematic") if "Schematic" in root else root
     version = whole(tag, "Version")
     if version not in (1, 2, 3):
-        raise Damaged(f"it is a schematic of version {version}, and this program reads 1 to 3")
+        raise Damaged(f"unsupported schematic version {version}, expected 1 to 3")
     blocks, data = (compound(tag, "Blocks"), "Data") if version == 3 else (tag, "BlockData")
-    x, y, z = (whole(tag, name) & _LONGEST_SIDE for name in _SIDES)
+    x, y, z = (whole(tag, name) & _MAX_SIDE for name in _SIDES)
     size = checked_size((x, y, z))
     numbers = from_varints(array(blocks, data, 8).view(np.uint8), x * y * z)
     build = build_of(_origin(tag, version), size, numbers, _schematic_palette(compound(blocks, "Palette")))
@@ -427,8 +436,11 @@ def loaded_schematic(root: Mapping[str, Any]) -> LoadedBuild:
 
 
 def _origin(tag: Mapping[str, Any], version: int) -> Triple:
-    """Where the first cell stands from the paste origin. WorldEdit keeps that beside ``Offset`` before version 3, and
-    writes where in the world it was taken from as ``Offset``."""
+    """Return the position of the first cell relative to the paste origin.
+
+    Before version 3 WorldEdit stores it in the metadata; ``Offset`` is then the position in the world it was copied
+    from.
+    """
     metadata = tag.get("Metadata")
     if version < 3 and isinstance(metadata, dict) and all(name in metadata for name in _OFFSETS):
         x, y, z = (whole(metadata, name) for name in _OFFSETS)
@@ -437,32 +449,27 @@ def _origin(tag: Mapping[str, Any], version: int) -> Triple:
 
 
 def _schematic_palette(tag: Mapping[str, Any]) -> list[Any]:
-    """The states by their numbers; numbers that are missing stand for air."""
+    """Return the states by index; missing indices are air."""
     numbers = [whole(tag, text) for text in tag]
-    if any(not 0 <= number < _MOST_STATES for number in numbers):
-        raise Damaged("a number in its palette is none")
+    if any(not 0 <= number < _MAX_STATES for number in numbers):
+        raise Damaged("an index in its palette is out of range")
     states = [AIR_STATE] * (max(numbers, default=-1) + 1)
     for text, number in zip(tag, numbers):
         states[number] = state_of_text(text)
     return states
 
 
-# The game's own structures, ``.nbt``: what structure blocks and ``/place template`` load.
-#
-# The game saves no structure larger than 48 cells along an axis. A larger build becomes several files beside one
-# another, ``house-0-0-0.nbt``, ``house-48-0-0.nbt`` and so on: the numbers are how far, in cells along x, y and z, the
-# piece stands from the lowest corner of the build, so each is loaded with these numbers as its relative position. A
-# cell
-# without a block is not in the file, and keeps what stands there. The game knows no paste origin but the lowest
-# corner;
-# where the program's origin is stands in a field of our own that it skips, so that reading a file gives its blocks
-# their
-# places.
+# The game's structures, ``.nbt``, loaded by structure blocks and ``/place template``. The game saves structures of at
+# most 48 cells along an axis. A larger build becomes several files, ``house-0-0-0.nbt``, ``house-48-0-0.nbt`` and so
+# on: the numbers are the offset of the piece, in cells along x, y and z, from the lowest corner of the build, to be
+# used as the relative position when loading. Cells without a block are not in the file and do not change the world. The
+# game's only paste origin is the lowest corner; the program's origin is stored in an additional field, which the game
+# ignores, so that reading a file restores the positions of its blocks.
 
 
-LARGEST = 48  # cells of a structure along each axis
+LARGEST = 48  # maximum cells of a structure along each axis
 _ORIGIN = "ScenelangOrigin"
-# One entry of the list of blocks: the tags before its numbers as they stand in the file.
+# Layout of an entry of the list of blocks, including the tag headers.
 _BLOCK = np.dtype([
     ("before_pos", "S11"), ("pos", ">i4", 3), ("before_state", "S8"), ("state", ">i4"), ("end", "u1"),
 ])  # fmt: skip
@@ -471,8 +478,10 @@ _BEFORE_STATE = b"\x03\x00\x05state"
 
 
 def write_structure(build: Build, path: Path, version: GameVersion) -> list[Path]:
-    """Write ``build`` for ``version``, whole or not at all; the paths that were written, ``path`` alone where one
-    piece is enough. Raises SceneError: "empty-scene", "file"."""
+    """Write ``build`` for ``version`` atomically and return the paths; only ``path`` if one piece is enough.
+
+    Raises SceneError: "empty-scene", "file".
+    """
     build = as_written(build, version)
     pieces = list(_pieces(build))
     is_one = max(build.size) <= LARGEST
@@ -484,7 +493,7 @@ def write_structure(build: Build, path: Path, version: GameVersion) -> list[Path
 
 
 def _pieces(build: Build) -> Iterator[tuple[Triple, Build]]:
-    """The parts of at most LARGEST cells along each axis that hold blocks, with where they begin in the build."""
+    """Yield the non-empty pieces of at most LARGEST cells along each axis, with their offsets in the build."""
     for x, y, z in product(*(range(0, n, LARGEST) for n in build.size)):
         cells = build.cells[x : x + LARGEST, y : y + LARGEST, z : z + LARGEST]
         if cells.any():
@@ -508,7 +517,7 @@ def _root(piece: Build, version: GameVersion) -> dict[str, Any]:
 
 
 def loaded_structure(root: Mapping[str, Any]) -> LoadedBuild:
-    """What the root compound of a structure holds, the first of several palettes; raises Damaged."""
+    """Return the build in the root compound of a structure, using the first of several palettes; raises Damaged."""
     size = checked_size(triple_of_array(root, "size"))
     states = _palette(root)
     cells = np.zeros(size, np.uint32)
@@ -530,40 +539,37 @@ def _palette(root: Mapping[str, Any]) -> list[BlockState]:
 
 
 def _blocks(blocks: list[Any], size: Triple, states: int) -> tuple[Any, Any]:
-    """The cells (N, 3) of blocks and the numbers (N,) of their states; raises Damaged where either is none."""
+    """Return the cells (N, 3) of blocks and their state indices (N,); raises Damaged for invalid ones."""
     if not all(isinstance(block, dict) for block in blocks):
-        raise Damaged("an entry of `blocks` is no compound")
+        raise Damaged("an entry of `blocks` is not a compound")
     at = np.array([triple_of_array(block, "pos") for block in blocks], np.int64).reshape(-1, 3)
     number = np.array([whole(block, "state") for block in blocks], np.int64)
     if len(at) and ((at < 0) | (at >= size)).any():
-        raise Damaged("a block stands outside its box")
+        raise Damaged("the position of a block is outside the structure")
     if len(at) and not 0 <= int(number.min()) <= int(number.max()) < states:
-        raise Damaged(f"a block has a number that is not among the {states:,} of its palette")
+        raise Damaged(f"a block index is out of range (palette size {states:,})")
     return at, number
 
 
-# Data packs, ``.zip``, and single functions, ``.mcfunction``: the build as commands that the game runs.
-#
-# A pack called ``house.zip`` goes into the folder ``datapacks`` of a world; ``/function house:build`` then lays the
-# build around the player, the program's origin in the player's own cell. The game runs at most 65,536 commands for
-# one,
-# those of called functions counted in, so a larger build is laid part by part, each in a tick of its own; a marker
-# keeps
-# the place, since functions that are scheduled know of none.
+# Data packs, ``.zip``, and single functions, ``.mcfunction``: the build as game commands. A pack ``house.zip`` is put
+# into a world's ``datapacks`` folder; ``/function house:build`` then places the build around the player, with the
+# program's origin in the player's cell. The game runs at most 65,536 commands per function call, including called
+# functions, so a larger build is placed in parts, one per tick; a marker stores the position, which scheduled functions
+# do not have.
 
 
-# A build as the game's commands, places relative to where they run.
+# A build as game commands with positions relative to where they run.
 
 
-MOST_FILLED = 32_768  # cells of one `fill`
+MAX_FILL = 32_768  # maximum cells of one `fill`
 _FIRST_STRICT = "1.21.5"
 
 
 def place_commands(build: Build, version: GameVersion) -> Iterator[str]:
-    """Commands that lay ``build``, which is in the blocks of ``version``, and whose cell c they put at ``~c``.
+    """Yield commands that place ``build``, already converted to ``version``, with cell c at ``~c``.
 
-    Whole cubes come first, and each kind from the ground up, so that torches find the wall that they hang on. From
-    1.21.5 on they are ``strict``: the game leaves the states as they are written.
+    Full cubes come first, each kind from the ground up, so that torches find the wall they are attached to. From 1.21.5
+    on commands are ``strict``: the game does not update block states.
     """
     cuboids = merged(build.cells)
     states = [str(state) for state in build.palette]
@@ -580,17 +586,17 @@ def place_commands(build: Build, version: GameVersion) -> Iterator[str]:
 
 
 def _is_late(build: Build) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """For each number of the palette: whether it is laid after the whole cubes."""
+    """Return the mask of palette entries that are placed after the full cubes."""
     blocks = load_table().blocks
     kinds = [blocks.get(state.name) for state in build.palette]
     return np.array([kind is None or kind.shape != "cube" for kind in kinds])
 
 
 def _cuts(low: Triple, size: Triple) -> Iterator[tuple[Triple, Triple]]:
-    """The first and the last cell of pieces of a cuboid that one ``fill`` may fill."""
-    width = min(size[0], MOST_FILLED)
-    depth = min(size[2], MOST_FILLED // width)
-    height = min(size[1], MOST_FILLED // (width * depth))
+    """Yield the first and last cells of pieces of a cuboid that fit one ``fill``."""
+    width = min(size[0], MAX_FILL)
+    depth = min(size[2], MAX_FILL // width)
+    height = min(size[1], MAX_FILL // (width * depth))
     most = (width, height, depth)
     for corner in product(*(range(0, n, step) for n, step in zip(size, most))):
         x, y, z = (a + b for a, b in zip(low, corner))
@@ -603,15 +609,15 @@ def _place(cell: Triple) -> str:
     return f"~{x} ~{y} ~{z}"
 
 
-MOST_COMMANDS = 60_000  # of a function, some way below what the game allows
+MAX_COMMANDS = 60_000  # of a function, below the game's limit
 _FIRST_TO_SCHEDULE = "1.14"
 _FIRST_WITH_MARKERS = "1.17"
-_FIRST_SINGULAR = "1.21"  # its folder is `function`, and was `functions` before
-_DATE = (1980, 1, 1, 0, 0, 0)  # the same build gives the same file
+_FIRST_SINGULAR = "1.21"  # its folder is `function`, formerly `functions`
+_DATE = (1980, 1, 1, 0, 0, 0)  # makes the output reproducible
 
 
 def write_datapack(build: Build, path: Path, version: GameVersion) -> list[Path]:
-    """Write ``build`` as a data pack for ``version``, whole or not at all; the path that was written.
+    """Write ``build`` as a data pack for ``version`` atomically and return the path.
 
     Raises SceneError: "empty-scene", "unsupported" for too many commands before 1.14, "file".
     """
@@ -619,33 +625,36 @@ def write_datapack(build: Build, path: Path, version: GameVersion) -> list[Path]
     lines = list(place_commands(as_written(build, version), version))
     folder = f"data/{name}/{'functions' if version.is_before(_FIRST_SINGULAR) else 'function'}"
     with written_whole(path) as temporary, zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED) as pack:
-        _add_text(pack, "pack.mcmeta", json.dumps({"pack": _about(name, version)}, indent=2))
+        _add_text(pack, "pack.mcmeta", json.dumps({"pack": _metadata(name, version)}, indent=2))
         for function, body in _functions(name, lines, version):
             _add_text(pack, f"{folder}/{function}.mcfunction", "\n".join([*body, ""]))
     return [path]
 
 
 def write_function(build: Build, path: Path, version: GameVersion) -> list[Path]:
-    """Write ``build`` as one function for ``version``, whole or not at all; the path that was written.
+    """Write ``build`` as one function for ``version`` atomically and return the path.
 
-    Raises SceneError: "empty-scene", "unsupported" for more than MOST_COMMANDS commands, "file".
+    Raises SceneError: "empty-scene", "unsupported" for more than MAX_COMMANDS commands, "file".
     """
     lines = list(place_commands(as_written(build, version), version))
-    if len(lines) > MOST_COMMANDS:
-        message = f"the build takes {len(lines):,} commands, and one function runs {MOST_COMMANDS:,}"
-        raise SceneError("unsupported", message, hint="write a data pack, `.zip`, which lays it part by part")
+    if len(lines) > MAX_COMMANDS:
+        message = f"the build requires {len(lines):,} commands, more than the limit of {MAX_COMMANDS:,} per function"
+        raise SceneError("unsupported", message, hint="write a data pack, `.zip`, which places it in parts")
     write_text(path, "\n".join([*lines, ""]))
     return [path]
 
 
 def _namespace(path: Path) -> str:
-    """The file's name in the letters that names of functions may have."""
+    """Return the file's name reduced to characters allowed in function names."""
     return re.sub(r"[^a-z0-9_.-]+", "_", path.stem.lower()).strip("_") or "scene"
 
 
-def _about(name: str, version: GameVersion) -> dict[str, object]:
-    """What ``pack.mcmeta`` says. Since 1.21.9 the game wants the first and the last format that fit, each with its
-    minor number (https://minecraft.wiki/w/Pack.mcmeta)."""
+def _metadata(name: str, version: GameVersion) -> dict[str, object]:
+    """Return the content of ``pack.mcmeta``.
+
+    Since 1.21.9 it contains the first and last supported format with minor numbers
+    (https://minecraft.wiki/w/Pack.mcmeta).
+    """
     major, minor = version.pack_format
     described = {"description": f"{name}: /function {name}:build"}
     if minor is None:
@@ -654,27 +663,26 @@ def _about(name: str, version: GameVersion) -> dict[str, object]:
 
 
 def _functions(name: str, lines: Sequence[str], version: GameVersion) -> Iterator[tuple[str, list[str]]]:
-    """The functions of the pack and their commands, ``build`` first."""
-    if len(lines) <= MOST_COMMANDS:
+    """Yield the names of the pack's functions and their commands, ``build`` first."""
+    if len(lines) <= MAX_COMMANDS:
         yield "build", list(lines)
         return
     if version.is_before(_FIRST_TO_SCHEDULE):
-        message = (
-            f"the build takes {len(lines):,} commands, and Minecraft {version.name} runs {MOST_COMMANDS:,} of a pack"
-        )
-        raise SceneError("unsupported", message, hint="write a `.schem` or `.nbt`, or choose version 1.14 or later")
+        limit = f"the limit of {MAX_COMMANDS:,} in Minecraft {version.name}"
+        message = f"the build requires {len(lines):,} commands, more than {limit}"
+        raise SceneError("unsupported", message, hint="write a `.schem` or `.nbt`, or use version 1.14 or later")
     marker = f"@e[tag=scenelang.{name},limit=1]"
     forget = f"kill @e[tag=scenelang.{name}]"
     yield "build", [forget, f"summon {_marker(name, version)}", f"schedule function {name}:step/1 1t"]
-    starts = range(0, len(lines), MOST_COMMANDS)
+    starts = range(0, len(lines), MAX_COMMANDS)
     for part, start in enumerate(starts, 1):
-        then = f"schedule function {name}:step/{part + 1} 1t" if part < len(starts) else forget
-        yield f"step/{part}", [f"execute at {marker} run function {name}:part/{part}", then]
-        yield f"part/{part}", list(lines[start : start + MOST_COMMANDS])
+        following = f"schedule function {name}:step/{part + 1} 1t" if part < len(starts) else forget
+        yield f"step/{part}", [f"execute at {marker} run function {name}:part/{part}", following]
+        yield f"part/{part}", list(lines[start : start + MAX_COMMANDS])
 
 
 def _marker(name: str, version: GameVersion) -> str:
-    """What is summoned where ``build`` runs, without body or look."""
+    """Return an invisible entity to summon where ``build`` runs."""
     if version.is_before(_FIRST_WITH_MARKERS):
         return f'minecraft:armor_stand ~ ~ ~ {{Tags:["scenelang.{name}"],Marker:1b,Invisible:1b,NoGravity:1b}}'
     return f'minecraft:marker ~ ~ ~ {{Tags:["scenelang.{name}"]}}'

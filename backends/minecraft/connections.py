@@ -1,4 +1,4 @@
-"""What blocks take from their neighbours: arms of fences, panes and walls, corners of stairs, as the game's rules say.
+"""Block states that depend on neighbours: arms of fences, panes and walls, corners of stairs, by the game's rules.
 
 North is -z, east +x, south +z, west -x.
 """
@@ -22,42 +22,45 @@ IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
 
 STEPS = {"north": (0, 0, -1), "east": (1, 0, 0), "south": (0, 0, 1), "west": (-1, 0, 0), "up": (0, 1, 0)}
-CONNECTED = ("fence", "pane", "wall", "stairs")  # the shapes whose states are worked out here
+CONNECTED = ("fence", "pane", "wall", "stairs")  # shapes whose states depend on neighbours
 _CORNERS = ("straight", "outer_left", "outer_right", "inner_left", "inner_right")
 _HEIGHTS = ("none", "low", "tall")
 _BOOLEANS = ("false", "true")
 
-# Whole cubes that nothing connects to.
-_LONELY = ("_leaves", "shulker_box", "pumpkin", "jack_o_lantern", "melon", "barrier")
-# What stands on a wall and raises its post.
+# Full cubes to which nothing connects.
+_UNCONNECTED = ("_leaves", "shulker_box", "pumpkin", "jack_o_lantern", "melon", "barrier")
+# Blocks that raise the post of a wall below them.
 _POSTS = (
     "torch", "_sign", "_banner", "pressure_plate", "cactus_flower", "tripwire", "lantern", "candle", "chain",
     "_head", "skull",
 )  # fmt: skip
 
-Choices = Mapping[str, tuple[IntArray, tuple[str, ...]]]  # of each property: the place of its value in the values
+# for each property: indices into its possible values, and these values
+Choices = Mapping[str, tuple[IntArray, tuple[str, ...]]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Traits:
-    """What the rules ask about a block, one entry for each number of the palette. ``facing`` is a place in SIDES or
-    -1; ``top`` is the upper half."""
+    """Properties of blocks used by the rules, one entry per palette index.
+
+    ``facing`` is an index into SIDES or -1; ``top`` marks the upper half.
+    """
 
     shape: npt.NDArray[np.str_]
     facing: IntArray
     top: BoolArray
-    solid: BoolArray  # all of its sides carry others
-    roof: BoolArray  # its underside covers what is below
-    nether: BoolArray  # a fence that wooden ones do not connect to
+    solid: BoolArray  # full faces on all sides
+    roof: BoolArray  # underside covers the block below
+    nether: BoolArray  # nether fences, to which wooden ones do not connect
     post: BoolArray
 
     @staticmethod
     def of(palette: Sequence[BlockState], kinds: Sequence[BlockKind]) -> Traits:
-        """The traits of states with all of their properties."""
+        """Return the traits of complete states."""
         rows = [dict(state.properties) for state in palette]
         shapes = [kind.shape for kind in kinds]
         double = np.array([row.get("type") == "double" for row in rows], np.bool_)
-        solid = np.array([s == "cube" and not k.name.endswith(_LONELY) for s, k in zip(shapes, kinds)], np.bool_)
+        solid = np.array([s == "cube" and not k.name.endswith(_UNCONNECTED) for s, k in zip(shapes, kinds)], np.bool_)
         top = np.array([row.get("half") == "top" or row.get("type") == "top" for row in rows], np.bool_)
         shape = np.array(shapes)
         cube = shape == "cube"
@@ -75,13 +78,13 @@ class Traits:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Surroundings:
-    """Some cells of a grid ``at`` (3, N), and what stands beside them."""
+    """Selected cells of a grid, ``at`` (3, N), with access to their neighbours."""
 
     cells: Cells
     at: IntArray
 
     def beside(self, step: tuple[int, int, int]) -> IntArray:
-        """The numbers (N,) of what stands one ``step`` on; air outside of the grid."""
+        """Return the indices (N,) of the neighbours at offset ``step``; air outside the grid."""
         there = self.at + np.array(step, np.int64)[:, None]
         inside = ((there >= 0) & (there < np.array(self.cells.shape, np.int64)[:, None])).all(axis=0)
         found = np.zeros(self.at.shape[1], np.int64)
@@ -90,12 +93,13 @@ class Surroundings:
         return found
 
     def where(self, mask: BoolArray) -> Surroundings:
-        """Those of the cells that the mask (N,) selects."""
+        """Return the cells selected by the mask (N,)."""
         return Surroundings(self.cells, self.at[:, mask])
 
 
 def connected(shape: str, around: Surroundings, traits: Traits) -> Choices:
-    """What the neighbours make of all blocks of one of the CONNECTED shapes, whose cells ``around`` has."""
+    """Return the neighbour-dependent properties of all blocks of one of the CONNECTED shapes in the cells
+    ``around``."""
     return _RULES[shape](around, traits)
 
 
@@ -103,15 +107,14 @@ def connected(shape: str, around: Surroundings, traits: Traits) -> Choices:
 
 
 def _carries(other: IntArray, side: int, traits: Traits) -> BoolArray:
-    """Whether the blocks ``other``, which stand at ``side``, offer a whole face: cubes, double slabs, backs of
-    stairs."""
+    """Whether the blocks ``other``, located at ``side``, offer a full face: cubes, double slabs, backs of stairs."""
     back = (traits.shape[other] == "stairs") & (traits.facing[other] == (side + 2) % 4)
     whole: BoolArray = traits.solid[other] | back
     return whole
 
 
 def _gate_across(other: IntArray, side: int, traits: Traits) -> BoolArray:
-    """Whether the blocks are gates that end at this side: one opens across the line of its fence."""
+    """Whether the blocks are gates whose ends point to this side; a gate opens perpendicular to its fence line."""
     across: BoolArray = (traits.shape[other] == "gate") & (traits.facing[other] % 2 != side % 2)
     return across
 
@@ -137,7 +140,7 @@ def _panes(around: Surroundings, traits: Traits) -> Choices:
 
 
 def _wall_arms(around: Surroundings, traits: Traits) -> BoolArray:
-    """Which sides of the walls have an arm (4, N)."""
+    """Return the mask (4, N) of sides on which the walls have an arm."""
     arms = []
     for side, name in enumerate(SIDES):
         other = around.beside(STEPS[name])
@@ -147,8 +150,11 @@ def _wall_arms(around: Surroundings, traits: Traits) -> BoolArray:
 
 
 def _walls(around: Surroundings, traits: Traits) -> Choices:
-    """Arms are tall under a roof or under the arm of another wall; a post stands where the arms make no line, and
-    under whatever needs one. Posts are found from the top down, since one carries the other."""
+    """Return the states of walls.
+
+    Arms are tall below a roof or below the arm of another wall; a post is needed where the arms are not a straight
+    line, and below some blocks. Walls are processed from the top down because a post also requires one below.
+    """
     arms = _wall_arms(around, traits)
     above = around.beside(STEPS["up"])
     is_wall = traits.shape[above] == "wall"
@@ -168,7 +174,7 @@ def _walls(around: Surroundings, traits: Traits) -> Choices:
 
 
 def _carry_posts(around: Surroundings, post: BoolArray, waits: BoolArray) -> None:
-    """Set ``post`` where the wall above, of which ``waits`` says that it decides, has one."""
+    """Set ``post`` below walls with a post, where ``waits`` marks that this decides."""
     x, y, z = around.at
     standing = np.zeros((around.cells.shape[0], around.cells.shape[2]), np.bool_)
     for level in np.unique(y)[::-1].tolist():
@@ -182,19 +188,23 @@ def _carry_posts(around: Surroundings, post: BoolArray, waits: BoolArray) -> Non
 
 
 def _stairs(around: Surroundings, traits: Traits) -> Choices:
-    """Where the stairs before or behind turn, a corner, unless the row of stairs goes on at that side."""
+    """Return the corners of stairs.
+
+    Stairs turn if the stairs in front or behind are perpendicular, unless the row of stairs continues on that side.
+    """
     own = around.beside((0, 0, 0))
     facing = traits.facing[own]
     beside = np.array([around.beside(STEPS[name]) for name in SIDES])
     rows = np.arange(len(own))
     corner = np.zeros(len(own), np.int64)
-    for there, goes_on, kind in ((2, 0, 3), (0, 2, 1)):  # an outer corner, in front, wins over an inner one, behind
+    # an outer corner, in front, takes precedence over an inner one, behind
+    for there, continues, kind in ((2, 0, 3), (0, 2, 1)):
         other = beside[(facing + there) % 4, rows]
-        turn = traits.facing[other]
-        bends = _same_half(own, other, traits) & (turn % 2 != facing % 2)
-        beyond = beside[(turn + goes_on) % 4, rows]
+        other_facing = traits.facing[other]
+        bends = _same_half(own, other, traits) & (other_facing % 2 != facing % 2)
+        beyond = beside[(other_facing + continues) % 4, rows]
         straight = _same_half(own, beyond, traits) & (traits.facing[beyond] == facing)
-        left = turn == (facing + 3) % 4
+        left = other_facing == (facing + 3) % 4
         corner = np.where(bends & ~straight, np.where(left, kind, kind + 1), corner)
     return {"shape": (corner, _CORNERS)}
 
@@ -209,17 +219,20 @@ _RULES: Mapping[str, Callable[[Surroundings, Traits], Choices]] = {
 }  # fmt: skip
 
 
-# From the block that a program asks for to a state that the game has (the paper, appendix "Minecraft Renderer").
+# Resolution of requested blocks to states of the game (the paper, appendix "Minecraft Renderer").
 
 
-Similar = Callable[[str, Sequence[str]], str | None]  # of the names, that which means most nearly the first text
-_MISSPELT = 0.95  # so alike are a name and its misspelling
-_LONGEST = 100  # letters of a name that are compared
+Similar = Callable[[str, Sequence[str]], str | None]  # returns the name closest in meaning to the first argument
+_MISSPELLING = 0.95  # minimum similarity of a name and its misspelling
+_MAX_NAME = 100  # maximum characters of a name to compare
 
 
 @dataclass(frozen=True, slots=True)
 class Resolved:
-    """A state with all of its block's properties. ``given``: those that the program set; the others are defaults."""
+    """A complete block state.
+
+    ``given`` are the properties set by the program; the others are defaults.
+    """
 
     state: BlockState
     given: frozenset[str] = frozenset()
@@ -233,12 +246,12 @@ def resolve(
     similar: Similar | None = None,
     span: Span | None = None,
 ) -> Resolved:
-    """The state of the block ``block_type``, with or without namespace, whose ``properties`` are as given.
+    """Return the state of the block ``block_type``, with or without namespace, with the given ``properties``.
 
-    A block that the version does not have becomes, without a word, what the game calls it there; else the nearest one,
-    with a warning that names both: an alias, a misspelling, what ``similar`` finds, or the most alike name.
-    Properties of earlier versions become what they are today, without a word; what means nothing to the block is left
-    out, with a warning. Warnings carry ``span``.
+    A block that the version lacks is silently replaced by its current name if it was renamed. Otherwise the nearest
+    block is used, with a warning: an alias, a misspelling, the result of ``similar``, or the most similar name.
+    Properties of earlier versions are converted silently; unknown properties are dropped with a warning. Warnings carry
+    ``span``.
     """
     table = table or load_table()
     name = namespaced(block_type)
@@ -246,18 +259,18 @@ def resolve(
     kind = table.blocks.get(name) or _renamed(name, table)
     if kind is not None:
         found = modern(name, kind, given, table)
-        return _filled(found.kind, found.given, *(_left_out(found.kind, *pair, span) for pair in found.dropped.items()))
-    kind = _nearest(name.partition(":")[2][:_LONGEST], table, similar)
+        return _resolved(
+            found.kind, found.given, *(_ignored_property(found.kind, *pair, span) for pair in found.dropped.items())
+        )
+    kind = _nearest(name.partition(":")[2][:_MAX_NAME], table, similar)
     found = modern(name, kind, given, table)
     dropped = ", ".join(f"{key}={value}" for key, value in given.items() if key in found.dropped)
     without = f", without {dropped}" if dropped else ""
-    message = (
-        f"Minecraft {table.version} has no block `{name[:_LONGEST]}`; `{found.kind.name}` is laid instead{without}"
-    )
-    return _filled(found.kind, found.given, Diagnostic("unknown-block", message, span))
+    message = f"Minecraft {table.version} has no block `{name[:_MAX_NAME]}`; using `{found.kind.name}` instead{without}"
+    return _resolved(found.kind, found.given, Diagnostic("unknown-block", message, span))
 
 
-def _filled(kind: BlockKind, given: Mapping[str, str], *warnings: Diagnostic) -> Resolved:
+def _resolved(kind: BlockKind, given: Mapping[str, str], *warnings: Diagnostic) -> Resolved:
     state = BlockState(kind.name, tuple(sorted({**kind.defaults, **given}.items())))
     return Resolved(state, frozenset(given), warnings)
 
@@ -268,25 +281,25 @@ def _renamed(name: str, table: BlockTable) -> BlockKind | None:
 
 
 def _nearest(name: str, table: BlockTable, similar: Similar | None) -> BlockKind:
-    """The block to lay in place of one that there is not: never one for operators."""
+    """Return the replacement for an unknown block, never an operator-only one."""
     names = [kind.name.removeprefix(NAMESPACE) for kind in table.blocks.values() if not kind.is_for_operators]
     found = alias(name, names)
     if found is None:
         found, likeness = nearest(name, names)
-        if similar is not None and likeness < _MISSPELT:
-            meant = similar(name.replace("_", " "), names)
-            found = meant if meant in names else found
+        if similar is not None and likeness < _MISSPELLING:
+            similar_name = similar(name.replace("_", " "), names)
+            found = similar_name if similar_name in names else found
     return table.blocks[NAMESPACE + found]
 
 
-def _left_out(kind: BlockKind, name: str, value: str, span: Span | None) -> Diagnostic:
-    """The warning for a property that the block does not take."""
+def _ignored_property(kind: BlockKind, name: str, value: str, span: Span | None) -> Diagnostic:
+    """Return the warning for an unknown property or value."""
     if name not in kind.values:
-        have = f"it has {_listed(kind.values)}" if kind.values else "it has none"
-        message = f"the block `{kind.name}` has no property `{name[:_LONGEST]}`, which is left out; {have}"
+        have = f"expected {_listed(kind.values)}" if kind.values else "it has no properties"
+        message = f"the block `{kind.name}` has no property `{name[:_MAX_NAME]}`, which is ignored; {have}"
         return Diagnostic("block-property", message, span, hint=suggest(name, kind.values))
     values = _listed(kind.values[name], "or")
-    message = f"`{name}` of `{kind.name}` is {values}, not `{value[:_LONGEST]}`, which is left out"
+    message = f"`{name}` of `{kind.name}` must be {values}; `{value[:_MAX_NAME]}` is ignored"
     return Diagnostic("block-property", message, span, hint=suggest(value, kind.values[name]))
 
 
@@ -295,38 +308,41 @@ def _listed(names: Sequence[str] | Mapping[str, object], last: str = "and") -> s
     return f" {last} ".join(part for part in (", ".join(shown[:-1]), shown[-1]) if part)
 
 
-# From what a program asks for to block states that the game has, each with all of its properties.
+# Resolution of whole builds to complete block states of the game.
 
 
-_SLAB = 1 << 22  # cells that are looked at together
+_SLAB = 1 << 22  # cells processed per batch
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Settled:
-    """A build of whole block states; what was replaced on the way, one warning for each block, and what lays none."""
+    """A build of complete block states, with one warning for each block that was replaced or ignored."""
 
     build: Build
     warnings: tuple[Diagnostic, ...]
 
 
 def settled(voxels: Voxels, table: BlockTable | None = None, similar: Similar | None = by_meaning) -> Settled:
-    """``voxels`` with states that the version of ``table`` has: unknown blocks replaced (see ``knowledge``), arms and
-    corners from the neighbours where the program does not set them, defaults for the rest."""
+    """Resolve ``voxels`` to complete states of the version of ``table``.
+
+    Unknown blocks are replaced (see ``resolve``), neighbour-dependent properties are computed unless the program sets
+    them, and the others get defaults.
+    """
     table = table or load_table()
-    asked = voxels.build
+    requested = voxels.build
     found = [Resolved(AIR_STATE)] + [
         resolve(state.name, dict(state.properties), table, similar, place)
-        for state, place in zip(asked.palette[1:], voxels.places[1:])
+        for state, place in zip(requested.palette[1:], voxels.places[1:])
     ]
     warnings = {warning.message: warning for each in found for warning in each.warnings}
-    build = unified(asked.origin, *_with_neighbours(asked.cells, found, table))
-    left_out = ignored(voxels)
-    more = (each for each in (left_out, voxels.off_cells) if each is not None)
+    build = unified(requested.origin, *_with_neighbours(requested.cells, found, table))
+    ignored_words = ignored(voxels)
+    more = (each for each in (ignored_words, voxels.off_cells) if each is not None)
     return Settled(build, (*warnings.values(), *more))
 
 
 def _with_neighbours(cells: Cells, found: Sequence[Resolved], table: BlockTable) -> tuple[Cells, list[BlockState]]:
-    """The cells, and the states that their numbers mean, where neighbours have had their say."""
+    """Return the cells with neighbour-dependent states applied, and the states of their indices."""
     states = [each.state for each in found]
     kinds = [table.blocks[state.name] for state in states]
     traits = Traits.of(states, kinds)
@@ -335,7 +351,7 @@ def _with_neighbours(cells: Cells, found: Sequence[Resolved], table: BlockTable)
         numbers = np.flatnonzero(traits.shape == shape)
         if not len(numbers):
             continue
-        around = Surroundings(cells, _standing(cells, numbers, len(states)))
+        around = Surroundings(cells, _cells_with(cells, numbers, len(states)))
         own = around.beside((0, 0, 0))
         choices = connected(shape, around, traits)
         if fresh is cells:
@@ -345,21 +361,21 @@ def _with_neighbours(cells: Cells, found: Sequence[Resolved], table: BlockTable)
     return fresh, states
 
 
-def _standing(cells: Cells, numbers: IntArray, count: int) -> IntArray:
-    """The cells (3, N) in which one of ``numbers`` stands."""
-    wanted = np.zeros(count, np.bool_)
-    wanted[numbers] = True
+def _cells_with(cells: Cells, numbers: IntArray, count: int) -> IntArray:
+    """Return the cells (3, N) that contain one of ``numbers``."""
+    is_selected = np.zeros(count, np.bool_)
+    is_selected[numbers] = True
     slab = max(1, _SLAB // max(1, cells[:1].size))
     parts = []
     for start in range(0, len(cells), slab):
-        at = np.array(np.nonzero(wanted[cells[start : start + slab]]), np.int64)
+        at = np.array(np.nonzero(is_selected[cells[start : start + slab]]), np.int64)
         at[0] += start
         parts.append(at)
     return np.concatenate(parts, axis=1)
 
 
 def _numbered(own: IntArray, choices: Choices, found: Sequence[Resolved], states: list[BlockState]) -> IntArray:
-    """The number of each cell's state, given what its neighbours make of it; new states are added to ``states``."""
+    """Return the index of each cell's state after applying ``choices``; new states are appended to ``states``."""
     code = own.copy()
     for places, values in choices.values():
         code = code * len(values) + places

@@ -1,4 +1,4 @@
-"""Exports of builds: the blocks that a scene lays, or those that its shapes are filled with, as the game's files."""
+"""Export and import of builds: blocks placed by a scene, or voxelised shapes, in the game's file formats."""
 
 from __future__ import annotations
 
@@ -48,27 +48,24 @@ from scenelang.interpreter.scene.entity import Entity, Scene
 from scenelang.interpreter.scene.primitives import block_words
 from scenelang.interpreter.scene.primitives import words as primitive_words
 
-# The JSON of the paper's own renderer of Minecraft scenes, as its published results have it.
-#
-# ``width``, ``height`` and ``depth`` are the cells along x, y and z of the box around all frames. Each of ``frames``
-# is a
-# list of cuboids: ``start`` and ``end`` (the cell after the last one) count from the lowest corner of that box,
-# ``type``
-# is the block, ``properties`` its states, ``fill`` true, ``stack`` the names of the functions that laid it. The
-# reference
-# writes what its programs lay, one upon the other; here the cuboids are those of the finished build, merged, so they
-# do
-# not overlap, and ``stack`` is empty.
+# The JSON format of the paper's renderer of Minecraft scenes, as in its published results. ``width``, ``height`` and
+# ``depth`` are the numbers of cells along x, y and z of the box around all frames. Each of ``frames`` is a list of
+# cuboids: ``start`` and ``end`` (exclusive) are relative to the lowest corner of that box, ``type`` is the block,
+# ``properties`` its states, ``fill`` true, ``stack`` the names of the functions that placed it. The reference
+# implementation writes all placed cuboids, which may overlap; here they are the merged cuboids of the finished build,
+# disjoint, and ``stack`` is empty.
 
 
 def write(build: Build, path: Path, version: GameVersion) -> list[Path]:
-    """Write ``build`` for ``version`` as the only frame, whole or not at all; the path that was written. Raises
-    SceneError: "empty-scene", "file"."""
+    """Write ``build`` for ``version`` as a single frame, atomically, and return the path.
+
+    Raises SceneError: "empty-scene", "file".
+    """
     return write_frames([build], path, version)
 
 
 def write_frames(builds: Sequence[Build], path: Path, version: GameVersion) -> list[Path]:
-    """Write one or more frames as ``write`` writes one; each of them must lay blocks."""
+    """Write one or more frames like ``write``; none may be empty."""
     named = [as_written(build, version) for build in builds]
     low = np.min([build.origin for build in named], axis=0)
     high = np.max([np.add(build.origin, build.size) for build in named], axis=0)
@@ -89,24 +86,22 @@ def _cuboids(build: Build, corner: np.ndarray[Any, Any]) -> Iterator[dict[str, A
         yield {"start": start, "end": end, "fill": True, "type": state.name, "properties": properties, "stack": []}
 
 
-# A build as the text of a program: a word for each block state, which lays merged cuboids.
-#
-# The program gives the same blocks when it is evaluated and voxelised. Properties that the version does not have,
-# which older files may name, are left out; those that neighbours would set are written, so that they stay as they
-# are.
+# A build as program text: a word for each block state, which places merged cuboids. Evaluating and voxelising the
+# program gives the same blocks. Properties that the current version lacks, which older files may contain, are dropped;
+# neighbour-dependent ones are written, so that they are preserved.
 
 
-_FEW = 3  # single blocks that stand among the cuboids
-_LISTED = 1_000  # cuboids; the numbers of more stand in strings, which are read forty times as fast as lists
+_MAX_SINGLE = 3  # maximum number of single blocks to write among the cuboids
+_MAX_LISTED = 1_000  # maximum cuboids to write as lists; strings of numbers are read forty times as fast
 
 Rows = Sequence[Sequence[int]]
 
 _HELPERS = {
-    "rows": """; The numbers of a text in rows of `count`.
+    "rows": """; Parse a string of numbers into rows of `count`.
 (define (rows count text)
   (reshape (array (map string->number (string-split text))) [-1 count]))
 """,
-    "laid": """; Cuboids of one block: the first cell along x, y and z, then how many cells along each.
+    "laid": """; Cuboids of one block: the first cell along x, y and z, then the number of cells along each.
 (define (laid block properties cuboids)
   (for/union (((x y z width height depth) cuboids))
     (transform (call "set-cuboid" :block-type block :block-kwargs properties :scale [width height depth])
@@ -122,12 +117,12 @@ _HELPERS = {
 
 
 def program_text(build: Build, name: str) -> str:
-    """The program whose root is the word ``name`` and lays ``build``; raises SceneError("empty-scene") where there is
-    no block."""
+    """Return a program that places ``build``, with the root word ``name``; raises SceneError("empty-scene") if it is
+    empty."""
     cuboids = merged(with_blocks(build).cells)
     words = _words(build.palette, name)
     rows, ends = _by_number(build, cuboids)
-    written = _listed if len(cuboids) <= _LISTED else _in_a_string
+    written = _listed if len(cuboids) <= _MAX_LISTED else _in_a_string
     shown = zip(words[1:], build.palette[1:], [0, *ends], ends)
     bound = [_bound(word, state, rows[start:end], written) for word, state, start, end in shown]
     calls = " ".join(f"(call {string_text(word)})" for word in words[1:])
@@ -138,8 +133,7 @@ def program_text(build: Build, name: str) -> str:
 
 
 def forgotten(build: Build) -> list[str]:
-    """The states, sorted, of which the program keeps less than they say: blocks or properties that the version does
-    not have."""
+    """Return the states, sorted, that the program reproduces incompletely: unknown blocks or properties."""
     states = build.palette[1:]
     kinds = ((state, _kind(state.name)) for state in states)
     return sorted(
@@ -150,7 +144,7 @@ def forgotten(build: Build) -> list[str]:
 
 
 def _by_number(build: Build, cuboids: Cuboids) -> tuple[list[list[int]], list[int]]:
-    """The cuboids as rows of six numbers, sorted by their block, and where the rows of each block but air end."""
+    """Return the cuboids as rows of six numbers, sorted by block, and the end of each block's rows."""
     order = np.argsort(cuboids.number, kind="stable")
     rows = np.concatenate([cuboids.low + np.array(build.origin), cuboids.size], axis=1)[order]
     ends = np.searchsorted(cuboids.number[order], np.arange(1, len(build.palette)), side="right")
@@ -158,23 +152,25 @@ def _by_number(build: Build, cuboids: Cuboids) -> tuple[list[list[int]], list[in
 
 
 def _head(build: Build, name: str, count: int) -> str:
-    """The comment at the beginning."""
+    """Return the comment at the beginning of the program."""
     size, origin = " x ".join(map(str, build.size)), " ".join(map(str, build.origin))
     shown = " ".join(name.split())
-    return f"; {shown}: Minecraft blocks in a box of {size} cells from {origin} on, as {count:,} cuboids.\n"
+    return (
+        f"; {shown}: Minecraft blocks in a box of {size} cells with the lowest corner {origin}, as {count:,} cuboids.\n"
+    )
 
 
 # --- one block state -------------------------------------------------------------------------------------------------
 
 
 def _bound(word: str, state: BlockState, rows: Rows, written: Callable[[Rows], str]) -> str:
-    """The word of a block state, which lays it in the boxes of ``rows``, ``written`` as the program holds them."""
+    """Return the binding of a block state's word, which places it in ``rows``, serialised with ``written``."""
     single = [row[:3] for row in rows if row[3:] == [1, 1, 1]]
     larger = [row for row in rows if row[3:] != [1, 1, 1]]
-    if larger and len(single) <= _FEW:
+    if larger and len(single) <= _MAX_SINGLE:
         single, larger = [], list(rows)
-    said = [f"({string_text(key)} {string_text(value)})" for key, value in _said(state).items()]
-    block = f"{string_text(state.name.removeprefix(NAMESPACE))} {_quoted(said) if said else 'none'}"
+    message = [f"({string_text(key)} {string_text(value)})" for key, value in _explicit_properties(state).items()]
+    block = f"{string_text(state.name.removeprefix(NAMESPACE))} {_quoted(message) if message else 'none'}"
     parts = (("laid", larger), ("laid-singly", single))
     calls = [f"({function} {block} {written(part)})" for function, part in parts if part]
     body = calls[0] if len(calls) == 1 else f"(union {' '.join(calls)})"
@@ -194,8 +190,8 @@ def _in_a_string(rows: Rows) -> str:
     return f'(rows {len(rows[0])} "\n{lines}")'
 
 
-def _said(state: BlockState) -> Mapping[str, str]:
-    """The properties that have to be said: not what the block has by itself anyway."""
+def _explicit_properties(state: BlockState) -> Mapping[str, str]:
+    """Return the properties that must be written: those that differ from the defaults or depend on neighbours."""
     kind = _kind(state.name)
     given = dict(state.properties)
     if kind is None:
@@ -207,7 +203,7 @@ def _said(state: BlockState) -> Mapping[str, str]:
 
 
 def _kind(name: str) -> BlockKind | None:
-    """What the block is that the game calls ``name`` or called so once."""
+    """Return the block with the current or former name ``name``, None if unknown."""
     blocks = load_table().blocks
     if name in blocks:
         return blocks[name]
@@ -219,7 +215,7 @@ def _kind(name: str) -> BlockKind | None:
 
 
 def _words(palette: Sequence[BlockState], name: str) -> list[str]:
-    """The word of each state of the palette, and in the place of air that of the whole build."""
+    """Return the word of each state of the palette; that of air is the root word."""
     taken = set(primitive_words())
     names = Counter(state.name for state in palette)
     differing = {
@@ -227,55 +223,53 @@ def _words(palette: Sequence[BlockState], name: str) -> list[str]:
         for block, count in names.items()
         if count > 1
     }
-    words = [_untaken(" ".join(name.split()) or "build", taken)]
+    words = [_unique(" ".join(name.split()) or "build", taken)]
     for state in palette[1:]:
         pairs = [pair for pair in state.properties if pair[0] in differing.get(state.name, ())]
         plain = re.sub(r"[_:/]+", " ", state.name.removeprefix(NAMESPACE))
-        words.append(_untaken(" ".join([plain, *(_phrase(key, value) for key, value in pairs)]), taken))
+        words.append(_unique(" ".join([plain, *(_phrase(key, value) for key, value in pairs)]), taken))
     return words
 
 
 def _differing(states: Sequence[BlockState]) -> set[str]:
-    """The properties that tell the states of one block apart."""
+    """Return the properties that distinguish the states of one block."""
     pairs = Counter(pair for state in states for pair in state.properties)
     return {key for (key, _), count in pairs.items() if count < len(states)}
 
 
 def _phrase(key: str, value: str) -> str:
-    """``facing north``, ``not lit``."""
+    """Return a property in words: ``facing north``, ``not lit``."""
     plain = key.replace("_", " ")
     return {"true": plain, "false": f"not {plain}"}.get(value, f"{plain} {value.replace('_', ' ')}")
 
 
-def _untaken(word: str, taken: set[str]) -> str:
-    """``word``, with a number behind it where it is taken; it is taken then."""
+def _unique(word: str, taken: set[str]) -> str:
+    """Return ``word``, with a number appended if necessary to be unique, and record it in ``taken``."""
     free = next(each for each in chain([word], (f"{word} {n}" for n in count(2))) if each not in taken)
     taken.add(free)
     return free
 
 
 VOXELIZE = Option(
-    "voxelize", "fill primitives and meshes with blocks, N of them along the longest side", None, least=1, most=1000
+    "voxelize", "voxelise primitives and meshes into blocks, N along the longest side", None, least=1, most=1000
 )
 PALETTE = Option(
     "palette",
-    "the blocks that --voxelize takes, by colour: families (wool, concrete, terracotta, glass, planks, ..., all) and "
-    "names of blocks, with commas between",
+    "blocks for --voxelize, matched by colour: families (wool, concrete, terracotta, glass, planks, ..., all) and "
+    "block names, separated by commas",
     USUAL,
     check=palette_of,
 )
-VERSION = Option(
-    "mc-version", "the version of Minecraft that the file is for, from 1.13 on", DEFAULT, check=game_version
-)
-MOST_FILES = 10_000
+VERSION = Option("mc-version", "target version of Minecraft, 1.13 or later", DEFAULT, check=game_version)
+MAX_FILES = 10_000
 
 Write = Callable[[Build, Path, GameVersion], list[Path]]
 
 
 def build_of(root: Entity, options: BackendOptions, backend: Backend) -> Build:
-    """The blocks of one frame, in whole states; ``options.warn`` is told of what is replaced or left out.
+    """Return the blocks of one frame, in complete states; ``options.warn`` receives warnings about replacements.
 
-    Raises SceneError: "empty-scene" where nothing is laid, and what ``voxelised``, ``settled`` and ``filled`` raise.
+    Raises SceneError: "empty-scene" if nothing is placed, and those of ``voxelised``, ``settled`` and ``filled``.
     """
     longest = backend.setting(options, "voxelize")
     if longest is not None:
@@ -284,8 +278,8 @@ def build_of(root: Entity, options: BackendOptions, backend: Backend) -> Build:
     if not voxels.build.cells.any():
         raise SceneError(
             "empty-scene",
-            f'the scene "{root.word}" lays no blocks, so there is nothing to export',
-            hint="fill its shapes with blocks: --voxelize 64" if voxels.others else None,
+            f'the scene "{root.word}" places no blocks, so there is nothing to export',
+            hint="voxelise its shapes with --voxelize 64" if voxels.others else None,
         )
     found = settled(voxels)
     for warning in found.warnings:
@@ -299,11 +293,13 @@ def _warn(options: BackendOptions, warning: Diagnostic | None) -> None:
 
 
 def _exported(backend: Backend, write: Write, scene: Scene, path: Path, options: BackendOptions) -> list[Path]:
-    """Write one file, or, for several frames, one each: OUT-001.schem and so on; all of them or none."""
+    """Write one file, or one per frame (OUT-001.schem, ...), atomically."""
     version = _version(backend, options)
     roots = _roots(scene, options.frame)
-    if len(roots) > MOST_FILES:
-        raise LimitError("size", f"there are {len(roots):,} frames, more than the {MOST_FILES:,} files of an export")
+    if len(roots) > MAX_FILES:
+        raise LimitError(
+            "size", f"the scene has {len(roots):,} frames, more than the limit of {MAX_FILES:,} files of an export"
+        )
     digits = max(3, len(str(len(roots))))
     written: list[Path] = []
     with written_together(path.parent) as folder:
@@ -321,7 +317,8 @@ def _version(backend: Backend, options: BackendOptions) -> GameVersion:
 def _builds(
     backend: Backend, roots: Sequence[Entity], options: BackendOptions, version: GameVersion
 ) -> Iterator[Build]:
-    """The build of each frame in the blocks of ``version``; what these lack is told, and how far the work is."""
+    """Yield the build of each frame converted to ``version``, with warnings about missing blocks and progress
+    reports."""
     for number, root in enumerate(roots, start=1):
         found = fitted(build_of(root, options, backend), version)
         _warn(options, too_new(found.missing, version))
@@ -348,7 +345,7 @@ def _write_program(build: Build, path: Path, _: GameVersion) -> list[Path]:
 
 
 def _run_json(scene: Scene, path: Path, options: BackendOptions) -> list[Path]:
-    """One file for all frames."""
+    """Write one file for all frames."""
     version = _version(REFERENCE_JSON, options)
     builds = list(_builds(REFERENCE_JSON, _roots(scene, options.frame), options, version))
     return write_frames(builds, Path(path), version)
@@ -359,11 +356,11 @@ _ACCEPTS = Accepts(words=block_words(), any_word=False, attributes=("block-type"
 SCHEM = _backend("schem", "Minecraft: Sponge schematic, for WorldEdit and others", ".schem", write_schematic)
 LITEMATIC = _backend("litematic", "Minecraft: Litematica schematic", ".litematic", write_litematic)
 STRUCTURE = _backend(
-    "structure", "Minecraft: structure of structure blocks, pieces of 48 cells", ".nbt", write_structure
+    "structure", "Minecraft: structure for structure blocks, in pieces of 48 cells", ".nbt", write_structure
 )
-DATAPACK = _backend("datapack", "Minecraft: data pack whose function lays the build", ".zip", write_datapack)
-MCFUNCTION = _backend("mcfunction", "Minecraft: one function that lays the build", ".mcfunction", write_function)
-BLOCKS = _backend("blocks", "a program of merged cuboids of blocks", ".scene", _write_program)
+DATAPACK = _backend("datapack", "Minecraft: data pack with a function that places the build", ".zip", write_datapack)
+MCFUNCTION = _backend("mcfunction", "Minecraft: single function that places the build", ".mcfunction", write_function)
+BLOCKS = _backend("blocks", "program that places the blocks as merged cuboids", ".scene", _write_program)
 REFERENCE_JSON = Backend(
     "minecraft-json",
     "Minecraft: the JSON of the paper's renderer, all frames in one file",
@@ -375,7 +372,7 @@ REFERENCE_JSON = Backend(
 )
 
 
-# Files of builds read, whatever made them.
+# Import of build files, also from other programs.
 
 
 _READERS: Mapping[str, tuple[str, Callable[[Mapping[str, Any]], LoadedBuild]]] = {
@@ -387,47 +384,47 @@ ENDINGS = tuple(_READERS)
 
 
 def read(path: Path, largest: int = LARGEST) -> LoadedBuild:
-    """The build in a file, by the ending of its name: ``.schem``, ``.litematic`` or ``.nbt``.
+    """Read a build file by its extension: ``.schem``, ``.litematic`` or ``.nbt``.
 
-    Block states are taken as they stand: the version need not have them. Raises SceneError("file") for other endings,
-    for a file that cannot be read, and where it is damaged or larger, or unpacks to more, than ``largest`` bytes.
+    Block states are not validated against the current version. Raises SceneError("file") for other extensions, for
+    files that cannot be read or are damaged, and for more than ``largest`` bytes, compressed or not.
     """
     if path.suffix.lower() not in _READERS:
-        raise SceneError("file", f"`{path.name}` is no file of blocks that can be read; those are {', '.join(ENDINGS)}")
+        raise SceneError("file", f"`{path.name}` is not a supported build file; expected {', '.join(ENDINGS)}")
     name, loaded = _READERS[path.suffix.lower()]
     try:
         return loaded(read_nbt(path, largest))
     except OSError as error:
-        raise SceneError("file", f"`{path}` cannot be read: {error.strerror or error}") from error
+        raise SceneError("file", f"cannot read `{path}`: {error.strerror or error}") from error
     except Damaged as problem:
-        raise SceneError("file", f"`{path}` is no {name} that can be read: {problem}") from problem
+        raise SceneError("file", f"`{path}` is not a valid {name}: {problem}") from problem
 
 
 def imported(path: Path) -> tuple[str, list[Diagnostic]]:
-    """The program of a file of blocks, and warnings of what it does not have. Raises SceneError."""
+    """Convert a build file to a program; returns its text and warnings about dropped contents. Raises SceneError."""
     loaded = read(path)
     if not loaded.build.cells.any():
-        raise SceneError("empty-scene", f"`{path}` holds no blocks")
+        raise SceneError("empty-scene", f"`{path}` contains no blocks")
     found = (_lost(loaded.lost, path), _forgotten(loaded.build, path))
     return program_text(loaded.build, path.stem), [warning for warning in found if warning is not None]
 
 
 def _lost(lost: Lost, path: Path) -> Diagnostic | None:
-    """The warning that says what of a file the program does not have."""
+    """Return the warning about contents of a file that the program does not reproduce."""
     blocks, entities = lost.block_entities, lost.entities
     parts = []
     if blocks:
-        parts.append(f"what {blocks:,} {'block' if blocks == 1 else 'blocks'} held, such as items or text")
+        parts.append(f"the contents of {blocks:,} {'block' if blocks == 1 else 'blocks'}, such as items or text")
     if entities:
         parts.append(f"{entities:,} {'entity' if entities == 1 else 'entities'}, such as animals or item frames")
-    return Diagnostic("lost-contents", f"`{path}` loses {' and '.join(parts)}") if parts else None
+    return Diagnostic("lost-contents", f"importing `{path}` drops {' and '.join(parts)}") if parts else None
 
 
 def _forgotten(build: Build, path: Path) -> Diagnostic | None:
-    """The warning that names the blocks whose states this version does not have."""
+    """Return the warning that lists block states unknown to the current version."""
     found = forgotten(build)
     if not found:
         return None
     shown = ", ".join(f"`{state}`" for state in found[:8]) + (", .." if len(found) > 8 else "")
-    said = f"`{path}` holds states that Minecraft {load_table().version} does not have: {shown}"
-    return Diagnostic("lost-contents", said)
+    message = f"`{path}` contains block states that Minecraft {load_table().version} does not have: {shown}"
+    return Diagnostic("lost-contents", message)

@@ -1,8 +1,8 @@
-"""Writes the tables of Minecraft blocks from npm's `minecraft-data` and `minecraft-assets`: FOLDER VERSION TARGET.
+"""Generate the tables of Minecraft blocks from npm's `minecraft-data` and `minecraft-assets`: FOLDER VERSION TARGET.
 
-Run by hand when a new version of the game is wanted; never by the package. ``FOLDER`` holds ``node_modules``. One line
-for each block, in tabs: name, shape, average colour (sRGB), opacity, light, transparent, hardness, box in sixteenths,
-properties with all their values, the default one marked by a star.
+Run manually for a new version of the game; never imported by the package. ``FOLDER`` contains ``node_modules``. The
+table has one line per block, tab-separated: name, shape, average colour (sRGB), opacity, light, transparent, hardness,
+box in sixteenths, properties with all their values, defaults marked by a star.
 """
 
 from __future__ import annotations
@@ -20,20 +20,20 @@ import numpy as np
 
 from scenelang.backends.minecraft.table import RENAMES, variants
 
-# The average colour of a block's faces, from the game's models and textures; only ``extract`` uses it.
+# The average colour of a block's faces, from the game's models and textures.
 
 
-# What the game tints grey textures with, in a temperate plain (sRGB).
+# Tints of grey textures, in a temperate plains biome (sRGB).
 _GRASS, _LEAVES, _WATER = (0x91, 0xBD, 0x59), (0x77, 0xAB, 0x2F), (0x3F, 0x76, 0xE4)
 _TINTS = {
     "birch_leaves": (0x80, 0xA7, 0x55), "spruce_leaves": (0x61, 0x99, 0x61), "lily_pad": (0x20, 0x80, 0x30),
     "redstone_wire": (0x4B, 0x00, 0x00), "water": _WATER, "bubble_column": _WATER, "water_cauldron": _WATER,
     "vine": _LEAVES, "attached_melon_stem": (0xE0, 0xC7, 0x1C), "attached_pumpkin_stem": (0xE0, 0xC7, 0x1C),
 }  # fmt: skip
-_ITS_WOOL = ("_bed", "_wall_banner", "_banner")  # drawn by the game itself: their models hold no faces
-# Earth with something on it, of which one sees the top.
+_WOOL_ENDINGS = ("_bed", "_wall_banner", "_banner")  # rendered by code in the game: their models have no faces
+# Earth with a cover: only the top is representative.
 _COVERED = ("grass_block", "mycelium", "podzol", "dirt_path", "farmland", "crimson_nylium", "warped_nylium")
-_DRAWN = {"water": "water_still", "bubble_column": "water_still", "lava": "lava_still"}
+_FLUID_TEXTURES = {"water": "water_still", "bubble_column": "water_still", "lava": "lava_still"}
 
 
 class Textures:
@@ -45,9 +45,9 @@ class Textures:
         self._states = json.loads((folder / "blocks_states.json").read_text("utf-8"))
 
     def look(self, name: str, properties: Mapping[str, str]) -> tuple[str, float]:
-        """The average colour as six hexadecimal digits, empty where nothing is drawn, and the mean alpha of what is
+        """Return the average colour as hexadecimal digits, empty for invisible blocks, and the mean alpha if
         translucent, else 1."""
-        for ending in _ITS_WOOL:
+        for ending in _WOOL_ENDINGS:
             wool = name.removesuffix(ending) + "_wool"
             if name.endswith(ending) and wool in self._states:
                 return self.look(wool, {})
@@ -68,15 +68,15 @@ class Textures:
         return "".join(f"{n:02x}" for n in color), float(np.mean(alphas))
 
     def is_cross(self, name: str) -> bool:
-        """True where every model is two crossed planes, or a field's crop."""
+        """Whether every model consists of two crossed planes or is a crop."""
         models = list(self._chosen(name, {}, every=True))
         parents = [parent for model in models for parent in self._line(model)]
         return any(parent.endswith(("cross", "crop", "tinted_cross", "stem_fruit")) for parent in parents)
 
     def _faces(self, name: str, properties: Mapping[str, str]) -> Iterator[tuple[str, bool]]:
-        """The texture of every face, and whether it is tinted; the particles' texture where there are no faces."""
-        if name in _DRAWN:
-            yield _DRAWN[name], name != "lava"
+        """Yield the texture of every face and whether it is tinted; the particle texture if there are no faces."""
+        if name in _FLUID_TEXTURES:
+            yield _FLUID_TEXTURES[name], name != "lava"
             return
         particles: list[str] = []
         found = False
@@ -101,18 +101,18 @@ class Textures:
             yield from ((file, False) for file in particles[:1])
 
     def _chosen(self, name: str, properties: Mapping[str, str], every: bool = False) -> Iterator[str]:
-        """The models of a state; of all states where ``every``."""
+        """Yield the models of a state; of all states with ``every``."""
         for variant in variants(self._states.get(name, {}), properties, every):
             yield _plain(variant["model"])
 
     def _line(self, model: str) -> Iterator[str]:
-        """A model and its ancestors."""
+        """Yield a model and its ancestors."""
         while model in self._models:
             yield model
             model = _plain(self._models[model].get("parent", ""))
 
     def _pixels(self, file: str) -> Any:
-        """The pixels (N, 4) from 0 to 1; None where there is no such picture."""
+        """Return the pixels (N, 4) from 0 to 1, None if the texture does not exist."""
         from PIL import Image
 
         path = self._folder / "blocks" / f"{file}.png"
@@ -130,7 +130,7 @@ def _file(texture: str, textures: Mapping[str, Any]) -> str | None:
     for _ in range(10):
         if not texture.startswith("#") and texture not in textures:
             return _plain(texture)
-        given = textures.get(texture.removeprefix("#"))  # one model leaves the mark out
+        given = textures.get(texture.removeprefix("#"))  # one model omits the `#`
         if given is None:
             return None
         texture = given["sprite"] if isinstance(given, dict) else given
@@ -155,7 +155,7 @@ Row = dict[str, Any]
 
 
 def write_table(folder: Path, version: str, out: Path) -> None:
-    """Write the table of ``version`` to ``out``, compressed, the same bytes for the same data."""
+    """Write the compressed table of ``version`` to ``out``, reproducibly."""
     data = folder / "node_modules/minecraft-data/minecraft-data/data/pc"
     assets = folder / "node_modules/minecraft-assets/minecraft-assets/data" / version
     blocks = _json(data / version / "blocks.json")
@@ -201,7 +201,7 @@ def _fields(block: Row, collisions: Row, textures: Textures) -> list[str]:
 
 
 def _boxes(name: str, block: Row, collisions: Row) -> list[list[list[float]]]:
-    """The boxes that one bumps into, for each state."""
+    """Return the collision boxes of each state."""
     found = collisions["blocks"][name]
     count = block["maxStateId"] - block["minStateId"] + 1
     numbers = [found] * count if isinstance(found, int) else found
@@ -209,14 +209,14 @@ def _boxes(name: str, block: Row, collisions: Row) -> list[list[list[float]]]:
 
 
 def _around(boxes: list[list[float]]) -> list[float]:
-    """The box around boxes (min x, y, z, max x, y, z); empty for none."""
+    """Return the bounding box of boxes (min x, y, z, max x, y, z); empty for none."""
     if not boxes:
         return []
     return [(min if i < 3 else max)(box[i] for box in boxes) for i in range(6)]
 
 
 def _defaults(block: Row, values: dict[str, list[str]]) -> dict[str, str]:
-    """The default value of each property: states are numbered with the last property fastest."""
+    """Return the default value of each property; states are numbered with the last property fastest."""
     number = block["defaultState"] - block["minStateId"]
     found: dict[str, str] = {}
     for name in reversed(values):
@@ -225,7 +225,7 @@ def _defaults(block: Row, values: dict[str, list[str]]) -> dict[str, str]:
     return found
 
 
-_BY_PROPERTIES = (  # the first whose properties a block has; what a property is called alone does not tell a fence
+_BY_PROPERTIES = (  # the first match decides; names alone do not identify a fence
     ({"type", "waterlogged"}, "slab"),
     ({"facing", "half", "shape"}, "stairs"),
     ({"hinge"}, "door"),
@@ -236,8 +236,8 @@ _BY_ENDING = (("_fence", "fence"), ("_wall", "wall"), ("_pane", "pane"), ("_bars
 
 
 def _shape(name: str, values: dict[str, list[str]], boxes: list[list[list[float]]], textures: Textures) -> str:
-    for wanted, shape in _BY_PROPERTIES:
-        if wanted <= set(values) and (shape != "slab" or "double" in values["type"]):
+    for required, shape in _BY_PROPERTIES:
+        if required <= set(values) and (shape != "slab" or "double" in values["type"]):
             return shape
     for ending, shape in _BY_ENDING:
         if name.endswith(ending) and (shape == "air" or {"north", "east"} <= set(values)):
@@ -251,15 +251,15 @@ def _shape(name: str, values: dict[str, list[str]], boxes: list[list[list[float]
     return "box" if any(boxes) else "thin"
 
 
-# What older versions of the game had: one line for each block that was not always as it is. Its name, then in tabs its
-# eras: the release from which on, and its properties with their values, a dash where it was none yet.
+# History: one line for each block that has changed. Its name, then tab-separated eras: the first release, and the
+# properties with their values, a dash if the block did not exist.
 
 
-FIRST = "1.13"  # the release that gave blocks their names and properties
+FIRST = "1.13"  # the release that introduced the current block names and properties
 
 
 def write_history(folder: Path, version: str, out: Path) -> None:
-    """Write the eras of all blocks of ``version`` to ``out``, compressed, the same bytes for the same data."""
+    """Write the compressed eras of all blocks of ``version`` to ``out``, reproducibly."""
     data = folder / "node_modules/minecraft-data/minecraft-data/data"
     releases = _releases(data, version)
     known = {release: _blocks(data / path) for release, path in releases.items()}
@@ -269,7 +269,7 @@ def write_history(folder: Path, version: str, out: Path) -> None:
 
 
 def _releases(data: Path, version: str) -> dict[str, str]:
-    """The folder of each release from FIRST to ``version`` whose blocks are known, oldest first."""
+    """Return the data folder of each release from FIRST to ``version``, oldest first."""
     paths = json.loads((data / "dataPaths.json").read_text("utf-8"))["pc"]
     rows = json.loads((data / "pc/common/protocolVersions.json").read_text("utf-8"))
     order = [row["minecraftVersion"] for row in rows]  # newest first
@@ -279,23 +279,23 @@ def _releases(data: Path, version: str) -> dict[str, str]:
 
 
 def _blocks(folder: Path) -> dict[str, str]:
-    """The properties of every block, as ``name=value|value name=...``."""
+    """Return the properties of every block, as ``name=value|value name=...``."""
     blocks: list[dict[str, Any]] = json.loads((folder / "blocks.json").read_text("utf-8"))
     return {block["name"]: _properties(block["states"]) for block in blocks}
 
 
 def _properties(states: list[dict[str, Any]]) -> str:
-    values = {state["name"]: state.get("values") or _counted(state) for state in states}
+    values = {state["name"]: state.get("values") or _implied_values(state) for state in states}
     return " ".join(f"{name}={'|'.join(map(str, values[name]))}" for name in sorted(values))
 
 
-def _counted(state: dict[str, Any]) -> list[str]:
-    """The values that the data leaves out: numbers, or a yes and no."""
+def _implied_values(state: dict[str, Any]) -> list[str]:
+    """Return the values that the data omits: integers or booleans."""
     return [str(n) for n in range(state["num_values"])] if state["type"] == "int" else ["true", "false"]
 
 
 def _line(name: str, known: dict[str, dict[str, str]]) -> str:
-    """The eras of a block; empty where it has one."""
+    """Return the eras of a block; empty if there is only one."""
     former = [old for old, new in RENAMES if new == name]
     seen: list[tuple[str, str]] = []
     for release, blocks in known.items():
@@ -306,6 +306,6 @@ def _line(name: str, known: dict[str, dict[str, str]]) -> str:
 
 
 if __name__ == "__main__":
-    downloads, asked, target = Path(sys.argv[1]), sys.argv[2], Path(sys.argv[3])
-    write_table(downloads, asked, target / "blocks.tsv.gz")
-    write_history(downloads, asked, target / "history.tsv.gz")
+    downloads, version, target = Path(sys.argv[1]), sys.argv[2], Path(sys.argv[3])
+    write_table(downloads, version, target / "blocks.tsv.gz")
+    write_history(downloads, version, target / "history.tsv.gz")

@@ -1,7 +1,8 @@
-"""Any scene in a grid of cells: primitives and meshes, filled.
+"""Voxelisation of arbitrary scenes: filled primitives and meshes in a grid of cells.
 
-A cell is filled where its centre is inside a solid. Things thinner than a cell, and the surfaces of meshes, fill every
-cell that they go through, so that nothing is lost; what a mesh encloses is filled too. Later primitives win.
+A cell is filled if its centre is inside a solid. Parts thinner than a cell, and the surfaces of meshes, fill every cell
+they intersect, so that nothing disappears; the interior of a closed mesh is filled too. Later primitives replace
+earlier ones.
 """
 
 from __future__ import annotations
@@ -26,16 +27,19 @@ from scenelang.interpreter.scene.entity import Entity, Scene, primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.primitives.forms import CanonicalForm
 
-MOST_CELLS = 200_000_000
-_SLAB = 1 << 21  # cells or samples that are looked at together
-_THIN = 1.5  # cells: what is thinner may lie between centres
+MAX_CELLS = 200_000_000
+_SLAB = 1 << 21  # cells or samples processed per batch
+_THIN = 1.5  # cells: anything thinner may pass between cell centres
 _STEP = 0.5  # cells between samples
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Filled:
-    """``cells[x, y, z]`` is 0 for nothing, else one more than the row of ``looks`` that stands at ``origin + (x, y,
-    z)``, in cells; a cell is ``edge`` units of the scene wide."""
+    """A grid filled with materials.
+
+    ``cells[x, y, z]`` is 0 if empty, else one more than the row in ``looks`` of the material at ``origin + (x, y, z)``,
+    in cells; a cell is ``edge`` scene units wide.
+    """
 
     origin: tuple[int, int, int]
     cells: Cells
@@ -44,7 +48,8 @@ class Filled:
 
 
 def filled(root: Entity, longest: int, limit: int = 2_000_000) -> Filled:
-    """The scene with ``longest`` cells along the longest side of its box, which begins at whole cells.
+    """Voxelise a scene with ``longest`` cells along the longest side of its bounding box, whose corner is at whole
+    cells.
 
     Raises SceneError("empty-scene"), and LimitError for more than ``limit`` primitives or too many cells.
     """
@@ -57,10 +62,12 @@ def filled(root: Entity, longest: int, limit: int = 2_000_000) -> Filled:
     low, high = np.array(box[:3]), np.array(box[3:])
     edge = float((high - low).max()) / longest or 1.0
     if not np.isfinite(edge) or np.abs(box).max() / edge > 1e9:
-        raise SceneError("unsupported", "the scene is too large, or too far from the origin, to be filled with cells")
+        raise SceneError("unsupported", "the scene is too large, or too far from the origin, to be voxelised")
     size = np.maximum(1, np.ceil((high - low) / edge - 1e-9)).astype(np.int64)
-    if int(size.prod()) > MOST_CELLS:
-        raise LimitError("size", f"{int(size.prod()):,} cells are more than the {MOST_CELLS:,} that one build may have")
+    if int(size.prod()) > MAX_CELLS:
+        raise LimitError(
+            "size", f"the build would have {int(size.prod()):,} cells, more than the limit of {MAX_CELLS:,}"
+        )
     solids = solids_of(flatten_entity(drawn))
     matrices = solids.matrices / edge
     matrices[:, :, 3] -= low / edge
@@ -77,7 +84,7 @@ def filled(root: Entity, longest: int, limit: int = 2_000_000) -> Filled:
 
 
 def _in_order(solids: Solids) -> list[tuple[int, int]]:
-    """Where the solids of each instance begin and end, in the order of the instances."""
+    """Return the start and end rows of each instance's solids, in the order of the instances."""
     begins = np.flatnonzero(np.diff(solids.instance, prepend=-1, append=-1))
     order = np.argsort(solids.instance[begins[:-1]], kind="stable")
     return [(int(begins[i]), int(begins[i + 1])) for i in order.tolist()]
@@ -93,18 +100,18 @@ class _Member:
     form: CanonicalForm
     ratios: tuple[float, ...]
 
-    def holds(self, u: FloatArray, v: FloatArray, w: FloatArray) -> BoolArray:
-        """Whether points in the form's own frame are inside it."""
+    def contains(self, u: FloatArray, v: FloatArray, w: FloatArray) -> BoolArray:
+        """Return the mask of points, in the form's frame, that are inside it."""
         return self.form.contains(u, v, w, self.ratios)
 
     @property
     def thickness(self) -> float:
-        """How thick it is at its thinnest, as a share of the cube that it lies in."""
+        """Minimum thickness relative to the form's bounding cube."""
         return self.form.thickness(self.ratios)
 
 
 def _fill(cells: Cells, member: _Member, matrix: FloatArray, look: int) -> None:
-    """Fill one canonical form under ``matrix`` (3, 4), which is in cells."""
+    """Fill one canonical form under ``matrix`` (3, 4), in cell units."""
     linear, center = matrix[:, :3], matrix[:, 3]
     widths = 2.0 * np.linalg.svd(linear, compute_uv=False)
     if widths[-1] > 1e-9 * widths[0]:
@@ -115,7 +122,7 @@ def _fill(cells: Cells, member: _Member, matrix: FloatArray, look: int) -> None:
 
 
 def _fill_inside(cells: Cells, member: _Member, linear: FloatArray, center: FloatArray, look: int) -> None:
-    """The cells whose centres are inside."""
+    """Fill the cells whose centres are inside."""
     inverse = np.linalg.inv(linear)
     reach = np.abs(linear).sum(axis=1)
     limit = np.array(cells.shape)
@@ -128,33 +135,33 @@ def _fill_inside(cells: Cells, member: _Member, linear: FloatArray, center: Floa
         x, y, z = np.meshgrid(*((a + 0.5 - c) for a, c in zip(axes, center)), indexing="ij", sparse=True)
         u, v, w = (row[0] * x + row[1] * y + row[2] * z for row in inverse)
         part = cells[start:stop, low[1] : high[1], low[2] : high[2]]
-        part[member.holds(u, v, w)] = look
+        part[member.contains(u, v, w)] = look
 
 
 def _samples(member: _Member, linear: FloatArray) -> Iterator[FloatArray]:
-    """Points (K, 3) inside the solid about its centre, at most a step apart."""
+    """Yield points (K, 3) inside the solid, relative to its centre, at most a step apart."""
     counts = np.maximum(1, np.ceil(2.0 * np.linalg.norm(linear, axis=0) / _STEP)).astype(np.int64)
     a, b, c = (((np.arange(n) + 0.5) / n) * 2.0 - 1.0 for n in counts.tolist())
     slab = max(1, _SLAB // (len(b) * len(c)))
     for start in range(0, len(a), slab):
         u, v, w = (axis.reshape(-1) for axis in np.meshgrid(a[start : start + slab], b, c, indexing="ij"))
-        kept = member.holds(u, v, w)
-        yield np.stack([u[kept], v[kept], w[kept]], axis=1) @ linear.T
+        valid = member.contains(u, v, w)
+        yield np.stack([u[valid], v[valid], w[valid]], axis=1) @ linear.T
 
 
 def _mark(cells: Cells, points: FloatArray, look: IntArray) -> None:
-    """Fill the cells that ``points`` (K, 3) lie in."""
+    """Fill the cells that contain ``points`` (K, 3)."""
     at = np.minimum(np.floor(points + 1e-9).astype(np.int64), np.array(cells.shape) - 1)
-    kept = (at >= 0).all(axis=1)
-    x, y, z = at[kept].T
-    cells[x, y, z] = look[kept]
+    valid = (at >= 0).all(axis=1)
+    x, y, z = at[valid].T
+    cells[x, y, z] = look[valid]
 
 
 # --- meshes ----------------------------------------------------------------------------------------------------------
 
 
 def _fill_mesh(cells: Cells, matrices: FloatArray, looks: IntArray) -> None:
-    """Fill the surface of canonical triangles under ``matrices`` (T, 3, 4), and what they enclose."""
+    """Fill the surface of canonical triangles under ``matrices`` (T, 3, 4), and the enclosed interior."""
     corner = matrices[:, :, 3] - matrices[:, :, 0] - matrices[:, :, 1]
     along, up = 2.0 * matrices[:, :, 0], 2.0 * matrices[:, :, 1]
     spans = np.stack([corner, corner + along, corner + up])
@@ -173,7 +180,7 @@ def _fill_mesh(cells: Cells, matrices: FloatArray, looks: IntArray) -> None:
 
 
 def _on_triangles(corner: FloatArray, along: FloatArray, up: FloatArray) -> Iterator[tuple[FloatArray, IntArray]]:
-    """Points (K, 3) on triangles, at most a step apart, and the triangle that each is on."""
+    """Yield points (K, 3) on triangles, at most a step apart, and the index of each point's triangle."""
     size = np.maximum(np.linalg.norm(along, axis=1), np.linalg.norm(up, axis=1))
     steps = np.maximum(1, np.ceil(size / _STEP)).astype(np.int64)
     for count in np.unique(steps).tolist():
@@ -187,13 +194,13 @@ def _on_triangles(corner: FloatArray, along: FloatArray, up: FloatArray) -> Iter
             yield points.reshape(-1, 3), np.repeat(rows, len(s))
 
 
-# Blocks for colours: the families of blocks that may stand for them, and the nearest of these.
+# Colour matching: families of blocks, and the nearest block to a colour.
 
 
 FAMILIES = ("wool", "concrete", "terracotta", "glass", "planks", "logs", "bricks", "leaves", "powder", "glazed", "all")
 USUAL = "wool,concrete,terracotta,glass"
-_SEEN_THROUGH = 0.5  # opacity: what is below it becomes a block that light goes through
-_FALLS = ("_powder", "sand", "gravel", "anvil", "dragon_egg")  # never laid unless asked for: they fall
+_TRANSLUCENT_BELOW = 0.5  # opacity below which a translucent block is used
+_FALLS = ("_powder", "sand", "gravel", "anvil", "dragon_egg")  # blocks that fall, used only if explicitly requested
 _NOT_FOR_ALL = (
     "_ore",
     "infested_",
@@ -220,60 +227,64 @@ class Palette:
 
 
 def palette_of(text: str, table: BlockTable | None = None) -> Palette:
-    """The palette that ``text`` names: families and blocks, separated by commas, such as ``wool,oak_planks``.
+    """Parse a palette: families and blocks, separated by commas, such as ``wool,oak_planks``.
 
-    Raises SceneError("value") for a name that is neither.
+    Raises SceneError("value") for an unknown name.
     """
     table = table or load_table()
     names = [name.strip().lower() for name in text.split(",") if name.strip()]
     kinds = {kind.name: kind for name in names for kind in _kinds(name, table)}
     if not kinds:
-        raise SceneError("value", "a palette needs a block", hint=f"it can be one of {', '.join(FAMILIES)}")
+        raise SceneError(
+            "value", "a palette must contain at least one block", hint=f"families are {', '.join(FAMILIES)}"
+        )
     chosen = list(kinds.values())
     colors = from_srgb(np.array([kind.color for kind in chosen], np.float64) / 255.0)
-    states = tuple(BlockState(kind.name, tuple(sorted(_lasting(kind).items()))) for kind in chosen)
+    states = tuple(BlockState(kind.name, tuple(sorted(_persistent_defaults(kind).items()))) for kind in chosen)
     return Palette(states, oklab(colors), np.array([kind.opacity for kind in chosen]))
 
 
 def matched(looks: Looks, palette: Palette) -> IntArray:
-    """The number in ``palette`` of the nearest block of every look (K,), among the blocks that hide what is behind or
-    among the others, as the look does. Nearest in Oklab, where hue counts double and lightness, which light and shade
-    change anyway, half: a bright red is a red block rather than an orange one."""
-    wanted = oklab(np.clip(looks.color, 0.0, 1.0))
+    """Return the index in ``palette`` of the nearest block of every look (K,), opaque or translucent like the look.
+
+    Distances are in Oklab with hue weighted double and lightness, which shading changes anyway, half: a bright red
+    should become a red block rather than an orange one.
+    """
+    target = oklab(np.clip(looks.color, 0.0, 1.0))
     clear = palette.opacity < 1.0
-    found = np.zeros(len(wanted), np.int64)
-    for i, (point, opacity) in enumerate(zip(wanted, looks.opacity.tolist())):
-        group = clear == (opacity < _SEEN_THROUGH)
+    found = np.zeros(len(target), np.int64)
+    for i, (point, opacity) in enumerate(zip(target, looks.opacity.tolist())):
+        group = clear == (opacity < _TRANSLUCENT_BELOW)
         candidates = np.flatnonzero(group) if group.any() else np.arange(len(clear))
         found[i] = candidates[int(np.argmin(_distances(palette.points[candidates], point)))]
     return found
 
 
-def _distances(points: FloatArray, wanted: FloatArray) -> FloatArray:
-    """How far ``points`` (K, 3) are from ``wanted`` (3,): squares of the differences of lightness, chroma and hue."""
-    lightness = points[:, 0] - wanted[0]
-    chroma = np.hypot(points[:, 1], points[:, 2]) - np.hypot(wanted[1], wanted[2])
-    apart = ((points[:, 1:] - wanted[1:]) ** 2).sum(axis=1)
+def _distances(points: FloatArray, target: FloatArray) -> FloatArray:
+    """Return weighted squared distances from ``points`` (K, 3) to ``target`` (3,) in lightness, chroma and hue."""
+    lightness = points[:, 0] - target[0]
+    chroma = np.hypot(points[:, 1], points[:, 2]) - np.hypot(target[1], target[2])
+    apart = ((points[:, 1:] - target[1:]) ** 2).sum(axis=1)
     hue = np.maximum(0.0, apart - chroma**2)
     away: FloatArray = 0.25 * lightness**2 + chroma**2 + 4.0 * hue
     return away
 
 
 def in_blocks(filled: Filled, palette: Palette) -> Build:
-    """The build that a filled grid is in the blocks of ``palette``."""
+    """Convert a filled grid to a build of blocks of ``palette``."""
     number = np.concatenate([[0], matched(filled.looks, palette) + 1]).astype(np.uint32)
     return trimmed(unified(filled.origin, number[filled.cells], (AIR_STATE, *palette.states)))
 
 
 def _kinds(name: str, table: BlockTable) -> Sequence[BlockKind]:
-    """The blocks of a family, or the block of that name."""
+    """Return the blocks of a family, or the block with that name."""
     cubes = [kind for kind in table.blocks.values() if _is_building_block(kind)]
     if name == "all":
         return [kind for kind in cubes if kind.opacity == 1.0 and not _has(kind, (*_FALLS, *_NOT_FOR_ALL))]
     exact = table.blocks.get(namespaced(name))
     if exact is not None and name not in FAMILIES:
         if not _is_building_block(exact):
-            raise SceneError("value", f"`{name}` is no block that fills a cell with a colour")
+            raise SceneError("value", f"`{name}` is not a full cube with a colour")
         return [exact]
     endings = _ENDINGS.get(name, (f"_{name}", f":{name}"))
     found = [kind for kind in cubes if kind.name.endswith(endings)]
@@ -281,8 +292,8 @@ def _kinds(name: str, table: BlockTable) -> Sequence[BlockKind]:
         found = [kind for kind in found if "glazed" not in kind.name]
     if not found:
         known = [*FAMILIES, *(kind.name.removeprefix("minecraft:") for kind in cubes)]
-        hint = suggest(name, known) or f"families are {', '.join(FAMILIES)}; or name blocks"
-        raise SceneError("value", f"there is no block or family of blocks `{name}`", hint=hint)
+        hint = suggest(name, known) or f"expected a family ({', '.join(FAMILIES)}) or a block name"
+        raise SceneError("value", f"unknown block or block family `{name}`", hint=hint)
     return found
 
 
@@ -294,6 +305,6 @@ def _has(kind: BlockKind, parts: tuple[str, ...]) -> bool:
     return any(part in kind.name for part in parts)
 
 
-def _lasting(kind: BlockKind) -> dict[str, str]:
-    """The block's default state; leaves that do not wither."""
+def _persistent_defaults(kind: BlockKind) -> dict[str, str]:
+    """Return the block's default state, with leaves that do not decay."""
     return {**kind.defaults, "persistent": "true"} if "persistent" in kind.defaults else dict(kind.defaults)

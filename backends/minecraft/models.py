@@ -1,7 +1,6 @@
-"""What a block state looks like as a few boxes: slabs, stairs, fences, doors and the like in the game's measures.
+"""Block models as a few boxes: slabs, stairs, fences, doors and the like with the game's dimensions.
 
-Boxes are in sixteenths of the cell: x east, y up, z south. Blocks that face somewhere are written as they stand when
-they face north, and turned.
+Boxes are in sixteenths of the cell: x east, y up, z south. Directional blocks are defined facing north and rotated.
 """
 
 from __future__ import annotations
@@ -48,7 +47,7 @@ Properties = Mapping[str, str]
 
 @dataclass(frozen=True, slots=True)
 class Bar:
-    """The box from ``low`` to ``high``, turned by ``turn`` degrees about the vertical line through the cell's
+    """The box from ``low`` to ``high``, rotated by ``turn`` degrees around the vertical axis through the cell's
     centre."""
 
     low: Point
@@ -56,7 +55,7 @@ class Bar:
     turn: float = 0.0
 
     def spans(self, axis: int) -> bool:
-        """True where the box goes through the whole cell along ``axis``."""
+        """Whether the box spans the whole cell along ``axis``."""
         return self.turn == 0.0 and self.low[axis] == 0.0 and self.high[axis] == 16.0
 
 
@@ -64,7 +63,7 @@ WHOLE = (Bar((0.0, 0.0, 0.0), (16.0, 16.0, 16.0)),)
 
 
 def model_of(state: BlockState, kind: BlockKind) -> tuple[Bar, ...]:
-    """The boxes of a block with all of its properties; none for what cannot be seen."""
+    """Return the boxes of a complete block state, empty if it is invisible."""
     if kind.color is None:
         return ()
     return _MODELS.get(kind.shape, _box)(kind, dict(state.properties))
@@ -74,8 +73,8 @@ def _bar(x0: float, y0: float, z0: float, x1: float, y1: float, z1: float) -> Ba
     return Bar((x0, y0, z0), (x1, y1, z1))
 
 
-def _turned(bar: Bar, quarters: int) -> Bar:
-    """Quarter turns clockwise from above: what was north is east."""
+def _rotated(bar: Bar, quarters: int) -> Bar:
+    """Rotate by quarter turns clockwise seen from above: north becomes east."""
     for _ in range(quarters % 4):
         (x0, y0, z0), (x1, y1, z1) = bar.low, bar.high
         bar = Bar((16.0 - z1, y0, x0), (16.0 - z0, y1, x1), bar.turn)
@@ -83,7 +82,7 @@ def _turned(bar: Bar, quarters: int) -> Bar:
 
 
 def _facing(bars: tuple[Bar, ...], side: str) -> tuple[Bar, ...]:
-    return tuple(_turned(bar, SIDES.index(side)) for bar in bars)
+    return tuple(_rotated(bar, SIDES.index(side)) for bar in bars)
 
 
 def _upside_down(bars: tuple[Bar, ...]) -> tuple[Bar, ...]:
@@ -106,7 +105,7 @@ def _slab(_: BlockKind, has: Properties) -> tuple[Bar, ...]:
     return (_bar(0, low, 0, 16, high, 16),)
 
 
-# The upper boxes of stairs that face north: the step goes up to the north.
+# The upper boxes of stairs that face north: they ascend to the north.
 _STEPS = {
     "straight": (_bar(0, 8, 0, 16, 16, 8),),
     "outer_left": (_bar(0, 8, 0, 8, 16, 8),),
@@ -150,9 +149,9 @@ def _gate(_: BlockKind, has: Properties) -> tuple[Bar, ...]:
 
 
 def _door(_: BlockKind, has: Properties) -> tuple[Bar, ...]:
-    """A shut door stands at the side that it faces away from; an open one at its hinge."""
+    """A closed door is at the side opposite to its facing; an open one at its hinge."""
     turn = 0 if has["open"] == "false" else 1 if has["hinge"] == "left" else 3
-    return (_turned(_bar(0, 0, 13, 16, 16, 16), SIDES.index(has["facing"]) + turn),)
+    return (_rotated(_bar(0, 0, 13, 16, 16, 16), SIDES.index(has["facing"]) + turn),)
 
 
 def _trapdoor(_: BlockKind, has: Properties) -> tuple[Bar, ...]:
@@ -162,20 +161,20 @@ def _trapdoor(_: BlockKind, has: Properties) -> tuple[Bar, ...]:
 
 
 def _fluid(_: BlockKind, has: Properties) -> tuple[Bar, ...]:
-    """Whole cells, save where it flows; the game's sources are two sixteenths lower where they are open above."""
+    """Whole cells, except flowing fluids; the game draws sources with air above two sixteenths lower."""
     level = int(has.get("level", "0"))
     return (_bar(0, 0, 0, 16, round((8 - level) / 8 * 16), 16),) if 0 < level < 8 else WHOLE
 
 
 def _plant(kind: BlockKind, has: Properties) -> tuple[Bar, ...]:
     """Two thin sheets across the diagonals."""
-    goes_on = kind.name.endswith(("sugar_cane", "_plant")) or has.get("half") == "lower"
-    high = 16.0 if goes_on else 13.0
+    is_tall = kind.name.endswith(("sugar_cane", "_plant")) or has.get("half") == "lower"
+    high = 16.0 if is_tall else 13.0
     sheet = (0.0, 0.0, 7.8), (16.0, high, 8.2)
     return Bar(*sheet, turn=45.0), Bar(*sheet, turn=-45.0)
 
 
-# --- thin things, by their names -------------------------------------------------------------------------------------
+# --- thin blocks, by name --------------------------------------------------------------------------------------------
 
 _BOARD = _bar(0, 7, 7.4, 16, 16, 8.6)
 _THIN: tuple[tuple[str, tuple[Bar, ...]], ...] = (
@@ -203,7 +202,7 @@ _THIN: tuple[tuple[str, tuple[Bar, ...]], ...] = (
     ("spore_blossom", (_bar(1, 13, 1, 15, 16, 15),)),
 )
 _FLAT = (_bar(0, 0, 0, 16, 1, 16),)  # rails, redstone, petals and the like
-_SHEETS = ("up", "down", *SIDES)  # where vines and lichens grow
+_SHEETS = ("up", "down", *SIDES)  # faces on which vines and lichens grow
 
 
 def _thin(kind: BlockKind, has: Properties) -> tuple[Bar, ...]:
@@ -224,11 +223,11 @@ def _thin(kind: BlockKind, has: Properties) -> tuple[Bar, ...]:
 def _sheet(side: str) -> Bar:
     if side in ("up", "down"):
         return _bar(0, 15.5, 0, 16, 16, 16) if side == "up" else _bar(0, 0, 0, 16, 0.5, 16)
-    return _turned(_bar(0, 0, 0, 16, 16, 0.5), SIDES.index(side))
+    return _rotated(_bar(0, 0, 0, 16, 16, 0.5), SIDES.index(side))
 
 
 def _fixed(bars: tuple[Bar, ...], face: str) -> tuple[Bar, ...]:
-    """Buttons and levers, which lie on the floor as they are written, at a wall behind them or at the ceiling."""
+    """Attach buttons and levers, defined on the floor, to a wall behind them or to the ceiling."""
     if face == "ceiling":
         return _upside_down(bars)
     if face == "wall":
@@ -238,11 +237,11 @@ def _fixed(bars: tuple[Bar, ...], face: str) -> tuple[Bar, ...]:
     return bars
 
 
-# --- everything else -------------------------------------------------------------------------------------------------
+# --- other blocks ----------------------------------------------------------------------------------------------------
 
 
 def _box(kind: BlockKind, has: Properties) -> tuple[Bar, ...]:
-    """The box that stops a walker, which the table has for the default state, turned to where the block faces."""
+    """Return the collision box of the default state, rotated to the block's direction."""
     if "layers" in has:
         return (_bar(0, 0, 0, 16, 2 * int(has["layers"]), 16),)
     x0, y0, z0, x1, y1, z1 = (min(16, max(0, side)) for side in kind.box or (0, 0, 0, 16, 2, 16))
@@ -250,14 +249,14 @@ def _box(kind: BlockKind, has: Properties) -> tuple[Bar, ...]:
     along = {"north": "z", "south": "z", "east": "x", "west": "x"}.get(has.get("facing", ""), has.get("axis", "y"))
     upright = kind.defaults.get("axis") == "y" or kind.defaults.get("facing") in ("up", "down")
     if upright:
-        return (_laid(bar, along),)
+        return (_laid_down(bar, along),)
     if has.get("facing") in SIDES and kind.defaults["facing"] in SIDES:
-        return (_turned(bar, SIDES.index(has["facing"]) - SIDES.index(kind.defaults["facing"])),)
+        return (_rotated(bar, SIDES.index(has["facing"]) - SIDES.index(kind.defaults["facing"])),)
     return (bar,)
 
 
-def _laid(bar: Bar, axis: str) -> Bar:
-    """An upright box laid down along x or z."""
+def _laid_down(bar: Bar, axis: str) -> Bar:
+    """Rotate an upright box so that it is along x or z."""
     (x0, y0, z0), (x1, y1, z1) = bar.low, bar.high
     if axis == "x":
         return Bar((y0, x0, z0), (y1, x1, z1))
@@ -270,21 +269,23 @@ _MODELS: Mapping[str, Callable[[BlockKind, Properties], tuple[Bar, ...]]] = {
 }  # fmt: skip
 
 
-# The entities of a scene with cubes in place of the primitives that laid blocks.
-#
-# Every entity that has blocks below it stands where it stood, at whole cells, its own cubes beside its children; where
-# there are too many, what is below a level is drawn as parts of that level's entities. What looks the same is shared.
+# Entities with cubes instead of the primitives that place blocks. Every entity that contains blocks keeps its position,
+# at whole cells, with its own cubes next to its children; if there are too many entities, those below a level are
+# merged into that level's entities. Identical subtrees are shared.
 
 
-MOST_PARTS = 20_000  # entities of a frame that keep cubes of their own
+MAX_PARTS = 20_000  # maximum entities of a frame with separate cubes
 
 Corner = tuple[float, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class ModelCube:
-    """A box of the instance ``owner`` from ``low`` to ``high`` in the world, turned by ``turn`` degrees about the
-    vertical line through its cell's centre. ``primitive`` is the unit cube that has its look."""
+    """A box of the instance ``owner`` from ``low`` to ``high`` in the world.
+
+    It is rotated by ``turn`` degrees around the vertical axis through its cell's centre. ``primitive`` is a unit cube
+    with its look.
+    """
 
     owner: int
     primitive: Entity
@@ -295,8 +296,11 @@ class ModelCube:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CubeParts:
-    """Every instance of a frame (see ``ancestry``), the depth of the deepest that keep their own cubes, and the
-    instance ``owner`` that each primitive which lays blocks belongs to."""
+    """Assignment of blocks to instances of a frame (see ``ancestry``).
+
+    ``depth`` is the deepest level whose instances have separate cubes, ``owner`` the instance that owns each primitive
+    that places blocks.
+    """
 
     ancestry: Ancestry
     depth: int
@@ -305,7 +309,8 @@ class CubeParts:
 
 
 def parts_of(root: Entity, is_block: BoolArray) -> CubeParts:
-    """The parts of a frame; ``is_block`` (N,) says which of its primitives lay blocks. The root is no primitive."""
+    """Return the parts of a frame; ``is_block`` (N,) marks primitives that place blocks. The root is not a
+    primitive."""
     ancestry = ancestry_of(root)
     below: set[int] = set()
     for entity in descendants(root):
@@ -314,13 +319,13 @@ def parts_of(root: Entity, is_block: BoolArray) -> CubeParts:
     is_leaf = np.array([entity.is_primitive for entity in ancestry.nodes])[ancestry.node]
     has_blocks = np.array([id(entity) in below for entity in ancestry.nodes])[ancestry.node] & ~is_leaf
     at_or_above = np.cumsum(np.bincount(ancestry.depth[has_blocks], minlength=1))
-    depth = max(0, int(np.searchsorted(at_or_above, MOST_PARTS, side="right")) - 1)
+    depth = max(0, int(np.searchsorted(at_or_above, MAX_PARTS, side="right")) - 1)
     parents = ancestry.parent[ancestry.primitives[is_block]]
     return CubeParts(ancestry, depth, ancestry.at_depth(depth)[parents], has_blocks)
 
 
 def rebuilt(parts: CubeParts, cubes: Iterable[ModelCube]) -> Entity:
-    """The root with ``cubes``, and everything that is no block where it was."""
+    """Return the root with ``cubes``, and everything that is not a block unchanged."""
     ancestry = parts.ancestry
     anchors = np.trunc(ancestry.poses[:, :, 3])
     inside: defaultdict[int, list[Pair]] = defaultdict(list)
@@ -344,7 +349,7 @@ def rebuilt(parts: CubeParts, cubes: Iterable[ModelCube]) -> Entity:
 
 
 def _keep_others(parts: CubeParts, anchors: FloatArray, inside: defaultdict[int, list[Pair]]) -> None:
-    """Give the highest entities without blocks to those that they stand in."""
+    """Move the topmost entities without blocks to the instances that contain them."""
     ancestry = parts.ancestry
     beside = parts.has_blocks[ancestry.parent] & (ancestry.parent >= 0)
     blocks = np.array([entity.is_block for entity in ancestry.nodes])[ancestry.node]
@@ -357,7 +362,7 @@ def _keep_others(parts: CubeParts, anchors: FloatArray, inside: defaultdict[int,
 
 
 def _pose(cube: ModelCube, anchor: FloatArray) -> Matrix:
-    """Where the unit cube stands in its owner."""
+    """Return the pose of the unit cube in its owner."""
     low, high = np.array(cube.low) - anchor, np.array(cube.high) - anchor
     x, y, z = ((low + high) / 2.0).tolist()
     a, b, c = (high - low).tolist()
@@ -367,20 +372,19 @@ def _pose(cube: ModelCube, anchor: FloatArray) -> Matrix:
     return pose.compose(pose.rotation(np.radians(cube.turn), (0.0, 1.0, 0.0), (np.floor(low) + 0.5).tolist()), placed)
 
 
-# Builds as coloured cubes, for renderers that know nothing of blocks.
-#
-# What stands in the cells in the end is drawn, in the average colours of the blocks: equal neighbours merged, slabs,
-# stairs, fences and the like in their shapes, glass and water with their opacity. Each cell stays with the entity
-# whose primitives laid it, so that a scene has the same parts as before.
+# Builds as coloured cubes, for renderers without support for blocks. The final contents of the cells are drawn in the
+# average colours of the blocks: equal neighbours merged, slabs, stairs, fences and the like with their shapes, glass
+# and water with their opacity. Each cell belongs to the entity whose primitives placed it, so that the scene's parts
+# are preserved.
 
 
-MOST_CELLS = 64_000_000
-_SLAB = 1 << 22  # cells that are looked at together
+MAX_CELLS = 64_000_000
+_SLAB = 1 << 22  # cells processed per batch
 
 
 @dataclass(frozen=True, slots=True)
 class _Ink:
-    """What a primitive lays: the block it asks for, and the look that the program gives it."""
+    """What a primitive places: the requested block, and the look that the program sets."""
 
     state: BlockState
     look: Look
@@ -388,21 +392,21 @@ class _Ink:
 
 
 def as_cubes(scene: Scene, limit: int = 2_000_000, warn: Callable[[Diagnostic], None] | None = None) -> Scene:
-    """``scene`` with its blocks as cubes, everything else as it is; itself where it has no blocks.
+    """Return ``scene`` with its blocks as cubes and everything else unchanged; the scene itself if it has no blocks.
 
-    ``warn`` is told which blocks were replaced by others. Raises SceneError: "blocks" for poses that blocks cannot
-    have, "attribute" for blocks that are none, and LimitError for more than ``limit`` primitives
-    or cubes, or too many cells.
+    ``warn`` receives a warning for each block that is replaced by another. Raises SceneError: "blocks" for poses that
+    blocks do not support, "attribute" for invalid blocks; and LimitError for more than ``limit`` primitives or cubes,
+    or too many cells.
     """
     if not any(entity.is_block for entity in descendants(*scene.frames)):
         return scene
-    told: dict[str, Diagnostic] = {}
+    warnings_by_message: dict[str, Diagnostic] = {}
     made: dict[int, Entity] = {}
     for root in scene.frames:
         if id(root) not in made:
             made[id(root)], warnings = _as_cubes(root, limit)
-            told |= {warning.message: warning for warning in warnings}
-    for warning in told.values():
+            warnings_by_message |= {warning.message: warning for warning in warnings}
+    for warning in warnings_by_message.values():
         if warn is not None:
             warn(warning)
     return Scene(scene.word, [made[id(root)] for root in scene.frames], scene.animated)
@@ -423,7 +427,7 @@ def _as_cubes(root: Entity, limit: int) -> tuple[Entity, tuple[Diagnostic, ...]]
     hollow = np.array([is_hollow(p) for p in blocks.primitives], np.bool_)
     laid_number = np.where(is_air[blocks.index], AIR, number.reshape(-1) + 1)
     laid = Laid(low, low + size, laid_number, hollow[blocks.index], np.full(len(low), -1, np.int64))
-    origin, extent = cells_around(laid, MOST_CELLS)
+    origin, extent = cells_around(laid, MAX_CELLS)
     cells = np.zeros(extent, np.uint32)
     paint(cells, origin, laid, ())
     places = [place_of(primitive) for primitive in blocks.primitives]
@@ -440,8 +444,8 @@ def _as_cubes(root: Entity, limit: int) -> tuple[Entity, tuple[Diagnostic, ...]]
 
 def _check(count: int, limit: int, what: str) -> None:
     if count > limit:
-        message = f"the build has {count:,} {what}, more than the {limit:,} that may be drawn at once"
-        raise LimitError("primitives", message, hint="draw a part of it, or export it as a file of the game's")
+        message = f"the build has {count:,} {what}, more than the limit of {limit:,}"
+        raise LimitError("primitives", message, hint="draw a part of it, or export it to a Minecraft file")
 
 
 def _ink(primitive: Entity) -> _Ink:
@@ -449,30 +453,32 @@ def _ink(primitive: Entity) -> _Ink:
     return _Ink(asked_state(primitive), look_of(primitive), frozenset(given))
 
 
-# --- what stands in each cell ----------------------------------------------------------------------------------------
+# --- contents of the cells
+# ---------------------------------------------------------------------------------------------
 
 
 def _states(
     cells: Cells, inks: Sequence[_Ink], places: Sequence[Span | None]
 ) -> tuple[Cells, tuple[BlockState, ...], tuple[Diagnostic, ...]]:
-    """The number of each cell's whole state, neighbours heard, in a palette; and what was replaced."""
-    asked: dict[BlockState, int] = {AIR_STATE: AIR}
+    """Return the palette index of each cell's complete state, with neighbours resolved, and warnings about
+    replacements."""
+    requested: dict[BlockState, int] = {AIR_STATE: AIR}
     first: list[Span | None] = [None]
     used = np.unique(cells)
     numbers = np.zeros(len(inks) + 1, np.uint32)
     for n in used[used != AIR].tolist():
         state = inks[n - 1].state
-        if state not in asked:
-            asked[state] = len(asked)
+        if state not in requested:
+            requested[state] = len(requested)
             first.append(places[n - 1])
-        numbers[n] = asked[state]
-    build = Build((0, 0, 0), numbers[cells], tuple(asked))
+        numbers[n] = requested[state]
+    build = Build((0, 0, 0), numbers[cells], tuple(requested))
     found = settled(Voxels(build, tuple(first), ()))
     return found.build.cells, found.build.palette, found.warnings
 
 
 def _combined(pairs: Cells, states: Cells) -> tuple[Cells, IntArray, IntArray]:
-    """One number for what was laid and what it became: the cells, and both for every number (entry 0 is air)."""
+    """Combine placed ink and resulting state into one index; returns the cells, and both parts per index (0 is air)."""
     span = int(states.max(initial=0)) + 1
     slab = max(1, _SLAB // max(1, pairs[:1].size))
     starts = range(0, len(pairs), slab)
@@ -484,11 +490,11 @@ def _combined(pairs: Cells, states: Cells) -> tuple[Cells, IntArray, IntArray]:
     return fresh, known // span, known % span
 
 
-# --- what is drawn ---------------------------------------------------------------------------------------------------
+# --- cubes -----------------------------------------------------------------------------------------------------------
 
 
 class _Looks:
-    """Boxes and surfaces of what stands in the cells, each worked out once."""
+    """Cached boxes and materials of the contents of cells."""
 
     def __init__(self, inks: Sequence[_Ink], palette: Sequence[BlockState]) -> None:
         blocks = load_table().blocks
@@ -506,7 +512,7 @@ class _Looks:
 
 
 def _look(ink: _Ink, kind: BlockKind) -> Look:
-    """The block's colour and opacity, where the program does not set its own."""
+    """Return the block's colour and opacity, overridden by those that the program sets."""
     look = ink.look
     red, green, blue = from_srgb(np.array(kind.color or (0, 0, 0)) / 255.0).tolist()
     color = look.color if "color" in ink.given else (red, green, blue)
@@ -515,7 +521,7 @@ def _look(ink: _Ink, kind: BlockKind) -> Look:
 
 
 def _cube_of(word: str, look: Look, place: Span | None) -> Entity:
-    """A unit cube of that look."""
+    """Return a unit cube with the given look."""
     given = {"opacity": look.opacity, "roughness": look.roughness, "metallic": look.metallic, "ior": look.ior}
     attributes: dict[str, Any] = {n: v for n, v in given.items() if v is not None and (n, v) not in _PLAIN}
     if any(look.emission):
@@ -536,7 +542,7 @@ def _cubes(
     looks: _Looks,
     places: Sequence[Span | None],
 ) -> Iterator[ModelCube]:
-    """Every box of every cuboid; ``owners``, ``inks`` and ``states`` are those of the numbers of the cells."""
+    """Yield every box of every cuboid; ``owners``, ``inks`` and ``states`` are indexed by the cuboids' numbers."""
     lows = (cuboids.low + origin).tolist()
     for low, size, number in zip(lows, cuboids.size.tolist(), cuboids.number.tolist()):
         ink, state = int(inks[number]), int(states[number])
@@ -546,7 +552,7 @@ def _cubes(
 
 
 def _placed(bar: Bar, low: list[int], size: list[int]) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """The corners of ``bar`` in a cuboid that begins at the cell ``low``; it goes from one end to the other."""
+    """Return the corners of ``bar`` stretched over a cuboid of ``size`` that begins at the cell ``low``."""
     return (
         tuple(a + b / 16.0 for a, b in zip(low, bar.low)),
         tuple(a + n - 1 + b / 16.0 for a, n, b in zip(low, size, bar.high)),

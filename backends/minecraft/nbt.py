@@ -1,6 +1,6 @@
-"""The game's binary format ("named binary tags") read from bytes that nobody vouches for.
+"""NBT ("named binary tags"), the game's binary format: robust reading of untrusted files, and writing.
 
-Tags become plain values: numbers are ``int`` and ``float``, texts ``str``, compounds ``dict``, arrays and lists of
+Tags become plain values: numbers ``int`` and ``float``, strings ``str``, compounds ``dict``, arrays and lists of
 numbers numpy arrays of big-endian numbers, other lists ``list``.
 """
 
@@ -18,99 +18,103 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.files import read_regular, written_whole
-from scenelang.backends.minecraft.voxels import MOST_CELLS
+from scenelang.backends.minecraft.voxels import MAX_CELLS
 
-# What is wrong with a file of a build, before it is known which file that is.
+# Errors in a file, raised before the name of the file is known.
 
 
 class Damaged(Exception):
-    """A file is not what it should be; the message says why, as the end of a sentence."""
+    """The content of a file is invalid; the message completes the sentence "FILE is not a valid build: ..."."""
 
 
-# What the compounds of a file hold, each field of the kind that it must be.
+# Typed access to the fields of compounds.
 
 
 Triple = tuple[int, int, int]
-_FARTHEST = 1 << 31  # cells from the origin: what a file's ints can say
+_MAX_COORDINATE = 1 << 31  # cells from the origin: the range of the file's integers
 
 
 def compound(tag: Mapping[str, Any], name: str) -> dict[str, Any]:
-    """The compound called ``name``; raises Damaged."""
+    """Return the compound ``name``; raises Damaged."""
     found = tag.get(name)
     if not isinstance(found, dict):
-        raise Damaged(f"it has no compound `{name}`")
+        raise Damaged(f"missing compound `{name}`")
     return found
 
 
 def whole(tag: Mapping[str, Any], name: str) -> int:
-    """The integer called ``name``; raises Damaged."""
+    """Return the integer ``name``; raises Damaged."""
     found = tag.get(name)
     if not isinstance(found, int):
-        raise Damaged(f"it has no integer `{name}`")
+        raise Damaged(f"missing integer `{name}`")
     return found
 
 
 def array(tag: Mapping[str, Any], name: str, bits: int) -> npt.NDArray[Any]:
-    """The array of integers of ``bits`` bits called ``name``; raises Damaged."""
+    """Return the array ``name`` of ``bits``-bit integers; raises Damaged."""
     found = tag.get(name)
     if not isinstance(found, np.ndarray) or found.dtype.kind != "i" or found.dtype.itemsize * 8 != bits:
-        raise Damaged(f"it has no array `{name}` of numbers of {bits} bits")
+        raise Damaged(f"missing array `{name}` of {bits}-bit integers")
     return found
 
 
 def listed(tag: Mapping[str, Any], name: str) -> list[Any]:
-    """The list of compounds or lists called ``name``; raises Damaged."""
+    """Return the list ``name`` of compounds or lists; raises Damaged."""
     found = tag.get(name)
     if not isinstance(found, list):
-        raise Damaged(f"it has no list `{name}`")
+        raise Damaged(f"missing list `{name}`")
     return found
 
 
 def how_many(tag: Mapping[str, Any], *names: str) -> int:
-    """The items of all lists of these names that there are."""
+    """Return the total number of items in the existing lists with these names."""
     return sum(len(found) for name in names if isinstance(found := tag.get(name), list))
 
 
 def triple_of_array(tag: Mapping[str, Any], name: str) -> Triple:
-    """The three ints of the array or list called ``name``; raises Damaged."""
+    """Return the three ints of the array or list ``name``; raises Damaged."""
     found = array(tag, name, 32)
     if len(found) != 3:
-        raise Damaged(f"`{name}` is not three numbers")
+        raise Damaged(f"`{name}` must be three numbers")
     x, y, z = found.tolist()
     return x, y, z
 
 
 def triple_of_compound(tag: Mapping[str, Any], name: str) -> Triple:
-    """The ints ``x``, ``y`` and ``z`` of the compound called ``name``; raises Damaged."""
+    """Return the ints ``x``, ``y`` and ``z`` of the compound ``name``; raises Damaged."""
     found = compound(tag, name)
     x, y, z = (whole(found, axis) for axis in "xyz")
-    if any(not -_FARTHEST <= n < _FARTHEST for n in (x, y, z)):
-        raise Damaged(f"`{name}` is farther away than a block can be")
+    if any(not -_MAX_COORDINATE <= n < _MAX_COORDINATE for n in (x, y, z)):
+        raise Damaged(f"`{name}` is out of range")
     return x, y, z
 
 
 def checked_size(size: Triple) -> Triple:
-    """``size``, cells along each axis; raises Damaged where a build cannot be so large."""
+    """Return ``size``, in cells along each axis; raises Damaged if it exceeds the limit of a build."""
     x, y, z = size
-    if min(size) < 0 or x * y * z > MOST_CELLS or max(size) > MOST_CELLS:
+    if min(size) < 0 or x * y * z > MAX_CELLS or max(size) > MAX_CELLS:
         shown = " x ".join(f"{n:,}" for n in size)
-        raise Damaged(f"its box is {shown} cells, and a build may have {MOST_CELLS:,}")
+        raise Damaged(f"invalid size {shown}: a build must have 0 to {MAX_CELLS:,} cells")
     return size
 
 
-# Compounds one after another that differ in their numbers only, as the blocks of a structure: read by numpy.
+# Fast path: consecutive compounds that differ only in their numbers, such as the blocks of a structure, are read by
+# numpy.
 
 
-_BYTE, _SHORT, _INT, _LONG, _STRING, _LIST, _COMPOUND = 1, 2, 3, 4, 8, 9, 10  # kinds of tags
-_MOST = 1 << 22  # bytes that are looked at together
-_WIDEST = 16  # fields of a compound that is looked at
+_BYTE, _SHORT, _INT, _LONG, _STRING, _LIST, _COMPOUND = 1, 2, 3, 4, 8, 9, 10  # tag types
+_MAX_BATCH = 1 << 22  # bytes processed per batch
+_MAX_FIELDS = 16  # maximum fields of a compound for the fast path
 
 
 def rows_like(first: Mapping[str, Any], size: int, data: bytes, at: int, count: int) -> list[dict[str, Any]]:
-    """The compounds from the byte ``at`` on, ``count`` at most, that are as ``first``, which took ``size`` bytes: ints
-    and lists of ints under the same names. None where ``first`` has anything else, or too many fields."""
+    """Return up to ``count`` compounds from byte ``at`` with the layout of ``first``, which is ``size`` bytes long.
+
+    The layout consists of ints and lists of ints under the same names; the result is empty if ``first`` has other
+    fields or too many.
+    """
     values = list(first.values())
-    if len(values) > _WIDEST or not all(type(value) is int or _is_ints(value) for value in values):
+    if len(values) > _MAX_FIELDS or not all(type(value) is int or _is_ints(value) for value in values):
         return []
     heads = [_head(name, value) for name, value in first.items()]
     fields: list[Any] = []
@@ -120,7 +124,7 @@ def rows_like(first: Mapping[str, Any], size: int, data: bytes, at: int, count: 
     layout = np.dtype([*fields, ("end", np.uint8)])
     if layout.itemsize != size:
         return []
-    rows = np.frombuffer(data, layout, min(count, 1 + _MOST // size, (len(data) - at) // size), at)
+    rows = np.frombuffer(data, layout, min(count, 1 + _MAX_BATCH // size, (len(data) - at) // size), at)
     alike = rows["end"] == 0
     for i, head in enumerate(heads):
         alike &= (rows[f"head{i}"] == np.frombuffer(head, np.uint8)).all(axis=1)
@@ -138,18 +142,18 @@ def _is_ints(value: Any) -> bool:
 
 
 def _head(name: str, value: Any) -> bytes:
-    """The bytes before the numbers of a field."""
+    """Return the bytes before the numbers of a field."""
     label = name.encode("utf-8", "replace")
     if type(value) is int:
         return pack(">bH", _INT, len(label)) + label
     return pack(">bH", _LIST, len(label)) + label + pack(">bi", _INT, len(value))
 
 
-LARGEST = 512_000_000  # bytes of a file, and of what it unpacks to
-MOST_TAGS = 8_000_000
-DEEPEST = 200  # lists and compounds within one another; each is a call of Python
-_FEW = 16  # compounds that are read one by one as fast
-_TRIES = 200  # to find more than a few that are alike, in one list
+LARGEST = 512_000_000  # bytes, compressed and uncompressed
+MAX_TAGS = 8_000_000
+DEEPEST = 200  # nesting of lists and compounds; each level is a recursive call
+_MIN_RUN = 16  # compounds for which the fast path does not pay
+_MAX_TRIES = 200  # unsuccessful attempts at the fast path per list
 _NUMBERS = {1: Struct(">b"), 2: Struct(">h"), 3: Struct(">i"), 4: Struct(">q"), 5: Struct(">f"), 6: Struct(">d")}
 _TYPES = {kind: np.dtype(name) for kind, name in enumerate((">i1", ">i2", ">i4", ">i8", ">f4", ">f8"), 1)}
 _ARRAYS = {7: _TYPES[1], 11: _TYPES[3], 12: _TYPES[4]}
@@ -157,55 +161,55 @@ _COUNT, _LENGTH = Struct(">i"), Struct(">H")
 
 
 def read_nbt(path: Path, largest: int = LARGEST) -> dict[str, Any]:
-    """The root compound of a file, packed by gzip or zlib or not at all.
+    """Read the root compound of a file compressed with gzip or zlib, or uncompressed.
 
-    Raises Damaged where it is none, and for what is larger than ``largest`` bytes, has more than MOST_TAGS tags or is
-    nested deeper than DEEPEST; OSError where the file cannot be read.
+    Raises Damaged if it is invalid, larger than ``largest`` bytes, has more than MAX_TAGS tags or is nested deeper
+    than DEEPEST; OSError if the file cannot be read.
     """
     if path.stat().st_size > largest:
-        raise Damaged(f"it is larger than {largest:,} bytes")
+        raise Damaged(f"larger than the limit of {largest:,} bytes")
     reader = _Reader(_unpacked(read_regular(path), largest))
     if reader.kind() != _COMPOUND:
-        raise Damaged("it does not begin as such a file does")
+        raise Damaged("missing root compound")
     reader.text()
     return reader.compound(0)
 
 
 def _unpacked(data: bytes, largest: int) -> bytes:
-    """``data`` without the packing that its first bytes tell of, and never more than ``largest`` bytes of it."""
+    """Decompress ``data`` according to its first bytes, up to ``largest`` bytes."""
     if data[:2] != b"\x1f\x8b" and data[:1] != b"\x78":
         return data
-    unpacker = zlib.decompressobj(wbits=47)  # gzip or zlib, whichever it is
+    unpacker = zlib.decompressobj(wbits=47)  # gzip or zlib, detected automatically
     try:
         found = unpacker.decompress(data, largest + 1)
     except zlib.error:
-        raise Damaged("its packing is damaged") from None
+        raise Damaged("corrupt compressed data") from None
     if len(found) > largest:
-        raise Damaged(f"it unpacks to more than {largest:,} bytes")
+        raise Damaged(f"decompresses to more than the limit of {largest:,} bytes")
     if not unpacker.eof:
-        raise Damaged("it ends too early")
+        raise Damaged("unexpected end of data")
     return found
 
 
 class _Reader:
-    """Where reading has come to, and how many tags may still come."""
+    """Reader with the current position and the number of tags that may still follow."""
 
     def __init__(self, data: bytes) -> None:
         self._data = data
         self._at = 0
-        self._tags = MOST_TAGS
+        self._tags = MAX_TAGS
 
     def kind(self) -> int:
-        """The next byte, which says what kind of tag follows."""
-        return self._taken(1)[0]
+        """Read a tag type byte."""
+        return self._take(1)[0]
 
     def text(self) -> str:
-        """The next text. Names of blocks are ASCII, so the game's own way of writing other letters may be lost."""
-        (length,) = _LENGTH.unpack(self._taken(2))
-        return self._taken(length).decode("utf-8", "replace")
+        """Read a string; non-ASCII characters in Java's modified UTF-8 may be lost, but block names are ASCII."""
+        (length,) = _LENGTH.unpack(self._take(2))
+        return self._take(length).decode("utf-8", "replace")
 
     def compound(self, depth: int) -> dict[str, Any]:
-        """The next compound, ``depth`` levels deep."""
+        """Read a compound at nesting level ``depth``."""
         found: dict[str, Any] = {}
         while kind := self.kind():
             name = self.text()
@@ -215,21 +219,21 @@ class _Reader:
     def _payload(self, kind: int, depth: int) -> Any:
         self._tags -= 1
         if self._tags < 0:
-            raise Damaged(f"it has more than {MOST_TAGS:,} tags")
+            raise Damaged(f"more than the limit of {MAX_TAGS:,} tags")
         number = _NUMBERS.get(kind)
         if number is not None:
-            return number.unpack(self._taken(number.size))[0]
+            return number.unpack(self._take(number.size))[0]
         if kind == _STRING:
             return self.text()
         if kind in _ARRAYS:
             return self._array(_ARRAYS[kind], self._count())
         if depth >= DEEPEST:
-            raise Damaged(f"it is nested deeper than {DEEPEST} levels")
+            raise Damaged(f"nested deeper than the limit of {DEEPEST} levels")
         if kind == _COMPOUND:
             return self.compound(depth + 1)
         if kind == _LIST:
             return self._list(depth + 1)
-        raise Damaged(f"it has a tag of the kind {kind}, which there is not")
+        raise Damaged(f"unknown tag type {kind}")
 
     def _list(self, depth: int) -> Any:
         kind, count = self.kind(), self._count()
@@ -242,69 +246,67 @@ class _Reader:
         return [self._payload(kind, depth) for _ in range(count)]
 
     def _compounds(self, count: int, depth: int) -> list[dict[str, Any]]:
-        """The next ``count`` compounds; many that are alike are read together, as long as that pays."""
+        """Read ``count`` compounds, using the fast path for runs of equal layout as long as that pays."""
         found: list[dict[str, Any]] = []
-        tries = _TRIES
+        tries = _MAX_TRIES
         while len(found) < count:
             start = self._at
             found.append(self._payload(_COMPOUND, depth))
-            if tries and count - len(found) > _FEW:
+            if tries and count - len(found) > _MIN_RUN:
                 size = self._at - start
                 alike = rows_like(found[-1], size, self._data, self._at, count - len(found))
-                tries -= len(alike) < _FEW
+                tries -= len(alike) < _MIN_RUN
                 self._at += size * len(alike)
                 self._tags -= len(alike) * (1 + len(found[-1]))
                 found += alike
         return found
 
     def _array(self, dtype: np.dtype[Any], count: int) -> npt.NDArray[Any]:
-        return np.frombuffer(self._taken(count * dtype.itemsize), dtype)
+        return np.frombuffer(self._take(count * dtype.itemsize), dtype)
 
     def _count(self) -> int:
-        return max(0, int(_COUNT.unpack(self._taken(4))[0]))
+        return max(0, int(_COUNT.unpack(self._take(4))[0]))
 
-    def _taken(self, count: int) -> bytes:
-        """The next ``count`` bytes."""
+    def _take(self, count: int) -> bytes:
+        """Consume the next ``count`` bytes."""
         end = self._at + count
         if end > len(self._data):
-            raise Damaged("it ends too early")
+            raise Damaged("unexpected end of data")
         start, self._at = self._at, end
         return self._data[start:end]
 
 
-# The game's binary format ("named binary tags") written.
-#
-# Plain values become tags: ``dict`` a compound, ``str`` a text, ``int`` an int, ``Byte``, ``Short`` and ``Long``
-# those,
-# numpy arrays of 8, 32 and 64 bits arrays, a ``list`` a list of the kind of its first item, ``Compounds`` a list.
+# Writing NBT. Plain values become tags: ``dict`` a compound, ``str`` a string, ``int`` an int, ``Byte``, ``Short`` and
+# ``Long`` the corresponding types, numpy arrays of 8, 32 and 64 bits arrays, a ``list`` a list with the type of its
+# first item, ``Compounds`` a list of compounds.
 
 
-_LEVEL = 5  # of gzip: higher takes twice as long for a few hundredths less
-_ARRAYS_BY_SIZE = {1: (7, ">i1"), 4: (11, ">i4"), 8: (12, ">i8")}  # by the bytes of an item
+_LEVEL = 5  # of gzip: a higher level takes twice as long for a few percent
+_ARRAYS_BY_SIZE = {1: (7, ">i1"), 4: (11, ">i4"), 8: (12, ">i8")}  # by item size in bytes
 
 
 class Byte(int):
-    """An integer of one byte."""
+    """A one-byte integer."""
 
 
 class Short(int):
-    """An integer of two bytes, from 0 to 65,535: that is how lengths are read."""
+    """A two-byte integer, from 0 to 65,535, since lengths are read as unsigned."""
 
 
 class Long(int):
-    """An integer of eight bytes."""
+    """An eight-byte integer."""
 
 
 @dataclass(frozen=True, slots=True)
 class Compounds:
-    """A list of ``count`` compounds whose bytes are known."""
+    """A list of ``count`` serialised compounds."""
 
     count: int
     data: bytes
 
 
 def write_nbt(path: Path, name: str, root: Mapping[str, Any]) -> None:
-    """Write the compound ``root``, called ``name``, packed by gzip, whole or not at all; raises SceneError("file")."""
+    """Write the compound ``root`` named ``name``, compressed with gzip, atomically; raises SceneError("file")."""
     with (
         written_whole(path) as temporary,
         temporary.open("wb") as file,
@@ -350,27 +352,28 @@ def _list(value: list[Any] | Compounds) -> Iterator[bytes]:
 
 
 def _text(text: str) -> bytes:
-    """As Java writes texts: NUL in two bytes, letters beyond 16 bits as two halves."""
+    """Encode a string in Java's modified UTF-8: NUL as two bytes, characters beyond 16 bits as surrogate pairs."""
     units = text.encode("utf-16-be", "surrogatepass")
     halves = "".join(chr(units[i] << 8 | units[i + 1]) for i in range(0, len(units), 2))
     data = halves.encode("utf-8", "surrogatepass").replace(b"\0", b"\xc0\x80")
     return pack(">H", len(data)) + data
 
 
-# Numbers of cells as bytes: variable-length integers, and integers of some bits in longs.
+# Encodings of cell indices: variable-length integers, and fixed-width integers packed in longs.
 
 
 Numbers = npt.NDArray[np.uint32]
 Bytes = npt.NDArray[np.uint8]
 Longs = npt.NDArray[np.uint64]
 
-_GROUP = 64  # so many numbers of n bits fill n longs
-_SLAB = 1 << 20  # numbers that are looked at together
-_LONGEST = 5  # bytes of a 32-bit number, seven bits in each
+_GROUP = 64  # 64 numbers of n bits fill exactly n longs
+_SLAB = 1 << 20  # numbers processed per batch
+_MAX_VARINT = 5  # maximum bytes of a 32-bit number, with seven bits each
 
 
 def varints(numbers: Numbers) -> Bytes:
-    """``numbers`` (N,) as LEB128: seven bits a byte, the lowest first, the high bit set in all bytes but the last."""
+    """Encode ``numbers`` (N,) as LEB128: seven bits per byte, lowest first, the high bit set except in the last
+    byte."""
     if not len(numbers) or int(numbers.max()) < 0x80:
         return numbers.astype(np.uint8)
     return np.concatenate([_varints(numbers[i : i + _SLAB]) for i in range(0, len(numbers), _SLAB)])
@@ -378,7 +381,7 @@ def varints(numbers: Numbers) -> Bytes:
 
 def _varints(numbers: Numbers) -> Bytes:
     lengths = np.ones(len(numbers), np.int64)
-    for n in range(1, _LONGEST):
+    for n in range(1, _MAX_VARINT):
         lengths += numbers >= np.uint32(1 << (7 * n))
     starts = np.cumsum(lengths) - lengths
     out = np.zeros(int(lengths.sum()), np.uint8)
@@ -390,11 +393,10 @@ def _varints(numbers: Numbers) -> Bytes:
 
 
 def from_varints(data: Bytes, count: int) -> Numbers:
-    """The ``count`` numbers that ``varints`` packed; raises Damaged where ``data`` holds more or fewer, or too long
-    ones."""
+    """Decode ``count`` numbers encoded by ``varints``; raises Damaged for a different number, or for overlong ones."""
     last = data < 0x80
     if int(np.count_nonzero(last)) != count or (len(data) and not last[-1]):
-        raise Damaged(f"its blocks are not the {count:,} that its size asks for")
+        raise Damaged(f"the number of its blocks does not match its size of {count:,} cells")
     if len(data) == count:
         return data.astype(np.uint32)
     numbers = np.empty(count, np.uint32)
@@ -407,8 +409,8 @@ def from_varints(data: Bytes, count: int) -> Numbers:
 
 
 def _from_varints(data: Bytes, starts: npt.NDArray[np.int64], lengths: npt.NDArray[np.int64]) -> Numbers:
-    if int(lengths.max()) > _LONGEST:
-        raise Damaged("the number of a block takes too many bytes")
+    if int(lengths.max()) > _MAX_VARINT:
+        raise Damaged("a block index is encoded in too many bytes")
     numbers = np.zeros(len(starts), np.uint32)
     for n in range(int(lengths.max())):
         has = lengths > n
@@ -417,13 +419,12 @@ def _from_varints(data: Bytes, starts: npt.NDArray[np.int64], lengths: npt.NDArr
 
 
 def long_count(count: int, bits: int) -> int:
-    """The longs that ``count`` numbers of ``bits`` bits fill."""
+    """Return the number of longs that ``count`` numbers of ``bits`` bits occupy."""
     return -(-count * bits // 64)
 
 
 def packed_longs(numbers: Numbers, bits: int) -> Longs:
-    """``numbers`` (N,) of ``bits`` bits one after another, from the lowest bit of the first long on; numbers may lie
-    across two longs."""
+    """Pack ``numbers`` (N,) of ``bits`` bits into longs, lowest bits first; numbers may span two longs."""
     out = np.zeros((-(-len(numbers) // _GROUP), bits), np.uint64)
     for i in range(_GROUP):
         column = numbers[i::_GROUP].astype(np.uint64)
@@ -435,9 +436,9 @@ def packed_longs(numbers: Numbers, bits: int) -> Longs:
 
 
 def from_packed_longs(longs: Longs, count: int, bits: int) -> Numbers:
-    """The ``count`` numbers that ``packed_longs`` packed; raises Damaged where ``longs`` holds fewer."""
+    """Unpack ``count`` numbers packed by ``packed_longs``; raises Damaged if ``longs`` is too short."""
     if len(longs) < long_count(count, bits):
-        raise Damaged(f"its blocks are not the {count:,} that its size asks for")
+        raise Damaged(f"the number of its blocks does not match its size of {count:,} cells")
     groups = -(-count // _GROUP)
     rows = np.zeros(groups * bits, np.uint64)
     rows[: min(len(longs), len(rows))] = longs[: len(rows)]

@@ -1,9 +1,9 @@
-"""Voxelisation: from an entity to the blocks that it lays (the paper, appendix "Minecraft Renderer").
+"""Voxelisation of entities that place blocks (the paper, appendix "Minecraft Renderer").
 
-The numbers are the reference's: a cuboid begins at its position, truncated toward zero, and has as many cells along
-each axis as ``:scale`` times the pose's own scale. Cuboids are laid in the order of the program, later ones on top;
-``delete-blocks`` and ``minecraft:air`` empty their cells, hollow cuboids keep what is inside them. What stands in a
-cell is what the program asked for; ``settle`` makes whole block states of that.
+The rules are those of the reference implementation: a cuboid begins at its position, truncated toward zero, and its
+size in cells is ``:scale`` times the scale of its pose. Cuboids are placed in program order, later ones replacing
+earlier ones; ``delete-blocks`` and ``minecraft:air`` empty their cells, hollow cuboids preserve their interior. The
+resulting cells contain states as requested by the program; ``settled`` resolves them to complete block states.
 """
 
 from __future__ import annotations
@@ -37,18 +37,18 @@ from scenelang.interpreter.scene.flatten import FlatFrame, flatten_entity
 from scenelang.interpreter.scene.primitives import block_words
 from scenelang.interpreter.scene.primitives.blocks import SetCuboid
 
-# What a primitive asks for: the block and the properties that the program names, before anything is known of them.
+# Requested states: the block and the properties given by the program, before validation.
 
 
 NAMESPACE = "minecraft:"
-_WITH_STATE = re.compile(r"([^\[\]]+)\[([^\[\]]*)\]")  # as the game writes it: oak_log[axis=x]
+_WITH_STATE = re.compile(r"([^\[\]]+)\[([^\[\]]*)\]")  # the game's notation: oak_log[axis=x]
 
 
 def asked_state(entity: Entity) -> BlockState:
-    """The block that a "set-cuboid" or "delete-blocks" lays, with only the properties that the program gives.
+    """Return the block that a "set-cuboid" or "delete-blocks" places, with only the properties given by the program.
 
-    Raises SceneError("attribute"), with the place in the program, where ``:block-type`` or ``:block-kwargs`` is
-    missing or none.
+    Raises SceneError("attribute"), with the location in the program, if ``:block-type`` or ``:block-kwargs`` is missing
+    or invalid.
     """
     if isinstance(entity.shape, SetCuboid) and entity.shape.lays_air:
         return AIR_STATE
@@ -63,7 +63,7 @@ def asked_state(entity: Entity) -> BlockState:
 
 
 def is_hollow(entity: Entity) -> bool:
-    """Whether only the six faces are laid; raises SceneError("attribute") where ``:fill`` is neither true nor false."""
+    """Whether only the six faces are placed; raises SceneError("attribute") if ``:fill`` is not a boolean."""
     fill = entity.embedding.attributes.get("fill")
     if fill is not None and not isinstance(fill, bool):
         raise _problem(entity, "fill", "#t or #f")
@@ -71,14 +71,16 @@ def is_hollow(entity: Entity) -> bool:
 
 
 def namespaced(name: str) -> str:
-    """``Oak Planks`` as ``minecraft:oak_planks``: lower case, with underscores and the namespace; names with numbers,
-    from before 1.13, as they are today."""
+    """Normalise a block name: ``Oak Planks`` becomes ``minecraft:oak_planks``.
+
+    Numeric variants from before 1.13 are converted to current names.
+    """
     plain = without_number(re.sub(r"\s+", "_", name.strip().lower()).removeprefix(NAMESPACE))
     return plain if ":" in plain else NAMESPACE + plain
 
 
 def properties_of(entity: Entity) -> dict[str, str]:
-    """The properties that ``:block-kwargs`` gives, values as the game writes them; raises SceneError("attribute")."""
+    """Return the properties given by ``:block-kwargs``, in the game's notation; raises SceneError("attribute")."""
     given = entity.embedding.attributes.get("block-kwargs")
     try:
         return _pairs(plain_value(given))
@@ -104,7 +106,7 @@ def _pairs(given: Any) -> dict[str, str]:
 
 
 def _text(value: Any) -> str:
-    """A name or value as the game writes it: ``true``, ``7``, ``north``."""
+    """Return a name or value in the game's notation: ``true``, ``7``, ``north``."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, float) and value.is_integer():
@@ -115,29 +117,29 @@ def _text(value: Any) -> str:
 
 
 def place_of(entity: Entity) -> Span | None:
-    """Where the program made a primitive, the first of several places."""
+    """Return where the program created a primitive, the first of several locations."""
     return entity.places[0] if entity.places else None
 
 
-def _problem(entity: Entity, name: str, wanted: str) -> SceneError:
-    message = f'the attribute `:{name}` of "{entity.word}" must be {wanted}'
+def _problem(entity: Entity, name: str, expected: str) -> SceneError:
+    message = f'the attribute `:{name}` of "{entity.word}" must be {expected}'
     return SceneError("attribute", message, span=place_of(entity))
 
 
-# Laying cuboids of blocks into a grid of cells, one after another, later ones on top of earlier ones.
+# Placing cuboids of blocks in a grid of cells, in order, later ones replacing earlier ones.
 
 
 IntArray = npt.NDArray[np.int64]
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 
-_SMALL = 64  # cells: fewer are laid many cuboids at a time, more one cuboid at a time
-_CHUNK = 1 << 20  # cells that are laid at once
+_SMALL = 64  # cells: smaller cuboids are placed in batches, larger ones individually
+_CHUNK = 1 << 20  # cells placed per batch
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stamp:
-    """Cells to lay as they are where ``touched``, all of the same shape (X, Y, Z); ``touched`` is None for all."""
+    """A precomputed block of cells (X, Y, Z), to be copied where ``touched``; None for all."""
 
     cells: Cells
     touched: BoolArray | None
@@ -145,8 +147,11 @@ class Stamp:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Laid:
-    """Cuboids in the order in which they are laid: cells ``low <= c < high`` become ``number``, those of the six faces
-    only where ``hollow``. ``stamp`` is the number of a stamp to lay there instead, -1 for none."""
+    """Cuboids in placement order.
+
+    The cells ``low <= c < high`` become ``number``; with ``hollow`` only those of the six faces. ``stamp`` is the index
+    of a stamp to copy there instead, -1 for none.
+    """
 
     low: IntArray  # (N, 3)
     high: IntArray  # (N, 3)
@@ -156,8 +161,10 @@ class Laid:
 
 
 def paint(cells: Cells, origin: IntArray, laid: Laid, stamps: Sequence[Stamp]) -> None:
-    """Lay everything into ``cells``, whose first cell is ``origin`` (3,). What lies outside is left out; stamps lie
-    inside."""
+    """Place everything in ``cells``, whose first cell is ``origin`` (3,).
+
+    Cuboids are clipped to the grid; stamps must be inside it.
+    """
     laid = _as_slabs(laid)
     limit = np.array(cells.shape, np.int64)
     low = np.clip(laid.low - origin, 0, limit)
@@ -171,13 +178,13 @@ def paint(cells: Cells, origin: IntArray, laid: Laid, stamps: Sequence[Stamp]) -
         for i in range(first, last):
             where = tuple(slice(a, b) for a, b in zip(low[i].tolist(), high[i].tolist()))
             if laid.stamp[i] >= 0:
-                _press(cells[where], stamps[int(laid.stamp[i])])
+                _copy_stamp(cells[where], stamps[int(laid.stamp[i])])
             else:
                 cells[where] = laid.number[i]
 
 
 def _as_slabs(laid: Laid) -> Laid:
-    """Every hollow cuboid as its six faces."""
+    """Replace every hollow cuboid by its six faces."""
     open_ = laid.hollow & (laid.high - laid.low > 2).all(axis=1)
     if not open_.any():
         return laid
@@ -191,13 +198,13 @@ def _as_slabs(laid: Laid) -> Laid:
 
 
 def _runs(mask: BoolArray) -> Iterator[tuple[int, int]]:
-    """The longest stretches in which the mask does not change."""
+    """Yield the maximal runs in which the mask is constant."""
     edges = np.flatnonzero(np.diff(mask)) + 1
     bounds = [0, *edges.tolist(), len(mask)]
     yield from ((a, b) for a, b in pairwise(bounds) if a < b)
 
 
-def _press(there: Cells, stamp: Stamp) -> None:
+def _copy_stamp(there: Cells, stamp: Stamp) -> None:
     if stamp.touched is None:
         there[...] = stamp.cells
     else:
@@ -205,7 +212,7 @@ def _press(there: Cells, stamp: Stamp) -> None:
 
 
 def _paint_small(cells: Cells, low: IntArray, high: IntArray, volume: IntArray, number: IntArray) -> None:
-    """Lay cuboids of few cells, all cells of many cuboids at once; numpy keeps the last of equal indices."""
+    """Place small cuboids, all their cells at once; for equal indices numpy keeps the last value."""
     flat = cells.reshape(-1)
     _, ny, nz = cells.shape
     ends = np.cumsum(volume)
@@ -223,17 +230,16 @@ def _paint_small(cells: Cells, low: IntArray, high: IntArray, volume: IntArray, 
         start = stop
 
 
-# Entities that stand in several places of a build: voxelised once, then laid as a whole.
-#
-# That is sound where every pose from the root down to the entity, and below it, moves by whole cells only: truncation
-# then changes nothing, and the entity looks the same wherever it stands.
+# Instancing: entities that occur in several places of a build are voxelised once, then copied as a stamp. This is exact
+# if every pose from the root to the entity, and below it, is a translation by whole cells: truncation then has no
+# effect, and the entity has the same cells at every place.
 
 
-FARTHEST = 1 << 53  # cells from the origin: beyond it floats skip whole numbers
-_FEWEST = 8  # primitives that are worth a stamp
-_SPARSE = 64  # cells of a stamp's box for each of its primitives: more take longer than laying it anew
-_LARGEST = 1 << 22  # cells of one stamp
-_ALL = 1 << 25  # cells of all stamps together
+MAX_COORDINATE = 1 << 53  # cells from the origin: beyond this floats do not represent all integers
+_MIN_PRIMITIVES = 8  # minimum primitives of a stamp
+_MAX_SPARSITY = 64  # maximum cells of a stamp's box per primitive: larger ones take longer than placing the primitives
+_MAX_STAMP = 1 << 22  # maximum cells of one stamp
+_MAX_STAMPS = 1 << 25  # maximum cells of all stamps
 
 Sizes = Mapping[int, tuple[int, int, int] | None]
 Triple = tuple[int, int, int]
@@ -248,13 +254,14 @@ class CellBox:
 
     @property
     def volume(self) -> int:
-        """Cells in the box."""
+        """Number of cells in the box."""
         return (self.high[0] - self.low[0]) * (self.high[1] - self.low[1]) * (self.high[2] - self.low[2])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pattern:
-    """A repeated entity, the repeated ones in it closed, and the cells that it may touch in its own frame."""
+    """A repeated entity, with repeated entities inside it replaced, and the cells that it may touch in its own
+    frame."""
 
     entity: Entity
     box: CellBox
@@ -262,10 +269,9 @@ class Pattern:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Folded:
-    """The DAG of an entity with its repeated entities closed, and without anything that lays no blocks.
+    """The DAG of an entity with repeated entities replaced by placeholders, and without anything that places no blocks.
 
-    A closed entity is childless; ``numbers`` gives its place in ``patterns`` by ``id``. Patterns come before those
-    that use them.
+    ``numbers`` maps the ``id`` of a placeholder to its index in ``patterns``. Patterns come before those that use them.
     """
 
     root: Entity
@@ -274,20 +280,23 @@ class Folded:
 
 
 def folded(root: Entity, sizes: Sizes) -> Folded:
-    """``root`` with its repeated entities closed; ``sizes`` are the cells along each axis of every primitive that lays
-    blocks, by ``id``, None where these are not whole."""
+    """Replace repeated entities of ``root`` by placeholders.
+
+    ``sizes`` maps the ``id`` of every primitive that places blocks to its number of cells along each axis, None if it
+    is not an integer.
+    """
     order = list(descendants(root))
     boxes = _worth_closing(order, sizes)
     twins: dict[int, Entity] = {}
     numbers: dict[int, int] = {}
     patterns: list[Pattern] = []
-    room = _ALL
+    room = _MAX_STAMPS
     for entity in order:
         twin = entity if id(entity) in sizes else _without_others(entity, twins)
         if twin is None:
             continue
         box = boxes.get(id(entity))
-        if box is not None and box.volume <= min(room, _LARGEST):
+        if box is not None and box.volume <= min(room, _MAX_STAMP):
             room -= box.volume
             closed = Entity(entity.word, ANONYMOUS, (), SetCuboid())
             numbers[id(closed)] = len(patterns)
@@ -298,17 +307,17 @@ def folded(root: Entity, sizes: Sizes) -> Folded:
 
 
 def _without_others(entity: Entity, twins: Mapping[int, Entity]) -> Entity | None:
-    """The entity with the twins of its children; None where none of them lays blocks."""
-    kept = [part for part in entity.children if id(part.car) in twins]
-    if not kept:
+    """Return the entity with its children replaced by their twins, None if none of them places blocks."""
+    children = [part for part in entity.children if id(part.car) in twins]
+    if not children:
         return None
-    if len(kept) == len(entity.children) and all(twins[id(part.car)] is part.car for part in kept):
+    if len(children) == len(entity.children) and all(twins[id(part.car)] is part.car for part in children):
         return entity
-    return Entity(entity.word, ANONYMOUS, tuple(Pair(twins[id(part.car)], part.cdr) for part in kept))
+    return Entity(entity.word, ANONYMOUS, tuple(Pair(twins[id(part.car)], part.cdr) for part in children))
 
 
 def _worth_closing(order: Sequence[Entity], sizes: Sizes) -> dict[int, CellBox]:
-    """The cells of each entity that is worth a stamp, and may be one, by ``id``; ``order`` is children first."""
+    """Return the cells of each entity that can and should be a stamp, by ``id``; ``order`` is children first."""
     counts = instance_counts(order)
     movable = _whole_from_the_root(order)
     boxes: dict[int, CellBox] = {}
@@ -321,15 +330,15 @@ def _worth_closing(order: Sequence[Entity], sizes: Sizes) -> dict[int, CellBox]:
             boxes[id(entity)] = box
             primitives[id(entity)] = sum(primitives.get(id(part.car), 0) for part in entity.children) or 1
         elif id(entity) not in sizes and not any(id(part.car) in primitives for part in entity.children):
-            primitives[id(entity)] = 0  # nothing below it lays blocks
+            primitives[id(entity)] = 0  # nothing below it places blocks
     return {
         key: box for key, box in boxes.items()
-        if key in movable and primitives[key] >= _FEWEST and box.volume <= _SPARSE * primitives[key]
+        if key in movable and primitives[key] >= _MIN_PRIMITIVES and box.volume <= _MAX_SPARSITY * primitives[key]
     }  # fmt: skip
 
 
 def _whole_from_the_root(order: Sequence[Entity]) -> set[int]:
-    """The entities with children, by ``id``, that stand at whole cells wherever they stand."""
+    """Return the ids of entities with children all of whose instances are at whole cells."""
     moved: set[int] = set()
     for entity in reversed(order):
         free = id(entity) in moved
@@ -340,13 +349,13 @@ def _whole_from_the_root(order: Sequence[Entity]) -> set[int]:
 
 
 def is_whole_step(m: Matrix) -> bool:
-    """True where the pose moves by whole cells, and does nothing else."""
+    """Whether the pose is a translation by whole cells."""
     x, y, z = m[3], m[7], m[11]
     return (
         m[0] == m[5] == m[10] == 1.0
         and not (m[1] or m[2] or m[4] or m[6] or m[8] or m[9])
         and x % 1.0 == y % 1.0 == z % 1.0 == 0.0
-        and max(abs(x), abs(y), abs(z)) < FARTHEST
+        and max(abs(x), abs(y), abs(z)) < MAX_COORDINATE
     )
 
 
@@ -355,7 +364,7 @@ def _own_box(size: Triple | None) -> CellBox | None:
 
 
 def _joined(entity: Entity, boxes: Mapping[int, CellBox], primitives: Mapping[int, int]) -> CellBox | None:
-    """The box around an entity's children; None where one of them stands or is anywhere but at whole cells."""
+    """Return the box around an entity's children, None if one of them is not at whole cells."""
     found: list[tuple[Triple, Triple]] = []
     for part in entity.children:
         box, m = boxes.get(id(part.car)), part.cdr
@@ -372,40 +381,41 @@ def _joined(entity: Entity, boxes: Mapping[int, CellBox], primitives: Mapping[in
     return CellBox((min(xs[0]), min(ys[0]), min(zs[0])), (max(xs[1]), max(ys[1]), max(zs[1])))
 
 
-# Where cuboids of blocks stand: whole cells from the poses of primitives, or what is wrong with these.
+# Placement of cuboids: whole cells from the poses of primitives, and validation of poses.
 
 
-_NEAR = 1e-9  # cells: what sums of poses may be off
-_SLACK = 1e-6  # cells: what multiplied poses may be off
+_SUM_TOLERANCE = 1e-9  # cells: rounding error of summed translations
+_PRODUCT_TOLERANCE = 1e-6  # cells: rounding error of multiplied poses
 
 
 def first_cells(flat: FlatFrame) -> IntArray:
-    """The first cell of each instance (N, 3): its position, truncated toward zero. What rounding of floats left beside
-    a whole number is that number."""
+    """Return the first cell of each instance (N, 3): its position truncated toward zero, after removing rounding
+    errors."""
     position = flat.matrices[:, :, 3]
     whole = np.rint(position)
-    first: IntArray = np.where(np.abs(position - whole) < _NEAR, whole, np.trunc(position)).astype(np.int64)
+    first: IntArray = np.where(np.abs(position - whole) < _SUM_TOLERANCE, whole, np.trunc(position)).astype(np.int64)
     return first
 
 
 def off_cells(flat: FlatFrame) -> tuple[int, list[float], int] | None:
-    """How many instances stand between cells where truncation does not move all alike, so that distances change, the
-    position (3,) of the first of them, and its number; None where it moves all alike."""
+    """Detect instances between cells whose truncation changes their relative distances.
+
+    Returns their number, the position (3,) of the first and its index; None if all are shifted equally.
+    """
     position = flat.matrices[:, :, 3]
     if not len(position):
         return None
     moved = position - first_cells(flat)
-    unlike = (np.abs(moved - moved[0]) > _NEAR).any(axis=1)
+    unlike = (np.abs(moved - moved[0]) > _SUM_TOLERANCE).any(axis=1)
     if not unlike.any():
         return None
-    apart = (np.abs(moved) > _NEAR).any(axis=1)
+    apart = (np.abs(moved) > _SUM_TOLERANCE).any(axis=1)
     first = int(np.argmax(apart))
     return int(apart.sum()), position[first].tolist(), first
 
 
 def whole_sizes(flat: FlatFrame) -> IntArray:
-    """The cells of each instance along each axis (N, 3); raises SceneError("blocks") for the first pose that blocks
-    cannot have."""
+    """Return the cells of each instance along each axis (N, 3); raises SceneError("blocks") for unsupported poses."""
     own = np.array([_own_size(p) for p in flat.primitives], np.float64).reshape(-1, 3)
     linear, position = flat.matrices[:, :, :3], flat.matrices[:, :, 3]
     along = np.diagonal(linear, axis1=1, axis2=2)
@@ -413,16 +423,17 @@ def whole_sizes(flat: FlatFrame) -> IntArray:
     with np.errstate(invalid="ignore", over="ignore"):
         size = along * own[flat.index]
         whole = np.rint(size)
-        far = np.asarray(~((np.abs(position) < FARTHEST).all(axis=1) & (size < FARTHEST).all(axis=1)))
-        leans = across > _SLACK * np.maximum(np.abs(along).max(axis=1, initial=0.0), _SLACK)
-        turned: BoolArray = ~far & (leans | (along < 0.0).any(axis=1))
+        far = np.asarray(~((np.abs(position) < MAX_COORDINATE).all(axis=1) & (size < MAX_COORDINATE).all(axis=1)))
+        leans = across > _PRODUCT_TOLERANCE * np.maximum(np.abs(along).max(axis=1, initial=0.0), _PRODUCT_TOLERANCE)
+        rotated: BoolArray = ~far & (leans | (along < 0.0).any(axis=1))
         broken = ~far & (
-            (np.abs(size - whole) > np.clip(_SLACK * whole, _SLACK, 0.01)) | ((whole == 0) & (size > 0))
+            (np.abs(size - whole) > np.clip(_PRODUCT_TOLERANCE * whole, _PRODUCT_TOLERANCE, 0.01))
+            | ((whole == 0) & (size > 0))
         ).any(axis=1)
-    wrong = far | turned | broken
+    wrong = far | rotated | broken
     if wrong.any():
         i = int(np.argmax(wrong))
-        raise _misplaced(flat, i, "far" if far[i] else "turned" if turned[i] else "broken", size[i])
+        raise _pose_error(flat, i, "far" if far[i] else "turned" if rotated[i] else "broken", size[i])
     return whole.astype(np.int64)
 
 
@@ -431,23 +442,24 @@ def _own_size(primitive: Entity) -> tuple[float, float, float]:
     return primitive.shape.size
 
 
-def _misplaced(flat: FlatFrame, i: int, reason: str, size: FloatArray) -> SceneError:
+def _pose_error(flat: FlatFrame, i: int, reason: str, size: FloatArray) -> SceneError:
     entity = flat.primitives[int(flat.index[i])]
     path = " > ".join((*flat.paths[int(flat.path_index[i])], entity.word))
     shown = " x ".join(f"{n:.6g}" for n in size)
     problem, hint = {
-        "far": ("stands farther from the origin than cells can be counted", None),
+        "far": ("is too far from the origin", None),
         "turned": (
-            "is turned, mirrored or sheared, which blocks cannot be",
-            "compose blocks with `translate` and whole `scale` only; stairs and logs turn with `:block-kwargs`",
+            "is rotated, mirrored or sheared, which blocks do not support",
+            "use only `translate` and integer `scale` with blocks; rotate stairs and logs with `:block-kwargs`",
         ),
-        "broken": (f"is {shown} cells large, and blocks fill whole cells", "scale blocks by whole numbers"),
+        "broken": (f"is {shown} cells large, but blocks fill whole cells", "scale blocks by whole numbers"),
     }[reason]
     return SceneError("blocks", f'"{entity.word}" at {path} {problem}', hint=hint, span=place_of(entity))
 
 
 def cells_around(laid: Laid, most_cells: int) -> tuple[IntArray, tuple[int, ...]]:
-    """The first cell (3,) and the size of the box around all that is laid; raises LimitError for too many cells."""
+    """Return the first cell (3,) and the size of the box around everything placed; raises LimitError for too many
+    cells."""
     lays = ((laid.number != AIR) | (laid.stamp >= 0)) & (laid.high > laid.low).all(axis=1)
     if not lays.any():
         return np.zeros(3, np.int64), (0, 0, 0)
@@ -457,22 +469,25 @@ def cells_around(laid: Laid, most_cells: int) -> tuple[IntArray, tuple[int, ...]
         shown = " x ".join(f"{n:,}" for n in size)
         raise LimitError(
             "size",
-            f"the build's box is {shown} cells, more than the {most_cells:,} that one build may have",
-            hint="bring its parts nearer to one another, or lay smaller cuboids",
+            f"the build's box is {shown} cells, more than the limit of {most_cells:,}",
+            hint="move its parts closer together, or place smaller cuboids",
         )
     return low, size
 
 
-MOST_CELLS = 200_000_000
-_UNTOUCHED = np.uint32(0xFFFFFFFF)  # of a stamp: what it leaves as it is
-_SLAB = 1 << 22  # cells that are looked at together
+MAX_CELLS = 200_000_000
+_UNTOUCHED = np.uint32(0xFFFFFFFF)  # of a stamp: cells that are not changed
+_SLAB = 1 << 22  # cells processed per batch
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Voxels:
-    """``build`` holds the states that the program asks for, with the properties that it gives and no others;
-    ``places[n]`` is where the program asks for ``build.palette[n]``. ``others`` are the words of the primitives that
-    lay no blocks, sorted; ``off_cells`` is the warning where blocks stand between cells, and not all alike."""
+    """The result of voxelisation.
+
+    ``build`` contains the requested states, with only the properties given by the program; ``places[n]`` is where the
+    program requests ``build.palette[n]``. ``others`` are the sorted words of primitives that place no blocks;
+    ``off_cells`` is a warning if blocks are between cells with different offsets.
+    """
 
     build: Build
     places: tuple[Span | None, ...]
@@ -481,9 +496,12 @@ class Voxels:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Asked:
-    """The primitives that lay blocks, by ``id``: their sizes, where whole, and the number of their block in
-    ``palette``, of which ``places`` are the places."""
+class _Requested:
+    """The primitives that place blocks, by ``id``.
+
+    ``sizes`` are their sizes if integer, ``numbers`` the index of their block in ``palette``; ``places`` are the source
+    locations of the palette's entries.
+    """
 
     sizes: Sizes
     numbers: Mapping[int, int]
@@ -492,43 +510,42 @@ class _Asked:
     others: tuple[str, ...]
 
 
-def voxelised(root: Entity, limit: int = 2_000_000, most_cells: int = MOST_CELLS) -> Voxels:
-    """The blocks of ``root``, in the smallest box that holds them; a box of no cells where nothing stands.
+def voxelised(root: Entity, limit: int = 2_000_000, most_cells: int = MAX_CELLS) -> Voxels:
+    """Return the blocks of ``root``, in the smallest box that contains them; the box is empty if nothing is placed.
 
-    Raises SceneError: "attribute" for a block that is no block, "blocks" for a pose that is more than a move and a
-    whole scale; and LimitError for more than ``limit`` primitives, repeated entities counted once, or a box of more
-    than ``most_cells`` cells.
+    Raises SceneError: "attribute" for an invalid block, "blocks" for a pose that is not a translation and an integer
+    scale; and LimitError for more than ``limit`` primitives, with repeated entities counted once, or a box of more than
+    ``most_cells`` cells.
     """
-    asked = _asked(root)
-    tree = folded(root, asked.sizes)
+    requested = _requested(root)
+    tree = folded(root, requested.sizes)
     _check_count((tree.root, *(pattern.entity for pattern in tree.patterns)), limit)
     stamps: list[Stamp] = []
     for pattern in tree.patterns:
         origin = np.array(pattern.box.low, np.int64)
         cells = np.full(np.array(pattern.box.high, np.int64) - origin, _UNTOUCHED, np.uint32)
-        paint(cells, origin, _laid(pattern.entity, tree, asked), stamps)
+        paint(cells, origin, _cuboids_of(pattern.entity, tree, requested), stamps)
         touched = cells != _UNTOUCHED
         stamps.append(Stamp(cells, None if touched.all() else touched))
     flat = flatten_entity(tree.root, whole_cells=False)
-    laid = _laid_of(flat, tree, asked)
+    laid = _laid_of(flat, tree, requested)
     origin, size = cells_around(laid, most_cells)
     cells = np.zeros(size, np.uint32)
     paint(cells, origin, laid, stamps)
-    return replace(_finished(cells, origin, asked), off_cells=_off_cells(flat))
+    return replace(_finished(cells, origin, requested), off_cells=_off_cells(flat))
 
 
 def ignored(voxels: Voxels) -> Diagnostic | None:
-    """The warning that names the words which lay no blocks; None where there are none."""
+    """Return the warning that lists the words which place no blocks, None if there are none."""
     if not voxels.others:
         return None
     shown = ", ".join(f'"{word}"' for word in voxels.others[:8]) + (", .." if len(voxels.others) > 8 else "")
-    message = f"only {' and '.join(block_words())} lay blocks; left out: {shown}"
-    return Diagnostic("no-block", message, hint="fill the shapes of the whole scene with blocks: --voxelize 64")
+    message = f"only {' and '.join(block_words())} place blocks; ignored: {shown}"
+    return Diagnostic("no-block", message, hint="voxelise the shapes of the whole scene with --voxelize 64")
 
 
 def _off_cells(flat: FlatFrame) -> Diagnostic | None:
-    """The warning for blocks between cells; what all stands as far from its cells keeps its distances. Patterns stand
-    and are at whole cells."""
+    """Return the warning about blocks between cells whose distances change; patterns are always at whole cells."""
     found = off_cells(flat)
     if found is None:
         return None
@@ -536,16 +553,16 @@ def _off_cells(flat: FlatFrame) -> Diagnostic | None:
     entity = flat.primitives[int(flat.index[number])]
     cell = first_cells(flat)[number].tolist()
     message = (
-        f"{count:,} cuboids stand between cells, such as that at [{' '.join(f'{n:.6g}' for n in at)}], which is laid"
+        f"{count:,} cuboids are not aligned to cells, such as the one at [{' '.join(f'{n:.6g}' for n in at)}], placed"
     )
-    message += f" at [{' '.join(map(str, cell))}]; gaps between them change"
-    return Diagnostic("off-cells", message, place_of(entity), hint="move blocks by whole numbers")
+    message += f" at [{' '.join(map(str, cell))}]; distances between them change"
+    return Diagnostic("off-cells", message, place_of(entity), hint="translate blocks by integers")
 
 
-# --- what is asked for -----------------------------------------------------------------------------------------------
+# --- requested blocks ------------------------------------------------------------------------------------------------
 
 
-def _asked(root: Entity) -> _Asked:
+def _requested(root: Entity) -> _Requested:
     states: dict[BlockState, int] = {AIR_STATE: AIR}
     places: list[Span | None] = [None]
     sizes: dict[int, Triple | None] = {}
@@ -563,13 +580,13 @@ def _asked(root: Entity) -> _Asked:
             places.append(place_of(entity))
         numbers[id(entity)] = states[state]
         sizes[id(entity)] = _whole_size(entity)
-    return _Asked(sizes, numbers, tuple(states), tuple(places), tuple(sorted(others)))
+    return _Requested(sizes, numbers, tuple(states), tuple(places), tuple(sorted(others)))
 
 
 def _whole_size(entity: Entity) -> Triple | None:
     assert isinstance(entity.shape, SetCuboid)
     x, y, z = entity.shape.size
-    return (int(x), int(y), int(z)) if all(n == int(n) and n < FARTHEST for n in (x, y, z)) else None
+    return (int(x), int(y), int(z)) if all(n == int(n) and n < MAX_COORDINATE for n in (x, y, z)) else None
 
 
 def _check_count(entities: Sequence[Entity], limit: int) -> None:
@@ -577,30 +594,30 @@ def _check_count(entities: Sequence[Entity], limit: int) -> None:
     if count > limit:
         raise LimitError(
             "primitives",
-            f"the scene lays {count:,} cuboids of blocks, more than the {limit:,} that one build may have",
-            hint="lay larger cuboids, or a part of the scene",
+            f"the scene places {count:,} cuboids of blocks, more than the limit of {limit:,}",
+            hint="place larger cuboids, or a part of the scene",
         )
 
 
-# --- where it stands -------------------------------------------------------------------------------------------------
+# --- placement -------------------------------------------------------------------------------------------------------
 
 
-def _laid(entity: Entity, tree: Folded, asked: _Asked) -> Laid:
-    """The cuboids and stamps that ``entity`` lays, in order; raises SceneError("blocks")."""
-    return _laid_of(flatten_entity(entity, whole_cells=False), tree, asked)
+def _cuboids_of(entity: Entity, tree: Folded, requested: _Requested) -> Laid:
+    """Return the cuboids and stamps that ``entity`` places, in order; raises SceneError("blocks")."""
+    return _laid_of(flatten_entity(entity, whole_cells=False), tree, requested)
 
 
-def _laid_of(flat: FlatFrame, tree: Folded, asked: _Asked) -> Laid:
+def _laid_of(flat: FlatFrame, tree: Folded, requested: _Requested) -> Laid:
     primitives = flat.primitives
     stamp = np.array([tree.numbers.get(id(p), -1) for p in primitives], np.int64)
     size = whole_sizes(flat)
     low = first_cells(flat)
-    for i in np.flatnonzero(stamp >= 0).tolist():  # a pattern's box need not begin at its origin
+    for i in np.flatnonzero(stamp >= 0).tolist():  # a pattern's box may begin away from its origin
         box = tree.patterns[int(stamp[i])].box
         rows = flat.index == i
         low[rows] += box.low
         size[rows] = np.array(box.high) - box.low
-    number = np.array([asked.numbers.get(id(p), AIR) for p in primitives], np.int64)
+    number = np.array([requested.numbers.get(id(p), AIR) for p in primitives], np.int64)
     hollow = np.array([is_hollow(p) for p in primitives], np.bool_)
     index = flat.index
     return Laid(low, low + size, number[index], hollow[index], stamp[index])
@@ -609,36 +626,36 @@ def _laid_of(flat: FlatFrame, tree: Folded, asked: _Asked) -> Laid:
 # --- the grid --------------------------------------------------------------------------------------------------------
 
 
-def _finished(cells: Cells, origin: IntArray, asked: _Asked) -> Voxels:
-    """The smallest box, and a palette of what stands in it."""
-    used = numbers_in(cells, len(asked.palette))
+def _finished(cells: Cells, origin: IntArray, requested: _Requested) -> Voxels:
+    """Return the build in the smallest box, with a palette of used states."""
+    used = numbers_in(cells, len(requested.palette))
     used[AIR] = True
     box = smallest_box(cells)
-    kept = np.ascontiguousarray(cells[box])
+    cropped = np.ascontiguousarray(cells[box])
     if not used.all():
         number = (np.cumsum(used) - 1).astype(np.uint32)
-        slab = max(1, _SLAB // max(1, kept[:1].size))
-        for start in range(0, len(kept), slab):
-            kept[start : start + slab] = number[kept[start : start + slab]]
+        slab = max(1, _SLAB // max(1, cropped[:1].size))
+        for start in range(0, len(cropped), slab):
+            cropped[start : start + slab] = number[cropped[start : start + slab]]
     x, y, z = (int(a) + side.start for a, side in zip(origin.tolist(), box))
     chosen = np.flatnonzero(used).tolist()
-    palette = tuple(asked.palette[i] for i in chosen)
-    places = tuple(asked.places[i] for i in chosen)
-    return Voxels(Build((x, y, z), kept, palette), places, asked.others)
+    palette = tuple(requested.palette[i] for i in chosen)
+    places = tuple(requested.places[i] for i in chosen)
+    return Voxels(Build((x, y, z), cropped, palette), places, requested.others)
 
 
-# Properties that blocks had in earlier versions of the game, or that another block has now: what they mean today.
-#
-# A rule applies only where the block that the version knows does not take the property as it is given, so that nothing
-# that is right today is changed. The properties that were dropped or given to another block since 1.13 are those of
-# `history.tsv.gz`; before 1.13, kinds of one block were properties of it: its colour, wood or stone.
+# Properties of earlier versions of the game, or that moved to another block: conversion to the current version. A rule
+# applies only if the current block does not accept the property as given, so that valid properties are unchanged.
+# Properties dropped or moved since 1.13 are those in `history.tsv.gz`; before 1.13, variants of a block were
+# properties: its colour, wood or stone.
 
 
-_KINDS = ("variant", "type", "color", "wood_type", "material", "block_type")  # what told kinds of a block apart
+# properties that distinguished the variants of a block
+_KINDS = ("variant", "type", "color", "wood_type", "material", "block_type")
 _STANDING = ("torch", "redstone_torch", "soul_torch", "copper_torch")
-_WALLS = {"true": "low", "false": "none"}  # until 1.16 an arm was there or not
-_SAID = {"silver": "light_gray", "wood_old": "oak", "normal": "", "default": "", "all": "", "y": ""}
-_FAMILIES = (  # blocks whose kinds had names of their own
+_WALLS = {"true": "low", "false": "none"}  # before 1.16 the arms of walls were boolean
+_VALUE_ALIASES = {"silver": "light_gray", "wood_old": "oak", "normal": "", "default": "", "all": "", "y": ""}
+_FAMILIES = (  # blocks whose variants had unrelated names
     "stone", "dirt", "sand", "planks", "log", "tallgrass", "short_grass", "double_plant", "sunflower", "red_flower",
     "poppy", "yellow_flower", "dandelion", "prismarine", "stonebrick", "stone_bricks", "quartz_block",
 )  # fmt: skip
@@ -667,8 +684,7 @@ _WHOLE = {
 
 @dataclass(frozen=True, slots=True)
 class Modern:
-    """A block as the version has it: its ``kind``, the properties that it takes, and those of the given ones that mean
-    nothing to it."""
+    """A block in the current version: its ``kind``, its properties, and the given properties that it does not have."""
 
     kind: BlockKind
     given: dict[str, str]
@@ -676,33 +692,34 @@ class Modern:
 
 
 def modern(name: str, kind: BlockKind, given: Mapping[str, str], table: BlockTable) -> Modern:
-    """What the block asked for as ``name``, which the version has as ``kind``, is with the properties ``given``."""
-    kept: dict[str, str] = {}
+    """Convert the block ``name``, which the version has as ``kind``, and its properties ``given`` to the current
+    version."""
+    accepted: dict[str, str] = {}
     dropped: dict[str, str] = {}
-    for key, value in sorted(given.items(), key=lambda pair: pair[0] not in _KINDS):  # which block it is comes first
+    # properties that determine the block come first
+    for key, value in sorted(given.items(), key=lambda pair: pair[0] not in _KINDS):
         if value in kind.values.get(key, ()):
-            kept[key] = value
+            accepted[key] = value
             continue
         change = _moved(name, kind, key, value, table)
         if change is None:
             dropped[key] = value
             continue
         kind, more = change
-        kept |= more
-    late = {key: value for key, value in kept.items() if value not in kind.values.get(key, ())}
-    return Modern(kind, {key: value for key, value in kept.items() if key not in late}, dropped | late)
+        accepted |= more
+    late = {key: value for key, value in accepted.items() if value not in kind.values.get(key, ())}
+    return Modern(kind, {key: value for key, value in accepted.items() if key not in late}, dropped | late)
 
 
 Change = tuple[BlockKind, dict[str, str]]
 
 
 def _moved(name: str, kind: BlockKind, key: str, value: str, table: BlockTable) -> Change | None:
-    """The block that now has what ``key`` said of the block, and the properties that say it there; None where there is
-    none."""
+    """Return the block and the properties that now represent the property ``key``, None if there are none."""
     plain = kind.name.removeprefix(NAMESPACE)
     if key in _KINDS:
         return _kind_of(name.removeprefix(NAMESPACE), plain, value, table)
-    if plain == "cauldron" and key == "level":  # filled ones are blocks of their own since 1.17
+    if plain == "cauldron" and key == "level":  # filled ones are separate blocks since 1.17
         filled = table.blocks.get(NAMESPACE + "water_cauldron")
         if value == "0":
             return kind, {}
@@ -720,7 +737,7 @@ def _moved(name: str, kind: BlockKind, key: str, value: str, table: BlockTable) 
 
 
 def _renamed(kind: BlockKind, key: str, value: str) -> Iterator[tuple[str, str]]:
-    """The property of the same block that says today what ``key`` did."""
+    """Yield the current property of the same block that replaces ``key``."""
     if key in kind.values and value in _WALLS:
         yield key, _WALLS[value]
     elif key == "half" and kind.shape == "slab":
@@ -742,7 +759,7 @@ def _renamed(kind: BlockKind, key: str, value: str) -> Iterator[tuple[str, str]]
 
 
 def _torch(kind: BlockKind, plain: str, value: str, table: BlockTable) -> Change | None:
-    """Torches on walls are blocks of their own since 1.13."""
+    """Wall torches are separate blocks since 1.13."""
     if value == "up":
         return kind, {}
     wall = f"{plain.removesuffix('torch')}wall_torch"
@@ -750,18 +767,18 @@ def _torch(kind: BlockKind, plain: str, value: str, table: BlockTable) -> Change
     return (on_wall, {"facing": value}) if on_wall is not None and value in on_wall.values["facing"] else None
 
 
-def _kind_of(asked: str, plain: str, value: str, table: BlockTable) -> Change | None:
-    """The block that is the kind ``value`` of the block ``asked``, which is called ``plain`` today."""
+def _kind_of(requested: str, plain: str, value: str, table: BlockTable) -> Change | None:
+    """Return the variant ``value`` of the block ``requested``, whose current name is ``plain``."""
     value = value.replace(" ", "_")
-    whole = _WHOLE.get((asked, value)) or _WHOLE.get((plain, value))
+    whole = _WHOLE.get((requested, value)) or _WHOLE.get((plain, value))
     if whole is not None:
         found = table.blocks.get(NAMESPACE + whole[0])
         return None if found is None else (found, dict([whole[1]] if whole[1] is not None else []))
-    said = _SAID.get(value, value)
-    if not said:
+    variant = _VALUE_ALIASES.get(value, value)
+    if not variant:
         return table.blocks[NAMESPACE + plain], {}
-    for base in dict.fromkeys((plain, asked)):
-        for name in _named(said, base):
+    for base in dict.fromkeys((plain, requested)):
+        for name in _named(variant, base):
             full = NAMESPACE + name if NAMESPACE + name in table.blocks else None
             if full is None:
                 newer = renamed(name, {known.removeprefix(NAMESPACE) for known in table.blocks})
@@ -772,7 +789,7 @@ def _kind_of(asked: str, plain: str, value: str, table: BlockTable) -> Change | 
 
 
 def _named(value: str, base: str) -> Iterator[str]:
-    """How a block may be called that is the kind ``value`` of ``base``, the likeliest first."""
+    """Yield candidate names for the variant ``value`` of ``base``, most likely first."""
     last = base.rpartition("_")[2]
     yield f"{value}_{base}"
     if "smooth_" in value:

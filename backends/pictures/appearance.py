@@ -1,9 +1,9 @@
-"""How surfaces look: the material that a primitive's word and attributes mean to the geometric backends.
+"""Surface appearance: the material of a primitive, derived from its word and attributes, for geometric backends.
 
-``:color`` is the share of light that is reflected, in linear sRGB; ``:roughness`` from 0 (polished) to 1, matte without
-it; ``:metallic`` from 0 to 1; ``:opacity`` from 0 to 1, how much of what is behind is hidden; ``:emission`` radiance,
-one number (times the colour) or three; ``:ior`` the index of refraction: its surface is glossy, and what light its
-``:opacity`` lets through is refracted, as by glass.
+``:color`` is the reflectance in linear sRGB; ``:roughness`` from 0 (polished) to 1, matte if absent; ``:metallic`` from
+0 to 1; ``:opacity`` from 0 (transparent) to 1; ``:emission`` the emitted radiance, one number (multiplied by the
+colour) or three; ``:ior`` the index of refraction: the surface is glossy, and light transmitted by its ``:opacity`` is
+refracted, as by glass.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ from scenelang.interpreter.scene.primitives import items_of
 FloatArray = npt.NDArray[np.float64]
 Point = tuple[float, float, float]
 
-GLASS = 1.5  # the index of refraction of a glossy surface that names none
+GLASS = 1.5  # index of refraction of a glossy surface without `:ior`
 _HIGHEST_IOR = 4.0
 
-# What each attribute of the material means, in a line; `color` is the shape's.
+# One-line descriptions of the material attributes; `:color` belongs to the shape.
 MATERIALS: Mapping[str, str] = MappingProxyType({
     "emission": "radiance, a number (times the colour) or [r g b]; default 0",
-    "opacity": "from 0 to 1, how much of what is behind is hidden; default 1",
+    "opacity": "from 0 to 1, opaque at 1; default 1",
     "metallic": "from 0 to 1: metals reflect their colour; default 0",
     "roughness": "from 0, polished, to 1, rough; default matte, without highlights",
     "ior": "index of refraction, 1 to 4: glossy, refracts what `:opacity` lets through; default none",
@@ -43,8 +43,11 @@ READ = tuple(MATERIALS)
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """``color`` and ``emission`` (radiance) in linear sRGB, the rest as the module says. ``roughness`` None is matte,
-    ``ior`` None is not refracting."""
+    """Material of a surface.
+
+    ``color`` and ``emission`` (radiance) are linear sRGB; see the module's docstring for the others. ``roughness`` None
+    means matte, ``ior`` None means not refractive.
+    """
 
     color: Point
     emission: Point = (0.0, 0.0, 0.0)
@@ -55,12 +58,12 @@ class Look:
 
     @property
     def is_matte(self) -> bool:
-        """True when the surface scatters light evenly: no highlights, no reflections."""
+        """Whether the surface is Lambertian: no highlights, no reflections."""
         return self.roughness is None and self.metallic == 0.0 and self.ior is None
 
     @property
     def gloss(self) -> float:
-        """The roughness of what reflects: the given one, else what the other attributes suggest."""
+        """Roughness of the reflecting layer; if not given, a default for glass, metal or diffuse surfaces."""
         if self.roughness is not None:
             return self.roughness
         return 0.05 if self.ior is not None else 0.35 if self.metallic > 0.0 else 1.0
@@ -68,7 +71,7 @@ class Look:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Looks:
-    """K looks as columns."""
+    """The columns of K materials (structure of arrays)."""
 
     rows: tuple[Look, ...]
     color: FloatArray  # (K, 3)
@@ -77,11 +80,11 @@ class Looks:
     matte: npt.NDArray[np.bool_]  # (K,)
     gloss: FloatArray  # (K,)
     metallic: FloatArray  # (K,)
-    ior: FloatArray  # (K,), that of glass where none is given
+    ior: FloatArray  # (K,), that of glass where not given
 
 
 def looks_of(rows: Iterable[Look]) -> Looks:
-    """The columns of ``rows``."""
+    """Return ``rows`` as columns."""
     rows = tuple(rows)
     count = len(rows)
     return Looks(
@@ -97,9 +100,9 @@ def looks_of(rows: Iterable[Look]) -> Looks:
 
 
 def look_of(entity: Entity) -> Look:
-    """The look that a primitive's attributes ask for; raises SceneError("attribute") where they make none.
+    """Return the material given by a primitive's attributes; raises SceneError("attribute") if one is invalid.
 
-    Semantic primitives and blocks without ``:color`` have a stable tint of their word or block type.
+    Semantic primitives and blocks without ``:color`` get a stable tint derived from their word or block type.
     """
     attributes, shape = entity.embedding.attributes, entity.shape
     color = shape.color if shape is not None else (1.0, 1.0, 1.0)
@@ -109,10 +112,10 @@ def look_of(entity: Entity) -> Look:
     given = {name: value for name in READ if (value := attributes.get(name)) is not None}
     if not given:
         return Look(color)
-    glow = _numbers_in(entity.word, "emission", given.get("emission"), (1, 3), (0.0, 0.0, 0.0))
-    if len(glow) == 1:
-        glow = tuple(glow[0] * channel for channel in color)
-    red, green, blue = (max(0.0, channel) for channel in glow)
+    emission = _numbers_in(entity.word, "emission", given.get("emission"), (1, 3), (0.0, 0.0, 0.0))
+    if len(emission) == 1:
+        emission = tuple(emission[0] * channel for channel in color)
+    red, green, blue = (max(0.0, channel) for channel in emission)
     opacity = _share(entity.word, "opacity", given.get("opacity"))
     metallic = _share(entity.word, "metallic", given.get("metallic"))
     return Look(
@@ -126,15 +129,15 @@ def look_of(entity: Entity) -> Look:
 
 
 def check_seen(scene: Scene) -> None:
-    """Raises SceneError("empty-scene") where all that has geometry has ``:opacity 0``."""
+    """Raise SceneError("empty-scene") if all geometry of the scene has ``:opacity 0``."""
     solid = (e for e in descendants(*scene.frames) if e.shape is not None and e.shape.has_geometry)
     if not any(look_of(entity).opacity > 0.0 for entity in solid):
-        message = f'nothing of the scene "{scene.word}" can be seen: all of it has `:opacity 0`'
+        message = f'the scene "{scene.word}" is invisible: all of it has `:opacity 0`'
         raise SceneError("empty-scene", message)
 
 
 def _share(word: str, name: str, value: Any) -> float | None:
-    """A number clipped to [0, 1]; None where it is not given."""
+    """Return ``value`` clipped to [0, 1], or None if it is not given."""
     return None if value is None else min(1.0, max(0.0, _numbers_in(word, name, value, (1,), (0.0,))[0]))
 
 
@@ -148,7 +151,7 @@ def _ior(word: str, value: Any) -> float | None:
 
 
 def tint(text: str, saturation: float, value: float) -> Point:
-    """A colour of ``text``'s own, the same on every machine: linear sRGB of the given HSV saturation and value."""
+    """Return a stable colour (linear sRGB) for ``text``: a hashed hue with the given HSV saturation and value."""
     hue = int.from_bytes(hashlib.blake2s(text.encode("utf-8", "surrogatepass"), digest_size=4).digest(), "big") / 2**32
     red, green, blue = from_srgb(np.array(colorsys.hsv_to_rgb(hue, saturation, value))).tolist()
     return (red, green, blue)
@@ -157,7 +160,7 @@ def tint(text: str, saturation: float, value: float) -> Point:
 def _numbers_in(
     word: str, name: str, value: Any, lengths: Iterable[int], default: tuple[float, ...]
 ) -> tuple[float, ...]:
-    """The attribute ``value`` as one of ``lengths`` many finite floats."""
+    """Return the attribute ``value`` as a tuple of finite floats whose length is one of ``lengths``."""
     if value is None:
         return default
     if type(value) in (int, float) and 1 in lengths and math.isfinite(value):
@@ -169,6 +172,6 @@ def _numbers_in(
     except (TypeError, ValueError, OverflowError):
         floats = ()
     if len(floats) not in tuple(lengths) or not np.isfinite(floats).all() or any(isinstance(n, str) for n in numbers):
-        wanted = " or ".join("a number" if length == 1 else f"{length} numbers" for length in lengths)
-        raise SceneError("attribute", f'the attribute `:{name}` of "{word}" must be {wanted}')
+        expected = " or ".join("a number" if length == 1 else f"{length} numbers" for length in lengths)
+        raise SceneError("attribute", f'the attribute `:{name}` of "{word}" must be {expected}')
     return floats

@@ -1,7 +1,7 @@
-"""The computation graph of a scene: what calls what, how often, under which handles (paper, Figure 2).
+"""Computation graph of a scene as SVG: which entity calls which, how often, under which handles (paper, Figure 2).
 
-Entities of one word whose parts are alike are one node, so that sixty-four squares of two colours are one, while each
-level of a recursion is a node of its own.
+Entities with the same word and the same kinds of parts share a node, so that sixty-four squares of two colours are one
+node, while each level of a recursion has a separate node.
 """
 
 from __future__ import annotations
@@ -24,14 +24,17 @@ from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants, instance_counts
 from scenelang.interpreter.scene.numbering import first_handles
 
-MOST_NODES = 400
-_MOST_HANDLES = 2
+MAX_NODES = 400
+_MAX_HANDLES = 2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Node:
-    """``sample`` is one of the entities that the node stands for, ``distinct`` how many there are, ``instances`` how
-    often they stand in the scene; ``handles`` are those of the first of them."""
+    """A node of the graph: a class of equivalent entities.
+
+    ``sample`` is one of the entities, ``distinct`` their number, ``instances`` the number of their instances in the
+    scene; ``handles`` are those of their first instances.
+    """
 
     word: str
     sample: Entity
@@ -46,7 +49,7 @@ class Node:
 
 @dataclass(frozen=True, slots=True)
 class Edge:
-    """One entity of node ``start`` has from ``least`` to ``most`` parts of node ``end``."""
+    """Every entity of node ``start`` has between ``least`` and ``most`` parts of node ``end``."""
 
     start: int
     end: int
@@ -55,7 +58,7 @@ class Edge:
 
     @property
     def label(self) -> str:
-        """How often, where it is more than once."""
+        """Multiplicity of the edge, empty for one."""
         if self.least != self.most:
             return f"×{self.least}–{self.most}"
         return f"×{self.most:,}" if self.most > 1 else ""
@@ -63,8 +66,10 @@ class Edge:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CallGraph:
-    """Nodes with the root first, and edges between them in the order of the parts. ``hidden`` nodes lie below the depth
-    that was asked for, or beyond ``MOST_NODES``."""
+    """The nodes, root first, and the edges in the order of the parts.
+
+    ``hidden`` is the number of nodes omitted because they are below the requested depth or exceed ``MAX_NODES``.
+    """
 
     nodes: tuple[Node, ...]
     edges: tuple[Edge, ...]
@@ -72,7 +77,7 @@ class CallGraph:
 
 
 def call_graph(scene: Scene, frame: int = 0, depth: int | None = None) -> CallGraph:
-    """The computation graph of one frame, as far as ``depth`` levels below the root."""
+    """Return the computation graph of one frame, down to ``depth`` levels below the root (None: all)."""
     root = scene.frames[frame]
     order = list(descendants(root))
     kind = _kinds(order)
@@ -89,7 +94,8 @@ def call_graph(scene: Scene, frame: int = 0, depth: int | None = None) -> CallGr
 
 
 def _kinds(order: list[Entity]) -> dict[int, int]:
-    """A number for every entity by ``id``: equal where words and the kinds of the parts are equal."""
+    """Return the kind of every entity by ``id``; entities with equal words and equal kinds of parts have equal
+    kinds."""
     numbers: dict[tuple[str, tuple[int, ...]], int] = {}
     kind: dict[int, int] = {}
     for entity in order:  # children first
@@ -101,11 +107,11 @@ def _kinds(order: list[Entity]) -> dict[int, int]:
 def _shown(
     root: int, members: dict[int, list[Entity]], kind: dict[int, int], depth: int | None
 ) -> tuple[list[int], int]:
-    """The kinds that are drawn, level by level from the root, and how many are not."""
+    """Return the kinds to draw, breadth first from the root, and the number of omitted kinds."""
     shown, level = [root], [root]
-    while level and (depth is None or depth > 0) and len(shown) < MOST_NODES:
+    while level and (depth is None or depth > 0) and len(shown) < MAX_NODES:
         parts = [kind[id(part.car)] for one in level for entity in members[one] for part in entity.children]
-        level = [one for one in dict.fromkeys(parts) if one not in set(shown)][: MOST_NODES - len(shown)]
+        level = [one for one in dict.fromkeys(parts) if one not in set(shown)][: MAX_NODES - len(shown)]
         shown += level
         depth = None if depth is None else depth - 1
     return shown, len(members) - len(shown)
@@ -113,7 +119,7 @@ def _shown(
 
 def _node(entities: list[Entity], instances: dict[int, int], handles: dict[int, str]) -> Node:
     first = tuple(dict.fromkeys(handles[id(entity)] for entity in entities))
-    shown = first[:_MOST_HANDLES] + (("…",) if len(first) > _MOST_HANDLES else ())
+    shown = first[:_MAX_HANDLES] + (("…",) if len(first) > _MAX_HANDLES else ())
     total = sum(instances[id(entity)] for entity in entities)
     return Node(entities[0].word, entities[0], len(entities), total, shown)
 
@@ -127,17 +133,17 @@ def _edges(start: int, entities: list[Entity], kind: dict[int, int], number: dic
     ]
 
 
-# Where the nodes of a computation graph stand: in rows by their distance from the root, with few crossings.
+# Layered graph layout (Sugiyama et al., 1981): rows by distance from the root, ordered to reduce crossings.
 
 
 GAP_X, GAP_Y = 26.0, 64.0
-_PASSAGE = 4.0  # the width of an edge among nodes
+_PASSAGE = 4.0  # width reserved for an edge that passes between nodes
 _SWEEPS = 12
 
 
 @dataclass(frozen=True, slots=True)
 class NodePosition:
-    """The middle of a node, and its size."""
+    """Centre and size of a node."""
 
     x: float
     y: float
@@ -147,16 +153,16 @@ class NodePosition:
 
 @dataclass(frozen=True, slots=True)
 class GraphLayout:
-    """``places`` of the nodes; ``ways`` of the edges, the places between nodes that each passes."""
+    """Positions of the nodes (``places``) and, for each edge, its waypoints between other nodes (``ways``)."""
 
     places: tuple[NodePosition, ...]
     ways: tuple[tuple[NodePosition, ...], ...]
 
 
 def laid_out(sizes: Sequence[tuple[float, float]], edges: Sequence[tuple[int, int]]) -> GraphLayout:
-    """The layout of nodes of ``sizes`` (width, height), the first of which is the root of the acyclic ``edges``.
+    """Lay out nodes of ``sizes`` (width, height); the first is the root of the acyclic graph ``edges``.
 
-    An edge over several rows passes a narrow place of its own in each row between, so that it crosses no node.
+    An edge that spans several rows gets a narrow dummy node in each row between, so that it crosses no node.
     """
     row_of = _rows(len(sizes), edges)
     all_sizes, short, passed = list(sizes), [], []
@@ -199,7 +205,7 @@ def _placed(
 
 
 def _rows(count: int, edges: Sequence[tuple[int, int]]) -> list[int]:
-    """The longest way from the root to each node, so that all edges point down."""
+    """Return the row of each node: the length of the longest path from the root, so that all edges point down."""
     row = [0] * count
     waiting = [0] * count
     below: list[list[int]] = [[] for _ in range(count)]
@@ -218,7 +224,7 @@ def _rows(count: int, edges: Sequence[tuple[int, int]]) -> list[int]:
 
 
 def _positions(rows: Sequence[Sequence[int]]) -> dict[int, float]:
-    """How far along its row each node stands, from 0 to 1."""
+    """Return the relative position of each node in its row, from 0 to 1."""
     return {node: (i + 0.5) / len(row) for row in rows for i, node in enumerate(row)}
 
 
@@ -238,7 +244,7 @@ def _abscissae(
     above: Mapping[int, Sequence[int]],
     below: Mapping[int, Sequence[int]],
 ) -> dict[int, float]:
-    """The middles of the nodes: near their neighbours' mean, in the order of their rows, without overlap."""
+    """Return the x coordinates of the nodes: near the mean of their neighbours, in row order, without overlap."""
     x: dict[int, float] = {}
     for row in rows:
         at = 0.0
@@ -250,19 +256,21 @@ def _abscissae(
     for sweep in range(_SWEEPS):
         for row in rows if sweep % 2 == 0 else rows[::-1]:
             near = above if sweep % 2 == 0 else below
-            wanted = [sum(x[o] for o in near[n]) / len(near[n]) if near[n] else x[n] for n in row]
-            for node, at in zip(row, _apart(wanted, [sizes[node][0] for node in row]), strict=True):
+            targets = [sum(x[o] for o in near[n]) / len(near[n]) if near[n] else x[n] for n in row]
+            for node, at in zip(row, _apart(targets, [sizes[node][0] for node in row]), strict=True):
                 x[node] = at
     return x
 
 
-def _apart(wanted: Sequence[float], widths: Sequence[float]) -> list[float]:
-    """Places in order, as near to the ``wanted`` ones as not overlapping allows: those that push form blocks, each
-    about its own mean."""
-    blocks: list[list[float]] = []  # [sum of wanted starts, nodes, place of the first]
+def _apart(targets: Sequence[float], widths: Sequence[float]) -> list[float]:
+    """Return non-overlapping positions in order that minimise the squared distance to ``targets``.
+
+    Pool adjacent violators: overlapping nodes are merged into blocks, each centred on its mean.
+    """
+    blocks: list[list[float]] = []  # [sum of target starts, number of nodes]
     offsets: list[float] = []
     at = 0.0
-    for i, (place, width) in enumerate(zip(wanted, widths, strict=True)):
+    for i, (place, width) in enumerate(zip(targets, widths, strict=True)):
         at += 0.0 if i == 0 else (widths[i - 1] + width) / 2.0 + GAP_X
         offsets.append(at)
         blocks.append([place - at, 1.0])
@@ -274,24 +282,26 @@ def _apart(wanted: Sequence[float], widths: Sequence[float]) -> list[float]:
     return [start + offset for start, offset in zip(starts, offsets, strict=True)]
 
 
-# Computation graphs as SVG: words in boxes, handles below them, arrows with counts.
+# SVG output: words in boxes, handles below them, arrows with counts.
 
 
 _FONT = 14.0
 _SMALL = 11.0
 _THUMBNAIL = 72
 _MARGIN = 18.0
-_LONGEST = 36
-_HEIGHTS = (0.42, 0.58, 0.74)  # of labels along their arrows
+_MAX_LABEL = 36
+_HEIGHTS = (0.42, 0.58, 0.74)  # positions of labels along their arrows
 _FAMILY = "ui-sans-serif, system-ui, 'Segoe UI', 'DejaVu Sans', sans-serif"
-_WIDE = 0.6  # the width of a letter over its height
+_WIDE = 0.6  # width of a letter relative to its height
 
 
 def write_graph(
     scene: Scene, path: Path | str, frame: int | None = None, depth: int | None = None, thumbnails: bool = False
 ) -> None:
-    """Draw the computation graph of one frame as SVG, whole or not at all; with ``thumbnails``, of every node a draft
-    picture. Raises SceneError."""
+    """Write the computation graph of one frame to an SVG file, atomically; raises SceneError.
+
+    With ``thumbnails``, each node shows a draft picture.
+    """
     graph = call_graph(scene, frame_of(scene, frame), depth)
     pictures = [_thumbnail(node) if thumbnails else None for node in graph.nodes]
     text = drawing(graph, pictures)
@@ -299,7 +309,7 @@ def write_graph(
 
 
 def drawing(graph: CallGraph, pictures: Sequence[str | None]) -> str:
-    """The SVG text; ``pictures`` are the nodes' PNG files in base64, or None."""
+    """Return the SVG text; ``pictures`` are the nodes' PNG files in base64, or None."""
     sizes = [_size(node, picture) for node, picture in zip(graph.nodes, pictures, strict=True)]
     layout = laid_out(sizes, [(edge.start, edge.end) for edge in graph.edges])
     places = layout.places
@@ -322,7 +332,7 @@ def drawing(graph: CallGraph, pictures: Sequence[str | None]) -> str:
     for node, place, picture in zip(graph.nodes, places, pictures, strict=True):
         lines += _box(node, place, picture)
     if graph.hidden:
-        lines.append(_text(left + _MARGIN, bottom - 8.0, f"and {graph.hidden} more", _SMALL, "#6b7280", "start"))
+        lines.append(_text(left + _MARGIN, bottom - 8.0, f"{graph.hidden} more not shown", _SMALL, "#6b7280", "start"))
     return "\n".join([*lines, "</svg>", ""])
 
 
@@ -334,7 +344,7 @@ def _size(node: Node, picture: str | None) -> tuple[float, float]:
 
 def _label(word: str) -> str:
     plain = "".join(c if c.isprintable() else " " for c in word)
-    return plain if len(plain) <= _LONGEST else plain[: _LONGEST - 1] + "…"
+    return plain if len(plain) <= _MAX_LABEL else plain[: _MAX_LABEL - 1] + "…"
 
 
 def _handles(node: Node) -> str:
@@ -346,10 +356,10 @@ def _box(node: Node, place: NodePosition, picture: str | None) -> list[str]:
     red, green, blue = word_color(node.word)
     fill = "#f8fafc" if node.is_primitive else f"rgba({red},{green},{blue},0.22)"
     radius = 4.0 if node.is_primitive else 10.0
-    said = f"{node.word}: {node.instances:,} instances, {node.distinct:,} distinct"
+    tooltip = f"{node.word}: {node.instances:,} instances, {node.distinct:,} distinct"
     lines = [
         "<g>",
-        f"<title>{escape(printable(said))}</title>",
+        f"<title>{escape(printable(tooltip))}</title>",
         f'<rect x="{x:.1f}" y="{y:.1f}" width="{place.width:.1f}" height="{place.height:.1f}" rx="{radius}" '
         f'fill="#ffffff"/>',
         f'<rect x="{x:.1f}" y="{y:.1f}" width="{place.width:.1f}" height="{place.height:.1f}" rx="{radius}" '
@@ -369,9 +379,10 @@ def _box(node: Node, place: NodePosition, picture: str | None) -> list[str]:
 
 
 def _arrow(start: NodePosition, end: NodePosition, way: Sequence[NodePosition], label: str, number: int) -> str:
-    """A curve from the lower edge of one box to the upper edge of the other, upright at the places of ``way``.
+    """Draw a curve from the bottom of one box to the top of another, vertical at the waypoints ``way``.
 
-    The label stands on the last stretch, at another height for every ``number``, so that neighbours do not overlap.
+    The label is on the last segment, at a height that varies with ``number`` so that neighbouring labels do not
+    overlap.
     """
     points = [(start.x, start.y + start.height / 2.0), *((p.x, p.y) for p in way), (end.x, end.y - end.height / 2.0)]
     path = f"M{points[0][0]:.1f} {points[0][1]:.1f}"
@@ -395,7 +406,7 @@ def _text(x: float, y: float, text: str, size: float, color: str, anchor: str) -
 
 
 def _thumbnail(node: Node) -> str | None:
-    """A small draft picture of a node's entity, in base64; None where there is nothing to draw."""
+    """Return a small draft picture of a node's entity as base64 PNG, or None if the entity has no geometry."""
     if entity_box(node.sample) is None:
         return None
     side = 2 * _THUMBNAIL

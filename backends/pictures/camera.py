@@ -1,8 +1,8 @@
-"""The one camera type: pinhole or parallel, placed in the world, with its JSON form.
+"""Cameras: pinhole or parallel projection, placed in the world, with a JSON form.
 
 World frame: right-handed, +x right, +y up, +z towards the viewer. Camera frame: +x right, +y down, +z forward, as in
 OpenCV. A world point p has the camera coordinates ``q = R p + t`` and the picture position ``K q / q_z`` (``K (q_x,
-q_y, 1)`` for a parallel projection) in pixels from the top left corner, so that pixel centres lie at halves.
+q_y, 1)`` for a parallel projection) in pixels from the top left corner; pixel centres are at half-integers.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ Projection = Literal["perspective", "orthographic"]
 FORMAT, VERSION = "scenelang-camera", 1
 AXES = "camera: x right, y down, z forward; world: x right, y up, z towards the viewer; pixel centres at halves"
 LARGEST = 8192
-_LARGEST_FILE = 100_000
+_MAX_FILE_BYTES = 100_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Camera:
     """A placed camera for pictures of ``width`` x ``height`` pixels.
 
-    ``intrinsics`` K (3, 3) has pixels for units: the focal lengths (pixels per scene unit for "orthographic") and the
-    principal point. ``world_to_camera`` (4, 4) is rigid. ``aperture`` is the lens's radius and ``focus`` the distance
-    of what is sharp, in scene units; an aperture of 0 is a pinhole.
+    ``intrinsics`` K (3, 3) is in pixels: the focal lengths (pixels per scene unit for "orthographic") and the principal
+    point. ``world_to_camera`` (4, 4) is rigid. ``aperture`` is the radius of the lens and ``focus`` the focus distance,
+    in scene units; an aperture of 0 is a pinhole.
     """
 
     width: int
@@ -51,7 +51,7 @@ class Camera:
 
     @property
     def right(self) -> FloatArray:
-        """(3,) in the world, as ``up`` and ``forward`` are."""
+        """Unit vector (3,) in world coordinates, like ``up`` and ``forward``."""
         return np.asarray(self.world_to_camera[0, :3], np.float64)
 
     @property
@@ -64,28 +64,28 @@ class Camera:
 
     @property
     def axes(self) -> FloatArray:
-        """The rows right, up, forward (3, 3): from world directions to those of the picture, +y up."""
+        """Rotation (3, 3) from world directions to (right, up, forward); its rows are these axes."""
         return np.stack([self.right, self.up, self.forward])
 
     @property
     def eye(self) -> FloatArray:
-        """The camera's place (3,) in the world."""
+        """Position (3,) of the camera in the world."""
         return np.asarray(-self.world_to_camera[:3, :3].T @ self.world_to_camera[:3, 3], np.float64)
 
     @property
     def focal(self) -> tuple[float, float]:
-        """Pixels per unit at depth 1 (at any depth for parallel projection), across and down."""
+        """Focal lengths, horizontal and vertical: pixels per unit at depth 1 (at any depth for parallel projection)."""
         return float(self.intrinsics[0, 0]), float(self.intrinsics[1, 1])
 
     @property
     def principal(self) -> tuple[float, float]:
-        """Where the axis of view meets the picture, in pixels."""
+        """Principal point, in pixels."""
         return float(self.intrinsics[0, 2]), float(self.intrinsics[1, 2])
 
     def project(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Points (N, 3) to pixels (N, 2) from the top left corner, and depths (N,) along the axis of view.
+        """Project points (N, 3) to pixels (N, 2) from the top left corner, and depths (N,) along the optical axis.
 
-        Of points at or behind the eye of a perspective camera the pixels are nan.
+        The pixels of points at or behind the eye of a perspective camera are nan.
         """
         local = points @ self.world_to_camera[:3, :3].T + self.world_to_camera[:3, 3]
         depth = local[:, 2]
@@ -93,7 +93,8 @@ class Camera:
         return local[:, :2] / safe[:, None] * np.array(self.focal) + np.array(self.principal), depth
 
     def rescaled(self, center: FloatArray, scale: float) -> Camera:
-        """The same picture of the world after ``p -> scale (p - center)``."""
+        """Return the camera that sees the same picture after the world is transformed by ``p -> scale (p -
+        center)``."""
         pose = self.world_to_camera.copy()
         pose[:3, 3] = -pose[:3, :3] @ ((self.eye - center) * scale)
         intrinsics = self.intrinsics.copy()
@@ -103,7 +104,7 @@ class Camera:
         return replace(self, world_to_camera=pose, intrinsics=intrinsics, aperture=aperture, focus=focus)
 
     def resized(self, width: int, height: int) -> Camera:
-        """The same view in a picture of another size: as much of it as the height shows."""
+        """Return the same view at another picture size; the vertical field of view is preserved."""
         ratio = height / self.height
         intrinsics = self.intrinsics.copy()
         intrinsics[:2] *= ratio
@@ -114,8 +115,10 @@ class Camera:
 def camera_at(
     eye: FloatArray, axes: tuple[FloatArray, FloatArray, FloatArray], focal: float, width: int, height: int, **more: Any
 ) -> Camera:
-    """A camera at ``eye`` (3,) with the orthonormal right, up and forward ``axes``, ``focal`` pixels long, whose axis
-    of view meets the middle of the picture."""
+    """Return a camera at ``eye`` (3,) with orthonormal (right, up, forward) ``axes`` and a centred principal point.
+
+    ``focal`` is the focal length in pixels; ``more`` is passed to ``Camera``.
+    """
     right, up, forward = axes
     pose = np.eye(4)
     pose[:3, :3] = np.stack([right, -up, forward])
@@ -125,7 +128,7 @@ def camera_at(
 
 
 def camera_to_json(camera: Camera) -> dict[str, Any]:
-    """The JSON form, which ``camera_from_json`` reads back."""
+    """Return the JSON form of a camera, the input of ``camera_from_json``."""
     return {
         "format": FORMAT,
         "version": VERSION,
@@ -141,34 +144,34 @@ def camera_to_json(camera: Camera) -> dict[str, Any]:
 
 
 def read_camera(path: Path | str) -> Camera:
-    """The camera of a JSON file; raises SceneError."""
+    """Read a camera from a JSON file; raises SceneError."""
     target = Path(path)
     try:
-        if target.stat().st_size > _LARGEST_FILE:
-            raise SceneError("file", f"`{target}` is too large for a camera")
+        if target.stat().st_size > _MAX_FILE_BYTES:
+            raise SceneError("file", f"`{target}` is too large for a camera file")
         data = json.loads(read_regular(target))
     except OSError as error:
         raise SceneError("file", f"cannot read {target}: {error.strerror or error}") from error
     except (ValueError, RecursionError):
-        raise SceneError("value", f"`{target}` holds no camera: it is no JSON") from None
+        raise SceneError("value", f"`{target}` is not a camera file: invalid JSON") from None
     return camera_from_json(data)
 
 
 def camera_from_json(data: Any) -> Camera:
-    """The camera that ``camera_to_json`` wrote, or another program in that form; raises SceneError("value")."""
+    """Return the camera described by JSON data in the form of ``camera_to_json``; raises SceneError("value")."""
     if not isinstance(data, dict) or data.get("format", FORMAT) != FORMAT:
-        raise SceneError("value", f'a camera in JSON is an object with "format": "{FORMAT}"')
+        raise SceneError("value", f'a JSON camera must be an object with "format": "{FORMAT}"')
     projection = data.get("projection", "perspective")
     if projection not in ("perspective", "orthographic"):
-        raise SceneError("value", f"a camera's projection is perspective or orthographic, not {projection!r}")
+        raise SceneError("value", f"a camera's projection must be perspective or orthographic, not {projection!r}")
     size = [data.get(name) for name in ("width", "height")]
     if not all(type(side) is int and 1 <= side <= LARGEST for side in size):
-        raise SceneError("value", f"a camera's width and height are whole numbers from 1 to {LARGEST}")
+        raise SceneError("value", f"a camera's width and height must be integers from 1 to {LARGEST}")
     intrinsics, pose = _matrix(data, "K", 3), _matrix(data, "world_to_camera", 4)
-    turn = pose[:3, :3]
+    rotation = pose[:3, :3]
     with np.errstate(all="ignore"):
-        is_rigid = np.abs(turn @ turn.T - np.eye(3)).max() <= 1e-4
-    if not is_rigid or np.linalg.det(turn) < 0 or (pose[3] != [0, 0, 0, 1]).any():
+        is_rigid = np.abs(rotation @ rotation.T - np.eye(3)).max() <= 1e-4
+    if not is_rigid or np.linalg.det(rotation) < 0 or (pose[3] != [0, 0, 0, 1]).any():
         raise SceneError("value", "a camera's world_to_camera must be rigid: a rotation and a translation")
     fx, fy = float(intrinsics[0, 0]), float(intrinsics[1, 1])
     if min(fx, fy) <= 0.0 or abs(fx - fy) > 1e-6 * fx or intrinsics[0, 1] or (intrinsics[2] != [0, 0, 1]).any():
@@ -183,7 +186,7 @@ def _matrix(data: dict[str, Any], name: str, size: int) -> FloatArray:
     except (TypeError, ValueError):
         matrix = np.zeros(0)
     if matrix.shape != (size, size) or not np.isfinite(matrix).all():
-        raise SceneError("value", f"a camera's {name} must be {size} x {size} finite numbers")
+        raise SceneError("value", f"a camera's {name} must be a {size} x {size} matrix of finite numbers")
     return matrix
 
 
@@ -194,25 +197,26 @@ def _length(data: dict[str, Any], name: str, default: float) -> float:
     return float(value)
 
 
-# Viewpoints: what the user asks of a camera, and placing the camera so that the scene is in view.
-#
-# At azimuth 0 the camera looks from +z towards -z; a positive azimuth moves it towards +x, a positive elevation
-# upwards. Angles are degrees, lengths the scene's units.
+# Viewpoints: a camera as the user describes it, and its placement such that the scene is in view. At azimuth 0 the
+# camera looks from +z towards -z; a positive azimuth moves it towards +x, a positive elevation upwards. Angles are in
+# degrees, lengths in scene units.
 
 
 Point = tuple[float, float, float]
 
-MARGIN = 0.06  # of the half picture, on each side
+MARGIN = 0.06  # fraction of half the picture, on each side
 
 
 @dataclass(frozen=True, slots=True)
 class Viewpoint:
-    """``fov`` is the vertical field of view; ``distance`` is from the eye to ``target``; where either is None it is
-    chosen so that the whole scene is in view.
+    """A camera as described by the user, before it is placed.
 
-    ``orthographic`` projects in parallel. ``follow`` aims at each frame's own middle. ``orbit`` is how far a film goes
-    round the scene (None: once round a static scene). ``aperture`` is the radius of the lens, 0 for a pinhole, and
-    ``focus`` the distance of what is sharp (None: the target's).
+    ``fov`` is the vertical field of view; ``distance`` is from the eye to ``target``; if either is None it is chosen so
+    that the whole scene is in view.
+
+    ``orthographic`` selects parallel projection. ``follow`` aims at the centre of each frame. ``orbit`` is the angle
+    that a film's camera travels around the scene (None: one full turn around a static scene). ``aperture`` is the
+    radius of the lens, 0 for a pinhole, and ``focus`` the focus distance (None: the target's).
     """
 
     azimuth: float = 30.0
@@ -238,10 +242,10 @@ USAGE = f"{', '.join(PRESETS)}, azimuth=40,elevation=20,distance=5,fov=35,target
 
 
 def place(viewpoint: Viewpoint, low: FloatArray, high: FloatArray, width: int, height: int) -> Camera:
-    """Place a camera before the box from ``low`` to ``high`` (3,), for pictures of ``width`` x ``height`` pixels.
+    """Place a camera in front of the box from ``low`` to ``high`` (3,), for pictures of ``width`` x ``height`` pixels.
 
     Without a target the box is centred in the picture; without a distance the eye is as near as the eight corners of
-    the box allow with a margin of 6 % of the half picture on every side.
+    the box allow, with a margin of 6 % of the half picture on every side.
     """
     axes = axes_of(viewpoint.azimuth, viewpoint.elevation)
     right, up, forward = axes
@@ -259,7 +263,7 @@ def place(viewpoint: Viewpoint, low: FloatArray, high: FloatArray, width: int, h
         fitted = max(float(np.max(np.abs(x) / kx - z)), float(np.max(np.abs(y) / ky - z)))
     distance = viewpoint.distance if viewpoint.distance is not None else max(fitted, 1e-3 * extent) or 1.0
     if viewpoint.target is None:
-        depth = z + max(distance, 0.05 * extent - float(z.min()), 1e-9)  # the eye may be asked for within the box
+        depth = z + max(distance, 0.05 * extent - float(z.min()), 1e-9)  # the requested eye may be inside the box
         center = center + _middle(x, depth) * right + _middle(y, depth) * up
     focal = height / (2.0 * tangent)
     return camera_at(center - distance * forward, axes, focal, width, height, **_lens(viewpoint, distance))
@@ -275,7 +279,7 @@ def _parallel(
     extent: float,
     size: tuple[int, int],
 ) -> Camera:
-    """A camera of parallel projection: ``distance`` stands for the height of what is seen at ``fov``."""
+    """Place a camera with parallel projection; ``distance`` determines the visible height via ``fov``."""
     width, height = size
     if viewpoint.target is None:
         center = center + (x.max() + x.min()) / 2.0 * axes[0] + (y.max() + y.min()) / 2.0 * axes[1]
@@ -296,7 +300,8 @@ def _lens(viewpoint: Viewpoint, distance: float) -> dict[str, float]:
 
 
 def axes_of(azimuth: float, elevation: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The camera's right, up and forward, each (3,), for angles in degrees; well defined straight up and down too."""
+    """Return the camera's right, up and forward vectors, each (3,), for angles in degrees; also defined at the
+    poles."""
     a, e = math.radians(azimuth), math.radians(elevation)
     right = np.array([math.cos(a), 0.0, -math.sin(a)])
     forward = -np.array([math.sin(a) * math.cos(e), math.sin(e), math.cos(a) * math.cos(e)])
@@ -304,13 +309,15 @@ def axes_of(azimuth: float, elevation: float) -> tuple[FloatArray, FloatArray, F
 
 
 def _nearest(x: FloatArray, z: FloatArray, k: float) -> float:
-    """The least distance d for which some c has |x - c| <= k (z + d) for all corners."""
+    """Return the smallest distance d such that some c satisfies |x - c| <= k (z + d) for all corners."""
     return float(np.max(x - k * z) + np.max(-x - k * z)) / (2.0 * k)
 
 
 def _middle(x: FloatArray, depth: FloatArray) -> float:
-    """The c with the least greatest |x - c| / depth: the corners project as far to one side of it as to the other.
-    That greatest ratio is the largest of (x_i - x_j) / (depth_i + depth_j) over all pairs of corners."""
+    """Return the c that minimises the maximum of |x - c| / depth: the projection extends equally far on both sides.
+
+    The minimum is the largest of (x_i - x_j) / (depth_i + depth_j) over all pairs of corners.
+    """
     sums = depth[:, None] + depth[None, :]
     ratios = (x[:, None] - x[None, :]) / sums
     i, j = np.unravel_index(int(np.argmax(ratios)), ratios.shape)
@@ -321,8 +328,10 @@ def _middle(x: FloatArray, depth: FloatArray) -> float:
 
 
 def parse_viewpoint(text: str) -> Viewpoint | Camera:
-    """What ``text`` asks for: a preset, ``azimuth=40,elevation=20,...``, a preset with changes
-    (``isometric,azimuth=10``), or the path of a camera's JSON file. Raises SceneError for anything else."""
+    """Parse a viewpoint: a preset, ``azimuth=40,elevation=20,...``, both (``isometric,azimuth=10``), or a JSON file.
+
+    Raises SceneError.
+    """
     if text.strip().lower().endswith(".json"):
         return read_camera(Path(text.strip()))
     items = [part for part in (piece.strip() for piece in text.split(",")) if part]
@@ -337,14 +346,14 @@ def parse_viewpoint(text: str) -> Viewpoint | Camera:
 
 
 def _change(item: str) -> tuple[str, float | bool | Point]:
-    """The field and value of ``key=value``, or of a flag by itself."""
+    """Parse ``key=value``, or a flag without a value, into a field of ``Viewpoint`` and its value."""
     keys = tuple(field.name for field in fields(Viewpoint))
     key, equals, value = (piece.strip() for piece in item.partition("="))
     if key in _FLAGS and not equals:
         return key, True
     if key not in keys or key in _FLAGS or not equals:
-        hint = suggest(key, (*keys, *PRESETS)) or f"it can be {USAGE}"
-        raise SceneError("value", f"the camera does not understand `{item}`", hint=hint)
+        hint = suggest(key, (*keys, *PRESETS)) or f"expected {USAGE}"
+        raise SceneError("value", f"unknown camera setting `{item}`", hint=hint)
     numbers = [_number(key, piece) for piece in value.split(":")]
     if len(numbers) != (3 if key == "target" else 1):
         wanted = "three numbers like 0:1:0" if key == "target" else "one number"
@@ -353,7 +362,7 @@ def _change(item: str) -> tuple[str, float | bool | Point]:
 
 
 def checked(viewpoint: Viewpoint) -> Viewpoint:
-    """``viewpoint`` itself when its numbers make sense; raises SceneError("value") otherwise."""
+    """Return ``viewpoint`` unchanged if its values are in range; raises SceneError("value") otherwise."""
     optional = (viewpoint.distance, viewpoint.orbit, viewpoint.focus, *(viewpoint.target or ()))
     plain = (viewpoint.azimuth, viewpoint.elevation, viewpoint.fov, viewpoint.aperture, *(x or 0.0 for x in optional))
     if not all(map(math.isfinite, plain)):

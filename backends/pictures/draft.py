@@ -1,7 +1,7 @@
-"""Draft pictures: an analytic ray caster with soft shadows and ambient occlusion, in numpy alone.
+"""Draft backend: an analytic ray caster with soft shadows and ambient occlusion, in numpy alone.
 
-Four samples per pixel; a sample sees the nearest opaque solid, the ground, or the backdrop, with up to six see-through
-layers before it. Light, ground and film are those of final pictures (``studio``).
+Four samples per pixel; a sample sees the nearest opaque solid, the ground, or the backdrop, behind at most six
+transparent layers. Lighting, ground and tone curve are those of final pictures (``studio``).
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ from scenelang.backends.pictures.draft_light import (
     radiance_of,
     samples_at,
     shadow_map,
+    sky_direction_count,
     sky_light,
     sky_maps,
-    sky_places,
     smoothed,
 )
 from scenelang.backends.pictures.film import (
@@ -51,8 +51,8 @@ Float32Array = npt.NDArray[np.float32]
 IntArray = npt.NDArray[np.int64]
 T = TypeVar("T")
 
-_SAMPLES = 2  # per pixel and direction
-_BAND = 1 << 17  # samples shaded at once
+_SAMPLES = 2  # per pixel and axis
+_BAND = 1 << 17  # samples shaded per batch
 _LAYERS = 6
 
 
@@ -60,10 +60,10 @@ _LAYERS = 6
 class Draft:
     """A draft picture of H x W pixels.
 
-    ``linear`` (H, W, 3) is after the film's tone curve, linear sRGB in [0, 1], ``radiance`` before it; ``depth`` (H, W)
-    of opaque surfaces along the view, infinity on the backdrop; ``ids`` (H, W) the nearest solids' numbers, GROUND or
-    SKY; ``albedo`` and ``normal`` (H, W, 3) are averaged over each pixel, for denoisers; ``sky`` (H, W) is its share of
-    backdrop.
+    ``linear`` (H, W, 3) is linear sRGB in [0, 1] after tone mapping, ``radiance`` (H, W, 3) before it. ``depth`` (H, W)
+    is the distance to opaque surfaces along the view direction, infinity on the backdrop; ``ids`` (H, W) are the
+    indices of the nearest solids, GROUND or SKY. ``albedo`` and ``normal`` (H, W, 3) are averaged over each pixel, for
+    denoisers; ``sky`` (H, W) is the fraction of the pixel covered by the backdrop.
     """
 
     linear: Float32Array
@@ -76,13 +76,13 @@ class Draft:
 
 
 class DraftCache:
-    """What the shots of one film have in common: worked out once, as long as nothing that it depends on changes."""
+    """Values shared by the shots of a film, recomputed only when their dependencies change."""
 
     def __init__(self) -> None:
         self._values: dict[str, tuple[Hashable, Any]] = {}
 
     def get(self, name: str, depends_on: Hashable, make: Callable[[], T]) -> T:
-        """The value called ``name`` for ``depends_on``, made where there is none yet."""
+        """Return the cached value ``name`` for ``depends_on``, calling ``make`` if it is absent or stale."""
         found = self._values.get(name)
         if found is None or found[0] != depends_on:
             found = self._values[name] = (depends_on, make())
@@ -91,26 +91,26 @@ class DraftCache:
 
 
 def draw(
-    stage: Stage, progress: Callable[[float], None] | None = None, shaded: bool = True, kept: DraftCache | None = None
+    stage: Stage, progress: Callable[[float], None] | None = None, shaded: bool = True, cache: DraftCache | None = None
 ) -> Draft:
-    """Draw ``stage``; without ``shaded`` only geometry (depth, ids, albedo, normal), colours are black.
+    """Draw ``stage``; without ``shaded`` only geometry is computed (depth, ids, albedo, normal) and colours are black.
 
-    ``kept`` carries what the fixed solids look like from one shot of a film to the next.
+    ``cache`` stores the image of static solids between the shots of a film.
     """
     report = progress or (lambda _: None)
-    kept = kept or DraftCache()
+    cache = cache or DraftCache()
     rays = camera_rays(stage.camera, _SAMPLES)
     caster = caster_for(stage.solids, rays)
     opaque = stage.solids.opacity >= 1.0
-    keys = _opaque_keys(stage, caster, opaque, kept, lambda share: report(0.4 * share))
+    keys = _opaque_keys(stage, caster, opaque, cache, lambda share: report(0.4 * share))
     layers = _layers(caster, ~opaque, keys) if not opaque.all() else []
     shaded = shaded and not stage.studio.environment.unlit
-    shadows = _shadows(stage, kept) if shaded else []
+    shadows = _shadows(stage, cache) if shaded else []
     report(0.55)
     first = _surface(stage, caster, rays, keys[::_SAMPLES, ::_SAMPLES], 0, _SAMPLES)
     size = (stage.height, stage.width)
     depth = first.depth.reshape(size).astype(np.float32)
-    ambient = _ambient(stage, first, depth, kept) if shaded else np.ones(size, np.float32)
+    ambient = _ambient(stage, first, depth, cache) if shaded else np.ones(size, np.float32)
     report(0.7)
     outputs = [np.zeros((*size, channels), np.float32) for channels in (3, 3, 3, 3, 1)]
     rows = max(1, _BAND // (stage.width * _SAMPLES * _SAMPLES))
@@ -131,14 +131,14 @@ def draw(
 
 
 def _opaque_keys(
-    stage: Stage, caster: Caster, opaque: npt.NDArray[np.bool_], kept: DraftCache, progress: Callable[[float], None]
+    stage: Stage, caster: Caster, opaque: npt.NDArray[np.bool_], cache: DraftCache, progress: Callable[[float], None]
 ) -> Keys:
-    """The keys of the opaque solids; of the fixed ones they are cast once per camera."""
+    """Return the ray-cast keys of the opaque solids; those of static solids are cast once per camera."""
     fixed = np.arange(len(stage.solids)) < stage.fixed
     if not fixed.any():
         return caster.cast(opaque, progress=progress)
     view = (stage.camera.world_to_camera.tobytes(), stage.camera.intrinsics.tobytes(), stage.camera.projection)
-    still = kept.get("keys", view, lambda: caster.cast(opaque & fixed, progress=progress))
+    still = cache.get("keys", view, lambda: caster.cast(opaque & fixed, progress=progress))
     return np.minimum(still, caster.cast(opaque & ~fixed))
 
 
@@ -147,8 +147,7 @@ def _has_level_horizon(stage: Stage) -> bool:
 
 
 def _above_horizon(stage: Stage, rays: Rays) -> Float32Array:
-    """The share (H, 1) of each row of pixels that looks above the ground's horizon, where that is level: finer than
-    the samples can tell."""
+    """Return the fraction (H, 1) of each pixel row above a level horizon, at a higher resolution than the samples."""
     if not _has_level_horizon(stage):
         return np.ones((stage.height, 1), np.float32)
     y = (np.arange(stage.height * 64, dtype=np.float64) + 0.5) * (_SAMPLES / 64)
@@ -157,15 +156,15 @@ def _above_horizon(stage: Stage, rays: Rays) -> Float32Array:
     return share
 
 
-def _shadows(stage: Stage, kept: DraftCache) -> list[Shadow]:
-    """The shadows of opaque and of see-through solids."""
+def _shadows(stage: Stage, cache: DraftCache) -> list[Shadow]:
+    """Return the shadow maps of opaque and of transparent solids."""
     size = 1024 if max(stage.width, stage.height) <= 640 else 2048
     direction, opaque = stage.studio.key_direction, stage.solids.opacity >= 1.0
 
     def cast(solids: Solids) -> ShadowMap:
         return shadow_map(solids, direction, size)
 
-    (opaque_shadow,) = _parted_maps(stage, kept, "key", direction.tobytes(), lambda solids: [cast(solids)])
+    (opaque_shadow,) = _cached_maps(stage, cache, "key", direction.tobytes(), lambda solids: [cast(solids)])
     shadows = [(opaque_shadow, 1.0)]
     if not opaque.all():
         clear = stage.solids.take(~opaque)
@@ -173,21 +172,21 @@ def _shadows(stage: Stage, kept: DraftCache) -> list[Shadow]:
     return shadows
 
 
-def _parted_maps(
-    stage: Stage, kept: DraftCache, name: str, depends_on: Hashable, cast: Callable[[Solids], list[ShadowMap]]
+def _cached_maps(
+    stage: Stage, cache: DraftCache, name: str, depends_on: Hashable, cast: Callable[[Solids], list[ShadowMap]]
 ) -> list[ShadowMap]:
-    """The maps that ``cast`` makes of the opaque solids; the part of the fixed ones is made once."""
+    """Return the maps that ``cast`` computes for the opaque solids, caching the part of the static ones."""
     opaque = stage.solids.opacity >= 1.0
     fixed = np.arange(len(stage.solids)) < stage.fixed
     moving = cast(stage.solids.take(opaque & ~fixed))
     if not fixed.any():
         return moving
-    still = kept.get(name, depends_on, lambda: cast(stage.solids.take(opaque & fixed)))
+    still = cache.get(name, depends_on, lambda: cast(stage.solids.take(opaque & fixed)))
     return [one.before(other) for one, other in zip(still, moving, strict=True)]
 
 
 def _layers(caster: Caster, which: npt.NDArray[np.bool_], opaque: Keys) -> list[Keys]:
-    """The keys of see-through solids before ``opaque``, nearest layer first."""
+    """Return the keys of transparent solids in front of ``opaque`` by depth peeling (Everitt, 2001), nearest first."""
     layers: list[Keys] = []
     beyond = None
     for _ in range(_LAYERS):
@@ -201,7 +200,8 @@ def _layers(caster: Caster, which: npt.NDArray[np.bool_], opaque: Keys) -> list[
 
 
 def _surface(stage: Stage, caster: Caster, rays: Rays, keys: Keys, top: int, step: int) -> Surface:
-    """What the samples of ``keys`` (R, C) see; these lie ``step`` samples apart, from row ``top`` on."""
+    """Return the surface points seen by the samples of ``keys`` (R, C), which are ``step`` apart, starting at row
+    ``top``."""
     rows, columns = np.divmod(np.arange(keys.size), keys.shape[1])
     origin, direction = rays.at(columns * step + 0.5, rows * step + top + 0.5)
     ids = ids_of(keys).reshape(-1)
@@ -221,12 +221,12 @@ def _surface(stage: Stage, caster: Caster, rays: Rays, keys: Keys, top: int, ste
 
 
 def _layer(stage: Stage, caster: Caster, rays: Rays, keys: Keys, top: int) -> tuple[IntArray, Surface]:
-    """The samples of a band that a see-through layer covers, and what they see of it."""
+    """Return the indices of the samples in a band covered by a transparent layer, and the surfaces they see."""
     at = np.flatnonzero(keys.reshape(-1) != NOTHING)
     return at, _surface(stage, caster, rays, keys, top, 1).take(at)
 
 
-def _ambient(stage: Stage, first: Surface, depth: Float32Array, kept: DraftCache) -> Float32Array:
+def _ambient(stage: Stage, first: Surface, depth: Float32Array, cache: DraftCache) -> Float32Array:
     shape = (stage.height, stage.width)
     focal = stage.camera.focal[1]
     points = first.points.astype(np.float32).reshape(*shape, 3)
@@ -237,8 +237,8 @@ def _ambient(stage: Stage, first: Surface, depth: Float32Array, kept: DraftCache
     )
     row, column = np.divmod(np.arange(first.ids.size), stage.width)
     at = np.flatnonzero(first.ids != SKY)
-    places = sky_places(stage.solids)
-    maps = _parted_maps(stage, kept, "sky", places, lambda solids: sky_maps(solids, places))
+    places = sky_direction_count(stage.solids)
+    maps = _cached_maps(stage, cache, "sky", places, lambda solids: sky_maps(solids, places))
     far = np.ones(first.ids.size, np.float32)
     far[at] = sky_light(maps, samples_at(first.points[at], first.normals[at], column[at], row[at]))
     return smoothed(near * far.reshape(shape), depth)
@@ -253,15 +253,15 @@ def _band(
     ambient: Float32Array,
     depth: Float32Array,
 ) -> tuple[Float32Array, ...]:
-    """Colour, radiance, albedo, normal (N, 3) and emptiness (N, 1) of the samples of a band of rows, from row ``top``
-    on."""
+    """Return colour, radiance, albedo, normal (N, 3) and sky coverage (N, 1) of a band of rows that starts at
+    ``top``."""
     environment = stage.studio.environment
     albedo = albedo_of(stage, seen)
     normals = seen.normals.astype(np.float32)
     empty = (seen.ids < 0 if _has_level_horizon(stage) else seen.ids == SKY).astype(np.float32)[:, None]
     row, column = np.divmod(np.arange(len(seen.ids)), stage.width * _SAMPLES)
     row = row + top
-    light = _fetched(ambient, depth, seen.depth, row, column)
+    light = _interpolated(ambient, depth, seen.depth, row, column)
     radiance = radiance_of(stage, seen, albedo, Reach(shadows, light, row, column))
     color = tone_map(radiance, environment).astype(np.float32)
     hidden = hidden_share(stage.solids).astype(np.float32) if layers else np.zeros(0, np.float32)
@@ -279,10 +279,10 @@ def _band(
     return color, radiance, albedo, normals, empty
 
 
-def _fetched(
+def _interpolated(
     ambient: Float32Array, depth: Float32Array, own: npt.NDArray[np.float64], row: IntArray, column: IntArray
 ) -> Float32Array:
-    """``ambient`` at samples (N,), from the four pixels around each, the nearer in depth the more."""
+    """Interpolate ``ambient`` at samples (N,) from the four surrounding pixels, weighted by similarity in depth."""
     height, width = ambient.shape
     r, c = row // _SAMPLES, column // _SAMPLES
     total = np.zeros(len(row), np.float32)
@@ -290,7 +290,7 @@ def _fetched(
     near = np.where(np.isfinite(own), own, 1e9).astype(np.float32)
     for dr in (0, 1):
         for dc in (0, 1):
-            # pixels hold the values of their first samples, so the second lies between two pixels
+            # pixels store the values of their first samples, so the second sample is between two pixels
             index = np.minimum(r + dr * (row % _SAMPLES), height - 1) * width + np.minimum(
                 c + dc * (column % _SAMPLES), width - 1
             )
@@ -308,20 +308,20 @@ def _averaged(samples: Float32Array, height: int, width: int) -> Float32Array:
     return average
 
 
-# The backend of draft pictures.
+# Backend registration.
 
 
 class DraftPainter:
-    """Draws shots by casting rays; what the fixed solids look like is kept from shot to shot."""
+    """Draws shots by casting rays; the image of static solids is cached from shot to shot."""
 
     def __init__(self, staging: Staging, options: PictureOptions) -> None:
         self._staging = staging
         self._labels = options.labels
-        self._kept = DraftCache()
+        self._cache = DraftCache()
 
     def paint(self, shot: Shot, progress: Progress | None = None) -> Image:
         stage = self._staging.stage(shot)
-        drawn = draw(stage, progress, kept=self._kept)
+        drawn = draw(stage, progress, cache=self._cache)
         picture = encode(drawn.linear)
         return Image(labelled(picture, stage.solids, drawn.ids) if self._labels else picture, drawn.radiance)
 
@@ -332,7 +332,7 @@ def _painter(staging: Staging, options: PictureOptions, shots: int) -> Painter:
 
 DRAFT = PictureBackend(
     name="draft",
-    doc="quick pictures by an analytic ray caster, with soft shadows and ambient occlusion",
+    doc="fast pictures by an analytic ray caster, with soft shadows and ambient occlusion",
     work=Work.PICTURE,
     endings=STILL_ENDINGS,
     run=write_still("draft"),

@@ -1,7 +1,7 @@
-"""Light in draft pictures: a soft key light by a shadow map, and the surrounding light by what hides it.
+"""Lighting of draft pictures: a soft key light by shadow mapping, and ambient light with occlusion.
 
-The surrounding light is the product of two parts: what large things take, by coarse shadow maps from a dozen places of
-the sky, and what near things take, by comparing neighbouring pixels.
+Ambient occlusion is the product of two terms: a large-scale term, from coarse shadow maps for a dozen directions of the
+sky, and a small-scale term in screen space, from neighbouring pixels.
 """
 
 from __future__ import annotations
@@ -20,23 +20,26 @@ from scenelang.backends.pictures.studio import BRIGHTEST, GROUND_EDGE, ground_co
 FloatArray = npt.NDArray[np.float64]
 Float32Array = npt.NDArray[np.float32]
 IntArray = npt.NDArray[np.int64]
-Turn = tuple[Float32Array, Float32Array]  # cosine and sine of each point's own rotation of the taps
+Rotation = tuple[Float32Array, Float32Array]  # cosine and sine of the per-point rotation of the taps
 
 _SEARCH_TAPS = 14
 _SHADOW_TAPS = 16
 _NEAR_TAPS = 16
-_NEAR_REACH = 0.16  # where the scene's half diagonal is 1
+_NEAR_REACH = 0.16  # in units of the scene's half diagonal
 _CHUNK = 1 << 16
 _LIGHT_DISTANCE = 3.0
-_HALF = 1.02  # half the width of a shadow map; the scene lies in the unit ball
+_HALF = 1.02  # half the width of a shadow map; the scene is inside the unit ball
 _SKY_SIZE = 128
 _SKY_PLACES, _FEW_SKY_PLACES, _MANY_SOLIDS = 18, 6, 40_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ShadowMap:
-    """Depths from a light: ``depth`` (size, size), infinity where nothing is; ``axes`` rows right, up, forward (away
-    from the light); the map covers the square of half width ``_HALF`` about ``center``."""
+    """Shadow map: depths seen from a light.
+
+    ``depth`` (size, size) is infinity without a blocker. The rows of ``axes`` are right, up and forward (away
+    from the light). The map covers the square of half width ``_HALF`` around ``center``.
+    """
 
     depth: Float32Array
     axes: FloatArray
@@ -47,26 +50,29 @@ class ShadowMap:
         return int(self.depth.shape[0])
 
     def before(self, other: ShadowMap) -> ShadowMap:
-        """The map of what both maps of one light hold."""
+        """Merge two maps of the same light."""
         return replace(self, depth=np.minimum(self.depth, other.depth))
 
     @property
     def texel(self) -> float:
-        """The width of a texel."""
+        """Width of a texel in scene units."""
         return 2.0 * _HALF / self.size
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Receivers:
-    """Points that a map may shade: texels (``u``, ``v``), ``depth``, and the change of depth per texel along each
-    point's own plane; all (N,). ``radius`` is that of the taps in texels, ``turn`` their rotation."""
+    """Points that may be in shadow, in the coordinates of a map.
+
+    Texel (``u``, ``v``), ``depth``, and the change of depth per texel along each point's tangent plane; all (N,).
+    ``radius`` is the radius of the taps in texels, ``turn`` their rotation.
+    """
 
     u: Float32Array
     v: Float32Array
     depth: Float32Array
     slope_u: Float32Array
     slope_v: Float32Array
-    turn: Turn
+    turn: Rotation
     radius: Float32Array
 
     def take(self, rows: IntArray, radius: Float32Array) -> _Receivers:
@@ -82,7 +88,8 @@ class _Receivers:
         )
 
     def above(self, shadow: ShadowMap, dx: float, dy: float) -> Float32Array:
-        """How far (N,) what the map holds at the tap (dx, dy) of the unit disk lies above the points' planes."""
+        """Return the height (N,) of the map's blockers above the points' planes, at the tap (dx, dy) of the
+        unit disk."""
         cosine, sine = self.turn
         du, dv = self.radius * (dx * cosine - dy * sine), self.radius * (dx * sine + dy * cosine)
         plane = self.depth + du * self.slope_u + dv * self.slope_v
@@ -91,7 +98,8 @@ class _Receivers:
 
 
 def shadow_map(solids: Solids, direction: FloatArray, size: int) -> ShadowMap:
-    """The shadow map of ``solids``, all inside the unit ball, for light from ``direction`` (3,), a unit vector."""
+    """Return the shadow map of ``solids``, all inside the unit ball, for light from the unit vector
+    ``direction`` (3,)."""
     forward = -direction
     right = np.cross(forward, np.eye(3)[int(np.argmin(np.abs(forward)))])
     right /= np.linalg.norm(right)
@@ -107,7 +115,7 @@ class Samples:
 
     points: Float32Array
     normals: Float32Array
-    turn: Turn
+    turn: Rotation
 
     def part(self, which: slice) -> Samples:
         cosine, sine = self.turn
@@ -115,16 +123,19 @@ class Samples:
 
 
 def samples_at(points: FloatArray, normals: FloatArray, column: IntArray, row: IntArray) -> Samples:
-    """Samples at ``points`` (N, 3); ``column`` and ``row`` (N,) are their places: neighbours get different taps."""
+    """Return samples at ``points`` (N, 3); neighbouring pixels (``column``, ``row``) (N,) get different tap
+    rotations."""
     angle = (2.0 * math.pi) * _noise(column, row)
     columns = [np.ascontiguousarray(values.T, np.float32) for values in (points, normals)]
     return Samples(columns[0], columns[1], (np.cos(angle), np.sin(angle)))
 
 
 def key_light(shadow: ShadowMap, radius: float, samples: Samples) -> Float32Array:
-    """The share (N,) of the key light, seen under twice ``radius`` degrees, that reaches ``samples``; penumbras widen
-    with the blocker's distance."""
-    spread = math.tan(math.radians(radius))  # growth of the penumbra's radius with the blocker's distance
+    """Return the visible fraction (N,) of the key light, whose angular radius is ``radius`` degrees, at ``samples``.
+
+    Percentage-closer soft shadows (Fernando, 2005): penumbras widen with the distance of the blocker.
+    """
+    spread = math.tan(math.radians(radius))  # growth of the penumbra's radius per distance of the blocker
     out = np.ones(samples.points.shape[1], np.float32)
     for start in range(0, len(out), _CHUNK):
         part = slice(start, start + _CHUNK)
@@ -149,12 +160,15 @@ def _key_light(shadow: ShadowMap, spread: float, samples: Samples) -> Float32Arr
 
 
 def _receivers(shadow: ShadowMap, samples: Samples, lift: float) -> tuple[IntArray, _Receivers]:
-    """The samples that face the light near the map, and where they are in it, ``lift`` texels off their surfaces."""
+    """Return the indices of samples that face the light near the map, and their map coordinates.
+
+    The samples are offset by ``lift`` texels along their normals, against self-shadowing.
+    """
     size, texel = shadow.size, np.float32(shadow.texel)
     axes = shadow.axes.astype(np.float32)
-    tilt = _turned(axes, samples.normals)
+    tilt = _rotated(axes, samples.normals)
     facing = np.clip(-tilt[2], np.float32(0.0), np.float32(1.0))
-    local = _turned(axes, samples.points) - (axes @ shadow.center.astype(np.float32))[:, None]
+    local = _rotated(axes, samples.points) - (axes @ shadow.center.astype(np.float32))[:, None]
     local += tilt * (texel * np.float32(lift) * (np.float32(1.0) + np.float32(2.0) * np.sqrt(1.0 - facing * facing)))
     half = np.float32(0.5 * size)
     u = (local[0] * np.float32(1.0 / _HALF) + np.float32(1.0)) * half - np.float32(0.5)
@@ -175,27 +189,27 @@ def _receivers(shadow: ShadowMap, samples: Samples, lift: float) -> tuple[IntArr
     return at, receivers
 
 
-def _turned(axes: Float32Array, values: Float32Array) -> Float32Array:
-    """``axes`` (K, 3) @ ``values`` (3, N), by hand: the threads of a matrix product cost more than they gain here."""
+def _rotated(axes: Float32Array, values: Float32Array) -> Float32Array:
+    """Return ``axes`` (K, 3) @ ``values`` (3, N), without BLAS: starting its threads costs more than it saves here."""
     rows = [a[0] * values[0] + a[1] * values[1] + a[2] * values[2] for a in axes]
     return np.asarray(np.stack(rows), np.float32)
 
 
 def _disk(count: int, power: float = 0.5) -> list[tuple[float, float]]:
-    """Points of the unit disk on Vogel's spiral: evenly spread, or denser in the middle for a ``power`` above 1/2."""
+    """Return points of the unit disk on Vogel's spiral: uniform, or denser in the middle for a ``power`` above 1/2."""
     golden = math.pi * (3.0 - math.sqrt(5.0))
     radii = [((i + 0.5) / count) ** power for i in range(count)]
     return [(r * math.cos(i * golden), r * math.sin(i * golden)) for i, r in enumerate(radii)]
 
 
 def _noise(column: IntArray, row: IntArray) -> Float32Array:
-    """Interleaved gradient noise in [0, 1): neighbours differ, which a small average smooths away."""
+    """Interleaved gradient noise in [0, 1) (Jimenez, 2014): neighbours differ, and a small average removes it."""
     inner = 0.06711056 * column + 0.00583715 * row
     return np.asarray(np.modf(52.9829189 * np.modf(inner)[0])[0], np.float32)
 
 
 def _tap(shadow: ShadowMap, u: Float32Array, v: Float32Array) -> Float32Array:
-    """The map's depths at texels (N,), infinity outside."""
+    """Return the map's depths at texels (N,), infinity outside the map."""
     size = shadow.size
     column, row = np.rint(u).astype(np.int32), np.rint(v).astype(np.int32)
     inside = (column >= 0) & (column < size) & (row >= 0) & (row < size)
@@ -204,10 +218,10 @@ def _tap(shadow: ShadowMap, u: Float32Array, v: Float32Array) -> Float32Array:
 
 
 def _blocker_distance(shadow: ShadowMap, receivers: _Receivers) -> Float32Array:
-    """The mean distance (N,) from the receivers to what may block the light, 0 where nothing does."""
+    """Return the mean distance (N,) from the receivers to potential blockers, 0 if there are none."""
     total = np.zeros(len(receivers.u), np.float32)
     count = np.zeros(len(receivers.u), np.float32)
-    for dx, dy in _disk(_SEARCH_TAPS, 1.6):  # a thin blocker near the receiver must not be missed
+    for dx, dy in _disk(_SEARCH_TAPS, 1.6):  # denser in the middle, so that thin blockers near the receiver are found
         above = receivers.above(shadow, dx, dy)
         blocks = above > 1e-4
         total += np.where(blocks, above, np.float32(0.0))
@@ -222,11 +236,11 @@ def _lit_share(shadow: ShadowMap, receivers: _Receivers) -> Float32Array:
     return np.asarray(lit / np.float32(_SHADOW_TAPS), np.float32)
 
 
-# --- surrounding light -----------------------------------------------------------------------------------------
+# --- ambient light ------------------------------------------------------------------------------------------
 
 
 def sky_maps(solids: Solids, count: int) -> list[ShadowMap]:
-    """The shadow maps of ``solids`` for light from ``count`` places of the sky."""
+    """Return the shadow maps of ``solids`` for light from ``count`` directions of the sky."""
     maps = []
     for k in range(count):
         height = 1.0 - (k + 0.5) / count * 0.97
@@ -236,13 +250,13 @@ def sky_maps(solids: Solids, count: int) -> list[ShadowMap]:
     return maps
 
 
-def sky_places(solids: Solids) -> int:
-    """From how many places of the sky so many solids are looked at."""
+def sky_direction_count(solids: Solids) -> int:
+    """Return the number of sky directions to sample, fewer for scenes with many solids."""
     return _SKY_PLACES if len(solids) < _MANY_SOLIDS else _FEW_SKY_PLACES
 
 
 def sky_light(maps: list[ShadowMap], samples: Samples) -> Float32Array:
-    """The share (N,) of the sky's light on ``samples`` that large things let through, seen from places of the sky."""
+    """Return the fraction (N,) of ambient light at ``samples`` that is not blocked by large objects."""
     count = samples.points.shape[1]
     total = np.full(count, 0.1, np.float32)
     open_ = np.full(count, 0.1, np.float32)
@@ -250,7 +264,7 @@ def sky_light(maps: list[ShadowMap], samples: Samples) -> Float32Array:
         part = slice(start, start + _CHUNK)
         chunk = samples.part(part)
         for shadow in maps:
-            weight = np.maximum(-_turned(shadow.axes[2:].astype(np.float32), chunk.normals)[0], np.float32(0.0))
+            weight = np.maximum(-_rotated(shadow.axes[2:].astype(np.float32), chunk.normals)[0], np.float32(0.0))
             lit = np.ones(len(weight), np.float32)
             at, receivers = _receivers(shadow, chunk, 0.8)
             receivers = replace(receivers, radius=np.full(len(at), 4.0, np.float32))
@@ -264,11 +278,18 @@ def sky_light(maps: list[ShadowMap], samples: Samples) -> Float32Array:
 def occlusion(
     points: Float32Array, normals: Float32Array, depth: Float32Array, solid: npt.NDArray[np.bool_], focal: float
 ) -> Float32Array:
-    """How much of the surrounding light near things let through to each pixel, in (0, 1]: (H, W).
+    """Return the screen-space ambient visibility (H, W) in (0, 1] of each pixel.
 
-    ``points`` and ``normals`` (H, W, 3) in the frame where the scene's half diagonal is 1, ``depth`` (H, W) infinite
-    on the backdrop, ``solid`` (H, W) marks what hides light (the bright ground does not), ``focal`` is the size in
-    pixels of a unit at depth 1.
+    Parameters
+    ----------
+    points, normals : (H, W, 3)
+        In the frame where the scene's half diagonal is 1.
+    depth : (H, W)
+        Infinite on the backdrop.
+    solid : (H, W)
+        Pixels that occlude others; the bright ground does not.
+    focal : float
+        Focal length in pixels.
     """
     height, width = depth.shape
     seen = np.flatnonzero(np.isfinite(depth).reshape(-1))
@@ -299,7 +320,7 @@ def occlusion(
 
 
 def smoothed(values: Float32Array, depth: Float32Array) -> Float32Array:
-    """A 5 x 5 average of ``values`` (H, W) over pixels of about the same ``depth``."""
+    """Return the 5 x 5 average of ``values`` (H, W) over pixels of similar ``depth`` (a separable bilateral filter)."""
     near = np.where(np.isfinite(depth), depth, np.float32(1e9))
     for axis in (0, 1):
         total = values.copy()
@@ -312,19 +333,19 @@ def smoothed(values: Float32Array, depth: Float32Array) -> Float32Array:
     return values
 
 
-# What surfaces radiate towards the eye in draft pictures: even scattering, highlights, reflections of the room.
+# Shading: radiance that surfaces emit towards the eye, by diffuse reflection, highlights and reflections.
 
 
-Shadow = tuple[ShadowMap, float]  # and the share of the light that what casts it takes
+Shadow = tuple[ShadowMap, float]  # and the fraction of light that its casters block
 
 GROUND = -1
 SKY = -2
-_LEAST_ROUGHNESS = 0.06  # below it the highlight of the key light is as large as the light
+_MIN_ROUGHNESS = 0.06  # below this the highlight would be as large as the light itself
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Surface:
-    """What N samples see: numbers, depths, points, unit normals against the view, unit directions of the view."""
+    """Surfaces seen by N samples: indices, depths, points, unit normals facing the viewer, unit view directions."""
 
     ids: IntArray
     depth: FloatArray
@@ -338,8 +359,11 @@ class Surface:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reach:
-    """What light reaches N samples: what ``shadows`` leave of the key light, the share ``ambient`` (N,) of the
-    surrounding light. ``row`` and ``column`` (N,) are the samples' places."""
+    """Light that reaches N samples.
+
+    ``shadows`` attenuate the key light, ``ambient`` (N,) the ambient light. ``row`` and ``column`` (N,) are the
+    samples' positions in the picture.
+    """
 
     shadows: list[Shadow]
     ambient: Float32Array
@@ -348,12 +372,13 @@ class Reach:
 
 
 def hidden_share(solids: Solids) -> FloatArray:
-    """How much of what is behind each solid (N,) it hides: light passes the surface of a closed one twice."""
+    """Return the effective opacity (N,) of each solid; light passes through the surface of a closed one twice."""
     return np.where(solids.that_are("is_closed"), 1.0 - (1.0 - solids.opacity) ** 2, solids.opacity)
 
 
 def albedo_of(stage: Stage, seen: Surface) -> Float32Array:
-    """The reflectance (N, 3) of what is seen; of the ground where nothing is, so that denoisers see no horizon."""
+    """Return the reflectance (N, 3) of the seen surfaces; that of the ground on the backdrop, to hide the horizon from
+    denoisers."""
     out = np.zeros((len(seen.ids), 3), np.float32)
     ground = stage.studio.ground
     if ground is not None:
@@ -367,7 +392,7 @@ def albedo_of(stage: Stage, seen: Surface) -> Float32Array:
 
 
 def radiance_of(stage: Stage, seen: Surface, albedo: Float32Array, reach: Reach) -> Float32Array:
-    """The radiance (N, 3) that samples see."""
+    """Return the radiance (N, 3) that the samples see."""
     environment = stage.studio.environment
     solid = np.flatnonzero(seen.ids >= 0)
     if environment.unlit:
@@ -392,7 +417,7 @@ def _lit(stage: Stage, seen: Surface, albedo: Float32Array, reach: Reach) -> Flo
     facing *= reached
     solid = seen.ids >= 0
     around = _surroundings(stage, seen, solid)
-    # what hides the surrounding light is itself lit, the less the deeper it lies, and taken to have the same colour
+    # occluders are assumed to have the same colour and to be lit in turn, less so the deeper the point is occluded
     share = reach.ambient[:, None]
     lit = (np.float32(0.5) * sky + np.float32(0.28) * key) * (np.float32(0.3) + np.float32(0.7) * share)
     bounced = np.where(solid[:, None], albedo, np.float32(0.4)) * lit
@@ -402,8 +427,10 @@ def _lit(stage: Stage, seen: Surface, albedo: Float32Array, reach: Reach) -> Flo
 
 
 def _surroundings(stage: Stage, seen: Surface, solid: npt.NDArray[np.bool_]) -> Float32Array:
-    """The light (N, 3) that surrounds each sample: from below comes the ground's, but near it lies the solid's own
-    shadow."""
+    """Return the ambient light (N, 3) around each sample.
+
+    Light from below is reflected by the ground, which is darkened near the solid by the solid's shadow.
+    """
     environment = stage.studio.environment
     sky = np.array(environment.ambient, np.float32)
     if stage.ground is None:
@@ -417,7 +444,7 @@ def _surroundings(stage: Stage, seen: Surface, solid: npt.NDArray[np.bool_]) -> 
 
 
 def ground_depths(height: float, origin: FloatArray, direction: FloatArray) -> FloatArray:
-    """How far along rays (N, 3) the ground at ``height`` lies (N,); infinity for those that do not meet it."""
+    """Return the distance (N,) along rays to the ground at ``height``, infinity for rays that miss it."""
     drop = direction[:, 1]
     falls = drop < -1e-9
     fall = np.where(falls, (height - origin[:, 1]) / np.where(falls, drop, -1.0), 1e30)
@@ -426,7 +453,7 @@ def ground_depths(height: float, origin: FloatArray, direction: FloatArray) -> F
 
 
 def ground_radiance(stage: Stage) -> FloatArray:
-    """The radiance (3,) of the ground where nothing shades it, the mean of its squares; black without a ground."""
+    """Return the mean radiance (3,) of the unshadowed ground; black without a ground."""
     if stage.studio.ground is None:
         return np.zeros(3)
     environment = stage.studio.environment
@@ -440,10 +467,10 @@ def ground_radiance(stage: Stage) -> FloatArray:
 def _add_gloss(
     stage: Stage, seen: Surface, color: Float32Array, albedo: Float32Array, reached: Float32Array, ambient: Float32Array
 ) -> None:
-    """Replace, in ``color``, a part of the even scattering of surfaces that are not matte by what they reflect.
+    """Replace part of the diffuse reflection in ``color`` of glossy surfaces with specular reflection.
 
-    A microfacet model (GGX, Schlick's Fresnel term) of the key light, and of a room that is the surrounding light above
-    the horizon and the ground below, both blurred by the roughness.
+    A microfacet model (GGX, Schlick's Fresnel term) of the key light and of the surroundings, which are the ambient
+    light above the horizon and the ground below, both blurred by the roughness.
     """
     looks = stage.solids.looks
     if bool(looks.matte.all()):
@@ -457,7 +484,7 @@ def _add_gloss(
     tint, metallic = albedo[rows].astype(np.float64), looks.metallic[look][:, None]
     base = ((looks.ior[look] - 1.0) / (looks.ior[look] + 1.0)) ** 2
     normal_reflectance = base[:, None] * (1.0 - metallic) + tint * metallic
-    rough = np.maximum(looks.gloss[look], _LEAST_ROUGHNESS)
+    rough = np.maximum(looks.gloss[look], _MIN_ROUGHNESS)
     toward = np.clip(-np.einsum("ni,ni->n", part.normals, part.view), 1e-3, 1.0)
     fresnel = _schlick(normal_reflectance, toward, rough)
     room = _room(stage, part, toward, rough) * ambient[rows][:, None]
@@ -467,13 +494,14 @@ def _add_gloss(
 
 
 def _schlick(reflectance: FloatArray, cosine: FloatArray, rough: FloatArray) -> FloatArray:
-    """The share (N, 3) that is reflected; rough surfaces reflect less at grazing angles."""
+    """Return the Fresnel reflectance (N, 3) by Schlick's approximation, attenuated at grazing angles for rough
+    surfaces."""
     limit = np.maximum((1.0 - rough)[:, None], reflectance)
     return np.asarray(reflectance + (limit - reflectance) * ((1.0 - cosine) ** 5)[:, None], np.float64)
 
 
 def _room(stage: Stage, part: Surface, toward: FloatArray, rough: FloatArray) -> FloatArray:
-    """The radiance (N, 3) of the room in the direction of reflection."""
+    """Return the radiance (N, 3) of the surroundings in the direction of reflection."""
     environment = stage.studio.environment
     sky = np.array(environment.ambient)
     if stage.ground is None:
@@ -486,7 +514,7 @@ def _room(stage: Stage, part: Surface, toward: FloatArray, rough: FloatArray) ->
 def _highlight(
     stage: Stage, part: Surface, reflectance: FloatArray, toward: FloatArray, rough: FloatArray
 ) -> FloatArray:
-    """The radiance (N, 3) of the key light's highlight."""
+    """Return the radiance (N, 3) of the key light's highlight (GGX distribution, Smith masking)."""
     light = stage.studio.key_direction
     half = light - part.view
     half /= np.maximum(np.linalg.norm(half, axis=1), 1e-9)[:, None]

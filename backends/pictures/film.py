@@ -1,4 +1,4 @@
-"""Pictures of scenes: what the backends that draw have in common."""
+"""Pictures and films: the functionality shared by all picture backends."""
 
 from __future__ import annotations
 
@@ -37,34 +37,37 @@ Picture = npt.NDArray[np.uint8]
 
 SOFTWARE = "scenelang"  # what the metadata of images says
 STILL_ENDINGS = (".png", ".jpg", ".jpeg", ".webp", ".exr")
-_MOST_PIXELS = 4096 * 4096
+_MAX_PIXELS = 4096 * 4096
 
 
 @dataclass(frozen=True, slots=True)
 class PictureOptions(BackendOptions):
-    """``width`` and ``height`` in pixels; ``camera`` is placed or to be placed; ``environment`` and ``ground`` (None:
-    the environment's own) are names of ``studio``; the same ``seed`` gives the same picture; ``labels`` writes the
-    words of semantic primitives on the picture."""
+    """Options of picture backends.
+
+    ``width`` and ``height`` are in pixels. ``camera`` is a placed camera or a viewpoint to be placed. ``environment``
+    and ``ground`` (None: the environment's default) are names of ``studio``. Pictures are reproducible for a given
+    ``seed``. ``labels`` writes the words of semantic primitives on the picture.
+    """
 
     width: int = 512
     height: int = 512
     camera: Viewpoint | Camera = field(default_factory=Viewpoint)
-    environment: str = setting("studio", "the light: studio, overcast, sunny, sunset, night, flat", metavar="NAME")
-    ground: str | None = setting(None, "seamless, none, white, dark, meadow, earth, checker", metavar="NAME")
+    environment: str = setting("studio", "lighting: studio, overcast, sunny, sunset, night, flat", metavar="NAME")
+    ground: str | None = setting(None, "ground: seamless, none, white, dark, meadow, earth, checker", metavar="NAME")
     seed: int = 0
-    labels: bool = setting(True, "no words on the boxes of semantic primitives", "--no-labels")
+    labels: bool = setting(True, "do not label the boxes of semantic primitives", "--no-labels")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Image:
-    """A drawn shot: ``picture`` (H, W, 3) 8-bit sRGB with labels, ``radiance`` (H, W, 3) linear sRGB without."""
+    """A drawn shot: ``picture`` (H, W, 3) 8-bit sRGB with labels, ``radiance`` (H, W, 3) linear sRGB without labels."""
 
     picture: Picture
     radiance: npt.NDArray[np.float32]
 
 
 class Painter(Protocol):
-    """Draws shots of one staging; what they have in common is worked out once."""
+    """Draws the shots of one staging; computations that the shots share are done once."""
 
     def paint(self, shot: Shot, progress: Progress | None = None) -> Image:
         """Draw one shot; ``progress`` is called with a fraction from 0 to 1. Raises SceneError."""
@@ -72,14 +75,14 @@ class Painter(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class PictureBackend(Backend):
-    """A backend that draws pictures: ``painter(staging, options, shots)`` for a picture or a film of so many shots."""
+    """A backend that draws pictures; ``painter(staging, options, shots)`` creates a painter for a number of shots."""
 
     painter: Callable[[Staging, PictureOptions, int], Painter] | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Quality:
-    """A quality of pictures: the backend that draws them, and values of its own options, which users' win over."""
+    """A quality preset: the backend and the default values of its options, which explicit settings override."""
 
     name: str
     doc: str
@@ -87,22 +90,24 @@ class Quality:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
 
-DRAFT_QUALITY = Quality("draft", "solid shading, in a moment", "draft")
+DRAFT_QUALITY = Quality("draft", "fast solid shading", "draft")
 FINAL_QUALITY = Quality("final", "path traced", "mitsuba")
 QUALITIES = PluginRegistry("scenelang.qualities", "quality", Quality)
 
 
 def picture_backend(name: str) -> PictureBackend:
-    """The backend that is called ``name`` or draws pictures of that quality; raises SceneError("backend")."""
+    """Return the picture backend for a backend name or a quality preset; raises SceneError("backend")."""
     quality = QUALITIES.get(name) or Quality(name, "", name)
     backend = find(quality.backend)
     if not isinstance(backend, PictureBackend) or backend.painter is None:
-        raise SceneError("backend", f"the backend `{name}` draws no pictures", hint="`scenelang backends` lists them")
+        raise SceneError(
+            "backend", f"the backend `{name}` does not draw pictures", hint="run `scenelang backends` to list them"
+        )
     return _with_settings(backend, quality.settings) if quality.settings else backend
 
 
 def _with_settings(backend: PictureBackend, settings: Mapping[str, Any]) -> PictureBackend:
-    """A backend whose own options have these values where users give none."""
+    """Return ``backend`` with ``settings`` as the defaults of its options."""
     paint = backend.painter
     assert paint is not None
 
@@ -114,16 +119,27 @@ def _with_settings(backend: PictureBackend, settings: Mapping[str, Any]) -> Pict
 
 
 def render(scene: Scene, options: PictureOptions | None = None, backend: str = "draft") -> Picture:
-    """One frame of ``scene`` as a picture: (height, width, 3), 8-bit sRGB. ``backend`` is a name or a quality.
+    """Render one frame of ``scene`` as a picture: (height, width, 3), 8-bit sRGB.
 
-    Raises SceneError: "empty-scene" when nothing would be drawn, "backend" when a package is missing, "value" for
-    sizes and cameras that make no sense, "attribute" for an attribute that fits no surface.
+    Parameters
+    ----------
+    scene : Scene
+    options : PictureOptions, optional
+    backend : str
+        Name of a backend or a quality preset.
+
+    Raises
+    ------
+    SceneError
+        "empty-scene" if nothing would be drawn, "backend" if a package is missing, "value" for an invalid size or
+        camera,
+        "attribute" for an invalid material attribute.
     """
     return draw(scene, options or PictureOptions(), picture_backend(backend)).picture
 
 
 def draw(scene: Scene, options: PictureOptions, backend: PictureBackend) -> Image:
-    """One frame of ``scene`` as an image, drawn by ``backend``; raises SceneError as ``render`` does."""
+    """Draw one frame of ``scene`` with ``backend``; raises SceneError as ``render`` does."""
     check(options, [backend])
     shot = still(scene, options.camera, options.frame, options.width, options.height)
     return paint_shot(painters(scene, options, [backend], [shot]), shot, options.progress)
@@ -132,14 +148,14 @@ def draw(scene: Scene, options: PictureOptions, backend: PictureBackend) -> Imag
 def painters(
     scene: Scene, options: PictureOptions, backends: Sequence[PictureBackend], shots: Sequence[Shot]
 ) -> list[Painter]:
-    """The painters of several backends for the same ``shots``; raises SceneError."""
+    """Return the painters of several backends for the same ``shots``; raises SceneError."""
     frames = [shot.frame for shot in shots]
     staging = staging_of(scene, frames, options.limit, options.environment, options.ground, options.warn)
     return [backend.painter(staging, options, len(shots)) for backend in backends if backend.painter is not None]
 
 
 def paint_shot(painters: Sequence[Painter], shot: Shot, progress: Progress | None = None) -> Image:
-    """One shot as each painter draws it, side by side; raises SceneError."""
+    """Draw one shot with each painter and join the pictures side by side; raises SceneError."""
     count = len(painters)
     images = [painter.paint(shot, part_of(progress, i / count, (i + 1) / count)) for i, painter in enumerate(painters)]
     if count == 1:
@@ -149,13 +165,15 @@ def paint_shot(painters: Sequence[Painter], shot: Shot, progress: Progress | Non
 
 
 def check(options: PictureOptions, backends: Sequence[Backend]) -> None:
-    """Raises SceneError("value") for options that make no sense, whatever the scene."""
+    """Validate ``options`` independently of a scene; raises SceneError("value")."""
     if not (1 <= options.width <= LARGEST and 1 <= options.height <= LARGEST):
         raise SceneError(
-            "value", f"a picture is 1 to {LARGEST} pixels wide and high, not {options.width} x {options.height}"
+            "value", f"width and height must be 1 to {LARGEST} pixels, not {options.width} x {options.height}"
         )
-    if options.width * options.height > _MOST_PIXELS:
-        raise SceneError("value", f"a picture may have {_MOST_PIXELS:,} pixels, not {options.width} x {options.height}")
+    if options.width * options.height > _MAX_PIXELS:
+        raise SceneError(
+            "value", f"a picture may have at most {_MAX_PIXELS:,} pixels, not {options.width} x {options.height}"
+        )
     _check_name("environment", options.environment, tuple(ENVIRONMENTS))
     if options.ground is not None:
         _check_name("ground", options.ground, tuple(GROUNDS))
@@ -164,12 +182,12 @@ def check(options: PictureOptions, backends: Sequence[Backend]) -> None:
 
 def _check_name(what: str, name: str, known: Sequence[str]) -> None:
     if name not in known:
-        hint = suggest(name, known) or f"it can be one of {', '.join(known)}"
-        raise SceneError("value", f"there is no {what} `{name}`", hint=hint)
+        hint = suggest(name, known) or f"expected one of {', '.join(known)}"
+        raise SceneError("value", f"unknown {what} `{name}`", hint=hint)
 
 
 def write_still(backend_name: str) -> Callable[[Scene, Path, BackendOptions], None]:
-    """The operation R of a picture backend, for the registry: draws one picture and writes it."""
+    """Return the ``Backend.run`` of a picture backend, which draws one picture and writes it."""
 
     def run(scene: Scene, path: Path, options: BackendOptions) -> None:
         if not isinstance(options, PictureOptions):
@@ -180,9 +198,9 @@ def write_still(backend_name: str) -> Callable[[Scene, Path, BackendOptions], No
 
 
 def save_image(image: Image, path: Path | str) -> None:
-    """Write ``image`` by the ending of ``path``, whole or not at all: PNG, JPEG, WebP, or its radiance as EXR.
+    """Write ``image`` atomically in the format of ``path``'s extension: PNG, JPEG, WebP, or its radiance as EXR.
 
-    Raises SceneError: "backend" for another ending, "file" when the file cannot be written.
+    Raises SceneError: "backend" for another extension, "file" if the file cannot be written.
     """
     target = Path(path)
     if target.suffix.lower() == ".exr":
@@ -192,14 +210,14 @@ def save_image(image: Image, path: Path | str) -> None:
 
 
 def save_picture(picture: Picture, path: Path | str) -> None:
-    """Write ``picture`` (H, W, 3) as PNG, JPEG or WebP by the ending of ``path``, whole or not at all.
+    """Write ``picture`` (H, W, 3) atomically as PNG, JPEG or WebP, by the extension of ``path``.
 
-    Raises SceneError: "backend" for another ending, "file" when the file cannot be written.
+    Raises SceneError: "backend" for another extension, "file" if the file cannot be written.
     """
     target = Path(path)
     endings = tuple(ending for ending in STILL_ENDINGS if ending != ".exr")
     if target.suffix.lower() not in endings:
-        raise SceneError("backend", f"a picture cannot be written as `{target.name}`", hint=f"use {' '.join(endings)}")
+        raise SceneError("backend", f"cannot write a picture as `{target.name}`", hint=f"use {' '.join(endings)}")
     image = need("PIL.Image", "pillow").fromarray(picture)
     named = {"pnginfo": png_text({"Software": SOFTWARE})} if target.suffix.lower() == ".png" else {}
     with written_whole(target) as temporary:
@@ -226,32 +244,32 @@ def wrote_picture(path: Path) -> bool:
 
 
 def png_of(picture: Picture) -> bytes:
-    """``picture`` (H, W, 3) as PNG; raises SceneError("backend") without pillow."""
+    """Encode ``picture`` (H, W, 3) as PNG; raises SceneError("backend") without pillow."""
     data = io.BytesIO()
     need("PIL.Image", "pillow").fromarray(picture).save(data, "PNG")
     return data.getvalue()
 
 
 def save_radiance(radiance: npt.NDArray[np.float32], path: Path | str) -> None:
-    """Write ``radiance`` (H, W, 3), linear sRGB, as OpenEXR, whole or not at all; raises SceneError."""
+    """Write ``radiance`` (H, W, 3), linear sRGB, atomically as OpenEXR; raises SceneError."""
 
     write_exr({"": radiance}, Path(path))
 
 
-# Films: turntables of static scenes, the frames of 4D ones; GIF, animated PNG and WebP by Pillow, MP4 by PyAV.
+# Films: turntables of static scenes and the frames of 4D scenes; GIF, animated PNG and WebP by Pillow, MP4 by PyAV.
 
 
 ENDINGS = (".gif", ".mp4", ".apng", ".webp")
 FPS = 24
 HIGHEST_FPS = 240.0
-_MOST_BYTES = 4_000_000_000  # of all pictures of one film in memory
+_MAX_BYTES = 4_000_000_000  # memory limit for the pictures of one film
 _GIF_COLORS = 255
 
 
-def is_film(path: Path | str, wanted: bool) -> bool:
-    """Whether ``path`` is to be a film: by its ending; a WebP file or a PNG may be either and is what is ``wanted``."""
+def is_film(path: Path | str, film_requested: bool) -> bool:
+    """Whether ``path`` is a film, by its extension; WebP and PNG may be either, which ``film_requested`` decides."""
     ending = Path(path).suffix.lower()
-    return ending in (".gif", ".mp4", ".apng") or (wanted and ending in (".webp", ".png"))
+    return ending in (".gif", ".mp4", ".apng") or (film_requested and ending in (".webp", ".png"))
 
 
 def save_film(
@@ -261,21 +279,21 @@ def save_film(
     fps: float = FPS,
     progress: Progress | None = None,
 ) -> None:
-    """Draw ``shots`` and write them as one film by the ending of ``path``, whole or not at all.
+    """Draw ``shots`` and write them atomically as one film in the format of ``path``'s extension.
 
-    Several painters draw side by side. Raises SceneError: "value" for a frame rate that is none, "backend" for another
-    ending or a missing package, "unsupported" where the film would not fit the memory, "file" when the file cannot be
-    written.
+    Several painters draw side by side. Raises SceneError: "value" for an invalid frame rate, "backend" for another
+    extension or a missing package, "unsupported" if the film would exceed the memory limit, "file" if the file cannot
+    be written.
     """
     target = Path(path)
     check_film(target, fps)
     size = sum(shot.camera.width * shot.camera.height * 3 for shot in shots) * len(painters)
-    if target.suffix.lower() != ".mp4" and size > _MOST_BYTES:
+    if target.suffix.lower() != ".mp4" and size > _MAX_BYTES:
         raise SceneError(
-            "unsupported", f"{len(shots)} pictures of that size do not fit one {target.suffix} file",
-            hint="write an .mp4, fewer --frames, or a smaller --size",
+            "unsupported", f"{len(shots)} pictures of this size are too many for one {target.suffix} file",
+            hint="write an .mp4, or reduce --frames or --size",
         )  # fmt: skip
-    pictures = _drawn(painters, shots, progress)
+    pictures = _draw_all(painters, shots, progress)
     with written_whole(target) as temporary:
         if target.suffix.lower() == ".mp4":
             _write_mp4(pictures, temporary, fps)
@@ -286,56 +304,64 @@ def save_film(
 
 
 def check_film(path: Path, fps: float) -> None:
-    """Raises SceneError for a frame rate or an ending that no film has, or when its package is missing."""
+    """Raise SceneError for an invalid frame rate, an unsupported extension, or a missing package."""
     if not 0.0 < fps <= HIGHEST_FPS:
-        raise SceneError("value", f"a film has up to {HIGHEST_FPS:g} frames per second, not {fps:g}")
+        raise SceneError("value", f"the frame rate must be above 0 and at most {HIGHEST_FPS:g} per second, not {fps:g}")
     ending = path.suffix.lower()
     if ending not in (*ENDINGS, ".png"):
-        raise SceneError("backend", f"a film cannot be written as `{path.name}`", hint=f"use {' '.join(ENDINGS)}")
+        raise SceneError("backend", f"cannot write a film as `{path.name}`", hint=f"use {' '.join(ENDINGS)}")
     if ending == ".mp4":
         need("av", "'scenelang[video]'")
 
 
 @dataclass(frozen=True, slots=True)
 class FilmOptions:
-    """A film's number of pictures (None: the scene's own, or 48), pictures per second (None: 24), and how many degrees
-    the camera goes round the scene (None: once round a static scene)."""
+    """Options of a film.
 
-    frames: int | None = setting(None, "pictures of a film (default: the scene's, or 48)", metavar="N", read=whole)
-    fps: float | None = setting(None, "pictures per second (default 24)", metavar="X", read=float)
-    orbit: float | None = setting(None, "how far the camera goes round the scene", metavar="DEGREES", read=float)
+    ``frames`` is the number of pictures (None: the scene's, or 48), ``fps`` the frame rate (None: 24), ``orbit`` the
+    angle in degrees that the camera travels around the scene (None: one full turn around a static scene).
+    """
+
+    frames: int | None = setting(
+        None, "number of frames of a film (default: the scene's, or 48)", metavar="N", read=whole
+    )
+    fps: float | None = setting(None, "frames per second (default 24)", metavar="X", read=float)
+    orbit: float | None = setting(None, "angle of the camera's orbit around the scene", metavar="DEGREES", read=float)
 
     @property
     def is_wanted(self) -> bool:
-        """True where any of these was asked for."""
+        """Whether any of these options is set."""
         return any(value is not None for value in (self.frames, self.fps, self.orbit))
 
 
 def check_output(path: Path, frame: int | None, film: FilmOptions, backends: int) -> None:
-    """Raises SceneError for a file that no picture or film can be written to."""
+    """Raise SceneError if ``path`` cannot be a picture or film with these options."""
     ending = path.suffix.lower()
     known = sorted({*STILL_ENDINGS, *ENDINGS})
     if ending not in known:
-        shown = f"`{ending}` files" if ending else "a file without an ending"
-        raise SceneError("backend", f"no backend writes {shown}", hint=f"it can be one of {' '.join(known)}")
+        shown = f"`{ending}` files" if ending else "files without an extension"
+        raise SceneError("backend", f"no backend writes {shown}", hint=f"supported extensions: {' '.join(known)}")
     if is_film(path, film.is_wanted):
         if frame is not None:
-            raise SceneError("value", "`--frame` asks for one picture, but a film is to be written")
+            raise SceneError("value", "`--frame` selects one picture, but the output is a film")
         check_film(path, FPS if film.fps is None else film.fps)
     elif film.is_wanted:
         hint = f"write {' '.join(ENDINGS)}, or leave out --frames, --fps and --orbit"
-        raise SceneError("value", f"`{path.name}` is one picture, but a film is asked for", hint=hint)
+        raise SceneError("value", f"`{path.name}` is a single picture, but film options are given", hint=hint)
     elif ending == ".exr" and backends > 1:
-        raise SceneError("value", "an .exr file holds what one backend draws")
+        raise SceneError("value", "an .exr file can contain the picture of only one backend")
 
 
 def write_drawing(
     scene: Scene, path: Path, options: PictureOptions, film: FilmOptions, backends: Sequence[PictureBackend]
 ) -> None:
-    """Draw the scene by one backend, or by several side by side, and write a picture or a film by the ending of
-    ``path``: a WebP file of a 4D scene is a film. Raises SceneError."""
-    wanted = film.is_wanted or (scene.animated and options.frame is None and path.suffix.lower() == ".webp")
-    if is_film(path, wanted):
+    """Draw the scene with one backend, or several side by side, and write a picture or film by the extension of
+    ``path``.
+
+    A WebP file of a 4D scene is a film. Raises SceneError.
+    """
+    film_requested = film.is_wanted or (scene.animated and options.frame is None and path.suffix.lower() == ".webp")
+    if is_film(path, film_requested):
         shots = shots_of(scene, options.camera, options.width, options.height, film.frames, film.orbit)
         fps = FPS if film.fps is None else film.fps
         save_film(painters(scene, options, backends, shots), shots, path, fps, options.progress)
@@ -344,7 +370,7 @@ def write_drawing(
     save_image(paint_shot(painters(scene, options, backends, [shot]), shot, options.progress), path)
 
 
-def _drawn(painters: Sequence[Painter], shots: Sequence[Shot], progress: Progress | None) -> Iterator[Picture]:
+def _draw_all(painters: Sequence[Painter], shots: Sequence[Shot], progress: Progress | None) -> Iterator[Picture]:
     step = 0.98 / len(shots)
     for i, shot in enumerate(shots):
         yield paint_shot(painters, shot, part_of(progress, step * i, step * (i + 1))).picture
@@ -367,14 +393,14 @@ def _write_pillow(pictures: Iterator[Picture], path: Path, fps: float) -> None:
 
 
 def _durations(count: int, fps: float, kind: str) -> list[int]:
-    """Milliseconds that each picture stands, so that they add up; GIF counts in hundredths of a second."""
+    """Return the duration of each picture in milliseconds, rounded without drift; GIF uses hundredths of a second."""
     unit = 10 if kind == "GIF" else 1
     ends = [round(1000.0 * (i + 1) / fps / unit) * unit for i in range(count)]
     return [max(unit, end - start) for start, end in zip([0, *ends[:-1]], ends, strict=True)]
 
 
 def _write_mp4(pictures: Iterator[Picture], path: Path, fps: float) -> None:
-    """H.264 as most players know it: even sizes, 4:2:0."""
+    """Write H.264 video in the most widely supported form: even sizes, 4:2:0 chroma subsampling."""
     av = need("av", "'scenelang[video]'")
     with av.open(str(path), "w", format="mp4", options={"movflags": "faststart"}) as container:
         stream = container.add_stream("libx264", rate=Fraction(fps).limit_denominator(1001))
@@ -390,23 +416,23 @@ def _write_mp4(pictures: Iterator[Picture], path: Path, fps: float) -> None:
             container.mux(packet)
 
 
-# The words of semantic primitives, written on a picture where their boxes can be seen (Pillow).
+# Labels: the words of semantic primitives, written on a picture where their boxes are visible (Pillow).
 
 
 Rectangle = tuple[float, float, float, float]
 
-_MOST = 40
-_MOST_PER_WORD = 6
-_LONGEST = 32
-_LEAST_SHARE = 1.5e-4  # of the picture's pixels that a box must show to be labelled
+_MAX_LABELS = 40
+_MAX_PER_WORD = 6
+_MAX_LENGTH = 32
+_MIN_SHARE = 1.5e-4  # minimum visible fraction of the picture for a box to be labelled
 _INK = (28, 30, 36)
 _PAPER = (255, 255, 255)
-_SHIFTS = (0.0, -1.0, 1.0, -2.0, 2.0)  # lines that a word's first label may move to find room
+_SHIFTS = (0.0, -1.0, 1.0, -2.0, 2.0)  # vertical shifts, in lines, to try for a word's first label
 
 
 @dataclass(frozen=True, slots=True)
 class Label:
-    """``text`` centred at pixel (``x``, ``y``); ``first`` when no larger box has the same word."""
+    """``text`` centred at pixel (``x``, ``y``); ``first`` marks the largest box of the word."""
 
     text: str
     x: float
@@ -415,14 +441,14 @@ class Label:
 
 
 def labelled(picture: Picture, solids: Solids, ids: npt.NDArray[np.int64]) -> Picture:
-    """``picture`` (H, W, 3), whose pixels see the solids ``ids`` (H, W), with the words of semantic primitives."""
+    """Return ``picture`` (H, W, 3) with the words of semantic primitives; its pixels see the solids ``ids`` (H, W)."""
     return write_labels(picture, labels_of(solids, ids))
 
 
 def labels_of(solids: Solids, ids: npt.NDArray[np.int64]) -> list[Label]:
-    """What to write on a picture whose pixels (H, W) see the solids ``ids``: the largest seen boxes first.
+    """Return the labels for a picture whose pixels (H, W) see the solids ``ids``, largest visible boxes first.
 
-    A label stands at the middle of what is seen of its box, so nothing nearer hides it.
+    A label is at the centroid of the visible part of its box.
     """
     rows, columns = np.nonzero(ids >= 0)
     seen = ids[rows, columns]
@@ -437,16 +463,16 @@ def labels_of(solids: Solids, ids: npt.NDArray[np.int64]) -> list[Label]:
     used: Counter[str] = Counter()
     for k in np.argsort(-area, kind="stable"):
         word = solids.words[int(solids.word[numbers[k]])]
-        if area[k] < max(4.0, _LEAST_SHARE * ids.size) or used[word] >= _MOST_PER_WORD:
+        if area[k] < max(4.0, _MIN_SHARE * ids.size) or used[word] >= _MAX_PER_WORD:
             continue
-        labels.append(Label(_shortened(word), float(x[k]), float(y[k]), used[word] == 0))
+        labels.append(Label(_shorten(word), float(x[k]), float(y[k]), used[word] == 0))
         used[word] += 1
     labels.sort(key=lambda label: not label.first)
     return labels
 
 
 def write_labels(picture: Picture, labels: list[Label]) -> Picture:
-    """A copy of ``picture`` (H, W, 3) with ``labels`` written on it; those that would overlap others are left out."""
+    """Return a copy of ``picture`` (H, W, 3) with ``labels`` written on it, without those that would overlap others."""
     if not labels:
         return picture
     image_module, draw_module = need("PIL.Image", "pillow"), need("PIL.ImageDraw", "pillow")
@@ -466,7 +492,7 @@ def write_labels(picture: Picture, labels: list[Label]) -> Picture:
                 pen.text((x, y), label.text, font=font, anchor="mm", fill=_INK, stroke_width=stroke, stroke_fill=_PAPER)
                 taken.append(box)
                 break
-        if len(taken) >= _MOST:
+        if len(taken) >= _MAX_LABELS:
             break
     return np.asarray(image, np.uint8).copy()
 
@@ -477,7 +503,7 @@ def _places(label: Label, line: float) -> Iterator[tuple[float, float]]:
 
 
 def _inward(low: float, high: float, size: int) -> float:
-    """How far to move the span from ``low`` to ``high`` so that it lies in a picture of ``size``, if it fits."""
+    """Return the shift that moves the span from ``low`` to ``high`` inside a picture of ``size``, if it fits."""
     return max(0.0, 2.0 - low) if low < 2.0 else min(0.0, size - 2.0 - high)
 
 
@@ -485,14 +511,14 @@ def _overlap(a: Rectangle, b: Rectangle) -> bool:
     return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
 
 
-def _shortened(word: str) -> str:
-    """The word on one line, without what cannot be printed."""
+def _shorten(word: str) -> str:
+    """Return the word on one line, without unprintable characters, truncated if necessary."""
     text = "".join(c if c.isprintable() else " " for c in word).strip()
-    return text if len(text) <= _LONGEST else text[: _LONGEST - 1] + "…"
+    return text if len(text) <= _MAX_LENGTH else text[: _MAX_LENGTH - 1] + "…"
 
 
 def _font(text: str, size: int) -> Any:
-    """Pillow's own font, or a wider system font where the text goes beyond Latin letters and one is found."""
+    """Return Pillow's default font, or a system font with wider coverage for non-ASCII text, if available."""
     fonts = need("PIL.ImageFont", "pillow")
     if not text.isascii():
         for name in ("DejaVuSans.ttf", "NotoSans-Regular.ttf", "Arial Unicode.ttf", "arial.ttf"):
@@ -503,17 +529,17 @@ def _font(text: str, size: int) -> Any:
     return fonts.load_default(size)
 
 
-# OpenEXR files of several named layers, written by Mitsuba's bitmaps (no variant is needed).
+# OpenEXR files with several named layers, written by Mitsuba's ``Bitmap`` (which needs no variant).
 
 
 _CHANNELS = {1: ("Y",), 2: ("X", "Y"), 3: ("R", "G", "B"), 4: ("R", "G", "B", "A")}
 
 
 def write_exr(layers: Mapping[str, npt.NDArray[np.float32]], path: Path, xyz: frozenset[str] = frozenset()) -> None:
-    """Write ``layers``, each (H, W) or (H, W, C) with C <= 4, as one file of 32-bit floats, whole or not at all.
+    """Write ``layers``, each (H, W) or (H, W, C) with C <= 4, atomically as one OpenEXR file of 32-bit floats.
 
-    The layer called "" has the channels R G B; others ``name.R`` and so on, ``name.X`` ... where named in ``xyz``.
-    Raises SceneError: "backend" without Mitsuba, "file" when the file cannot be written.
+    The layer "" has the channels R G B; others have ``name.R`` and so on, or ``name.X`` ... if named in ``xyz``. Raises
+    SceneError: "backend" without Mitsuba, "file" if the file cannot be written.
     """
     mi = need("mitsuba", "mitsuba")
     names: list[str] = []

@@ -1,7 +1,7 @@
-"""Final pictures: path tracing with Mitsuba 3, denoised with Open Image Denoise where it is installed.
+"""Final pictures: path tracing with Mitsuba 3, denoised with Open Image Denoise if it is installed.
 
-Camera, light, ground and film are those of draft pictures (``studio``), so that both agree. What repeats is placed as
-instances; shapes that later frames of a film share are made once.
+Camera, lighting, ground and tone curve are those of draft pictures (``studio``), so that both agree. Repeated parts are
+drawn as instances; shapes that the frames of a film share are built once.
 """
 
 from __future__ import annotations
@@ -45,18 +45,16 @@ from scenelang.backends.pictures.studio import encode, tone_map
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.primitives.forms import CanonicalForm
 
-# Mitsuba's variants, ways to compute: ``scalar`` always works, ``llvm`` compiles for the CPU, ``cuda`` for a GPU.
-#
-# A compiler of the wrong version ends the whole process, so a variant is tried in a process of its own before it is
-# used.
+# Mitsuba variants are compute backends: ``scalar`` always works, ``llvm`` compiles for the CPU, ``cuda`` for a GPU. An
+# incompatible compiler terminates the whole process, so a variant is tried in a subprocess before it is used.
 
 
 NAMES = {"scalar": "scalar_rgb", "llvm": "llvm_ad_rgb", "cuda": "cuda_ad_rgb"}
 CHOICES = ("auto", *NAMES)
-MANY_SAMPLES = 64 * 1024 * 1024  # of a whole picture, from which compiling pays
-_PATIENCE = 120.0  # seconds
+MANY_SAMPLES = 64 * 1024 * 1024  # samples per picture above which compilation pays off
+_TIMEOUT = 120.0  # seconds
 
-_TRIAL = """
+_TEST_PROGRAM = """
 import sys, mitsuba as mi
 mi.set_variant(sys.argv[1])
 mi.set_log_level(mi.LogLevel.Error)
@@ -70,19 +68,19 @@ print(float(sum(mi.render(scene, spp=2).numpy().ravel())) > 0)
 
 
 def use(choice: str, samples: int, has_instances: bool) -> Any:
-    """The module mitsuba under the variant that ``choice`` means for a picture of so many samples in all.
+    """Return the mitsuba module with the variant selected by ``choice`` for a picture of ``samples`` samples in total.
 
-    ``auto`` takes llvm for many samples of scenes without instances (its compile time explodes with these), where it
-    works, else scalar. Raises SceneError("backend") where Mitsuba, or the variant that was asked for, does not work.
+    ``auto`` selects llvm, if it works, for many samples of scenes without instances (with instances the compile time
+    explodes), else scalar. Raises SceneError("backend") if Mitsuba or the requested variant does not work.
     """
     mi = need("mitsuba", "mitsuba mitsuba-oidn")
     chosen = choice
     if choice == "auto":
         chosen = "llvm" if samples >= MANY_SAMPLES and not has_instances and works("llvm") else "scalar"
     elif choice != "scalar" and not works(choice):
-        what = "no LLVM that it can use (Debian: libllvm19)" if choice == "llvm" else "no NVIDIA GPU that it can use"
-        raise SceneError("backend", f"Mitsuba's variant `{choice}` does not work here: it finds {what}",
-                         hint="`--variant scalar` works everywhere")  # fmt: skip
+        what = "no compatible LLVM (Debian: libllvm19)" if choice == "llvm" else "no compatible NVIDIA GPU"
+        raise SceneError("backend", f"the Mitsuba variant `{choice}` does not work here: {what} found",
+                         hint="use `--variant scalar`, which works everywhere")  # fmt: skip
     if mi.variant() != NAMES[chosen]:
         mi.set_variant(NAMES[chosen])
     mi.set_log_level(mi.LogLevel.Error)
@@ -91,29 +89,29 @@ def use(choice: str, samples: int, has_instances: bool) -> Any:
 
 @cache
 def works(name: str) -> bool:
-    """Whether a small picture comes out of the variant ``name`` in another process."""
+    """Whether the variant ``name`` renders a small picture, tried in a subprocess."""
     try:
-        # a list of words, no shell: our interpreter or a program by its own name
-        done = subprocess.run(trial_command(name), capture_output=True, text=True, timeout=_PATIENCE)  # noqa: S603  # nosec B603
+        # an argument list, no shell: this interpreter with a fixed program
+        done = subprocess.run(trial_command(name), capture_output=True, text=True, timeout=_TIMEOUT)  # noqa: S603  # nosec B603
     except (OSError, subprocess.TimeoutExpired):
         return False
     return done.returncode == 0 and done.stdout.strip() == "True"
 
 
 def trial_command(name: str) -> list[str]:
-    """The command that prints ``True`` where a small picture comes out of the variant ``name``."""
-    return [sys.executable, "-P", "-c", _TRIAL, NAMES[name]]
+    """Return a command that prints ``True`` if the variant ``name`` renders a small picture."""
+    return [sys.executable, "-P", "-c", _TEST_PROGRAM, NAMES[name]]
 
 
 Float32Array = npt.NDArray[np.float32]
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
-_MOST_GROUPS = 512  # kinds of exact shapes; the solids of rarer kinds are merged into meshes
+_MAX_GROUPS = 512  # distinct exact shapes; solids of rarer kinds are merged into meshes
 
 
 class MitsubaPainter:
-    """Path traces shots of one staging. ``mitsuba`` is the module, under the variant that was chosen."""
+    """Path traces the shots of one staging. ``mitsuba`` is the module with the selected variant."""
 
     def __init__(self, staging: Staging, options: PictureOptions, shots: int) -> None:
         self._staging = staging
@@ -130,18 +128,18 @@ class MitsubaPainter:
 
     def paint(self, shot: Shot, progress: Progress | None = None) -> Image:
         stage = self._staging.stage(shot)
-        unlit = stage.studio.environment.unlit  # without light there is nothing to trace
-        guide = draw(stage, part_of(progress, 0.0, 0.1), shaded=unlit, kept=self._guides)
-        radiance = guide.radiance if unlit else self._traced(stage, shot.frame, guide, part_of(progress, 0.1, 1.0))
+        unlit = stage.studio.environment.unlit  # without lighting there is nothing to trace
+        guide = draw(stage, part_of(progress, 0.0, 0.1), shaded=unlit, cache=self._guides)
+        radiance = guide.radiance if unlit else self._path_trace(stage, shot.frame, guide, part_of(progress, 0.1, 1.0))
         picture = encode(tone_map(radiance, stage.studio.environment) if not unlit else guide.linear)
         return Image(labelled(picture, stage.solids, guide.ids) if self._options.labels else picture, radiance)
 
     def shapes_of(self, frame: int, stage: Stage) -> dict[str, Any]:
-        """Mitsuba's shapes of one frame by name, fine enough for the camera of ``stage``."""
+        """Return Mitsuba's shapes of one frame by name, tessellated finely enough for the camera of ``stage``."""
         return self._shapes.of(frame, stage)
 
-    def _traced(self, stage: Stage, frame: int, guide: Draft, progress: Progress | None) -> Float32Array:
-        """The radiance (H, W, 3) of ``stage``."""
+    def _path_trace(self, stage: Stage, frame: int, guide: Draft, progress: Progress | None) -> Float32Array:
+        """Return the path-traced radiance (H, W, 3) of ``stage``."""
         mi, report = self.mitsuba, progress or (lambda _: None)
         scene = mi.load_dict(surroundings(mi, stage, self._depth) | self.shapes_of(frame, stage))
         report(0.1)
@@ -153,7 +151,7 @@ class MitsubaPainter:
             total += share * np.array(image, np.float64).reshape(stage.height, stage.width, -1)[:, :, :3]
             report(0.1 + 0.85 * (k + 1) / passes)
         radiance = np.nan_to_num(total / self._samples, nan=0.0, posinf=1e4, neginf=0.0)
-        # the light that surrounds the scene is not what the camera sees behind it
+        # the camera sees the backdrop, not the ambient light, behind the scene
         environment = stage.studio.environment
         radiance += guide.sky[:, :, None] * (np.array(environment.backdrop) - np.array(environment.ambient))
         noisy = np.maximum(radiance, 0.0).astype(np.float32)
@@ -163,7 +161,7 @@ class MitsubaPainter:
 
 
 def _denoised(radiance: Float32Array, guide: Draft) -> Float32Array:
-    """``radiance`` without noise, or as it is where the denoiser is not installed."""
+    """Return ``radiance`` without noise, or unchanged if the denoiser is not installed."""
     try:
         oidn = import_module("mitsuba_oidn")
     except ImportError:
@@ -177,7 +175,7 @@ def _denoised(radiance: Float32Array, guide: Draft) -> Float32Array:
 
 
 class _Shapes:
-    """Mitsuba's shapes of the frames of a staging, made once where frames share them."""
+    """Mitsuba's shapes of the frames of a staging; shapes shared by frames are built once."""
 
     def __init__(self, mi: Any, staging: Staging, instances: bool) -> None:
         self._mi = mi
@@ -189,14 +187,14 @@ class _Shapes:
         self._frames: dict[int, dict[str, Any]] = {}
 
     def of(self, frame: int, stage: Stage) -> dict[str, Any]:
-        """The shapes of one frame by name, fine enough for the camera of ``stage``."""
+        """Return the shapes of one frame by name, tessellated finely enough for the camera of ``stage``."""
         if frame not in self._frames:
-            self._frames.clear()  # only the last frame is kept: a film may have many
-            self._frames[frame] = self._made(frame, stage)
+            self._frames.clear()  # cache only the last frame: a film may have many
+            self._frames[frame] = self._build(frame, stage)
         return self._frames[frame]
 
-    def _made(self, frame: int, stage: Stage) -> dict[str, Any]:
-        # each of few solids is an instance of its exact shape
+    def _build(self, frame: int, stage: Stage) -> dict[str, Any]:
+        # small scenes need no prototypes: each solid is an instance of its exact shape
         parts = parts_of(self._staging, frame) if self._instances and len(stage.solids) > FEW else None
         if parts is not None:
             shapes = dict(self._alone(parts.loose, stage, "loose"))
@@ -210,7 +208,7 @@ class _Shapes:
         return dict(self._alone(self._staging.moving[frame], stage, "loose"))
 
     def _group(self, prototype: Prototype, stage: Stage) -> Any:
-        """The shape group of a prototype; frames whose graphs share its entity share it."""
+        """Return the shape group of a prototype; frames whose graphs share its entity share the group."""
         found = self._groups.get(id(prototype.entity))
         if found is None:
             largest = float((sizes_of(prototype.matrices) * _pixels_per_unit(prototype.matrices, stage)).max())
@@ -223,7 +221,8 @@ class _Shapes:
         return found[1]
 
     def _alone(self, solids: Solids, stage: Stage, name: str) -> Iterator[tuple[str, Any]]:
-        """Solids in the stage's frame: placed exact shapes of the commonest kinds, the others as merged meshes."""
+        """Yield shapes of solids in the stage's frame: instances of the most frequent exact shapes, merged meshes
+        for the rest."""
         exact = self._exact(solids) if self._instances else np.zeros(len(solids), bool)
         rows = np.flatnonzero(exact)
         used, first, kind = np.unique(_kinds(solids)[rows], axis=0, return_index=True, return_inverse=True)
@@ -239,12 +238,12 @@ class _Shapes:
                 yield f"{name}-mesh{k}", mesh
 
     def _exact(self, solids: Solids) -> npt.NDArray[np.bool_]:
-        """Which solids are placed as exact shapes: no lamps, no triangles, of the commonest kinds."""
+        """Return which solids are drawn as exact shapes: no emitters or triangles, only the most frequent kinds."""
         able = ~solids.emission.any(axis=1) & solids.that_are("is_closed") & ~is_too_flat(solids)
         _, kind, count = np.unique(_kinds(solids), axis=0, return_inverse=True, return_counts=True)
-        if len(count) > _MOST_GROUPS:
-            least = np.sort(count)[-_MOST_GROUPS]
-            common = count > least  # of equally common kinds none, so that the limit holds
+        if len(count) > _MAX_GROUPS:
+            least = np.sort(count)[-_MAX_GROUPS]
+            common = count > least  # strict, so that equally frequent kinds cannot exceed the limit
             able &= common[kind.reshape(-1)]
         return np.asarray(able, bool)
 
@@ -255,7 +254,7 @@ class _Shapes:
         return self._units[key]
 
     def _placed(self, name: str, group: Any, matrices: FloatArray) -> dict[str, Any]:
-        """A shape group and its instances under ``matrices`` (N, 3, 4), by name."""
+        """Return a shape group and its instances under ``matrices`` (N, 3, 4), by name."""
         transform = self._mi.ScalarTransform4f
         poses = np.zeros((len(matrices), 4, 4))
         poses[:, :3], poses[:, 3, 3] = matrices, 1.0
@@ -266,12 +265,12 @@ class _Shapes:
 
 
 def _kinds(solids: Solids) -> FloatArray:
-    """Rows (N, K) that are equal where solids are one form with one look."""
+    """Return rows (N, K) that are equal for solids with the same form, ratios and look."""
     return np.column_stack([solids.forms, solids.look, solids.ratios])
 
 
 def _pixels_per_unit(matrices: FloatArray, stage: Stage) -> FloatArray:
-    """How many pixels (N,) a unit is at the nearest points of solids under ``matrices`` (N, 3, 4)."""
+    """Return the pixels per unit (N,) at the nearest points of solids under ``matrices`` (N, 3, 4)."""
     focal = stage.camera.focal[1]
     if stage.camera.is_parallel:
         return np.full(len(matrices), focal)
@@ -291,9 +290,9 @@ MITSUBA = PictureBackend(
     run=write_still("mitsuba"),
     options=(
         Option("samples", "samples per pixel of path-traced pictures", 64, least=1, most=65536),
-        Option("bounces", "the longest path of light, in surfaces", 8, least=1, most=64),
+        Option("bounces", "maximum path length, in bounces", 8, least=1, most=64),
         Option("denoise", "remove noise with Open Image Denoise", "on", choices=("on", "off")),
-        Option("variant", "how Mitsuba computes; `auto` is scalar, llvm for many samples", "auto",
+        Option("variant", "Mitsuba variant; `auto` is scalar, or llvm for many samples", "auto",
                choices=CHOICES),
     ),
     packages=("mitsuba", "PIL"),

@@ -1,4 +1,4 @@
-"""Everything of Mitsuba's scene but the shapes: camera, film, light and ground of a stage."""
+"""Mitsuba scene description: instancing, materials, camera, lighting, ground and meshes of a stage."""
 
 from __future__ import annotations
 
@@ -20,11 +20,9 @@ from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.primitives.forms import CanonicalForm
 from scenelang.interpreter.scene.primitives.mesh import posed
 
-# What is drawn once and placed many times: a cut through the entity DAG, and the solids that stand alone.
-#
-# Mitsuba has one level of instancing and no lamps inside instances. So each way from the root to a primitive is cut
-# once: below the cut lie prototypes, shared entities whose solids become one group of shapes, above it their
-# instances.
+# Instancing: a cut through the entity DAG. Mitsuba has one level of instancing and no emitters inside instances, so
+# each path from the root to a primitive is cut once: below the cut are prototypes, shared entities whose solids become
+# one shape group; above it are their instances.
 
 
 FloatArray = npt.NDArray[np.float64]
@@ -34,8 +32,11 @@ FEW = 20_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Prototype:
-    """``solids`` of one shared entity, in its own frame brought to a good size, and where it stands: ``matrices``
-    (N, 3, 4) into the stage's frame. ``entity`` is what it was made of."""
+    """A shared entity drawn as instances.
+
+    ``solids`` are in the entity's frame, scaled to unit size; ``matrices`` (N, 3, 4) place them in the stage's frame.
+    ``entity`` is the source.
+    """
 
     entity: Entity
     solids: Solids
@@ -44,7 +45,7 @@ class Prototype:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Parts:
-    """A frame as prototypes, and the ``loose`` solids in the stage's frame that are no part of one."""
+    """A frame split into prototypes and the remaining ``loose`` solids, in the stage's frame."""
 
     prototypes: tuple[Prototype, ...]
     loose: Solids
@@ -52,7 +53,8 @@ class Parts:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Counts:
-    """Of every distinct entity by ``id``: solids below it, instances of it, whether it may be a prototype."""
+    """For every distinct entity by ``id``: its number of solids, its number of instances, whether it may be a
+    prototype."""
 
     order: tuple[Entity, ...]  # children before parents
     solids: dict[int, int]
@@ -61,9 +63,9 @@ class _Counts:
 
 
 def parts_of(staging: Staging, frame: int) -> Parts | None:
-    """Frame number ``frame`` of a staging as prototypes and loose solids, None where hardly anything is shared."""
+    """Split frame number ``frame`` of a staging into prototypes and loose solids; None if there is little sharing."""
     root = staging.roots[frame]
-    cut = _best_cut(root, _counted(root))
+    cut = _best_cut(root, _count(root))
     if not cut:
         return None
     flat = flatten_entity(root, cut)
@@ -79,7 +81,7 @@ def parts_of(staging: Staging, frame: int) -> Parts | None:
 
 
 def _prototype(staging: Staging, entity: Entity, matrices: FloatArray) -> Prototype | None:
-    """The prototype that ``entity`` is under world ``matrices`` (N, 3, 4), None where nothing of it can be drawn."""
+    """Return the prototype for ``entity`` under world ``matrices`` (N, 3, 4), None if nothing of it is drawable."""
     solids = solids_of(flatten_entity(entity))
     if not len(solids):
         return None
@@ -95,26 +97,26 @@ def _prototype(staging: Staging, entity: Entity, matrices: FloatArray) -> Protot
     return Prototype(entity, own, placed[sound]) if len(own) and sound.any() else None
 
 
-def _counted(root: Entity) -> _Counts:
+def _count(root: Entity) -> _Counts:
     order = tuple(descendants(root))
     solids: dict[int, int] = {}
     allowed: dict[int, bool] = {}
     for entity in order:
         below = [id(part.car) for part in entity.children]
         solids[id(entity)] = _solids_in(entity) + sum(solids[child] for child in below)
-        own = not (entity.is_primitive and any(look_of(entity).emission))  # lamps cannot be instanced
+        own = not (entity.is_primitive and any(look_of(entity).emission))  # emitters cannot be instanced
         allowed[id(entity)] = own and all(allowed[child] for child in below)
     return _Counts(order, solids, instance_counts(order), allowed)
 
 
 def _solids_in(entity: Entity) -> int:
-    """How many solids a primitive is: one, but as many as it has triangles where it is a mesh."""
+    """Return the number of solids of a primitive: one, or the number of triangles of a mesh."""
     mesh = None if entity.shape is None else own_mesh(entity.shape)
     return int(entity.is_primitive) if mesh is None else len(mesh.faces)
 
 
 def _best_cut(root: Entity, counts: _Counts) -> frozenset[int]:
-    """The ids of the prototypes: entities of at most so many solids that few shapes are stored in all."""
+    """Return the ids of the prototypes: shared entities up to a size chosen to minimise the number of stored shapes."""
     largest = counts.solids[id(root)]
     distinct = sum(counts.solids[id(entity)] for entity in counts.order if entity.is_primitive)
     if 2 * distinct > largest:
@@ -133,7 +135,8 @@ def _sample(values: Sequence[int]) -> Sequence[int]:
 
 
 def _cut_below(root: Entity, counts: _Counts, size: int) -> tuple[frozenset[int], int]:
-    """The cut at entities of at most ``size`` solids, and how many shapes it stores: solids and instances."""
+    """Return the cut at entities of at most ``size`` solids, and the number of shapes (solids and instances) it
+    stores."""
     cut: set[int] = set()
     stored = 0
     opened = {id(root)}
@@ -157,11 +160,11 @@ def _cut_below(root: Entity, counts: _Counts, size: int) -> tuple[frozenset[int]
     return frozenset(cut), stored
 
 
-# Materials of final pictures: looks as Mitsuba's BSDFs, for one look or for the faces of a merged mesh.
+# Materials of final pictures: Mitsuba BSDFs for a single look or for the per-face looks of a merged mesh.
 
 
 FACE_COLOR, FACE_OPACITY, FACE_GLOSS, FACE_METAL = "face_color", "face_opacity", "face_gloss", "face_metal"
-_LEAST_IOR = 1.001  # an index of 1 refracts nothing, which Mitsuba refuses
+_MIN_IOR = 1.001  # Mitsuba rejects an index of 1, which does not refract
 
 
 def rgb(color: Any) -> dict[str, Any]:
@@ -169,12 +172,12 @@ def rgb(color: Any) -> dict[str, Any]:
 
 
 def is_glass(look: Look) -> bool:
-    """Whether light that passes the surface is refracted."""
+    """Whether light transmitted by the surface is refracted."""
     return look.ior is not None and look.opacity < 1.0
 
 
 def surface(look: Look) -> dict[str, Any]:
-    """The BSDF of one look."""
+    """Return the BSDF of one look."""
     color = rgb([BRIGHTEST * channel for channel in look.color])
     if look.is_matte:
         return _covering(_both_sides({"type": "diffuse", "reflectance": color}), look.opacity)
@@ -183,7 +186,7 @@ def surface(look: Look) -> dict[str, Any]:
         "base_color": color,
         "roughness": max(look.gloss, 0.03),
         "metallic": look.metallic,
-        "eta": max(look.ior or GLASS, _LEAST_IOR),
+        "eta": max(look.ior or GLASS, _MIN_IOR),
     }
     if is_glass(look):
         return glossy | {"spec_trans": 1.0 - look.opacity}
@@ -191,7 +194,7 @@ def surface(look: Look) -> dict[str, Any]:
 
 
 def face_surface(matte: bool, clear: bool) -> dict[str, Any]:
-    """The BSDF of a merged mesh whose faces carry the values of their own looks, but for glass."""
+    """Return the BSDF of a merged mesh with per-face material attributes (not for glass)."""
     color = _of_face(FACE_COLOR)
     if matte:
         base: dict[str, Any] = {"type": "diffuse", "reflectance": color}
@@ -219,12 +222,12 @@ def _covering(bsdf: dict[str, Any], opacity: float) -> dict[str, Any]:
     return {"type": "mask", "opacity": float(opacity), "bsdf": bsdf} if opacity < 1.0 else bsdf
 
 
-_LAMP = 1e6  # the distance of the key light, so far that it lights all of the ground alike
-_UNDER = 1e-4  # how far the plain ground lies under the checkerboard
+_LIGHT_DISTANCE = 1e6  # distance of the key light, so far that it lights the whole ground evenly
+_GROUND_OFFSET = 1e-4  # offset of the plain ground below the checkerboard
 
 
 def surroundings(mi: Any, stage: Stage, depth: int) -> dict[str, Any]:
-    """The scene without its solids, in the form that Mitsuba loads."""
+    """Return Mitsuba's scene dictionary without the solids."""
     environment = stage.studio.environment
     scene: dict[str, Any] = {
         "type": "scene",
@@ -240,7 +243,7 @@ def surroundings(mi: Any, stage: Stage, depth: int) -> dict[str, Any]:
 
 
 def sensor(mi: Any, camera: Camera) -> dict[str, Any]:
-    """The camera, with a lens where it has an aperture."""
+    """Return Mitsuba's sensor for a camera, a thin lens if it has an aperture."""
     matrix = np.eye(4)
     matrix[:3, 0], matrix[:3, 1], matrix[:3, 2], matrix[:3, 3] = -camera.right, camera.up, camera.forward, camera.eye
     (focal, _), (cx, cy) = camera.focal, camera.principal
@@ -254,7 +257,7 @@ def sensor(mi: Any, camera: Camera) -> dict[str, Any]:
             "height": camera.height,
             "pixel_format": "rgb",
             "component_format": "float32",
-            "rfilter": {"type": "box"},  # the denoiser wants pixels whose noise is independent
+            "rfilter": {"type": "box"},  # the denoiser expects independent noise per pixel
         },
         "sampler": {"type": "multijitter"},
     }
@@ -279,29 +282,29 @@ def sensor(mi: Any, camera: Camera) -> dict[str, Any]:
 
 
 def _key_light(mi: Any, studio: Studio) -> dict[str, Any]:
-    """A round lamp so far away that its light is nearly parallel, seen under twice the environment's radius."""
+    """Return a disk emitter so far away that its light is nearly parallel, with the environment's angular radius."""
     angle = math.radians(studio.environment.radius)
     # a white surface facing the lamp has the radiance KEY = irradiance / pi = radiance (radius / distance)^2
     radiance = np.array(studio.environment.key) / math.sin(angle) ** 2
     frame = mi.ScalarTransform4f().look_at(
-        origin=[float(x) for x in studio.key_direction * _LAMP], target=[0.0, 0.0, 0.0], up=[0.0, 1.0, 0.0]
+        origin=[float(x) for x in studio.key_direction * _LIGHT_DISTANCE], target=[0.0, 0.0, 0.0], up=[0.0, 1.0, 0.0]
     )
     return {
         "type": "disk",
-        "to_world": frame.scale(_LAMP * math.tan(angle)),
+        "to_world": frame.scale(_LIGHT_DISTANCE * math.tan(angle)),
         "emitter": {"type": "area", "radiance": rgb(radiance)},
         "bsdf": {"type": "diffuse", "reflectance": rgb((0.0, 0.0, 0.0))},
     }
 
 
 def _ground(mi: Any, height: float, colors: Any) -> dict[str, Any]:
-    """A large disk, under a checkerboard where the ground has two colours."""
+    """Return a large disk, below a checkerboard if the ground has two colours."""
     is_plain = bool((colors[0] == colors[1]).all())
 
     def lying(at: float) -> Any:
         return mi.ScalarTransform4f().translate([0.0, at, 0.0]).rotate([1, 0, 0], -90.0)
 
-    disk = lying(height if is_plain else height - _UNDER).scale(GROUND_EDGE)
+    disk = lying(height if is_plain else height - _GROUND_OFFSET).scale(GROUND_EDGE)
     parts = {"ground": {"type": "disk", "to_world": disk, "bsdf": _diffuse(rgb(colors.mean(axis=0)))}}
     if not is_plain:
         periods = 2.0 * CHECKER_EDGE / (2.0 * CHECKER)
@@ -320,30 +323,32 @@ def _diffuse(reflectance: dict[str, Any]) -> dict[str, Any]:
     return {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": reflectance}}
 
 
-# Solids as Mitsuba's shapes: exact unit shapes to be placed many times, and merged meshes whose faces carry colours.
-#
-# What exact shapes a form is made of, the form says (``Form.mitsuba``); Mitsuba's spheres are none under uneven scales,
-# so units are placed as instances, which is right under any invertible affine pose. Merged meshes load linearly.
+# Solids as Mitsuba shapes: exact unit shapes for instancing, and merged meshes with per-face colours. A form provides
+# its exact shapes (``Form.mitsuba``). Mitsuba's spheres do not support non-uniform scales, so unit shapes are placed as
+# instances, which are correct under any invertible affine pose. Merged meshes load in linear time.
 
 
 IntArray = npt.NDArray[np.int64]
 
 SEGMENTS = (8, 12, 16, 24, 32, 48, 64, 96, 128, 192)
-UNIT_SEGMENTS = 256  # of a unit that is a mesh
-_DEVIATION = 0.15  # pixels that a polygon may lie inside the circle that it stands for
-_MOST_FACES = 24_000_000
-_GLOW_STEPS = 16  # distinct strengths per channel that glowing colours are rounded to, per unit
+UNIT_SEGMENTS = 256  # for unit shapes that are meshes
+_DEVIATION = 0.15  # maximum deviation of a polygon from its circle, in pixels
+_MAX_FACES = 24_000_000
+_EMISSION_STEPS = 16  # quantisation steps of the radiance of emitters, per channel and unit
 
 
 def unit_parts(form: CanonicalForm, ratios: tuple[float, ...], look: Look) -> list[dict[str, Any]]:
-    """The exact shapes of a canonical form without their material, poses as (4, 4); none where it is a mesh of
-    ``UNIT_SEGMENTS`` sides: where Mitsuba has no such shapes, or light would pass those that lie inside one another."""
+    """Return the exact shapes of a canonical form, without materials, with poses as (4, 4).
+
+    Empty if the form must be a mesh of ``UNIT_SEGMENTS`` sides: Mitsuba has no such shapes, or the form's shapes
+    overlap, which transparency would make visible.
+    """
     parts = form.mitsuba(ratios)
     return [] if form.overlaps and look.opacity < 1.0 else parts
 
 
 def unit_group(mi: Any, form: CanonicalForm, ratios: tuple[float, ...], look: Look) -> Any:
-    """A shape group of the canonical form."""
+    """Return a shape group of the canonical form with the material ``look``."""
     bsdf = mi.load_dict(surface(look))
     parts = {}
     for k, part in enumerate(unit_parts(form, ratios, look)):
@@ -377,14 +382,17 @@ def _fill(mi: Any, mesh: Any, vertices: FloatArray, normals: FloatArray | None, 
 
 
 def merged_meshes(mi: Any, solids: Solids, segments: IntArray) -> Iterator[Any]:
-    """Few meshes of all ``solids``: by glow, since an emitter has one radiance, by kind of material, by whether faces
-    are flat. ``segments`` (N,) are the sides of round solids."""
+    """Yield merged meshes of all ``solids``, grouped by what must be uniform within a mesh.
+
+    A mesh has one radiance, one kind of material, and either flat or smooth shading. ``segments`` (N,) are the numbers
+    of sides of round solids.
+    """
     flat = ~solids.that_are("is_curved")
-    glow = np.rint(solids.emission * _GLOW_STEPS) / _GLOW_STEPS
+    emission = np.rint(solids.emission * _EMISSION_STEPS) / _EMISSION_STEPS
     matte, clear = solids.looks.matte[solids.look], solids.opacity < 1.0
     glass = np.array([is_glass(look) for look in solids.looks.rows], bool)[solids.look]
-    own = np.where(glass, solids.look, -1)  # refracting materials cannot differ within a mesh
-    keys = np.column_stack([glow, own, flat, matte, clear])
+    own = np.where(glass, solids.look, -1)  # refractive materials cannot vary within a mesh
+    keys = np.column_stack([emission, own, flat, matte, clear])
     kinds, kind = np.unique(keys, axis=0, return_inverse=True)
     for k, key in enumerate(kinds):
         rows = np.flatnonzero(kind.reshape(-1) == k)
@@ -394,14 +402,14 @@ def merged_meshes(mi: Any, solids: Solids, segments: IntArray) -> Iterator[Any]:
 
 
 def _merged_mesh(
-    mi: Any, solids: Solids, segments: IntArray, is_flat: bool, bsdf: dict[str, Any], glow: FloatArray
+    mi: Any, solids: Solids, segments: IntArray, is_flat: bool, bsdf: dict[str, Any], emission: FloatArray
 ) -> Any:
     vertices, normals, faces, owner = _merged(solids, segments)
     props = mi.Properties()
     props["bsdf"] = mi.load_dict(bsdf)
     props["face_normals"] = is_flat
-    if glow.any():
-        props["emitter"] = mi.load_dict({"type": "area", "radiance": rgb(glow)})
+    if emission.any():
+        props["emitter"] = mi.load_dict({"type": "area", "radiance": rgb(emission)})
     mesh = mi.Mesh("solids", len(vertices), len(faces), has_vertex_normals=not is_flat, props=props)
     look = solids.look[owner]
     mesh.add_attribute(FACE_COLOR, 3, (solids.looks.color[look] * BRIGHTEST).astype(np.float32).ravel())
@@ -416,38 +424,40 @@ def _merged_mesh(
 
 
 def segments_for(solids: Solids, pixels: FloatArray) -> IntArray:
-    """Sides (N,) of round solids that are ``pixels`` (N,) large in the picture; fewer where the meshes would not fit
-    the memory, 0 for flat ones."""
-    wanted = math.pi * np.sqrt(pixels / (2.0 * _DEVIATION))
+    """Return the number of sides (N,) of round solids whose size is ``pixels`` (N,); 0 for flat ones.
+
+    The tessellation is coarser if the meshes would exceed the memory limit.
+    """
+    target_segments = math.pi * np.sqrt(pixels / (2.0 * _DEVIATION))
     choices = np.array(SEGMENTS)
     for coarser in range(len(choices)):
-        sides = choices[np.clip(np.searchsorted(choices, wanted) - coarser, 0, len(choices) - 1)]
+        sides = choices[np.clip(np.searchsorted(choices, target_segments) - coarser, 0, len(choices) - 1)]
         faces = sum(
             int(form.face_count(sides[rows], solids.ratios_of(form, rows)).sum()) for form, rows in solids.groups()
         )
-        if faces <= _MOST_FACES:
+        if faces <= _MAX_FACES:
             break
     return np.asarray(np.where(solids.that_are("is_curved"), sides, 0), np.int64)
 
 
 def is_too_flat(solids: Solids) -> npt.NDArray[np.bool_]:
-    """Which solids (N,) are so flat that the exact shapes of their forms, in single precision, dissolve."""
+    """Return which solids (N,) are too flat for the exact shapes of their forms in single precision."""
     flattest = np.array([kind.flattest for kind in solids.kinds])[solids.forms]
     return np.asarray(thinness(solids.matrices) < flattest * sizes_of(solids.matrices), bool)
 
 
 def dissolves(form: CanonicalForm, matrix: FloatArray) -> bool:
-    """Whether under the pose (3, 4) the exact shapes of a form are so flat that they dissolve."""
+    """Whether the pose (3, 4) is too flat for the exact shapes of a form in single precision."""
     return bool(thinness(matrix[None])[0] < form.flattest * sizes_of(matrix[None])[0])
 
 
 def sizes_of(matrices: FloatArray) -> FloatArray:
-    """The longest half axis (N,) of solids under ``matrices`` (N, 3, 4)."""
+    """Return the longest half axis (N,) of solids under ``matrices`` (N, 3, 4)."""
     return np.asarray(np.sqrt(np.einsum("nij,nij->nj", matrices[:, :, :3], matrices[:, :, :3])).max(axis=1), np.float64)
 
 
 def _merged(solids: Solids, segments: IntArray) -> tuple[FloatArray, FloatArray, IntArray, IntArray]:
-    """Vertices, normals, faces of all solids, and the number of the solid that each face belongs to."""
+    """Return vertices, normals and faces of all solids, and the index of the solid that owns each face."""
     parts: list[tuple[FloatArray, FloatArray, IntArray, IntArray]] = []
     start = 0
     for form, ratios, members in solids.members():

@@ -1,8 +1,8 @@
-"""The analytic ray caster: which solid every sample of a picture sees, and how far away (numpy only).
+"""Analytic ray caster: which solid each sample of a picture sees, and at what depth (numpy only).
 
-Solids are tested only inside their bounding rectangles on the picture: large ones one at a time over their rectangle,
-small ones in batches over all their samples at once. Each sample holds one 64-bit key, the distance's float32 bits
-above the solid's number, so that the nearest hit is a minimum, and equal distances have one winner.
+Solids are tested only inside their bounding rectangles on the picture: large ones individually over their rectangle,
+small ones in batches over all their samples at once. Each sample stores a 64-bit key, the depth's float32 bits above
+the solid's index, so that the nearest hit is the minimum and ties are broken deterministically.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 Keys = npt.NDArray[np.uint64]
 
-NEAR = 1e-5  # nothing nearer to the eye is seen; the scene's half diagonal is 1
+NEAR = 1e-5  # near clipping plane; the scene's half diagonal is 1
 NOTHING = np.uint64(0xFFFFFFFFFFFFFFFF)
-_SMALL = 900  # samples in a rectangle below which solids are cast in batches
+_SMALL = 900  # rectangle size in samples below which solids are cast in batches
 _BATCH = 1 << 16
 _BLOCK = 1 << 15
 _SHIFT = np.uint64(32)
@@ -38,9 +38,9 @@ class Rays:
     """One ray per sample of a picture of ``width`` x ``height`` samples; row 0 is at the top.
 
     Sample (column, row) has its centre at x = column + 1/2, y = row + 1/2; its ray starts at ``origin[0] + x origin[1]
-    + y origin[2]`` and runs along ``direction[0] + x direction[1] + y direction[2]``; both (3, 3). Along ``axes[2]``
-    (rows right, up, forward) every direction has length 1, so that ray parameters are depths from ``eye``. ``focal``
-    and ``principal`` are the camera's, in samples.
+    + y origin[2]`` in the direction ``direction[0] + x direction[1] + y direction[2]``; both (3, 3). The component of
+    every direction along ``axes[2]`` (rows right, up, forward) is 1, so that ray parameters are depths from ``eye``.
+    ``focal`` and ``principal`` are the camera's, in samples.
     """
 
     width: int
@@ -54,7 +54,7 @@ class Rays:
     parallel: bool
 
     def at(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Origins and directions (N, 3) at picture positions (N,)."""
+        """Return the origins and directions (N, 3) of rays at picture positions (N,)."""
         o, d = self.origin, self.direction
         if self.parallel:
             return o[0] + x[:, None] * o[1] + y[:, None] * o[2], np.broadcast_to(d[0], (len(x), 3))
@@ -62,7 +62,7 @@ class Rays:
 
 
 def camera_rays(camera: Camera, samples: int = 1) -> Rays:
-    """The rays of ``camera``, ``samples`` per pixel in each direction."""
+    """Return the rays of ``camera``, with ``samples`` per pixel and axis."""
     (fx, fy), (cx, cy) = camera.focal, camera.principal
     focal, principal = (fx * samples, fy * samples), (cx * samples, cy * samples)
     size = camera.width * samples, camera.height * samples
@@ -70,7 +70,8 @@ def camera_rays(camera: Camera, samples: int = 1) -> Rays:
 
 
 def parallel_rays(center: FloatArray, axes: FloatArray, half: float, size: int) -> Rays:
-    """Parallel rays along ``axes[2]`` through the square of half width ``half`` about ``center``; size x size."""
+    """Return size x size parallel rays along ``axes[2]`` through the square of half width ``half`` around
+    ``center``."""
     focal, middle = size / (2.0 * half), size / 2.0
     return _rays(center, axes, (focal, focal), (middle, middle), (size, size), True)
 
@@ -96,8 +97,11 @@ def _rays(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Caster:
-    """Solids prepared for rays: ``inverse`` (N, 3, 3) and ``center`` (N, 3) take world points into the solids' frames;
-    the solids' rectangles on the picture are columns [x0, x1) and rows [y0, y1), empty where out of view."""
+    """Solids prepared for ray casting.
+
+    ``inverse`` (N, 3, 3) and ``center`` (N, 3) transform world points into the solids' frames. ``rectangles`` bound the
+    solids on the picture: columns [x0, x1) and rows [y0, y1), empty if out of view.
+    """
 
     rays: Rays
     solids: PosedForms
@@ -112,16 +116,17 @@ class Caster:
         beyond: Keys | None = None,
         progress: Callable[[float], None] | None = None,
     ) -> Keys:
-        """Keys (height, width) of the first hits among the solids ``which``, or NOTHING.
+        """Return the keys (height, width) of the first hits among the solids ``which``, NOTHING for misses.
 
-        With ``beyond``, of the first hits whose key is above the one there, which peels layer after layer.
+        With ``beyond``, only hits with keys above those in ``beyond`` count, which implements depth peeling.
         """
         keys = np.full((self.rays.height, self.rays.width), NOTHING, np.uint64)
         x0, y0, x1, y1 = self.rectangles.T
         area = (x1 - x0) * (y1 - y0)
         chosen = area > 0 if which is None else (area > 0) & which
         large = np.flatnonzero(chosen & (area > _SMALL))
-        large = large[np.argsort(self.nearest[large], kind="stable")]  # so that what is hidden can be passed over
+        # front to back, so that occluded blocks can be skipped
+        large = large[np.argsort(self.nearest[large], kind="stable")]
         done, total = 0.0, max(1.0, float(area[chosen].sum()))
         with np.errstate(all="ignore"):
             for i in large:
@@ -138,8 +143,10 @@ class Caster:
         return keys
 
     def _local_rays(self, which: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Coefficients (K, 3, 3) of origin and direction in the solids' frames; [:, 0] is at the rectangle's corner
-        sample, [:, 1] and [:, 2] change per column and row."""
+        """Return coefficients (K, 3, 3) of ray origins and directions in the solids' frames.
+
+        [:, 0] is the ray of the rectangle's first sample, [:, 1] and [:, 2] are the changes per column and row.
+        """
         rays, inverse = self.rays, self.inverse[which]
         x = self.rectangles[which, 0, None] + 0.5
         y = self.rectangles[which, 1, None] + 0.5
@@ -206,7 +213,8 @@ class Caster:
             np.minimum.at(keys.reshape(-1), at, found)
 
     def surface(self, ids: IntArray, points: FloatArray, toward: FloatArray) -> FloatArray:
-        """Unit normals (N, 3) of the solids ``ids`` at the world ``points`` (N, 3), turned against ``toward``."""
+        """Return unit normals (N, 3) of the solids ``ids`` at world ``points`` (N, 3), flipped to face against
+        ``toward``."""
         out = np.zeros_like(points)
         inverse = self.inverse[ids]
         local = np.einsum("nij,nj->ni", inverse, points - self.center[ids])
@@ -222,23 +230,23 @@ class Caster:
 
 
 def _hits(form: CanonicalForm, o: Triple, d: Triple, ratios: Ratios) -> list[npt.NDArray[np.floating]]:
-    """For each piece that rays may go through one after the other, where they first meet it."""
+    """Return the first hit of each component of a form that a ray may enter separately."""
     return first_hits(form.intervals(o, d, ratios), NEAR)
 
 
 def depths_of(keys: Keys) -> npt.NDArray[np.float32]:
-    """The depths in ``keys``, infinity where there is nothing."""
+    """Return the depths stored in ``keys``, infinity for misses."""
     depth = (keys >> _SHIFT).astype(np.uint32).view(np.float32)
     return np.where(keys == NOTHING, np.float32(np.inf), depth)
 
 
 def ids_of(keys: Keys) -> IntArray:
-    """The solids' numbers in ``keys``, -1 where there is nothing."""
+    """Return the solids' indices stored in ``keys``, -1 for misses."""
     return np.where(keys == NOTHING, -1, (keys & np.uint64(0xFFFFFFFF)).astype(np.int64))
 
 
 def caster_for(solids: PosedForms, rays: Rays) -> Caster:
-    """Prepare ``solids``, whose poses are invertible, for ``rays``."""
+    """Prepare ``solids``, whose poses must be invertible, for ``rays``."""
     with np.errstate(all="ignore"):
         inverse = inverses_of(solids.matrices[:, :, :3])
         rectangles = _rectangles(solids, rays)
@@ -255,7 +263,7 @@ def _keys_of(t: npt.NDArray[np.floating], number: npt.NDArray[np.uint64] | np.ui
 
 
 def _batches(which: IntArray, area: IntArray) -> list[IntArray]:
-    """``which`` cut so that each piece covers about ``_BATCH`` samples."""
+    """Split ``which`` into batches that cover about ``_BATCH`` samples each."""
     if not len(which):
         return []
     ends = np.cumsum(area[which])
@@ -267,7 +275,7 @@ def _batches(which: IntArray, area: IntArray) -> list[IntArray]:
 
 
 def _rectangles(solids: PosedForms, rays: Rays) -> IntArray:
-    """The samples (N, 4) that each solid may cover, cut to the picture."""
+    """Return the samples (N, 4) that each solid may cover, clipped to the picture."""
     low = np.full((len(solids), 2), np.inf)
     high = np.full((len(solids), 2), -np.inf)
     linear = rays.axes @ solids.matrices[:, :, :3]
@@ -284,7 +292,7 @@ def _rectangles(solids: PosedForms, rays: Rays) -> IntArray:
     first[:, 1], last[:, 1] = up - last[:, 1], up - first[:, 1].copy()
     empty = ~(low <= high).all(axis=1)
     first[empty], last[empty] = 0.0, 0.0
-    # a sample counts when its centre, at column + 1/2, may be covered
+    # a sample is covered if its centre, at column + 1/2, may be
     low_edge = np.ceil(np.clip(np.nan_to_num(first - 0.5001, nan=0.0), 0.0, size)).astype(np.int64)
     high_edge = np.floor(np.clip(np.nan_to_num(last - 0.4999, nan=0.0), -1.0, size - 1.0)).astype(np.int64) + 1
     out = np.concatenate([low_edge, np.maximum(high_edge, low_edge)], axis=1)
@@ -293,13 +301,13 @@ def _rectangles(solids: PosedForms, rays: Rays) -> IntArray:
 
 
 def _is_ball(form: CanonicalForm) -> bool:
-    """Whether the form is bounded by one ellipsoid, whose outline is known exactly."""
+    """Whether the form is bounded by a single ellipsoid, whose outline is known exactly."""
     outline = form.outline()
     return outline is not None and len(outline) == 1 and outline[0].shape[1] == 4
 
 
 def _hull_points(linear: FloatArray, hull: FloatArray) -> FloatArray:
-    """The points (N, K, 3) that hulls (K, 3) or (N, K, 3) are under ``linear`` (N, C, 3)."""
+    """Transform hulls (K, 3) or (N, K, 3) by ``linear`` (N, C, 3) to points (N, K, C)."""
     points: FloatArray = np.einsum("nij,kj->nki" if hull.ndim == 2 else "nij,nkj->nki", linear, hull)
     return points
 
@@ -317,7 +325,7 @@ def _parallel_bounds(
 def _perspective_bounds(
     linear: FloatArray, center: FloatArray, hull: FloatArray, is_ball: bool
 ) -> tuple[FloatArray, FloatArray]:
-    """Bounds (K, 2) at depth 1 of what lies before the near plane; empty (low > high) where nothing does."""
+    """Return bounds (K, 2) at depth 1 of the parts in front of the near plane; empty (low > high) if there are none."""
     points = _hull_points(linear, hull) + center[:, None, :]
     depth = points[:, :, 2]
     before = depth.min(axis=1) > NEAR
@@ -333,7 +341,7 @@ def _perspective_bounds(
 
 
 def _clipped_bounds(linear: FloatArray, center: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Bounds of the posed cube [-1, 1]^3 cut at the near plane."""
+    """Return the bounds of the posed cube [-1, 1]^3 clipped at the near plane."""
     points = np.einsum("nij,kj->nki", linear, _CUBE) + center[:, None, :]
     a, b = points[:, _EDGES[:, 0]], points[:, _EDGES[:, 1]]
     share = (NEAR - a[:, :, 2]) / (b[:, :, 2] - a[:, :, 2])
@@ -346,7 +354,8 @@ def _clipped_bounds(linear: FloatArray, center: FloatArray) -> tuple[FloatArray,
 
 
 def _ball_bounds(linear: FloatArray, center: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The exact bounds of ellipsoids before the eye, by the dual conic ``A A' - t t'`` of their outlines."""
+    """Return the exact bounds of ellipsoids in front of the eye, by the dual conic ``A A' - t t'`` of their
+    outlines."""
     conic = linear @ np.swapaxes(linear, 1, 2) - center[:, :, None] * center[:, None, :]
     scale = conic[:, 2, 2]
     diagonal = np.stack([conic[:, 0, 0], conic[:, 1, 1]], axis=1)

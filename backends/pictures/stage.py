@@ -1,4 +1,4 @@
-"""The shots of a picture or a film: which frame of the scene is seen by which camera."""
+"""Shots and stages: the frames of a picture or film with their cameras, prepared for rendering."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from scenelang.interpreter.scene.flatten import flatten_entity
 
 FloatArray = npt.NDArray[np.float64]
 
-FILM_FRAMES = 48  # of a turntable that does not say how many it has
+FILM_FRAMES = 48  # length of a turntable by default
 MOST_FRAMES = 10_000
-_FARTHEST = 1e152  # squares of coordinates beyond it are no numbers any more
-_ANGLES = 24  # places on a full circle from which a turntable must show the whole scene
+_MAX_COORDINATE = 1e152  # coordinates beyond this overflow when squared
+_ANGLES = 24  # positions on a full circle from which a turntable must show the whole scene
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,8 +37,10 @@ class Shot:
 
 
 def box_of(scene: Scene) -> tuple[FloatArray, FloatArray]:
-    """The exact box of all frames, low and high (3,) each; raises SceneError("empty-scene") when there is none,
-    or nothing of it can be seen."""
+    """Return the exact bounding box of all frames, low and high (3,) each.
+
+    Raises SceneError("empty-scene") if the scene has no geometry or is invisible.
+    """
     boxes = [box for root in scene.frames if (box := entity_box(root)) is not None]
     if not boxes:
         raise SceneError("empty-scene", f'the scene "{scene.word}" has no primitives, so there is nothing to draw')
@@ -46,14 +48,14 @@ def box_of(scene: Scene) -> tuple[FloatArray, FloatArray]:
     low, high = every[:, :3].min(axis=0), every[:, 3:].max(axis=0)
     with np.errstate(over="ignore"):
         sizes = high - low
-    if not np.isfinite(sizes).all() or max(np.abs(low).max(), np.abs(high).max()) > _FARTHEST:
-        raise SceneError("unsupported", "the scene is larger than any number can tell, so it cannot be drawn")
+    if not np.isfinite(sizes).all() or max(np.abs(low).max(), np.abs(high).max()) > _MAX_COORDINATE:
+        raise SceneError("unsupported", "the scene cannot be drawn: its coordinates exceed the float range")
     check_seen(scene)
     return low, high
 
 
 def still(scene: Scene, view: Viewpoint | Camera, frame: int | None, width: int, height: int) -> Shot:
-    """The shot of one picture; raises SceneError."""
+    """Return the shot of one picture; raises SceneError."""
     number = frame_of(scene, frame)
     return Shot(number, _camera(scene, view, number, width, height))
 
@@ -61,12 +63,20 @@ def still(scene: Scene, view: Viewpoint | Camera, frame: int | None, width: int,
 def film(
     scene: Scene, view: Viewpoint | Camera, width: int, height: int, frames: int | None, orbit: float | None
 ) -> list[Shot]:
-    """The shots of a film of ``frames`` pictures: the frames of a 4D scene, evenly chosen where there are more or
-    fewer of them (None: each once), while the camera goes ``orbit`` degrees round the scene (None: the viewpoint's
-    own; once round a static scene, not at all round a 4D one). Raises SceneError."""
+    """Return the shots of a film; raises SceneError.
+
+    Parameters
+    ----------
+    frames : int, optional
+        Number of pictures; the frames of a 4D scene are resampled evenly. By default each frame once.
+    orbit : float, optional
+        Degrees that the camera travels around the scene. By default the viewpoint's, else 360 for a static scene and 0
+        for
+        a 4D scene.
+    """
     count = frames if frames is not None else len(scene.frames) if scene.animated else FILM_FRAMES
     if not 1 <= count <= MOST_FRAMES:
-        raise SceneError("value", f"a film has 1 to {MOST_FRAMES:,} frames, not {count}")
+        raise SceneError("value", f"a film must have 1 to {MOST_FRAMES:,} frames, not {count}")
     own = view.orbit if isinstance(view, Viewpoint) else None
     angle = orbit if orbit is not None else own if own is not None else 0.0 if scene.animated else 360.0
     if not math.isfinite(angle):
@@ -75,7 +85,7 @@ def film(
     if not angle:
         return [still(scene, view, number, width, height) for number in numbers]
     low, high = box_of(scene)
-    start = _orbiting(view, low, high, angle, width, height)
+    start = _orbit_start(view, low, high, angle, width, height)
     pivot = np.array(view.target) if isinstance(view, Viewpoint) and view.target is not None else (low + high) / 2.0
     return [Shot(number, turned(start, pivot, angle * i / count)) for i, number in enumerate(numbers)]
 
@@ -94,10 +104,10 @@ def _camera(scene: Scene, view: Viewpoint | Camera, frame: int, width: int, heig
     return place(view, low, high, width, height)
 
 
-def _orbiting(
+def _orbit_start(
     view: Viewpoint | Camera, low: FloatArray, high: FloatArray, angle: float, width: int, height: int
 ) -> Camera:
-    """The first camera of an orbit, far enough to see the whole scene all the way round."""
+    """Return the first camera of an orbit, far enough away to see the whole scene from every angle."""
     if isinstance(view, Camera):
         return view if (view.width, view.height) == (width, height) else view.resized(width, height)
     view = checked(view)
@@ -116,27 +126,27 @@ def _orbiting(
 
 
 def turned(camera: Camera, pivot: FloatArray, angle: float) -> Camera:
-    """``camera`` after ``angle`` degrees round the vertical axis through ``pivot`` (3,), towards +x from +z."""
+    """Rotate ``camera`` by ``angle`` degrees around the vertical axis through ``pivot`` (3,), from +z towards +x."""
     a = math.radians(angle)
-    turn = np.array([[math.cos(a), 0.0, math.sin(a)], [0.0, 1.0, 0.0], [-math.sin(a), 0.0, math.cos(a)]])
+    rotation = np.array([[math.cos(a), 0.0, math.sin(a)], [0.0, 1.0, 0.0], [-math.sin(a), 0.0, math.cos(a)]])
     pose = np.eye(4)
-    pose[:3, :3] = camera.world_to_camera[:3, :3] @ turn.T
-    pose[:3, 3] = -pose[:3, :3] @ (pivot + turn @ (camera.eye - pivot))
+    pose[:3, :3] = camera.world_to_camera[:3, :3] @ rotation.T
+    pose[:3, 3] = -pose[:3, :3] @ (pivot + rotation @ (camera.eye - pivot))
     return replace(camera, world_to_camera=pose)
 
 
-# A scene made ready for drawing: flattened, brought to unit size, with the camera placed and the ground laid.
+# Stage: a scene prepared for rendering: flattened, scaled to unit size, with a placed camera and a ground.
 
 
-BELOW = 1e-4  # the ground lies this far under the lowest point, so that flat floors hide it
+BELOW = 1e-4  # distance of the ground below the lowest point, so that flat floors hide it
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stage:
-    """Everything a renderer needs, in the frame where the scene's box is centred and has the half diagonal 1.
+    """Input of a renderer, in the frame where the scene's box is centred and has half diagonal 1.
 
-    The first ``fixed`` solids are the same in all stages of one film. ``ground`` is the ground's height, None where
-    there is none, or the camera looks from below it and would see nothing else. ``center`` (3,) and ``scale`` give that
+    The first ``fixed`` solids are the same in all stages of one film. ``ground`` is the height of the ground, None
+    without a ground or if the camera is below it and would see nothing else. ``center`` (3,) and ``scale`` define that
     frame: ``p_stage = scale (p_world - center)``.
     """
 
@@ -159,10 +169,10 @@ class Stage:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Staging:
-    """The frames of a scene that one picture or film shows, prepared for any camera.
+    """The frames of a scene that a picture or film shows, prepared for any camera.
 
-    ``fixed`` are the solids that are equal in all of them, ``moving`` the others, and ``roots`` the entities, by frame
-    number, blocks as cubes; ``asked`` are the entities as the program made them.
+    ``fixed`` are the solids that are equal in all frames, ``moving`` the others. ``roots`` are the entities by frame
+    number, with blocks converted to cubes; ``asked`` are the entities before that conversion.
     """
 
     asked: dict[int, Entity]
@@ -176,16 +186,16 @@ class Staging:
     ground: str | None
 
     def stage(self, shot: Shot) -> Stage:
-        """The stage of one shot. Everything but the moving solids is the same in all shots of one camera."""
+        """Return the stage of one shot; all shots of one camera differ only in the moving solids."""
         camera = shot.camera.rescaled(self.center, self.scale)
         studio = studio_for(camera, self.environment, self.ground)
         solids = self.moving[shot.frame]
         if self.fixed is not None:
             solids = self.fixed.followed_by(solids)
         ground = (self.lowest - self.center[1]) * self.scale - BELOW
-        lies = studio.ground is not None and camera.eye[1] > ground + 1e-3
+        shows_ground = studio.ground is not None and camera.eye[1] > ground + 1e-3
         fixed = len(self.fixed) if self.fixed is not None else 0
-        return Stage(solids, fixed, camera, studio, ground if lies else None, self.center, self.scale)
+        return Stage(solids, fixed, camera, studio, ground if shows_ground else None, self.center, self.scale)
 
 
 def staging_of(
@@ -196,10 +206,10 @@ def staging_of(
     ground: str | None = None,
     warn: Callable[[Diagnostic], None] | None = None,
 ) -> Staging:
-    """Prepare the ``frames`` of ``scene``; ``warn`` is told what is not drawn as the program asks.
+    """Prepare the ``frames`` of ``scene``; ``warn`` receives diagnostics for content that cannot be drawn faithfully.
 
-    The unit size and the ground are those of all frames of the scene together, so that a film does not jump. Raises
-    SceneError, and LimitError when a frame expands to more than ``limit`` primitives.
+    Unit size and ground height are computed from all frames of the scene, so that a film does not jump. Raises
+    SceneError, and LimitError if a frame expands to more than ``limit`` primitives.
     """
     low, _ = box_of(scene)
     center, scale = unit_size(scene)
@@ -214,7 +224,7 @@ def staging_of(
 
 
 def unit_size(scene: Scene) -> tuple[FloatArray, float]:
-    """The centre (3,) and the scale that bring the box of all frames to the half diagonal 1; raises SceneError."""
+    """Return the centre (3,) and the scale that give the box of all frames half diagonal 1; raises SceneError."""
     low, high = box_of(scene)
     half = 0.5 * float(np.linalg.norm(high - low))
     return (low + high) / 2.0, 1.0 / half if half > 1e-300 else 1.0
@@ -226,11 +236,11 @@ def _solids(root: Entity, limit: int, center: FloatArray, scale: float) -> Solid
 
 
 def check_size(root: Entity, limit: int) -> None:
-    """Raises LimitError where ``root`` expands to more than ``limit`` primitives."""
+    """Raise LimitError if ``root`` expands to more than ``limit`` primitives."""
     count = primitive_count(root)
     if count > limit:
         raise LimitError(
             "primitives",
-            f"the scene expands to {count:,} primitives, more than the {limit:,} that one picture may have",
+            f"the scene expands to {count:,} primitives, more than the limit of {limit:,} for one picture",
             hint="raise the limit, or draw a part of the scene",
         )

@@ -1,8 +1,8 @@
-"""The light, the ground and the film that draft and final pictures share, so that they agree.
+"""Lighting, ground and tone curve, shared by draft and final pictures.
 
-A uniform surrounding radiance, a soft key light, a backdrop that the camera sees behind everything, and a ground. The
-seamless ground has such a reflectance that, where nothing shades it, it has exactly the radiance of the backdrop: so
-there is no horizon and nothing to fade. Radiance is linear sRGB.
+An environment consists of uniform ambient radiance, a soft key light, a backdrop behind everything, and a ground. The
+reflectance of the seamless ground is such that, where unshadowed, its radiance equals the backdrop's: there is no
+visible horizon. Radiance is linear sRGB.
 """
 
 from __future__ import annotations
@@ -19,17 +19,20 @@ FloatArray = npt.NDArray[np.float64]
 AnyFloats = npt.NDArray[np.floating]
 Color = tuple[float, float, float]
 
-BRIGHTEST = 0.92  # no surface reflects all light
-GROUND_EDGE = 5e4  # how far the ground reaches, where the scene's half diagonal is 1
+BRIGHTEST = 0.92  # maximum reflectance; no surface reflects all light
+GROUND_EDGE = 5e4  # extent of the ground, in units of the scene's half diagonal
 SHOULDER = 0.7
 
 
 @dataclass(frozen=True, slots=True)
 class Environment:
-    """``doc`` is one line. ``ambient`` surrounds the scene, ``key`` is the radiance of a white surface that faces the
-    key light, from that light alone; the key light stands ``turn`` degrees beside the camera and ``height`` above the
-    horizon and is seen under twice ``radius`` degrees. ``toned`` pictures have a soft shoulder instead of clipping.
-    Where all is ``unlit`` surfaces show their own colours."""
+    """A lighting environment; ``doc`` is a one-line description.
+
+    ``ambient`` is the surrounding radiance; ``key`` the radiance of a white surface that faces the key light, from that
+    light alone. The key light is ``turn`` degrees beside the camera, ``height`` degrees above the horizon, with an
+    angular radius of ``radius`` degrees. ``toned`` pictures have a soft shoulder instead of clipping. In an ``unlit``
+    environment surfaces show their colours unshaded.
+    """
 
     doc: str
     backdrop: Color
@@ -49,7 +52,7 @@ ENVIRONMENTS = {
         (0.60, 0.61, 0.625), (0.42, 0.43, 0.445), (0.76, 0.73, 0.68),
     ),
     "overcast": Environment(
-        "a white sky and hardly a shadow", (0.68, 0.70, 0.73), (0.66, 0.69, 0.73), (0.14, 0.14, 0.14), radius=20.0
+        "a white sky with faint shadows", (0.68, 0.70, 0.73), (0.66, 0.69, 0.73), (0.14, 0.14, 0.14), radius=20.0
     ),
     "sunny": Environment(
         "a blue sky and a hard sun", (0.42, 0.58, 0.80), (0.30, 0.38, 0.50), (1.05, 0.98, 0.85), -60.0, 55.0, 1.0,
@@ -63,7 +66,7 @@ ENVIRONMENTS = {
         -50.0, 60.0, 2.0, ground="dark",
     ),
     "flat": Environment(
-        "no light and no shadow: every surface has exactly its :color", (1.0, 1.0, 1.0),
+        "unlit: every surface has exactly its :color, without shadows", (1.0, 1.0, 1.0),
         (1.0, 1.0, 1.0), (0.0, 0.0, 0.0), toned=False, unlit=True, ground="none",
     ),
 }  # fmt: skip
@@ -71,7 +74,8 @@ ENVIRONMENTS = {
 
 @dataclass(frozen=True, slots=True)
 class Ground:
-    """``color`` is its reflectance, None for the seamless one; with ``other`` it is a checkerboard of both."""
+    """A ground; ``color`` is its reflectance, None for the seamless one. With ``other`` it is a checkerboard of
+    both."""
 
     doc: str
     color: Color | None
@@ -87,14 +91,17 @@ GROUNDS = {
     "earth": Ground("sand and soil", (0.32, 0.22, 0.14)),
     "checker": Ground("a checkerboard, each square a quarter of the scene's half diagonal", (0.62,) * 3, (0.24,) * 3),
 }
-CHECKER = 0.25  # the side of a square where the scene's half diagonal is 1
-CHECKER_EDGE = 1000.0  # how far the squares reach; beyond lies their mean
+CHECKER = 0.25  # side of a square, in units of the scene's half diagonal
+CHECKER_EDGE = 1000.0  # extent of the squares; the mean colour continues beyond
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Studio:
-    """The light of one picture. ``key_direction`` (3,): unit, from the scene to the key light. ``ground`` (2, 3): the
-    reflectances of the ground's squares, equal where it is plain; None without a ground."""
+    """Lighting of one picture.
+
+    ``key_direction`` (3,) is the unit vector from the scene to the key light. ``ground`` (2, 3) are the reflectances of
+    the ground's squares, equal for a plain ground; None without a ground.
+    """
 
     environment: Environment
     key_direction: FloatArray
@@ -102,8 +109,10 @@ class Studio:
 
 
 def studio_for(camera: Camera, environment: str = "studio", ground: str | None = None) -> Studio:
-    """The studio whose key light stands beside ``camera``, above the scene, by the names of its parts; the ground is
-    the environment's own for None."""
+    """Return the studio with the named parts whose key light is beside ``camera`` and above the scene.
+
+    ``ground`` None selects the environment's default.
+    """
     chosen = ENVIRONMENTS[environment]
     turn = math.atan2(-camera.right[2], camera.right[0]) + math.radians(chosen.turn)
     height = math.radians(chosen.height)
@@ -121,7 +130,7 @@ def _ground(ground: Ground, environment: Environment, direction: FloatArray) -> 
 
 
 def ground_colors(ground: FloatArray, x: AnyFloats, z: AnyFloats) -> FloatArray:
-    """The reflectance (N, 3) of the ``ground`` (2, 3) at places (N,)."""
+    """Return the reflectance (N, 3) of the ``ground`` (2, 3) at positions (N,)."""
     if (ground[0] == ground[1]).all():
         return np.broadcast_to(ground[0], (len(x), 3))
     second = (np.floor(x / CHECKER) + np.floor(z / CHECKER)) % 2.0 != 0.0
@@ -131,29 +140,29 @@ def ground_colors(ground: FloatArray, x: AnyFloats, z: AnyFloats) -> FloatArray:
 
 
 def tone_map(radiance: AnyFloats, environment: Environment) -> AnyFloats:
-    """Linear radiance to [0, 1], as the film of ``environment`` shows it."""
+    """Map linear radiance to [0, 1] with the tone curve of ``environment``."""
     return tone(radiance) if environment.toned else np.clip(radiance, 0.0, 1.0)
 
 
 def tone(linear: AnyFloats) -> AnyFloats:
-    """Linear radiance to [0, 1): the identity up to 0.7, then a soft shoulder instead of clipping."""
+    """Map linear radiance to [0, 1): the identity up to 0.7, then a soft shoulder instead of clipping."""
     room = 1.0 - SHOULDER
     over = np.maximum(linear - SHOULDER, 0.0)
     return np.where(linear <= SHOULDER, np.maximum(linear, 0.0), 1.0 - room * np.exp(-over / room))
 
 
 def encode(linear: AnyFloats) -> npt.NDArray[np.uint8]:
-    """Linear sRGB in [0, 1] to 8-bit sRGB of the same shape."""
+    """Convert linear sRGB in [0, 1] to 8-bit sRGB of the same shape."""
     return np.asarray(np.rint(to_srgb(linear) * 255.0), np.uint8)
 
 
 def to_srgb(linear: AnyFloats) -> AnyFloats:
-    """Linear sRGB to sRGB, both in [0, 1]."""
+    """Convert linear sRGB to sRGB, both in [0, 1] (IEC 61966-2-1)."""
     x = np.clip(linear, 0.0, 1.0)
     return np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.power(np.maximum(x, 0.0031308), 1.0 / 2.4) - 0.055)
 
 
 def from_srgb(encoded: AnyFloats) -> AnyFloats:
-    """sRGB to linear sRGB, both in [0, 1]."""
+    """Convert sRGB to linear sRGB, both in [0, 1]."""
     x = np.clip(encoded, 0.0, 1.0)
     return np.where(x <= 0.04045, x / 12.92, ((x + 0.055) / 1.055) ** 2.4)

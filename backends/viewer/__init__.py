@@ -1,5 +1,5 @@
-"""What the live viewer shows (docs/viewer.md).
+"""Content of the live viewer (docs/viewer.md).
 
-``packet`` is a scene as compact data, ``page`` the built page, served or as one file; its source is in ``source``. It
-serves nothing and watches nothing: that is ``scenelang.viewer``.
+``packet`` serialises a scene as compact binary data; ``page`` provides the built page, served or as a single file,
+whose source is in ``source``. Serving pages and watching files is the task of ``scenelang.viewer``.
 """

@@ -1,10 +1,10 @@
-"""A scene as one compact packet of bytes for the page: the entity DAG, and what its primitives look like.
+"""Binary packet of a scene for the viewer page: the entity DAG and the appearance of its primitives.
 
 Layout: the four bytes ``SCNV``, the length of the header (32-bit, little-endian), the header (JSON, padded with spaces
-to a multiple of eight), then the columns. A column is an array that the header names with its type, place and length.
-The page gets the DAG, never its expansion: paths, handles and counts are worked out there. Instances are rows
-(primitive, pose, path of words); a row that stands in several frames is sent once, and a frame is a list of numbers of
-rows in depth-first order. Poses and geometry are in the stage's frame (see ``stage``): box centred, half diagonal 1.
+to a multiple of eight bytes), then the columns. A column is an array; the header lists its name, type, offset and
+length. The page receives the DAG, never its expansion: it computes paths, handles and counts itself. Instances are rows
+(primitive, pose, path of words); a row that occurs in several frames is sent once, and a frame is a list of row indices
+in depth-first order. Poses and geometry are in the stage's frame (see ``stage``): box centred, half diagonal 1.
 """
 
 from __future__ import annotations
@@ -43,16 +43,17 @@ if TYPE_CHECKING:
     from scenelang.backends.neural.splats.gaussians import Splats
 
 
-# The entity DAG as tables and columns: words, embeddings, places, edges. Its size follows distinct entities.
+# The entity DAG as tables and columns: words, embeddings, source locations, edges. Its size grows with the number of
+# distinct entities.
 
 
-_LONGEST_VALUE = 200
-_LONGEST_LINE = 200
+_MAX_VALUE = 200
+_MAX_LINE = 200
 
 
 @dataclass(slots=True)
 class _Table:
-    """Rows of plain data, each kept once and known by its number."""
+    """Table of distinct rows of plain data, identified by index."""
 
     rows: list[Any] = field(default_factory=list)
     numbers: dict[Any, int] = field(default_factory=dict)
@@ -67,11 +68,11 @@ class _Table:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PacketGraph:
-    """``tables`` are JSON data; ``number`` maps ``id(entity)`` to its node, children before parents.
+    """The entity DAG in packet form.
 
-    ``columns``, per node: ``nodeWord``; ``nodeEmbedding``, ``nodePlace`` and ``nodeDefinition`` (-1: none);
-    ``nodePrimitive``; ``nodeStart`` (V + 1), so that the children of node n are
-    ``nodeChild[nodeStart[n]:nodeStart[n + 1]]``.
+    ``tables`` are JSON data; ``number`` maps ``id(entity)`` to its node, children before parents. ``columns``, per
+    node: ``nodeWord``; ``nodeEmbedding``, ``nodePlace`` and ``nodeDefinition`` (-1: none); ``nodePrimitive``;
+    ``nodeStart`` (V + 1), so that the children of node n are ``nodeChild[nodeStart[n]:nodeStart[n + 1]]``.
     """
 
     tables: dict[str, Any]
@@ -80,7 +81,7 @@ class PacketGraph:
 
 
 def graph_of(scene: Scene, definitions: Mapping[str, Span]) -> PacketGraph:
-    """The distinct entities of all frames of ``scene``; ``definitions`` says where words are bound."""
+    """Return the distinct entities of all frames of ``scene``; ``definitions`` maps words to where they are bound."""
     nodes = list(descendants(*scene.frames))
     words, embeddings, places = _Table(), _Table(), _Table()
     number = {id(entity): i for i, entity in enumerate(nodes)}
@@ -116,18 +117,18 @@ def _embedding(table: _Table, embedding: Embedding) -> int:
 
 
 def _embedding_row(embedding: Embedding) -> dict[str, Any]:
-    attributes = [[name, show(value, _LONGEST_VALUE)] for name, value in embedding.attributes.items()]
+    attributes = [[name, show(value, _MAX_VALUE)] for name, value in embedding.attributes.items()]
     return {"handle": embedding.handle, "text": embedding.text, "attributes": attributes}
 
 
 def _definition(entity: Entity, definitions: Mapping[str, Span]) -> tuple[Span, ...]:
-    """Where the word of an entity that is no primitive is bound, as far as that is known."""
+    """Return where the word of a non-primitive entity is bound, if known."""
     span = None if entity.is_primitive else definitions.get(entity.word)
     return () if span is None else (span,)
 
 
 def _places(table: _Table, spans: Sequence[Span]) -> int:
-    """The number of a list of places, -1 where there is none outside the standard library."""
+    """Return the index of a list of source locations, -1 if all are in the standard library."""
     own = [span for span in spans if not span.source.name.startswith(STD)]
     if not own:
         return -1
@@ -138,29 +139,32 @@ def _places(table: _Table, spans: Sequence[Span]) -> int:
 def _place_row(span: Span) -> dict[str, Any]:
     line, column = span.source.position(span.start)
     text = span.source.line(line).strip()
-    shown = text if len(text) <= _LONGEST_LINE else text[: _LONGEST_LINE - 3] + "..."
+    shown = text if len(text) <= _MAX_LINE else text[: _MAX_LINE - 3] + "..."
     return {"file": span.source.name, "line": line, "column": column, "text": shown}
 
 
-# Instances for the page: geometries, one row per primitive entity, and the rows that each frame shows.
+# Instances for the page: geometries, one row per instance of a primitive, and the rows that each frame shows.
 
 
 FloatArray = npt.NDArray[np.float64]
 _FormKey = tuple[CanonicalForm, tuple[float, ...]]
-_MeshKey = tuple[Primitive, bool]  # a primitive that is a mesh, and whether in its own colours
+_MeshKey = tuple[Primitive, bool]  # a primitive that is a mesh, and whether it shows its own colours
 IntArray = npt.NDArray[np.int64]
 
-# Round solids come with two numbers of sides: what is small in the picture is drawn with the few.
+# Level of detail: round solids have two tessellations, of which the coarse one is used for small objects.
 _MANY_SIDES, _FEW_SIDES = 64, 8
-_ALL_FINE = 300  # up to so many instances none needs to be coarse
-MATTE = -1.0  # the roughness of a surface that asks for none
+_ALL_FINE = 300  # number of instances up to which no coarse version is needed
+MATTE = -1.0  # marks a surface without roughness
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Geometry:
-    """A mesh in its own frame: ``positions`` and ``normals`` (3 V), ``indices`` (3 F), and where it has colours of its
-    own ``colors`` (3 V), linear sRGB. ``is_closed``: a canonical solid, without holes.
-    ``coarse`` is the number of the geometry that stands for it where it is small."""
+    """A mesh in its own frame.
+
+    ``positions`` and ``normals`` (3 V), ``indices`` (3 F), and ``colors`` (3 V), linear sRGB, if the mesh has its own.
+    ``is_closed`` marks a canonical solid, without holes. ``coarse`` is the index of the geometry that replaces it where
+    it is small.
+    """
 
     positions: npt.NDArray[np.float32]
     normals: npt.NDArray[np.float32]
@@ -172,9 +176,9 @@ class Geometry:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Instances:
-    """``columns`` by name.
+    """The instances of all frames, as ``columns`` by name.
 
-    Per primitive entity: ``primitiveNode`` (its node of the DAG), ``primitiveGeometry`` (-1: nothing is drawn),
+    Per primitive entity: ``primitiveNode`` (its node in the DAG), ``primitiveGeometry`` (-1: not drawn),
     ``primitiveLook`` (12 floats: colour, opacity, emission, ior, roughness, metallic, is-semantic, 0). Per row:
     ``rowPrimitive``, ``rowPath`` (into ``paths``), ``rowPose`` (12 floats, row-major). Per frame: rows
     ``frameRow[frameStart[f]:frameStart[f + 1]]`` in depth-first order.
@@ -187,7 +191,7 @@ class Instances:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Rows:
-    """The instances of all frames, one after the other; ``start`` (F + 1) says where each frame begins."""
+    """The concatenated instances of all frames; ``start`` (F + 1) are the offsets of the frames."""
 
     primitives: list[Entity]
     primitive: IntArray
@@ -198,9 +202,9 @@ class _Rows:
 
 
 def instances_of(scene: Scene, center: FloatArray, scale: float, node_of: dict[int, int]) -> Instances:
-    """The instances of every frame of ``scene`` under ``p -> scale (p - center)``.
+    """Return the instances of every frame of ``scene`` after ``p -> scale (p - center)``.
 
-    ``node_of`` maps ``id(entity)`` to its number in the DAG. Raises SceneError where a pose or a look makes no sense.
+    ``node_of`` maps ``id(entity)`` to its index in the DAG. Raises SceneError for invalid poses or attributes.
     """
     rows = _joined(flatten(scene).frames)
     used = np.bincount(rows.primitive, minlength=len(rows.primitives))
@@ -209,14 +213,14 @@ def instances_of(scene: Scene, center: FloatArray, scale: float, node_of: dict[i
     poses[:, :, 3] -= center
     poses *= scale
     flat = poses.reshape(-1, 12).astype(np.float32)
-    kept, row_of = _distinct_rows(flat, rows) if len(rows.start) > 2 else (slice(None), np.arange(len(flat)))
+    distinct, row_of = _distinct_rows(flat, rows) if len(rows.start) > 2 else (slice(None), np.arange(len(flat)))
     columns: dict[str, npt.NDArray[Any]] = {
         "primitiveNode": np.array([node_of[id(entity)] for entity in rows.primitives], np.int32),
         "primitiveGeometry": geometry_of,
         "primitiveLook": _looks(rows.primitives),
-        "rowPrimitive": rows.primitive[kept].astype(np.int32),
-        "rowPath": rows.path[kept].astype(np.int32),
-        "rowPose": flat[kept].reshape(-1),
+        "rowPrimitive": rows.primitive[distinct].astype(np.int32),
+        "rowPath": rows.path[distinct].astype(np.int32),
+        "rowPose": flat[distinct].reshape(-1),
         "frameStart": rows.start.astype(np.uint32),
         "frameRow": row_of.astype(np.uint32),
     }
@@ -224,7 +228,7 @@ def instances_of(scene: Scene, center: FloatArray, scale: float, node_of: dict[i
 
 
 def _joined(frames: Sequence[FlatFrame]) -> _Rows:
-    """The instances of ``frames``; primitives and paths of several frames are numbered together."""
+    """Concatenate the instances of ``frames``, with common numbering of primitives and paths."""
     primitives: dict[int, int] = {}
     entities: list[Entity] = []
     paths: dict[tuple[str, ...], int] = {}
@@ -244,14 +248,14 @@ def _joined(frames: Sequence[FlatFrame]) -> _Rows:
 
 
 def _distinct_rows(flat: npt.NDArray[np.float32], rows: _Rows) -> tuple[IntArray, IntArray]:
-    """The first of each set of equal rows, and for every instance the place of its row among these."""
+    """Return the first row of each set of equal rows, and for every instance the index of its distinct row."""
     keys = np.empty((len(flat), 14), np.uint32)
-    keys[:, :12] = (flat + np.float32(0.0)).view(np.uint32)  # no negative zeros
+    keys[:, :12] = (flat + np.float32(0.0)).view(np.uint32)  # + 0.0 removes negative zeros
     keys[:, 12], keys[:, 13] = rows.primitive, rows.path
     odd = np.random.RandomState(0).randint(0, 1 << 62, 14).astype(np.uint64) * np.uint64(2) + np.uint64(1)
     hashed = (keys.astype(np.uint64) * odd).sum(axis=1, dtype=np.uint64)
     _, first, place = np.unique(hashed, return_index=True, return_inverse=True)
-    if not (keys[first[place]] == keys).all():  # two rows with one hash: compare them whole
+    if not (keys[first[place]] == keys).all():  # hash collision: compare the full rows
         _, first, place = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     return first.astype(np.int64), place.reshape(-1).astype(np.int64)
 
@@ -269,7 +273,8 @@ def _looks(primitives: Sequence[Entity]) -> npt.NDArray[np.float32]:
 def _geometries(
     primitives: Sequence[Entity], used: IntArray
 ) -> tuple[list[Geometry], npt.NDArray[np.int32], FloatArray]:
-    """The geometries, the number of each primitive's (-1: none) and its pose in the primitive's frame (P, 3, 4)."""
+    """Return the geometries, the index of each primitive's (-1: none) and its pose in the primitive's frame (P, 3,
+    4)."""
     geometries: list[Geometry] = []
     numbers: dict[Any, int] = {}
     geometry_of = np.full(len(primitives), -1, np.int32)
@@ -286,7 +291,7 @@ def _geometries(
 
 
 def _add(geometries: list[Geometry], key: _FormKey | _MeshKey, has_coarse: bool) -> int:
-    """Add the geometry of ``key``, and before it its coarse one where that is another; its number."""
+    """Add the geometry of ``key``, preceded by its coarse version if there is one; return its index."""
     what, detail = key
     if isinstance(what, Primitive):
         mesh = own_mesh(what)
@@ -303,8 +308,10 @@ def _add(geometries: list[Geometry], key: _FormKey | _MeshKey, has_coarse: bool)
 
 
 def _geometry_key(entity: Entity) -> tuple[_FormKey | _MeshKey | None, FloatArray]:
-    """What a primitive is drawn as, a canonical form or a mesh (in its own colours or not), and its pose (3, 4);
-    None: not at all."""
+    """Return the geometry key of a primitive and its pose (3, 4).
+
+    The key is a canonical form or a mesh (with or without its own colours), None if the primitive is not drawn.
+    """
     shape, identity = entity.shape, np.eye(4)[:3]
     if shape is None or not shape.has_geometry:
         return None, identity
@@ -328,7 +335,7 @@ def _shaded(mesh: Mesh) -> Geometry:
 
 
 def _own(mesh: Mesh, own_colors: bool) -> Geometry:
-    """A primitive's own mesh: flat-shaded where it has no normals. A mesh file need not be closed."""
+    """Return a primitive's own mesh, flat-shaded if it has no normals; it may be open."""
     if mesh.normals is not None and not own_colors:
         return _shaded(mesh)
     corners, colors = mesh.corners, mesh.colors if own_colors else None
@@ -341,17 +348,17 @@ def _own(mesh: Mesh, own_colors: bool) -> Geometry:
     )
 
 
-# Gaussians for the page: what is seen in place of the solids.
+# Gaussian splats for the page, drawn instead of the solids.
 
 
-SplatsOf = Callable[[Scene], "list[Splats]"]  # of every frame, colours sRGB
+SplatsOf = Callable[[Scene], "list[Splats]"]  # Gaussians of every frame, with sRGB colours
 
-MOST = 2_000_000  # of all frames: 4 texels of 16 bytes each
-_TOTAL = 100_000  # of a scene whose Gaussians are its own
+MOST = 2_000_000  # in all frames: 4 texels of 16 bytes each
+_TOTAL = 100_000  # target for a scene without learned Gaussians
 
 
 def own_splats(scene: Scene) -> list[Splats]:
-    """The Gaussians on the surfaces of every frame's primitives, in the colours that they have without light."""
+    """Return Gaussians on the surfaces of every frame's primitives, with unlit colours."""
     need("torch", INSTALL)
     from scenelang.backends.neural.splats.gaussians import Splats
     from scenelang.backends.neural.splats.initial import gaussians_of
@@ -366,31 +373,33 @@ def own_splats(scene: Scene) -> list[Splats]:
 
 
 def distilled_splats(folder: Path) -> SplatsOf:
-    """Those that a run of `distill` has learned; raises SceneError("file") where there is none."""
+    """Return the Gaussians learned by a `distill` run; raises SceneError("file") if the folder contains none."""
     need("torch", INSTALL)
     from scenelang.backends.neural.distillation.run import kept_in
 
-    kept = kept_in(folder)
+    run = kept_in(folder)
 
     def of(scene: Scene) -> list[Splats]:
         import torch
 
         with torch.no_grad():
-            return [kept.splats(frame) for frame in range(min(kept.frames, len(scene.frames)))]
+            return [run.splats(frame) for frame in range(min(run.frames, len(scene.frames)))]
 
     return of
 
 
 def splat_columns(frames: Sequence[Splats], count: int, center: FloatArray, scale: float) -> dict[str, Any]:
-    """The Gaussians of ``count`` frames under ``p -> scale (p - center)`` as columns, none in frames that have no
-    ``frames``: ``splatStart`` (F + 1), ``splatPlace`` (3 N), ``splatSpread`` (6 N: the upper right of the covariance,
-    row by row), ``splatColor`` (4 N: sRGB and opacity).
+    """Return the Gaussians of ``count`` frames after ``p -> scale (p - center)`` as columns.
 
-    Raises LimitError for more than MOST.
+    The columns are ``splatStart`` (F + 1), ``splatPlace`` (3 N), ``splatSpread`` (6 N: the upper triangle of the
+    covariance, row by row), ``splatColor`` (4 N: sRGB and opacity). Frames beyond ``frames`` have none. Raises
+    LimitError for more than MOST.
     """
     sizes = [len(each) for each in frames] + [0] * (count - len(frames))
     if sum(sizes) > MOST:
-        raise LimitError("primitives", f"the scene has {sum(sizes):,} Gaussians, more than the {MOST:,} of this page")
+        raise LimitError(
+            "primitives", f"the scene has {sum(sizes):,} Gaussians, more than the limit of {MOST:,} for this page"
+        )
     rows = [_rows(each, center, scale) for each in frames]
     columns = {name: np.concatenate([row[name] for row in rows]) for name in rows[0]} if rows else {}
     return {"splatStart": np.concatenate([[0], np.cumsum(sizes)]).astype(np.uint32), **columns}
@@ -419,7 +428,7 @@ _TYPES = {"float32": "f4", "int32": "i4", "uint32": "u4", "uint8": "u1"}
 
 @dataclass(slots=True)
 class _Columns:
-    """Arrays on their way into a packet; ``directory`` says where each is."""
+    """Collects arrays for a packet; ``directory`` lists their types, offsets and lengths."""
 
     chunks: list[bytes] = field(default_factory=list)
     directory: dict[str, list[Any]] = field(default_factory=dict)
@@ -439,11 +448,17 @@ def packet_of(
     definitions: Mapping[str, Span] | None = None,
     splats: SplatsOf | None = None,
 ) -> bytes:
-    """The packet of ``scene``; ``definitions`` says where words are bound, ``splats`` gives the Gaussians that are seen
-    in place of the solids.
+    """Return the packet of ``scene``.
 
-    A scene without geometry, or with more than ``limit`` primitives in all frames, gives a packet with the tree alone;
-    its header's ``notice`` says why in one line. Raises SceneError("attribute") for a look that makes no sense.
+    A scene without geometry, or with more than ``limit`` primitives in all frames, yields a packet with only the tree;
+    the header's ``notice`` is a one-line explanation. Raises SceneError("attribute") for invalid material attributes.
+
+    Parameters
+    ----------
+    definitions : mapping, optional
+        Where words are bound.
+    splats : callable, optional
+        Returns the Gaussians to draw instead of the solids.
     """
     columns = _Columns()
     total = sum(primitive_count(root) for root in scene.frames)
@@ -469,10 +484,10 @@ def packet_of(
 
 
 def _drawable(scene: Scene, total: int, limit: int) -> tuple[Scene, str | None]:
-    """The scene with its blocks as cubes; or as it is and, in a line, why it cannot be drawn."""
+    """Return the scene with its blocks as cubes; or unchanged with a one-line reason why it cannot be drawn."""
     if total > limit:
         return scene, (
-            f"The scene expands to {total:,} primitives, more than the {limit:,} that this page draws; "
+            f"The scene expands to {total:,} primitives, more than the limit of {limit:,} for this page; "
             "its tree is complete."
         )
     try:
@@ -501,7 +516,7 @@ def _facts(scene: Scene) -> dict[str, Any]:
 
 
 def studio_facts() -> dict[str, Any]:
-    """The constants of ``studio``, which is their one home; angles in radians."""
+    """Return the lighting constants of ``studio`` for the page; angles in radians."""
     light = ENVIRONMENTS["studio"]
     return {
         "backdrop": list(light.backdrop),

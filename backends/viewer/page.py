@@ -1,4 +1,4 @@
-"""The page: its files as the server gives them, and one self-contained file that needs no server."""
+"""The viewer page: its files for the server, and a self-contained HTML file that needs no server."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from scenelang.grammar.diagnostics import UsageError
 
 STATIC = {"viewer.js": "text/javascript; charset=utf-8", "viewer.css": "text/css; charset=utf-8"}
 _HEAD, _BODY = "<!--head-->", "<!--body-->"
-_ICON = '<link rel="icon" href="data:,">'  # or browsers ask the server for one
+_ICON = '<link rel="icon" href="data:,">'  # prevents browsers from requesting /favicon.ico
 
 
 @dataclass(frozen=True, slots=True)
 class SavedScene:
-    """A scene to be saved. ``state`` is what the server would answer; ``packet`` is None without one."""
+    """A scene to embed in a page. ``state`` is the server's response; ``packet`` is None if there is none."""
 
     name: str
     state: Mapping[str, Any]
@@ -35,25 +35,28 @@ class SavedScene:
 
 @cache
 def static(name: str) -> bytes:
-    """One of the built files; ``name`` is a key of ``STATIC`` or ``page.html``."""
+    """Return a built file; ``name`` is a key of ``STATIC`` or ``page.html``."""
     return files(__package__).joinpath("static", name).read_bytes()
 
 
 def served_page() -> bytes:
-    """The page for a server, which has ``STATIC`` beside it."""
+    """Return the page for a server that also serves ``STATIC``."""
     head = f'{_ICON}<link rel="stylesheet" href="viewer.css">'
     page = _template().replace(_HEAD, head).replace(_BODY, '<script src="viewer.js"></script>')
     return page.encode()
 
 
 def self_contained(scenes: Sequence[SavedScene]) -> str:
-    """One HTML text with the viewer and ``scenes`` in it; it loads nothing, and its policy lets it load nothing."""
+    """Return an HTML page with the viewer and ``scenes`` embedded; its content security policy forbids loading
+    anything."""
     return inlined(_template(), _text("viewer.js"), _text("viewer.css"), "scenes", _listed(scenes))
 
 
 def inlined(template: str, script: str, style: str, name: str, data: Any) -> str:
-    """``template`` with a script, a style sheet, and ``data`` as JSON in the element called ``name``: nothing else runs
-    in it, and it loads nothing."""
+    """Return ``template`` with a script, a style sheet, and ``data`` as JSON in the element ``name``.
+
+    The content security policy allows only this script and style.
+    """
     script = script.replace("</script", "<\\/script").replace("<!--", "<\\!--")
     policy = f"default-src 'none'; img-src data:; script-src '{_digest(script)}'; style-src '{_digest(style)}'"
     head = f'<meta http-equiv="Content-Security-Policy" content="{html.escape(policy)}">{_ICON}<style>{style}</style>'
@@ -62,17 +65,16 @@ def inlined(template: str, script: str, style: str, name: str, data: Any) -> str
 
 
 def page_path(text: str) -> str:
-    """A path where a page can be written. Raises UsageError for another kind of file, SceneError for a folder that is
-    not there."""
+    """Validate a path for a page; raises UsageError for another extension, SceneError if the folder does not exist."""
     path = Path(text)
     if path.suffix.lower() not in (".html", ".htm"):
-        raise UsageError("file", f"a page is an .html file, not {path.name}")
+        raise UsageError("file", f"a page must be an .html file, not {path.name}")
     check_folder(path)
     return text
 
 
 def frame(page: str, height: int) -> str:
-    """``page`` as the text of an iframe of its own, apart from what is around it; ``height`` in CSS pixels."""
+    """Return an isolated iframe that shows ``page``; ``height`` in CSS pixels."""
     return (
         f'<iframe srcdoc="{html.escape(page)}" sandbox="allow-scripts" title="scene" '
         f'style="width:100%;height:{height}px;border:0"></iframe>'
@@ -92,7 +94,7 @@ def _digest(text: str) -> str:
 
 
 def _embedded(data: Any) -> str:
-    """``data`` as JSON that no markup can end: every ``<`` is escaped."""
+    """Return ``data`` as JSON that is safe in a script element: every ``<`` is escaped."""
     return json.dumps(data).replace("<", "\\u003c")
 
 
@@ -110,14 +112,14 @@ def _listed(scenes: Sequence[SavedScene]) -> list[dict[str, Any]]:
 
 
 def has_screen() -> bool:
-    """False where a browser would open in this terminal."""
+    """Whether a graphical browser can be opened."""
     if sys.platform in ("darwin", "win32"):
         return True
     return any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"))
 
 
 def open_in_browser(address: str) -> None:
-    """Open a page where there is a screen for it."""
+    """Open a page in the browser if there is a display."""
     if has_screen():
         import webbrowser
 

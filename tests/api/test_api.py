@@ -153,7 +153,7 @@ def test_four_dimensional_scenes(tmp_path: Path) -> None:
     assert repr(film) == "<Film of 3 pictures>"
     assert [image.size for image in film] == [(32, 24)] * 3
     assert film.save(tmp_path / "a.gif").stat().st_size > 100
-    with pytest.raises(sl.SceneError, match="no frame 3"):
+    with pytest.raises(sl.SceneError, match="frame 3 does not exist"):
         scene.render(frame=3)
 
 

@@ -196,7 +196,7 @@ def test_mistakes_about_pictures(beach: sl.Scene) -> None:
         (lambda: sl.ImagineSettings(strength=-1.0), "--strength"),
         (lambda: sl.imagine(beach, count=0, models=CPU), "--count"),
         (lambda: sl.imagine(beach, size=(60, 64), models=CPU), "steps of 8 pixels"),
-        (lambda: sl.imagine(beach, frame=3, models=CPU), "no frame 3"),
+        (lambda: sl.imagine(beach, frame=3, models=CPU), "frame 3 does not exist"),
         (lambda: sl.imagine(beach, settings=sl.ImagineSettings(model="no/such"), models=CPU), "weights"),
         (lambda: sl.imagine_layout(beach, granularity=sl.Granularity(named=("castle",))), "castle"),
         (lambda: sl.imagine_layout(beach).save("a.gif"), "none of"),

@@ -99,10 +99,10 @@ def test_a_color_replaces_the_files_own(tmp_path: Path) -> None:
 
 def test_too_large_files_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     colored("vertex").export(tmp_path / "a.ply")
-    monkeypatch.setattr(assets, "MOST_TRIANGLES", 11)
+    monkeypatch.setattr(assets, "MAX_TRIANGLES", 11)
     with pytest.raises(SceneError, match="12 triangles"):
         load_asset(tmp_path / "a.ply")
-    monkeypatch.setattr(assets, "LARGEST_FILE", 10)
+    monkeypatch.setattr(assets, "MAX_FILE_BYTES", 10)
     with pytest.raises(SceneError, match="bytes, more than"):
         load_asset(tmp_path / "a.ply")
 
@@ -135,7 +135,7 @@ def test_files_that_are_no_meshes_are_told_in_one_line(name: str, tmp_path: Path
 @pytest.mark.parametrize("name", ["a.zip", "a.py", "a", "a.xaml", "a.GLB.txt"])
 def test_other_endings_are_refused(name: str, tmp_path: Path) -> None:
     (tmp_path / name).write_bytes(b"x")
-    with pytest.raises(SceneError, match="is no mesh file"):
+    with pytest.raises(SceneError, match="is not a supported mesh file"):
         load_asset(tmp_path / name)
 
 

@@ -58,7 +58,7 @@ def test_backends_are_found_by_name_and_by_file(monkeypatch: pytest.MonkeyPatch)
     assert base.for_file("a.PNG") is DRAFT
     assert base.for_file("a.glb", base.Work.EXPORT) is GLTF
     assert all(backend.is_installed for backend in base.every())
-    with pytest.raises(SceneError, match="no backend `drft`") as caught:
+    with pytest.raises(SceneError, match="unknown backend `drft`") as caught:
         base.find("drft")
     assert caught.value.hint == "did you mean `draft`?"
     with pytest.raises(SceneError, match=r"no backend writes `\.obj` files"):
@@ -77,7 +77,7 @@ def test_a_broken_backend_does_not_hide_the_others(monkeypatch: pytest.MonkeyPat
     assert base.every() == [DRAFT]
     with pytest.raises(SceneError, match="cannot be loaded"):
         base.find("broken")
-    with pytest.raises(SceneError, match="names no Backend"):
+    with pytest.raises(SceneError, match="is not a Backend"):
         base.find("wrong")
 
 

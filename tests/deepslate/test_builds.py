@@ -89,8 +89,8 @@ def test_a_filled_cube_shows_its_shell_only() -> None:
 
 
 def test_too_many_blocks_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(deepslate_builds, "MOST_SEEN", 100)
-    with pytest.raises(LimitError, match="more than 100 blocks of the build can be seen"):
+    monkeypatch.setattr(deepslate_builds, "MAX_VISIBLE", 100)
+    with pytest.raises(LimitError, match="more than the limit of 100 visible blocks"):
         builds('(block "stone" 0 0 0 20 1 20)')
 
 
@@ -119,7 +119,7 @@ def test_a_frame_without_blocks_is_empty() -> None:
 
 
 def test_a_scene_without_blocks_is_an_error() -> None:
-    with pytest.raises(SceneError, match="the scene lays no blocks") as raised:
+    with pytest.raises(SceneError, match="the scene places no blocks") as raised:
         builds('(call "cube")')
     assert raised.value.name == "empty-scene"
 

@@ -69,14 +69,14 @@ def test_links_do_not_lead_out_of_a_folder(tmp_path: Path) -> None:
 
 
 def test_a_file_that_unpacks_to_much_is_refused(tmp_path: Path) -> None:
-    bomb = {"assets/minecraft/textures/block/stone.png": b"\0" * (module.LARGEST_PICTURE + 1)}
-    with pytest.raises(SceneError, match="larger than 8,000,000 bytes"):
+    bomb = {"assets/minecraft/textures/block/stone.png": b"\0" * (module.MAX_PICTURE_BYTES + 1)}
+    with pytest.raises(SceneError, match="larger than the limit of 8,000,000 bytes"):
         layer_at(write_zip(tmp_path / "bomb.zip", bomb)).picture("minecraft:block/stone")
 
 
 def test_a_file_that_lies_about_its_size_is_refused(tmp_path: Path) -> None:
     name = "assets/minecraft/textures/block/stone.png"
-    path = write_zip(tmp_path / "bomb.zip", {name: b"\0" * (module.LARGEST_PICTURE + 1)})
+    path = write_zip(tmp_path / "bomb.zip", {name: b"\0" * (module.MAX_PICTURE_BYTES + 1)})
     data = bytearray(path.read_bytes())
     at = data.rindex(b"PK\x01\x02")
     data[at + 24 : at + 28] = struct.pack("<I", 10)
@@ -89,7 +89,7 @@ def test_a_file_that_lies_about_its_size_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize("content", [b"", b"no zip", b"PK\x03\x04 damaged"])
 def test_what_is_no_zip_is_said(content: bytes, tmp_path: Path) -> None:
     (tmp_path / "pack.zip").write_bytes(content)
-    with pytest.raises(SceneError, match="holds no textures of Minecraft"):
+    with pytest.raises(SceneError, match="contains no Minecraft textures"):
         layer_at(tmp_path / "pack.zip")
 
 
@@ -100,26 +100,26 @@ def test_a_damaged_file_of_a_zip_is_said(tmp_path: Path) -> None:
         archive.writestr(name, "{}")
     data = path.read_bytes().replace(b"{}", b"[]")  # the checksum is wrong now
     path.write_bytes(data)
-    with pytest.raises(SceneError, match="cannot be read"):
+    with pytest.raises(SceneError, match="cannot read"):
         layer_at(path).definition("minecraft:stone")
 
 
 @pytest.mark.parametrize("text", [b"{", b"\xff", b"[" * 200_000])
 def test_what_is_no_json_is_said(text: bytes, tmp_path: Path) -> None:
     path = write_zip(tmp_path / "pack.zip", {"assets/minecraft/models/block/stone.json": text})
-    with pytest.raises(SceneError, match="is no JSON"):
+    with pytest.raises(SceneError, match="is not valid JSON"):
         layer_at(path).model("minecraft:block/stone")
 
 
 def test_without_any_looks_the_user_is_told_what_to_do() -> None:
     with pytest.raises(SceneError) as raised:
         layers_for("")
-    assert raised.value.message == "the game's textures were not found on this machine"
+    assert raised.value.message == "Minecraft's textures were not found on this machine"
     assert "--textures" in (raised.value.diagnostic.hint or "")
 
 
 def test_a_missing_path_is_named() -> None:
-    with pytest.raises(SceneError, match=r"there is nothing at `nowhere\.zip`"):
+    with pytest.raises(SceneError, match=r"the texture path `nowhere\.zip`"):
         layers_for("nowhere.zip")
 
 

@@ -148,7 +148,7 @@ def test_frames_have_one_theta_and_their_own_poses(words: list[str]) -> None:
         (["-o", "a.scene"], 1, "cannot be a folder"),
         (["--device", "tpu"], 1, "there is no device `tpu`"),
         (["--template", "a {color} thing"], 1, "means nothing in a template"),
-        (["--film", "a.txt"], 1, "a film cannot be written as `a.txt`"),
+        (["--film", "a.txt"], 1, "cannot write a film as `a.txt`"),
     ],
 )
 def test_wrong_usage_is_one_line(

@@ -116,7 +116,7 @@ def test_names_of_parts_never_leave_the_folder(make: Any, tmp_path: Path) -> Non
 
 
 def test_too_many_parts_are_refused(make: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(export, "MOST_FILES", 5)
+    monkeypatch.setattr(export, "MAX_FILES", 5)
     with pytest.raises(LimitError, match="parts"):
         run(STL, make.scene(*[make.primitive("cube")] * 6), tmp_path / "a.stl", parts=True)
     assert not list(tmp_path.iterdir())

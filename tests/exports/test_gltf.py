@@ -156,7 +156,7 @@ def test_a_level_5_sponge_is_small_and_quick(tmp_path: Path) -> None:
 
 
 def test_frames_that_do_not_exist_and_scenes_with_nothing(make: Any, tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match="no frame 7"):
+    with pytest.raises(SceneError, match="frame 7 does not exist"):
         written(make.scene(make.primitive("cube")), tmp_path / "a.glb", frame=7)
     with pytest.raises(SceneError) as caught:
         written(make.scene(), tmp_path / "a.glb")

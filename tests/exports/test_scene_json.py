@@ -103,7 +103,7 @@ def test_assets_stay_inside_the_folder(tmp_path: Path) -> None:
             write_scene(Scene("asset", [back], False), tmp_path / "in" / "b.json")
             assert '"file":"box.ply"' in (tmp_path / "in" / "b.json").read_text()
         else:
-            with pytest.raises(SceneError, match="leads out"):
+            with pytest.raises(SceneError, match="is outside"):
                 read_scene(tmp_path / "in" / "a.json")
             assert read_scene(tmp_path / "in" / "a.json", allow_outside=True).root.shape is not None
 
@@ -131,8 +131,8 @@ def entity(**fields: Any) -> str:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "no JSON"),
-        ("[" * 100_000, "no JSON"),
+        ("", "not valid JSON"),
+        ("[" * 100_000, "not valid JSON"),
         ("[]", "format"),
         ('{"format": "scenelang-camera"}', "format"),
         (changed(version=2), "version"),
@@ -143,12 +143,12 @@ def entity(**fields: Any) -> str:
         (changed(frames=[]), "frames"),
         (changed(frames=[-1]), "a frame must be"),
         (changed(frames=[0, 1], animated=False), "animated"),
-        (entity(children=[[1, list(IDENTITY)]]), "stands before"),
-        (entity(children=[[True, list(IDENTITY)]]), "stands before"),
+        (entity(children=[[1, list(IDENTITY)]]), "earlier entity"),
+        (entity(children=[[True, list(IDENTITY)]]), "earlier entity"),
         (entity(children=[[0, [1] * 11]]), "12 numbers"),
         (entity(children=[[0, ["1"] * 12]]), "12 numbers"),
         (entity(children=[[0, [10**400] * 12]]), "finite"),
-        (entity(children=[[0, [1e400] * 12]]), "no JSON"),
+        (entity(children=[[0, [1e400] * 12]]), "not valid JSON"),
         (entity(children=[0]), "pair"),
         (entity(children="ab"), "list"),
         (entity(primitive=True), "has children"),
@@ -196,10 +196,10 @@ def test_any_change_is_a_scene_or_an_error(data: Any) -> None:
 def test_too_many_entities_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     root = Entity("a", Embedding(), tuple(Pair(Entity("b", Embedding(), ()), IDENTITY) for _ in range(20)))
     write_scene(Scene("a", [root], False), tmp_path / "a.json")
-    for name in ("MOST_ENTITIES", "MOST_PARTS", "LARGEST_FILE"):
+    for name in ("MAX_ENTITIES", "MAX_PARTS", "MAX_FILE_BYTES"):
         with monkeypatch.context() as patch:
             patch.setattr(scene_json, name, 10)
             with pytest.raises(LimitError):
                 read_scene(tmp_path / "a.json")
-    with pytest.raises(SceneError, match="cannot be read"):
+    with pytest.raises(SceneError, match="cannot read"):
         read_scene(tmp_path / "none.json")

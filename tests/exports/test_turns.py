@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from exports.gltf_reader import _matrix
-from scenelang.backends.exports.gltf import Turns, node_fields, track_of, turns_of
+from scenelang.backends.exports.gltf import Decomposition, node_fields, decompose_track, decompose
 
 
-def product(turns: Turns, index: int) -> np.ndarray:
+def product(turns: Decomposition, index: int) -> np.ndarray:
     out = np.eye(4)
     for fields in node_fields(turns, index):
         out = out @ _matrix({name: np.array(value) for name, value in fields.items()})
@@ -35,7 +35,7 @@ def some(rng: np.random.Generator, kind: int) -> np.ndarray:
 def test_any_affine_pose_is_one_or_two_nodes(seed: int) -> None:
     rng = np.random.default_rng(seed)
     poses = np.stack([some(rng, kind) for kind in (0, 1, 2, 3, 4)])
-    turns = turns_of(poses)
+    turns = decompose(poses)
     for index, pose in enumerate(poses):
         assert product(turns, index) == pytest.approx(pose, abs=1e-9)
     assert turns.shears[0]
@@ -47,7 +47,7 @@ def test_a_track_is_exact_whatever_happens_between_frames(seed: int) -> None:
     rng = np.random.default_rng(seed)
     kinds = [(1, 3, 4), (0, 1, 2, 3, 4)][seed % 2]
     poses = np.stack([some(rng, int(kind)) for kind in rng.choice(kinds, 6)])
-    track = track_of(poses)
+    track = decompose_track(poses)
     assert track.shears.all() or not track.shears.any()
     for index, pose in enumerate(poses):
         assert product(track, index) == pytest.approx(pose, abs=1e-9)
@@ -64,7 +64,7 @@ def test_turning_changes_no_scale(mirrored: float, sheared: bool, step: float) -
         c, s = np.cos(angle), np.sin(angle)
         turn = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
         poses.append(np.concatenate([turn @ form, np.zeros((3, 1))], axis=1))
-    track = track_of(np.stack(poses))
+    track = decompose_track(np.stack(poses))
     assert np.abs(track.scale - track.scale[0]).max() < 1e-12
     assert np.abs(track.inner - track.inner[0]).max() < 1e-12
 
@@ -74,6 +74,6 @@ def test_growing_from_nothing_and_through_a_mirror_image_keeps_the_rotation() ->
     turn *= np.linalg.det(turn)
     sizes = [(0, 0, 0), (0, 1, 0), (1, 1, 0.5), (0.2, 1, 1), (-0.4, 1, 1), (-1, 0, 1)]
     poses = np.stack([np.concatenate([turn * size, np.zeros((3, 1))], axis=1) for size in sizes])
-    track = track_of(poses)
+    track = decompose_track(poses)
     assert np.abs(track.rotation - track.rotation[0]).max() < 1e-12
     assert track.scale == pytest.approx(np.array(sizes, float), abs=1e-12)

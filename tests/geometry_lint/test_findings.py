@@ -63,14 +63,14 @@ def test_neighbours_of_a_word_with_one_solid() -> None:
     box = '(bind "box" (lambda () (call "cube"))) (bind "row" (lambda () (union (call "box") (transform (call "box") (translate [{} 0 0])))))'
     near, apart = (session.check_geometry(Source("a.scene", box.format(x))) for x in (".58", ".9"))
     assert [d.name for d in near] == ["overlap"]
-    assert "0.42 deep" in near[0].message
+    assert "by 0.42" in near[0].message
     assert apart == []
 
 
 def test_the_move_that_is_proposed_mends() -> None:
     program = '(bind "a" (lambda () (union (call "cube") (transform (call "cube") (translate [0 1.2 0])))))'
     (problem,) = session.check_geometry(Source("a.scene", program))
-    assert problem.hint == "`(translate [0 -0.2 0])` would mend it"
+    assert problem.hint == "`(translate [0 -0.2 0])` would fix it"
     assert session.check_geometry(Source("a.scene", program.replace("1.2", "1.0"))) == []
 
 
@@ -85,7 +85,7 @@ def test_comments_allow_and_errors_come_first() -> None:
 def test_films_are_looked_at_in_several_frames() -> None:
     film = '(bind "a" (lambda () (frames (for/list ((i (iota 9))) (union (call "cube") (transform (call "cube") (translate [0 {} 0])))))))'
     lasting = session.check_geometry(Source("a.scene", film.format("(+ 1.2 (* i .01))")))
-    assert [d.message for d in lasting] == ['"a/cube" touches nothing: 0.28 from "a/cube" (frame 0)']
+    assert [d.message for d in lasting] == ['"a/cube" floats 0.28 from "a/cube" (frame 0)']
     assert session.check_geometry(Source("a.scene", film.format("(if (= i 0) 1.2 1)"))) == []
 
 

@@ -346,9 +346,9 @@ def test_a_set_goes_on_where_it_stopped(tmp_path: Path, capsys: pytest.CaptureFi
     ("arguments", "code", "said"),
     [
         (["--views", "0"], 2, "--views"),
-        (["--views", "2", "--camera", "top", "--camera", "isometric"], 2, "name one viewpoint"),
+        (["--views", "2", "--camera", "top", "--camera", "isometric"], 2, "at most one viewpoint"),
         (["--camera", "nowhere.json"], 2, "nowhere.json"),
-        (["--frame", "3"], 1, "no frame 3"),
+        (["--frame", "3"], 1, "frame 3 does not exist"),
         (["--size", "9000x9000"], 2, "8192"),
     ],
 )

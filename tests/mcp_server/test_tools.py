@@ -97,7 +97,7 @@ def test_a_frame_is_counted_and_drawn(agent: Any) -> None:
     assert picture(first).tobytes() != picture(last).tobytes()
     assert "frame 2 of 3" in text(last)
     for tool in ("count", "render"):
-        assert "there is no frame 3" in agent.refused(tool, program=FILM, frame=3)
+        assert "frame 3 does not exist" in agent.refused(tool, program=FILM, frame=3)
 
 
 def test_a_picture_from_another_side(agent: Any) -> None:

@@ -78,9 +78,9 @@ def test_how_it_reads() -> None:
     assert (
         program_text(build, "house")
         == """\
-; house: Minecraft blocks in a box of 2 x 2 x 2 cells from -1 0 0 on, as 3 cuboids.
+; house: Minecraft blocks in a box of 2 x 2 x 2 cells with the lowest corner -1 0 0, as 3 cuboids.
 
-; Cuboids of one block: the first cell along x, y and z, then how many cells along each.
+; Cuboids of one block: the first cell along x, y and z, then the number of cells along each.
 (define (laid block properties cuboids)
   (for/union (((x y z width height depth) cuboids))
     (transform (call "set-cuboid" :block-type block :block-kwargs properties

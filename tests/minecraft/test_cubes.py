@@ -65,7 +65,7 @@ def test_the_cells_are_those_of_the_build(cuboids: list[Cuboid], steps: list[Cel
     inner = placed(cuboids)
     root = group(*((inner, translation(*step)) for step in steps), (placed(cuboids[:3]), IDENTITY))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(models, "MOST_PARTS", parts)
+        patch.setattr(models, "MAX_PARTS", parts)
         made = as_cubes(Scene("group", [root], False)).root
     assert filled(made) == short(of_build(voxelised(root).build))
 
@@ -95,9 +95,9 @@ def test_too_many_parts_are_drawn_as_those_above() -> None:
       (bind "wall" (lambda () (for/union ((i (range 10))) (transform (call "row") (translate [0 (* 2 i) 0])))))"""
     assert count_words(drawn(text)) == {"wall": 1, "row": 10, "brick": 100, "bricks": 100}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(models, "MOST_PARTS", 50)
+        patch.setattr(models, "MAX_PARTS", 50)
         assert count_words(drawn(text)) == {"wall": 1, "row": 10, "bricks": 10}
-        patch.setattr(models, "MOST_PARTS", 5)
+        patch.setattr(models, "MAX_PARTS", 5)
         assert count_words(drawn(text)) == {"wall": 1, "bricks": 10}
 
 

@@ -21,7 +21,7 @@ from scenelang.backends.minecraft.blocks import Build
 from scenelang.backends.minecraft.build_files import game_version
 from scenelang.grammar.diagnostics import SceneError
 
-MOST_FILLED, MOST_COMMANDS = 32_768, 65_536
+MAX_FILL, MAX_COMMANDS = 32_768, 65_536
 FILL = re.compile(r"fill ~(\S+) ~(\S+) ~(\S+) ~(\S+) ~(\S+) ~(\S+) (\S+?)( strict)?")
 SETBLOCK = re.compile(r"setblock ~(\S+) ~(\S+) ~(\S+) (\S+?)( strict)?")
 SUMMON = re.compile(r'summon minecraft:(?:marker|armor_stand) ~ ~ ~ \{Tags:\["([a-z0-9_.-]+)"\].*\}')
@@ -55,7 +55,7 @@ class Game:
     def function(self, name: str, at: Cell | None) -> None:
         for line in self.functions[name]:
             self.run += 1
-            assert self.run <= MOST_COMMANDS
+            assert self.run <= MAX_COMMANDS
             self.command(line, at)
 
     def command(self, line: str, at: Cell | None) -> None:
@@ -63,7 +63,7 @@ class Game:
             a, b = self.cell(found.groups()[:3], at), self.cell(found.groups()[3:6], at)
             sides = [high - low + 1 for low, high in zip(a, b)]
             assert min(sides) > 0
-            assert int(np.prod(sides)) <= MOST_FILLED
+            assert int(np.prod(sides)) <= MAX_FILL
             for step in np.ndindex(*sides):
                 x, y, z = (low + n for low, n in zip(a, step))
                 self.lay((x, y, z), found[7])
@@ -122,7 +122,7 @@ def test_many_commands_are_laid_part_by_part(version: str, tmp_path: Path) -> No
     build = noise((56, 56, 56), 20)
     build_files.write_datapack(build, tmp_path / "a.zip", game_version(version))
     game, _ = game_of(tmp_path / "a.zip")
-    assert sum(map(len, game.functions.values())) > 2 * build_files.MOST_COMMANDS
+    assert sum(map(len, game.functions.values())) > 2 * build_files.MAX_COMMANDS
     game.start("a:build", (5, 6, 7))
     assert game.cells == laid_around(of_build(build), (5, 6, 7))
     assert not game.markers
@@ -140,7 +140,7 @@ def test_large_cuboids_are_cut(shape: tuple[int, int, int], tmp_path: Path) -> N
     build = made((-1, 0, 1), np.ones(shape), STATES)
     [path] = build_files.write_function(build, tmp_path / "a.mcfunction", game_version())
     lines = path.read_text("utf-8").splitlines()
-    assert len(lines) <= 2 * build.cells.size // MOST_FILLED + 2
+    assert len(lines) <= 2 * build.cells.size // MAX_FILL + 2
     game = Game({"a": lines})
     game.start("a", (0, 0, 0))
     assert len(game.cells) == build.cells.size

@@ -128,7 +128,7 @@ def test_versions(folder: Path) -> None:
     ("arguments", "said"),
     [
         (["ball.scene", "-o", "a.schem"], "--voxelize 64"),
-        (["house.scene", "-o", "a.schem", "--mc-version", "1.12"], "is not known"),
+        (["house.scene", "-o", "a.schem", "--mc-version", "1.12"], "unknown Minecraft version"),
         (["house.scene", "-o", "a.schem", "--voxelize", "0"], "must be 1 or more"),
         (["house.scene", "-o", "a.schem", "--palette", "wol"], "wool"),
         (["house.scene", "-o", "a.glb", "--voxelize", "9"], "no option `--voxelize`"),
@@ -195,7 +195,7 @@ def test_what_a_file_loses_is_told(folder: Path, capsys: pytest.CaptureFixture[s
     assert main(["import", "chest.nbt", "-o", "chest.scene"]) == 0
     said = capsys.readouterr().err
     assert "W618" in said
-    assert "1 block held" in said
+    assert "the contents of 1 block" in said
     assert "1 entity" in said
     assert main(["check", "chest.scene"]) == 0
 
@@ -205,9 +205,9 @@ def test_what_a_file_loses_is_told(folder: Path, capsys: pytest.CaptureFixture[s
     [
         (["none.schem"], 1, "none.schem"),
         (["house.scene"], 1, ".schem"),
-        (["broken.schem"], 1, "no Sponge schematic"),
+        (["broken.schem"], 1, "not a valid Sponge schematic"),
         (["broken.schem", "-o", "a.png"], 2, "use .scene"),
-        (["broken.schem", "-o", "nowhere/a.scene"], 1, "there is no folder"),
+        (["broken.schem", "-o", "nowhere/a.scene"], 1, "the folder nowhere does not exist"),
     ],
 )
 def test_files_that_cannot_be_read(
@@ -246,4 +246,4 @@ def test_a_file_without_blocks(folder: Path, capsys: pytest.CaptureFixture[str])
     root = nbtlib.Compound({**empty, "blocks": nbtlib.List[nbtlib.Compound]([])})
     nbtlib.File(root, gzipped=True).save(folder / "empty.nbt")
     assert main(["import", "empty.nbt"]) == 1
-    assert "`empty.nbt` holds no blocks" in capsys.readouterr().err
+    assert "`empty.nbt` contains no blocks" in capsys.readouterr().err

@@ -251,7 +251,7 @@ def test_misspelled_families_get_a_hint() -> None:
 
 
 def test_limits(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(filling, "MOST_CELLS", 999)
+    monkeypatch.setattr(filling, "MAX_CELLS", 999)
     with pytest.raises(LimitError, match="1,000 cells"):
         fill('(call "cube")', 10)
     with pytest.raises(LimitError, match="primitives"):

@@ -181,12 +181,12 @@ def test_places() -> None:
 @pytest.mark.parametrize(
     ("pose", "told"),
     [
-        ("(rotate 1.5708 [0 1 0])", "turned"),
-        ("(rotate 3.14159265358979 [0 1 0])", "turned"),
-        ("(reflect [0 0 0] [1 0 0])", "turned"),
+        ("(rotate 1.5708 [0 1 0])", "rotated"),
+        ("(rotate 3.14159265358979 [0 1 0])", "rotated"),
+        ("(reflect [0 0 0] [1 0 0])", "rotated"),
         ("(scale 0.5)", "1 x 0.5 x 0.5 cells"),
         ("(scale [1000000.25 1 1] [0 0 0])", "cells large"),
-        ("(translate [1e300 0 0])", "farther"),
+        ("(translate [1e300 0 0])", "too far"),
     ],
 )
 def test_poses_that_blocks_cannot_have(pose: str, told: str) -> None:

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 Draw = Callable[[st.SearchStrategy[Any]], Any]
 
-MOST_PRIMITIVES = 120  # of one call of one function
+MAX_PRIMITIVES = 120  # of one call of one function
 MOST_DEPTH = 3  # of nested blocks
 HEADER = "from helper import *\n"
 HELPER = """
@@ -258,7 +258,7 @@ class Writer:
                 return f"primitive_call('cube', color=({shade}, 0.5, 0.5), shape_kwargs={{'scale': {size}}})"
 
     def library_call(self, scope: Scope) -> str:
-        fitting = [s for s in self.done if self.weight + self.turns * s.weight <= MOST_PRIMITIVES]
+        fitting = [s for s in self.done if self.weight + self.turns * s.weight <= MAX_PRIMITIVES]
         if not fitting:
             return self.primitive(scope)
         target = self.pick(fitting)
@@ -421,7 +421,7 @@ class Writer:
 
     def repeat(self, name: str, weight: int) -> None:
         """A nested function called in a loop, as often as the scene may grow."""
-        room = (MOST_PRIMITIVES - self.weight) // max(1, self.turns * weight)
+        room = (MAX_PRIMITIVES - self.weight) // max(1, self.turns * weight)
         times = min(self.whole(1, 3), max(0, room))
         self.weight += self.turns * weight * times
         self.line(f"shapes.append(loop({times}, {name}))")

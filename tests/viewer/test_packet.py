@@ -107,7 +107,7 @@ def test_rows_that_frames_share_are_sent_once() -> None:
 
 def test_what_is_too_much_to_draw_is_a_tree_and_a_line() -> None:
     found = packet(FILM, limit=100)
-    assert "510 primitives, more than the 100" in found.header["notice"]
+    assert "510 primitives, more than the limit of 100" in found.header["notice"]
     assert "rowPose" not in found.columns
     assert len(found.columns["nodeWord"]) > 10
 
