@@ -482,7 +482,7 @@ class Layout:
     # --- making blocks -------------------------------------------------------------------------------------------
 
     def block(self, datum: Datum, column: int, trailing: int, depth: int) -> ListPage:
-        """Return the lines of ``datum`` at ``column``, reserving ``trailing`` characters at the end of its last line."""
+        """Return the lines of ``datum`` at ``column``, with ``trailing`` characters reserved on its last line."""
         text = self.flat.get(id(datum))
         if text is not None:
             excess = column + len(text) + trailing - self.width

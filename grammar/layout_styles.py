@@ -648,7 +648,7 @@ def _filled(page: Page) -> bool:
 
 
 def _even_count(page: Page, indent: int) -> int:
-    """Return the number of compound items per line that gives lines of equal count without adding lines; 0: no limit."""
+    """Return how many compound items per line give even lines without adding lines, or 0 for no limit."""
     widths = [page.flat_width(position) for position in range(len(page.parts))]
     known = [width for width in widths if width is not None]
     if not known or len(known) < len(widths) or any(isinstance(part, Atom) for part in page.parts):

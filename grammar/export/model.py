@@ -96,7 +96,7 @@ CLOSERS = frozenset({")", "]"})
 
 @dataclass(frozen=True, slots=True)
 class Chars:
-    """Character class: one character of ``ranges`` (pairs of first and last code point), or any other if ``negated``."""
+    """Character class: one character of ``ranges`` (pairs of first and last code point), or others if ``negated``."""
 
     ranges: tuple[tuple[int, int], ...]
     negated: bool = False
