@@ -1,6 +1,6 @@
-"""Text to trees and back; knows nothing of what programs mean.
+"""Syntax of the Scene Language: reading, printing and formatting text, independent of what programs mean.
 
-``datum`` has sources, spans and datums, ``reader`` reads text, ``ast`` parses core forms by ``core.lark``;
-``concrete``, ``layout`` and ``formatter`` print; ``diagnostics`` has every code and how a mistake is shown;
-``settings`` declares fields that users may give. It imports lark and nothing else.
+``datum`` defines sources, spans and datums, ``reader`` parses text, ``ast`` parses core forms by ``core.lark``;
+``concrete``, ``layout`` and ``formatter`` print; ``diagnostics`` defines all error codes and their rendering;
+``settings`` declares command-line options. The only dependency is lark.
 """

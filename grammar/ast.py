@@ -1,6 +1,6 @@
-"""The core AST: what every program is after expansion (see ``core.lark``).
+"""Core AST: the forms that remain after macro expansion (see ``core.lark``).
 
-Identifiers and builtins are opaque here: ``Reference.target`` is whatever the expander resolved a name to.
+Identifiers and builtins are opaque here: ``Reference.target`` is the expander's resolution of a name.
 """
 
 from __future__ import annotations
@@ -21,13 +21,15 @@ from scenelang.grammar.reader import build_parser
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Constant:
+    """Literal value, including a quoted datum."""
+
     value: Any
     span: Span
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HandleLiteral:
-    """``<z1>``: an embedding, with what Z says of it."""
+    """Embedding handle ``<z1>``, whose attributes may be overridden by the embeddings file Z."""
 
     name: str
     span: Span
@@ -35,12 +37,16 @@ class HandleLiteral:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reference:
+    """Use of a variable or builtin."""
+
     target: Any
     span: Span
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Assignment:
+    """``(set! target value)``."""
+
     target: Any
     value: Expr
     span: Span
@@ -48,6 +54,8 @@ class Assignment:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class If:
+    """``(if test then otherwise)``."""
+
     test: Expr
     then: Expr
     otherwise: Expr | None
@@ -56,19 +64,37 @@ class If:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class And:
+    """``(and item ...)``."""
+
     items: tuple[Expr, ...]
     span: Span
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Or:
+    """``(or item ...)``."""
+
     items: tuple[Expr, ...]
     span: Span
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Parameter:
-    """``kind``: required, optional, keyword, rest or keys. ``name`` is the spelling, for keywords and messages."""
+    """Parameter of a function.
+
+    Attributes
+    ----------
+    target
+        Variable that the parameter binds.
+    name
+        Name as spelled by the user, for keyword arguments and messages.
+    kind
+        ``required``, ``optional``, ``keyword``, ``rest`` or ``keys``.
+    type
+        Type annotation, if any.
+    default
+        Default expression of an optional or keyword parameter.
+    """
 
     target: Any
     name: str
@@ -79,6 +105,8 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Lambda:
+    """Function. ``usage`` is its signature for messages."""
+
     name: str
     parameters: tuple[Parameter, ...]
     usage: str
@@ -88,7 +116,7 @@ class Lambda:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Define:
-    """A local definition inside ``Body``, or one at top level. ``target`` may be a pattern."""
+    """Local definition inside a ``Body``, or top-level definition. ``target`` may be a destructuring pattern."""
 
     target: Any
     value: Expr
@@ -97,7 +125,7 @@ class Define:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Body:
-    """Definitions and expressions in order; the value is that of the last one."""
+    """Sequence of definitions and expressions, evaluated in order; its value is that of the last one."""
 
     items: tuple[Define | Expr, ...]
     span: Span
@@ -105,7 +133,7 @@ class Body:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class First:
-    """``begin0``: the value of the first item, after the others have run."""
+    """``begin0``: evaluate all items in order and return the value of the first."""
 
     items: tuple[Expr, ...]
     span: Span
@@ -113,6 +141,8 @@ class First:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Application:
+    """Function call ``(function argument ...)``."""
+
     function: Expr
     arguments: tuple[Expr, ...]
     span: Span
@@ -120,12 +150,16 @@ class Application:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ArrayLiteral:
+    """Array literal ``[item ...]``."""
+
     items: tuple[Expr, ...]
     span: Span
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class While:
+    """``(while test body)``."""
+
     test: Expr
     body: Expr
     span: Span
@@ -133,7 +167,7 @@ class While:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Clause:
-    """One step of a ``for`` form. ``kind``: each (parallel bindings), when, unless or break (one test)."""
+    """Clause of a ``for`` form. ``kind`` is each (parallel bindings), or when, unless or break (one test)."""
 
     kind: str
     targets: tuple[Any, ...]
@@ -142,7 +176,7 @@ class Clause:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class For:
-    """``kind`` is each, list, union, append, sum, and, or, first, fold, table or set."""
+    """Loop or comprehension. ``kind`` is each, list, union, append, sum, and, or, first, fold, table or set."""
 
     kind: str
     accumulators: tuple[Define, ...]
@@ -153,6 +187,8 @@ class For:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LetEscape:
+    """``(let/ec name body)``: bind an escape continuation."""
+
     target: Any
     name: str
     body: Expr
@@ -161,7 +197,7 @@ class LetEscape:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Guard:
-    """Run ``body``; on an error bind it to ``target`` and run ``handler``."""
+    """Evaluate ``body``; on an error, bind the error to ``target`` and evaluate ``handler``."""
 
     target: Any
     body: Expr
@@ -171,7 +207,10 @@ class Guard:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bind:
-    """``<bind-expr>``. ``top_level``: a literal word bound at the top level of its file."""
+    """``<bind-expr>``: bind a word to an entity function.
+
+    ``top_level`` is set if a literal word is bound at the top level of its file.
+    """
 
     word: Expr
     function: Expr
@@ -181,7 +220,7 @@ class Bind:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Call:
-    """``<entity>``: ``(call word argument ...)``."""
+    """``<entity>``: create an entity with ``(call word argument ...)``."""
 
     word: Expr
     arguments: tuple[Expr, ...]
@@ -190,12 +229,16 @@ class Call:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Union:
+    """``<sub-entities>``: ``(union member ...)``."""
+
     members: tuple[Expr, ...]
     span: Span
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class UnionLoop:
+    """``<sub-entities>``: ``(union-loop count function)``."""
+
     count: Expr
     function: Expr
     span: Span
@@ -203,7 +246,7 @@ class UnionLoop:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Transform:
-    """``<entity-transform>``."""
+    """``<entity-transform>``: ``(transform part matrix)``."""
 
     part: Expr
     matrix: Expr
@@ -216,17 +259,18 @@ Expr: TypeAlias = (
 )  # fmt: skip
 
 
-# Datums -> core AST by ``core.lark``. What macros produce is checked by the same grammar; errors carry their place.
+# Parsing datums into the core AST, by ``core.lark``. The output of macros is checked by the same grammar, and errors
+# carry the span of the offending datum.
 
 
 class Head(str):
-    """The head of a core form in the expander's output; the text is the terminal's name."""
+    """Head of a core form in the expander's output; the text is the name of the grammar's terminal."""
 
     __slots__ = ()
 
 
 class Opaque:
-    """A datum that is one token for the grammar: the expander made it, the AST builder unpacks it."""
+    """Value that the grammar treats as a single token; created by the expander, unpacked by the AST builder."""
 
     __slots__ = ("terminal", "value")
 
@@ -236,7 +280,7 @@ class Opaque:
 
 
 class CoreToken:
-    """A token over a datum: ``type`` is the terminal, ``form`` the list that the datum stands in."""
+    """Token of a datum: ``type`` is the terminal, ``form`` the list that contains the datum."""
 
     __slots__ = ("datum", "form", "type")
     start_pos = line = column = end_line = end_column = end_pos = 0  # Lark copies these to its end token
@@ -261,7 +305,7 @@ def _atom_terminal(value: Any) -> str:
 
 
 def _tokens(datums: Sequence[Datum], terminal: Any) -> Iterator[CoreToken]:
-    """Depth first, without recursion; closing brackets are tokens too."""
+    """Convert datums to tokens in depth-first order, without recursion; closing brackets are tokens too."""
     stack: list[Any] = [(datum, None) for datum in reversed(datums)]
     while stack:
         item = stack.pop()
@@ -288,7 +332,7 @@ class _CoreLexer(Lexer):
 
 @v_args(inline=True)
 class _Builder(Transformer[Any, Any]):
-    """Builds the AST bottom up. Every form's span is that of its opening bracket's datum."""
+    """Builds the AST bottom-up. The span of a form is that of the datum of its opening bracket."""
 
     def start(self, *forms: Any) -> tuple[Any, ...]:
         return forms
@@ -401,12 +445,12 @@ def _core_parser() -> Lark:
 
 
 def prepare() -> None:
-    """Load the parser's tables now, for a thread that will not be able to save them."""
+    """Load the parser tables now, on behalf of sandboxed threads that cannot write the cache."""
     _core_parser()
 
 
 def parse_core(datums: Sequence[Datum]) -> tuple[Any, ...]:
-    """The core AST of expanded top-level forms. Raises SceneError at the datum that does not fit its form."""
+    """Parse expanded top-level forms into the core AST; raise ``SceneError`` at a datum that does not fit its form."""
     try:
         forms: tuple[Any, ...] = _core_parser().parse(_tokens(datums, _atom_terminal))  # type: ignore[assignment]
         return forms
@@ -417,7 +461,7 @@ def parse_core(datums: Sequence[Datum]) -> tuple[Any, ...]:
 def _misfit(unexpected: UnexpectedToken) -> SceneError:
     token: Any = unexpected.token
     if not isinstance(token, CoreToken):
-        return SceneError("syntax", "the program ends in the middle of a form")
+        return SceneError("syntax", "unexpected end of the program inside a form")
     form, datum = token.form, token.datum
     span = form.span if form is not None else datum.span
     head = form.items[0] if isinstance(form, ListDatum) and form.items else None
@@ -425,16 +469,16 @@ def _misfit(unexpected: UnexpectedToken) -> SceneError:
     if token.type in ("RPAR", "RSQB"):
         if name is None:
             return SceneError(
-                "empty-application", "`()` cannot be evaluated", "the empty list is `'()` or `(list)`", span
+                "empty-application", "`()` cannot be evaluated", "write the empty list as `'()` or `(list)`", span
             )
-        return SceneError("syntax", f"`{name}` ends too early", span=span, value=name)
+        return SceneError("syntax", f"incomplete `{name}` form", span=span, value=name)
     if name is None:
-        return SceneError("syntax", "this form is malformed", span=datum.span)
-    return SceneError("syntax", f"`{name}` has no place for this", span=datum.span, value=name)
+        return SceneError("syntax", "malformed form", span=datum.span)
+    return SceneError("syntax", f"unexpected operand of `{name}`", span=datum.span, value=name)
 
 
 def _spelling(head: Any, span: Span) -> str | None:
-    """How the user wrote the head of a form."""
+    """Return the head of a form as the user spelled it."""
     if not isinstance(head, Atom):
         return None
     text = head.span.text
@@ -487,7 +531,7 @@ def _strict_parser() -> Lark:
 
 
 def check_strict(datums: Sequence[Datum]) -> None:
-    """Raise SceneError, naming the rule that fails, unless ``datums`` are a program of the paper's grammar."""
+    """Check that ``datums`` are a program of the paper's grammar; raise ``SceneError`` naming the rule that fails."""
     try:
         _strict_parser().parse(_tokens(datums, _strict_terminal))
     except UnexpectedToken as unexpected:
@@ -497,15 +541,15 @@ def check_strict(datums: Sequence[Datum]) -> None:
 def _strict_misfit(unexpected: UnexpectedToken) -> SceneError:
     token: Any = unexpected.token
     expected = frozenset(unexpected.expected)
-    wanted = "expected " + " or ".join(sorted(_READABLE.get(name, f"`{_spelled(name)}`") for name in expected))
+    hint = "expected " + " or ".join(sorted(_READABLE.get(name, f"`{_spelled(name)}`") for name in expected))
     if not isinstance(token, CoreToken):
-        return SceneError("strict", "not in the paper's grammar: <START> is one or more <bind-expr>", wanted)
+        return SceneError("strict", "not in the paper's grammar: <START> must be one or more <bind-expr>", hint)
     head = token.form.items[0] if isinstance(token.form, ListDatum) and token.form.items else None
     by_head = _RULE_OF_HEAD.get(head.value, "<value>") if isinstance(head, Atom) else "<START>"
     rule = _RULE_OF_TERMINALS.get(expected, by_head)
     closing = token.type in ("RPAR", "RSQB")
-    what = "the form ends too early" if closing else f"`{_clip(token.datum.span.text)}` does not fit"
-    return SceneError("strict", f"not in the paper's grammar: {what} in {rule}", wanted, token.datum.span)
+    what = "incomplete form" if closing else f"unexpected `{_clip(token.datum.span.text)}`"
+    return SceneError("strict", f"not in the paper's grammar: {what} in {rule}", hint, token.datum.span)
 
 
 _READABLE = {

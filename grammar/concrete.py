@@ -1,8 +1,8 @@
-"""Text -> datums that know how they were written: comments, empty lines, spellings, line breaks.
+"""Concrete syntax tree: datums with their comments, empty lines, spelling and line breaks, for the formatter.
 
-The tree differs from the reader's where a formatter must: `(a . (b))` stays a pair, `(quote x)` is told from `'x`, and
-what is to stay exactly as it is (`; fmt: off`, `; fmt: skip`, comments in odd places) is one atom spelled as in the
-text.
+The tree differs from the reader's where a formatter requires it: `(a . (b))` remains a pair, `(quote x)` is
+distinguished
+from `'x`, and text that must not change (`; fmt: off`, `; fmt: skip`, comments in odd places) is one verbatim atom.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from scenelang.grammar.layout import DEEPEST, Hidden, Row, Trivia, Written
 from scenelang.grammar.layout_styles import head_of, is_keyword
 from scenelang.grammar.reader import atom_value, block_comments, terminals, without_comments
 
-# Text -> tokens with the comments among them: all that a text holds but white space.
+# Tokenizing a text: tokens and comments, that is, everything except white space.
 
 
 LINE_COMMENT = "LINE_COMMENT"
@@ -25,7 +25,7 @@ BLOCK_COMMENT = "BLOCK_COMMENT"
 
 
 class Token(NamedTuple):
-    """``kind``: a terminal of ``reader.lark``, or a kind of comment. ``text`` is ``source[start:end]``."""
+    """Token. ``kind`` is a terminal of ``reader.lark`` or a kind of comment; ``text`` is ``source[start:end]``."""
 
     kind: str
     text: str
@@ -34,7 +34,7 @@ class Token(NamedTuple):
 
 
 def tokens(text: str) -> Iterator[Token]:
-    """The tokens and comments of a text that reads, in order."""
+    """Iterate over the tokens and comments of a valid text, in order."""
     places = block_comments(text)
     position, upcoming = 0, 0
     for match in terminals().finditer(without_comments(text, places)):
@@ -60,12 +60,14 @@ def _block(text: str, start: int, end: int) -> Token:
 
 
 def essence(text: str) -> list[tuple[str, str]]:
-    """What may never change when white space does: kinds and texts of tokens and comments, blanks at the end of a
-    line's comment left aside."""
+    """Return everything that formatting must preserve: the kinds and texts of all tokens and comments.
+
+    Trailing blanks of line comments are ignored.
+    """
     return [(t.kind, t.text.rstrip() if t.kind == LINE_COMMENT else t.text) for t in tokens(text)]
 
 
-# What stands between two datums of a text: comments in rows, at the end of a line, on a datum's line, empty lines.
+# Gaps between two datums: comments on separate lines, at the end of a line or beside a datum, and empty lines.
 
 
 _DIRECTIVE = re.compile(r";+\s*fmt:\s*(off|on|skip)\s*")
@@ -73,7 +75,10 @@ _DIRECTIVE = re.compile(r";+\s*fmt:\s*(off|on|skip)\s*")
 
 @dataclass(frozen=True, slots=True)
 class Comment:
-    """A comment at ``start`` to ``end`` of its text. ``hidden``: the datum that a `#;` hides, if it can be laid out."""
+    """Comment at the offsets ``start`` to ``end``.
+
+    ``hidden`` is the datum commented out by a `#;`, if it can be laid out.
+    """
 
     text: str
     start: int
@@ -90,21 +95,31 @@ class Comment:
 
     @property
     def exact(self) -> str:
-        """The text without what may go: blanks at the end of a line."""
+        """Text of the comment without trailing blanks."""
         return self.text.rstrip() if self.is_line else self.text
 
     @property
     def directive(self) -> str | None:
-        """``off``, ``on`` or ``skip`` for a comment that talks to the formatter."""
+        """Formatter directive of the comment, ``off``, ``on`` or ``skip``, or None."""
         match = _DIRECTIVE.fullmatch(self.text) if self.is_line else None
         return match[1] if match else None
 
 
 @dataclass(frozen=True, slots=True)
 class Gap:
-    """Comments between what ends at ``start`` and what begins at ``end``. ``note``: on the line that ends there.
-    ``rows``: on lines of their own. ``lead``: just before what follows. ``blank``: whether an empty line stands before
-    the rows."""
+    """Comments between two datums.
+
+    Attributes
+    ----------
+    note
+        Comments at the end of the line of the previous datum.
+    rows
+        Comments on separate lines.
+    lead
+        Comments just before the next datum, on its line.
+    blank
+        Whether an empty line precedes the rows.
+    """
 
     note: tuple[Comment, ...] = ()
     rows: tuple[Row, ...] = ()
@@ -116,8 +131,11 @@ _CLOSE, _BLANK = Gap(), Gap(blank=True)
 
 
 def gap_of(text: str, start: int, end: int, comments: Sequence[Comment], *, note: bool, lead: bool) -> Gap:
-    """Sort the comments of a gap. ``note``: something stands on the line before them; ``lead``: comments may share a
-    line with what follows them, or, before a closing bracket, with what is before."""
+    """Classify the comments of the gap between the offsets ``start`` and ``end``.
+
+    ``note`` allows end-of-line comments after the previous datum. ``lead`` allows comments on the line of the next
+    datum or, before a closing bracket, on the line of the previous one.
+    """
     if not comments:
         return _BLANK if text.count("\n", start, end) > 1 else _CLOSE
     breaks = _breaks(text, start, end, comments)
@@ -132,18 +150,21 @@ def gap_of(text: str, start: int, end: int, comments: Sequence[Comment], *, note
 
 
 def _breaks(text: str, start: int, end: int, comments: Sequence[Comment]) -> list[int]:
-    """The line ends before each comment, and after the last one."""
+    """Count the line breaks before each comment and after the last one."""
     edges = [start, *(edge for comment in comments for edge in (comment.start, comment.end)), end]
     return [text.count("\n", a, b) for a, b in zip(edges[::2], edges[1::2])]
 
 
 def _wants_lines(comment: Comment) -> bool:
-    """Whether a comment is a hidden datum of several lines, which never ends another's line."""
+    """Return whether a comment is a hidden datum of several lines, which must start on a separate line."""
     return comment.hidden is not None and comment.has_lines
 
 
 def _rows(comments: Sequence[Comment], breaks: Sequence[int]) -> tuple[Row, ...]:
-    """Comments as rows, with None for empty lines between and after them. ``breaks``: one more than comments."""
+    """Return comments as rows, with None for empty lines between and after them.
+
+    ``breaks`` has one more element than ``comments``.
+    """
     rows: list[Row] = []
     row: list[Comment] = []
     for comment, following in zip(comments, breaks[1:]):
@@ -157,13 +178,13 @@ def _rows(comments: Sequence[Comment], breaks: Sequence[int]) -> tuple[Row, ...]
 
 
 def _joined(row: Sequence[Comment]) -> list[Row]:
-    """The comments of one line; a hidden datum of several lines, or alone, is laid out."""
+    """Join the comments of one line; a hidden datum is laid out if it is alone or has several lines."""
     if len(row) == 1 or any(_wants_lines(comment) for comment in row):
         return [Hidden(comment.hidden) if comment.hidden is not None else comment.exact for comment in row]
     return [" ".join(comment.exact for comment in row)] if row else []
 
 
-_DEEPEST = DEEPEST - 4  # from there on lists with comments stay as they are: the layout writes one line
+_DEEPEST = DEEPEST - 4  # nested deeper, lists with comments stay verbatim, because the layout would write one line
 _TOP, _PREFIX, _HIDING = "TOP", "PREFIX", "DATUM_COMMENT"
 _QUOTES = frozenset(PREFIXES.values())
 _PLAIN = Trivia()
@@ -171,9 +192,21 @@ _PLAIN = Trivia()
 
 @dataclass(frozen=True, slots=True)
 class Concrete:
-    """A text that reads. ``trivia`` and ``spelling`` are keyed by ``id(datum)``; ``end``: rows after the last form.
-    ``places``: the offsets where each form begins and ends, its comments included, and so the comments after the last
-    form."""
+    """Concrete syntax tree of a valid text.
+
+    Attributes
+    ----------
+    forms
+        Top-level forms.
+    trivia, spelling
+        Comments around datums and exact texts of atoms, by ``id(datum)``.
+    written
+        The author's line breaks.
+    end
+        Comments after the last form.
+    places
+        Start and end offset of each form including its comments, followed by those of the comments after the last form.
+    """
 
     forms: tuple[Datum, ...]
     trivia: dict[int, Trivia]
@@ -184,13 +217,13 @@ class Concrete:
 
 
 def concrete(source: Source) -> Concrete:
-    """The concrete tree of a text; the text must read without error."""
+    """Build the concrete syntax tree of a text, which must be valid."""
     return _Builder(source).build()
 
 
 @dataclass(slots=True)
 class _Item:
-    """A datum of a list being read; ``first`` and ``last``: where it begins and ends with its comments."""
+    """Item of a list being read; ``first`` and ``last`` are its start and end including comments."""
 
     datum: Datum
     start: int
@@ -202,21 +235,21 @@ class _Item:
 
 @dataclass(slots=True)
 class _Frame:
-    """A list, a prefix or a `#;` being read, or the text as a whole."""
+    """Stack frame of the builder: a list, a prefix or a `#;` being read, or the whole text."""
 
     kind: str
     start: int
-    body: int  # where what is inside begins
+    body: int  # offset where the contents begin
     text: str
-    before: list[Comment]  # comments between the sibling before and this
+    before: list[Comment]  # comments between the previous sibling and this one
     items: list[_Item] = field(default_factory=list)
     breaks: list[bool] = field(default_factory=list)
     comments: list[Comment] = field(default_factory=list)  # since the last item
     opening: str | None = None
     dotted: bool = False
-    odd: bool = False  # to be left as it is
+    odd: bool = False  # whether it must stay verbatim
     has_comments: bool = False
-    off: int | None = None  # since where the text stays as it is
+    off: int | None = None  # offset of the start of a `fmt: off` region
     off_comments: list[Comment] = field(default_factory=list)
     reached: int = 0  # while `off`: the end of the last item or comment
 
@@ -230,12 +263,12 @@ class _Frame:
 
     @property
     def takes_one(self) -> bool:
-        """Whether a datum completes it."""
+        """Return whether the frame is complete after one datum."""
         return self.kind == _PREFIX or self.kind == _HIDING
 
 
 class _Builder:
-    """Reads tokens onto a stack of frames."""
+    """Builds the tree from tokens with a stack of frames."""
 
     def __init__(self, source: Source) -> None:
         self.source, self.text = source, source.text
@@ -244,7 +277,7 @@ class _Builder:
         self.breaks: dict[int, Sequence[bool]] = {}
         self.plain: set[int] = set()
         self.raw: dict[int, bool] = {}
-        self.replaced: list[Datum] = []  # kept alive, so that their ids stay theirs
+        self.replaced: list[Datum] = []  # keeps replaced datums alive, so that their ids are not reused
         self.stack = [_Frame(_TOP, 0, 0, "", [])]
 
     def build(self) -> Concrete:
@@ -282,7 +315,7 @@ class _Builder:
             self.stack.append(_Frame(kind, token.start, token.end, token.text, before))
 
     def _verbatim(self, start: int, end: int, text: str | None = None) -> Atom:
-        """An atom that is spelled as the text is."""
+        """Return an atom spelled exactly like the source text."""
         datum = Atom(None, Span(self.source, start, end))
         self.spelling[id(datum)] = self.text[start:end] if text is None else text
         return datum
@@ -296,7 +329,7 @@ class _Builder:
         frame.comments.append(comment)
 
     def _directives(self, frame: _Frame, comments: list[Comment]) -> list[Comment]:
-        """Mind `; fmt: off` and `; fmt: on` among the comments of a gap; gives the comments that are left."""
+        """Process `; fmt: off` and `; fmt: on` among the comments of a gap; return the remaining comments."""
         place = 0
         while place < len(comments):
             comment = comments[place]
@@ -319,7 +352,7 @@ class _Builder:
         return not self.text[self.text.rfind("\n", 0, place) + 1 : place].strip()
 
     def _end_off(self, frame: _Frame, end: int, inside: Sequence[Comment] = ()) -> list[Comment]:
-        """Close a region that stays as it is: its lines become one atom. Gives the comments of an empty region."""
+        """Close a `fmt: off` region: its lines become one verbatim atom. Return the comments of an empty region."""
         assert frame.off is not None
         start, frame.off = frame.off, None
         text = self.text[start:end].removesuffix("\r")
@@ -334,7 +367,7 @@ class _Builder:
     # --- datums --------------------------------------------------------------------------------------------------
 
     def _finish(self, datum: Datum, start: int, end: int, comments: list[Comment]) -> None:
-        """Give a datum to the frame that it stands in; a prefix or `#;` is complete with it."""
+        """Add a datum to the enclosing frame; it completes a prefix or `#;`."""
         frame = self.stack[-1]
         while frame.takes_one:
             self.stack.pop()
@@ -368,7 +401,7 @@ class _Builder:
         return ListDatum((head, operand), None, Span(self.source, frame.start, end))
 
     def _place(self, frame: _Frame, datum: Datum, start: int, end: int, comments: Sequence[Comment]) -> None:
-        """Put a datum into its list with the comments before it."""
+        """Append a datum to its list with the comments before it."""
         begins = frame.is_top and not frame.items
         gap = gap_of(self.text, frame.end, start, comments, note=not begins, lead=not frame.dotted)
         frame.breaks.append("\n" in self.text[frame.end : start])
@@ -384,8 +417,10 @@ class _Builder:
 
     @staticmethod
     def _may_be_blank(frame: _Frame) -> bool:
-        """Whether an empty line may stand before the next item: not before the first one, a head's first operand or a
-        keyword's value."""
+        """Return whether an empty line is allowed before the next item.
+
+        It is not allowed before the first item, the first operand of a head or the value of a keyword.
+        """
         items = frame.items
         if not items or frame.is_top:
             return bool(items)
@@ -394,7 +429,7 @@ class _Builder:
         return len(items) > is_head and not is_keyword(items[-1].datum)
 
     def _note(self, frame: _Frame, gap: Gap) -> str:
-        """Put comments behind the last item; gives their text."""
+        """Attach end-of-line comments to the last item; return their text."""
         item, text = frame.items[-1], _text_of(gap.note)
         if gap.note[-1].directive == "skip" and id(item.datum) not in self.raw:
             self.replaced.append(item.datum)
@@ -430,7 +465,7 @@ class _Builder:
         self._finish(datum, frame.start, end, frame.before)
 
     def _keep_trivia(self, frame: _Frame) -> None:
-        """Note what stands around the items of a list; what their own brackets hold is known already."""
+        """Record the comments around the items of a list; those inside their brackets are recorded already."""
         for item in frame.items:
             inner, outer = self.trivia.get(id(item.datum)), item.trivia
             if inner is None and outer is _PLAIN and not frame.is_top:
@@ -441,7 +476,7 @@ class _Builder:
                 self.trivia[id(item.datum)] = outer
 
     def _close(self, frame: _Frame, end: int) -> Trivia:
-        """What stands inside a list's brackets besides its items."""
+        """Return the comments inside a list's brackets after its last item and after its opening bracket."""
         comments = self._directives(frame, frame.comments)
         if frame.off is not None:
             comments = self._end_off(frame, frame.reached)

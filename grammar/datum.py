@@ -1,4 +1,4 @@
-"""Datums: what the reader makes of a text. Every datum knows its span."""
+"""Datums, the syntax tree that the reader produces from text; every datum carries its source span."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from functools import cached_property
 from types import MappingProxyType
 from typing import Any, NamedTuple, TypeAlias
 
-# Source files and places in them. Spans are offsets; line and column are worked out only when somebody asks.
+# Source files and locations. Spans are character offsets; line and column are computed only on demand.
 
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """A text with a name: a file's path as the user wrote it, or ``<stdin>`` and the like."""
+    """Named source text. The name is the path as the user wrote it, or a placeholder such as ``<stdin>``."""
 
     name: str
     text: str = field(repr=False)
@@ -30,23 +30,23 @@ class Source:
         return starts
 
     def position(self, offset: int) -> tuple[int, int]:
-        """Line and column of ``offset``, both counted from 1; columns are characters."""
+        """Return the line and column of ``offset``, both counted from 1; columns count characters."""
         line = bisect_right(self._line_starts, offset)
         return line, offset - self._line_starts[line - 1] + 1
 
     def line_start(self, number: int) -> int:
-        """The offset at which line ``number`` (from 1) begins."""
+        """Return the offset of the first character of line ``number`` (from 1)."""
         return self._line_starts[number - 1]
 
     def line(self, number: int) -> str:
-        """The text of line ``number`` (from 1) without its line end."""
+        """Return the text of line ``number`` (from 1) without its line ending."""
         starts = self._line_starts
         end = starts[number] if number < len(starts) else len(self.text)
         return self.text[starts[number - 1] : end].rstrip("\r\n")
 
 
 def comment_above(source: Source, offset: int) -> list[str]:
-    """The lines of comment that end directly above the line of ``offset``, as they are written."""
+    """Return the comment lines directly above the line of ``offset``, unchanged."""
     number = source.position(offset)[0] - 1
     found: list[str] = []
     while number >= 1 and (line := source.line(number).strip()).startswith(";"):
@@ -56,7 +56,7 @@ def comment_above(source: Source, offset: int) -> list[str]:
 
 
 class Expansion(NamedTuple):
-    """A macro use that made a piece of program: the macro, its definition, and the expansion around it."""
+    """Macro expansion that produced a datum: the macro's name, the span of its definition, the enclosing expansion."""
 
     macro: str
     definition: Span | None
@@ -64,7 +64,10 @@ class Expansion(NamedTuple):
 
 
 class Span(NamedTuple):
-    """``source.text[start:end]``; ``expansion`` is set for what a macro made at this use of it."""
+    """Half-open range of characters, ``source.text[start:end]``.
+
+    ``expansion`` is set on datums produced by a macro; the span is then that of the macro use.
+    """
 
     source: Source
     start: int
@@ -77,26 +80,26 @@ class Span(NamedTuple):
 
 
 class Symbol(str):
-    """A symbol; compares and hashes as its name, told from a string by its type."""
+    """Symbol. Compares and hashes like its name; only its type distinguishes it from a string."""
 
     __slots__ = ()
 
 
 class Keyword(str):
-    """A keyword ``:name``; the text is the name without the colon."""
+    """Keyword ``:name``; the text is the name without the colon."""
 
     __slots__ = ()
 
 
 class Handle(str):
-    """An embedding handle ``<z1>``; the text is what stands between the angle brackets."""
+    """Embedding handle ``<z1>``; the text is the name without the angle brackets."""
 
     __slots__ = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Atom:
-    """A leaf. ``value``: Symbol, Keyword, Handle, int, float, str, bool, or None for ``none``."""
+    """Leaf of the tree. ``value`` is a Symbol, Keyword, Handle, int, float, str or bool, or None for ``none``."""
 
     value: Any
     span: Span
@@ -104,7 +107,7 @@ class Atom:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ListDatum:
-    """``(a b)``, or ``(a . b)`` when ``tail`` is given. ``'x`` reads as ``(quote x)``."""
+    """Proper list ``(a b)``, or improper list ``(a . b)`` if ``tail`` is not None. ``'x`` reads as ``(quote x)``."""
 
     items: tuple[Any, ...]
     tail: Any
@@ -113,7 +116,7 @@ class ListDatum:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ArrayDatum:
-    """``[a b]``."""
+    """Array literal ``[a b]``."""
 
     items: tuple[Any, ...]
     span: Span
@@ -125,7 +128,7 @@ PREFIXES = {"'": "quote", "`": "quasiquote", ",": "unquote", ",@": "unquote-spli
 
 
 def subdatums(datum: Datum) -> Iterator[Datum]:
-    """The direct parts of a datum, the tail included."""
+    """Iterate over the direct children of a datum, including the tail of an improper list."""
     if not isinstance(datum, Atom):
         yield from datum.items
         if isinstance(datum, ListDatum) and datum.tail is not None:
@@ -133,7 +136,7 @@ def subdatums(datum: Datum) -> Iterator[Datum]:
 
 
 def walk(*datums: Datum) -> Iterator[Datum]:
-    """Every datum below and including ``datums``, in no particular order, without recursion."""
+    """Iterate over ``datums`` and all their descendants in unspecified order, without recursion."""
     stack = list(datums)
     while stack:
         datum = stack.pop()
@@ -142,10 +145,10 @@ def walk(*datums: Datum) -> Iterator[Datum]:
             stack.extend(subdatums(datum))
 
 
-# Datums -> text that reads back equal. Iterative, so that depth does not matter.
+# Printing datums as text that reads back equal. It is iterative, so that deep nesting cannot overflow the stack.
 
 
-_LONGEST_BITS = 14_000  # Python refuses to print more than 4,300 digits
+_MAX_BITS = 14_000  # Python refuses to print more than 4,300 digits
 _NO_SPELLING: Mapping[int, str] = MappingProxyType({})
 _PREFIX_OF = {name: prefix for prefix, name in PREFIXES.items()}
 _STRING_ESCAPES = {
@@ -154,14 +157,14 @@ _STRING_ESCAPES = {
 
 
 def number_text(value: int | float) -> str:
-    """A number as the reader reads it back; ``nan`` and ``inf`` by their names."""
-    if type(value) is int and value.bit_length() > _LONGEST_BITS:
+    """Return a number as text that reads back equal; ``nan`` and ``inf`` by name."""
+    if type(value) is int and value.bit_length() > _MAX_BITS:
         return f"<integer of {value.bit_length():,} bits>"
     return repr(value)
 
 
 def string_text(value: str) -> str:
-    """A string literal."""
+    """Return ``value`` as a string literal, with escapes."""
     pieces = []
     for c in value:
         if c in _STRING_ESCAPES:
@@ -172,7 +175,7 @@ def string_text(value: str) -> str:
 
 
 def atom_text(value: Any) -> str:
-    """The text of an atom's value; anything that is no atom prints as ``<type>``."""
+    """Return the text of an atom's value; a value that is not an atom prints as ``<type>``."""
     kind = type(value)
     if kind is Symbol:
         return str(value)
@@ -192,8 +195,17 @@ def atom_text(value: Any) -> str:
 
 
 def print_datum(datum: Datum, spelling: Mapping[int, str] = _NO_SPELLING, plain: Set[int] = frozenset()) -> str:
-    """``datum`` on one line. ``spelling``: the exact text of atoms, by ``id``; ``plain``: the ids of lists such as
-    ``(quote x)`` that are not to be written with a prefix."""
+    """Return the text of ``datum`` on one line.
+
+    Parameters
+    ----------
+    datum
+        The datum to print.
+    spelling
+        Original spelling of atoms, by ``id``, which takes precedence over their canonical text.
+    plain
+        Ids of lists such as ``(quote x)`` that are printed in full rather than as ``'x``.
+    """
     out: list[str] = []
     stack: list[Any] = [datum]
     while stack:
@@ -208,17 +220,17 @@ def print_datum(datum: Datum, spelling: Mapping[int, str] = _NO_SPELLING, plain:
 
 
 def quote_prefix(datum: Datum) -> str | None:
-    """The prefix that a list such as ``(quote x)`` is written with."""
+    """Return the prefix character of a list such as ``(quote x)``, or None if it is not written with one."""
     if not isinstance(datum, ListDatum) or len(datum.items) != 2 or datum.tail is not None:
         return None
     head, operand = datum.items
-    if isinstance(operand, Atom) and str(operand.value).startswith("@"):  # `,@x` is another form
+    if isinstance(operand, Atom) and str(operand.value).startswith("@"):  # `,` before `@x` would read back as `,@`
         return None
     return _PREFIX_OF.get(head.value) if isinstance(head, Atom) and type(head.value) is Symbol else None
 
 
 def _push(item: Any, stack: list[Any], plain: Set[int]) -> None:
-    """Push the pieces of a compound datum, last first."""
+    """Push the pieces of a compound datum onto ``stack``, in reverse order."""
     prefix = quote_prefix(item) if id(item) not in plain else None
     if prefix is not None:
         stack += (item.items[1], prefix)

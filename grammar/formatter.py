@@ -1,8 +1,8 @@
-"""The formatter: a text in the one style of the language, changed in white space only.
+"""Formatter: rewrite a text in the standard style of the language, changing only white space.
 
-The text is read to datums that know their comments (``concrete``) and laid out (``layout``). Line breaks that an author
-made may be kept, so this is repeated until nothing changes, which makes formatting idempotent. At the end tokens and
-comments are compared with those before: a difference is a fault of the formatter, and nothing is returned.
+The text is parsed into a concrete syntax tree (``concrete``) and laid out (``layout``). Because some line breaks of the
+author are preserved, this is repeated until the text no longer changes, which makes formatting idempotent. Finally,
+tokens and comments are compared with the original; a difference is a bug in the formatter, and nothing is returned.
 """
 
 from __future__ import annotations
@@ -19,16 +19,18 @@ from scenelang.grammar.layout import NOTE, Row, Trivia, hidden_datums, layout_li
 from scenelang.grammar.layout_styles import head_of
 from scenelang.grammar.reader import read
 
-# How the uses of a text's macros are indented, learnt from the macros' definitions.
+# Indentation of macro uses, inferred from the macros' definitions.
 
 
 _BODY_NAMES = frozenset(("body", "bodies", "forms", "expressions", "statements", "clauses", "rows"))
 
 
 def learnt_indents(forms: Iterable[Datum], indents: Mapping[str, int | None]) -> dict[str, int | None]:
-    """``indents`` with the macros that ``forms`` define, wherever they stand. A macro whose rule ends in a body
-    (``body ...``, or a rest parameter) has the operands before it on the head's line. A macro without one is like an
-    ordinary function, even where a form has its name."""
+    """Return ``indents`` extended with the macros that ``forms`` define at any level.
+
+    If a rule of a macro ends in a body (``body ...``, or a rest parameter), the operands before the body go on the line
+    of the head. A macro without a body is laid out like a function call, even if a special form has the same name.
+    """
     known = dict(indents)
     for datum in walk(*forms):
         if not isinstance(datum, ListDatum):
@@ -60,7 +62,10 @@ def _symbol(datum: Datum) -> str | None:
 
 
 def _rules_indent(rules: Datum, indents: Mapping[str, int | None]) -> int | None:
-    """Operands on the head's line for a macro of ``syntax-rules``, by its rule with the most; None: no body."""
+    """Return the number of operands on the head's line for a ``syntax-rules`` macro, or None if it has no body.
+
+    The rule with the most operands decides.
+    """
     if not isinstance(rules, ListDatum) or head_of(rules) != "syntax-rules" or len(rules.items) < 3:
         return None
     named = _symbol(rules.items[1])
@@ -86,7 +91,7 @@ def _rule_indent(rule: Datum, ellipsis: str, indents: Mapping[str, int | None]) 
 
 
 def _is_body(name: str, template: Datum, indents: Mapping[str, int | None]) -> bool:
-    """Whether a template puts a variable where a form has its body."""
+    """Return whether a template uses a variable in the body of a form."""
     for datum in walk(template):
         if isinstance(datum, ListDatum):
             indent = indents.get(head_of(datum) or "")
@@ -97,24 +102,26 @@ def _is_body(name: str, template: Datum, indents: Mapping[str, int | None]) -> b
 
 
 WIDTH = 88
-_MOST_PASSES = 20
+_MAX_PASSES = 20
 _MARK = "\ufeff"  # a byte order mark
 
 
 @dataclass(eq=False)
 class UnreadableError(SceneError):
-    """A text that does not read; ``diagnostics`` are all of its errors, the first one being this."""
+    """Syntax error in the text to format; ``diagnostics`` are all its errors, the first of which is this one."""
 
     diagnostics: tuple[Diagnostic, ...] = ()
 
 
 class FormatFault(Exception):
-    """The formatter would have changed more than white space: a fault of its own, not of the text."""
+    """Internal error: formatting would change more than white space. A bug in the formatter, not in the text."""
 
 
 class FormatEdit(NamedTuple):
-    """Lines ``first`` to ``last`` of a text (from 1; ``last`` included, ``first - 1`` for an insertion) become
-    ``text``."""
+    """Replacement of the lines ``first`` to ``last`` (from 1, inclusive) by ``text``.
+
+    For an insertion, ``last`` is ``first - 1``.
+    """
 
     first: int
     last: int
@@ -122,11 +129,33 @@ class FormatEdit(NamedTuple):
 
 
 def format_text(text: str, indents: Mapping[str, int | None], *, name: str = "<text>", width: int = WIDTH) -> str:
-    """``text`` formatted. ``indents``: for each form how many operands stand on the head's line, None where operands
-    are aligned; what the text's own macros want is learnt from their definitions.
+    """Format a program.
 
-    Lines have at most ``width`` columns where tokens and comments allow. A byte order mark and the commoner kind of
-    line ends are kept. Raises UnreadableError for a text that does not read, FormatFault for a fault of the formatter.
+    A byte order mark and the prevailing kind of line ending are preserved.
+
+    Parameters
+    ----------
+    text
+        Source text.
+    indents
+        Number of operands on the line of the head, by form; None aligns the operands. The indentation of macros is
+        inferred from their definitions in ``text``.
+    name
+        Name of the source for messages.
+    width
+        Maximum line width, which only long tokens and comments may exceed.
+
+    Returns
+    -------
+    str
+        The formatted text.
+
+    Raises
+    ------
+    UnreadableError
+        If the text has syntax errors.
+    FormatFault
+        If the formatter has a bug.
     """
     mark = _MARK if text.startswith(_MARK) else ""
     body = text[len(mark) :]
@@ -135,38 +164,39 @@ def format_text(text: str, indents: Mapping[str, int | None], *, name: str = "<t
 
 
 def _unused(text: str) -> str:
-    """A character that does not occur in a text."""
+    """Return a character that does not occur in a text."""
     found = set(text)
     return next(chr(code) for code in range(0xE000, 0x110000) if chr(code) not in found)
 
 
 def _formatted(source: Source, indents: Mapping[str, int | None], width: int) -> str:
     forms = checked_forms(source)
-    wanted = essence(source.text)
-    text = _settled(source, learnt_indents(forms, indents), width, wanted)
+    expected = essence(source.text)
+    text = _settled(source, learnt_indents(forms, indents), width, expected)
     if text != source.text:
         again = read(Source(source.name, text))
         if again.diagnostics or [print_datum(form) for form in again.forms] != [print_datum(form) for form in forms]:
-            raise FormatFault(f"{source.name} would not read the same after formatting")
+            raise FormatFault(f"formatting {source.name} would change its meaning")
     return text
 
 
 def settled(text: str, indents: Mapping[str, int | None]) -> str:
-    """``text``, which must read, as ``format_text`` leaves it; for programs that this package has laid out itself."""
+    """Format a valid text as ``format_text`` does, without checks; for programs generated by this package."""
     return _settled(Source("<text>", text), indents, WIDTH)
 
 
 def _settled(
-    source: Source, indents: Mapping[str, int | None], width: int, wanted: list[tuple[str, str]] | None = None
+    source: Source, indents: Mapping[str, int | None], width: int, expected: list[tuple[str, str]] | None = None
 ) -> str:
-    """The layout that is its own layout. ``wanted``: the tokens and comments that it must have, else FormatFault."""
+    """Repeat the layout until it is a fixed point; raise ``FormatFault`` if tokens or comments differ from
+    ``expected``."""
     tree, text = concrete(source), source.text
     line_end = _line_end(text, tree)
-    for _ in range(_MOST_PASSES):
+    for _ in range(_MAX_PASSES):
         before, text = text, _laid_out(tree, indents, width, line_end)
         if text == before:
             break
-        if wanted is not None and essence(text) != wanted:
+        if expected is not None and essence(text) != expected:
             raise FormatFault(f"formatting {source.name} would change more than white space")
         tree = concrete(Source(source.name, text))
     return text
@@ -186,7 +216,7 @@ def _laid_out(tree: Concrete, indents: Mapping[str, int | None], width: int, lin
 
 
 def checked_forms(source: Source) -> tuple[Datum, ...]:
-    """The forms of a text; raises UnreadableError."""
+    """Return the forms of a text; raise ``UnreadableError`` if it has syntax errors."""
     result = read(source)
     if not result.diagnostics:
         return result.forms
@@ -200,7 +230,7 @@ def checked_forms(source: Source) -> tuple[Datum, ...]:
 
 
 def _line_end(text: str, tree: Concrete) -> str:
-    """The commoner line end among those that formatting may move: not in strings, comments and what stays as it is."""
+    """Return the prevailing line ending, outside strings, comments and other verbatim text."""
     pairs, ends = text.count("\r\n"), text.count("\n")
     for piece in _fixed(tree):
         pairs, ends = pairs - piece.count("\r\n"), ends - piece.count("\n")
@@ -208,7 +238,7 @@ def _line_end(text: str, tree: Concrete) -> str:
 
 
 def _fixed(tree: Concrete) -> Iterable[str]:
-    """The texts of several lines that stay as they are."""
+    """Iterate over the verbatim texts of several lines."""
     yield from _comments(tree.end)
     stack = [*tree.forms, *hidden_datums(tree.end)]
     for datum in walk(*stack):
@@ -240,8 +270,10 @@ def format_range(
     name: str = "<text>",
     width: int = WIDTH,
 ) -> str:
-    """``text`` with only those forms of the file formatted that stand on lines ``first_line`` to ``last_line`` (from
-    1), with their comments. Raises as ``format_text`` does."""
+    """Format only the top-level forms that overlap the lines ``first_line`` to ``last_line`` (from 1, inclusive).
+
+    Comments of the forms are included. Returns the whole text; raises the same errors as ``format_text``.
+    """
     mark = _MARK if text.startswith(_MARK) else ""
     source = Source(name, text[len(mark) :])
     indents = learnt_indents(checked_forms(source), indents)
@@ -259,7 +291,7 @@ def format_range(
 
 
 def _line_runs(source: Source) -> list[tuple[int, int]]:
-    """The first and last lines of the forms of a file with their comments; forms that share a line are one run."""
+    """Return the first and last lines of all forms with their comments; forms that share a line are merged."""
     runs: list[tuple[int, int]] = []
     for start, end in concrete(source).places:
         first, last = source.position(start)[0], source.position(max(start, end - 1))[0]
@@ -271,7 +303,7 @@ def _line_runs(source: Source) -> list[tuple[int, int]]:
 
 
 def edit_between(before: str, after: str) -> FormatEdit | None:
-    """The smallest run of lines that turns one text into the other; None where they are equal."""
+    """Return the smallest line edit that turns one text into the other, or None if they are equal."""
     if before == after:
         return None
     old, new = before.splitlines(keepends=True), after.splitlines(keepends=True)

@@ -1,9 +1,10 @@
-"""Datums -> a program as a person writes it: over several lines, indented, with comments.
+"""Pretty printer: lay datums out over indented lines, with comments, as a person would write them.
 
-Every datum is first measured, bottom up and without recursion: what fits a line has its flat text from then on. Then
-the lines are made from the top down. A datum that does not fit is written onto a page by the style of its shape
-(``layout_rules``, ``layout_styles``); where there are several styles the first one that stays within the width is
-taken. Blocks are remembered by datum and column, so that trying styles out stays cheap.
+First every datum is measured, bottom-up and without recursion; a datum that fits on one line has a flat text from then
+on. Then the lines are produced top-down: a datum that does not fit is written onto a page by one of the styles for its
+shape (``layout_styles``). If a shape has several styles, the first one within the line width is used. Blocks are
+memoized
+by datum and column, which keeps trying out several styles cheap.
 """
 
 from __future__ import annotations
@@ -32,44 +33,52 @@ from scenelang.grammar.layout_styles import (
     takes_lines,
 )
 
-# What stands around datums in a text besides datums: comments, empty lines, and how an author wrote them.
+# The text around datums: comments, empty lines, and the author's line breaks.
 
 
-NOTE = "\0"  # stands before a comment at a line's end until all lines are known
-# control characters, line and paragraph separators, marks of direction, halves of surrogate pairs
+NOTE = "\0"  # separates code from an end-of-line comment until all lines are known and can be aligned
+# control characters, line and paragraph separators, bidirectional marks, surrogates
 _UNSEEN = re.compile(r"[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]")
-_UNEVEN = 12  # comments of neighbouring lines are aligned when the lines differ by no more
+_UNEVEN = 12  # maximum difference in length of adjacent lines whose comments are aligned
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Hidden:
-    """A datum that `#;` hides, laid out like any other."""
+    """Datum commented out with `#;`, which is laid out like any other."""
 
     datum: Any
 
 
-Row: TypeAlias = str | Hidden | None  # a line of comments, exactly as it is; None is an empty line
+Row: TypeAlias = str | Hidden | None  # a line of comments, verbatim; None is an empty line
 
 
 @dataclass(frozen=True, slots=True)
 class Trivia:
-    """What stands around a datum besides datums. Comments are exact texts, such as ``; why``."""
+    """Comments and empty lines around a datum. Comments are verbatim texts, such as ``; why``."""
 
     before: tuple[Row, ...] = ()  # comments above the datum
     after: str | None = None  # a comment at the end of the datum's last line
     blank: bool = False  # an empty line before the datum and its comments
     end: tuple[Row, ...] = ()  # comments after a list's last item, before its closing parenthesis
-    opening: str | None = None  # a comment behind a list's opening parenthesis that ends the line
-    closing: str | None = None  # a comment behind a list's last item that ends the line
-    lead: str = ""  # comments on the datum's line just before it, and a space
-    trail: str = ""  # a space, and comments on the datum's line just after it
+    opening: str | None = None  # an end-of-line comment after a list's opening parenthesis
+    closing: str | None = None  # an end-of-line comment after a list's last item
+    lead: str = ""  # comments before the datum on its line, followed by a space
+    trail: str = ""  # a space followed by comments after the datum on its line
 
 
 @dataclass(frozen=True, slots=True)
 class Written:
-    """How an author wrote datums, by ``id(datum)``. ``breaks``: for each part of a list whether it begins on a new
-    line; lists on one line are left out. ``plain``: lists such as ``(quote x)`` that are no ``'x``. ``raw``: atoms
-    that are lines of text as they are, and whether they end with a comment."""
+    """The author's original layout of datums, by ``id(datum)``.
+
+    Attributes
+    ----------
+    breaks
+        For each part of a list, whether it starts a new line; lists on one line are omitted.
+    plain
+        Lists such as ``(quote x)`` that were not written as ``'x``.
+    raw
+        Atoms that consist of verbatim lines of text, and whether they end with a comment.
+    """
 
     breaks: Mapping[int, Sequence[bool]] = field(default_factory=dict)
     plain: Set[int] = frozenset()
@@ -81,17 +90,17 @@ NOTHING_WRITTEN = Written()
 
 
 def line_comment(text: str) -> str:
-    """A comment of one line that says ``text``. What may end a line somewhere, or cannot be seen, becomes a space."""
+    """Return ``text`` as a line comment; line separators and invisible characters are replaced by spaces."""
     return "; {}".format(_UNSEEN.sub(" ", text)).rstrip()
 
 
 def joined_notes(first: str, second: str | None) -> str:
-    """Two comments for the end of one line."""
+    """Join two end-of-line comments."""
     return first + second if first and second else first or second or ""
 
 
 def with_notes(lines: Iterable[str]) -> list[str]:
-    """Put the comments at the ends of lines, aligned where neighbouring lines have some."""
+    """Append the end-of-line comments to their lines, aligned across adjacent lines of equal indentation."""
     out: list[str] = []
     group: list[tuple[str, str]] = []
     for line in lines:
@@ -107,7 +116,7 @@ def with_notes(lines: Iterable[str]) -> list[str]:
 
 
 def _aligned(group: Sequence[tuple[str, str]]) -> list[str]:
-    lengths = [len(code) - code.rfind("\n") - 1 for code, _ in group]  # a string may hold line ends
+    lengths = [len(code) - code.rfind("\n") - 1 for code, _ in group]  # a string may contain line breaks
     column = max(lengths, default=0)
     even = column - min(lengths, default=0) <= _UNEVEN
     return [f"{code}{' ' * (column - length if even else 0)}  {note}" for (code, note), length in zip(group, lengths)]
@@ -117,13 +126,14 @@ def _indentation(line: str) -> int:
     return len(line) - len(line.lstrip(" "))
 
 
-# A list or array being written part by part.
+# Pages, on which a list or array is written part by part.
 
 
 class ListPage(NamedTuple):
-    """A datum's lines. The first one goes where the datum stands, the others have their indentation.
+    """Lines of a laid-out datum. The first line starts at the datum's column; the others include their indentation.
 
-    ``note``: comments for the end of the last line. ``excess``: by how much the longest line is too long.
+    ``note`` is the end-of-line comment of the last line, ``excess`` the number of columns by which the longest line
+    exceeds the width.
     """
 
     lines: Sequence[str]
@@ -132,7 +142,7 @@ class ListPage(NamedTuple):
 
 
 class Page:
-    """A list or array being written part by part. Styles decide where the parts go; the page minds comments."""
+    """List or array being written part by part. Styles decide on the positions; the page handles comments."""
 
     def __init__(
         self, work: Layout, datum: ListDatum | ArrayDatum, shape: HeadShape, column: int, trailing: int, depth: int
@@ -142,13 +152,13 @@ class Page:
         self.start, self.trailing, self.depth = column, trailing, depth
         self.column = column + 1
         self.width = work.width
-        self._tail = len(datum.items)  # where a dotted tail stands among the parts
+        self._tail = len(datum.items)  # position of a dotted tail among the parts
         self._around = work.trivia.get(id(datum))
         self._line = "[" if isinstance(datum, ArrayDatum) else "("
         self._lines: list[str] = []
-        self._indent = column + (1 if self.head is None else 2)  # of the last line begun
+        self._indent = column + (1 if self.head is None else 2)  # of the line started last
         self._note = self._around.opening or "" if self._around is not None else ""
-        self._raw: bool | None = None  # after lines taken as they are: whether they end with a comment
+        self._raw: bool | None = None  # after verbatim lines: whether they end with a comment
         self._excess = 0
 
     @property
@@ -157,38 +167,38 @@ class Page:
 
     @property
     def broken(self) -> bool:
-        """Whether there is more than one line so far."""
+        """Return whether there is more than one line so far."""
         return bool(self._lines)
 
     @property
     def breaks(self) -> Sequence[bool] | None:
-        """For each part whether its author put it on a new line; None where all was on one line."""
+        """For each part, whether the author started a new line with it; None if the list was on one line."""
         return self.work.written.breaks.get(id(self.datum))
 
     @property
     def has_rows(self) -> bool:
-        """Whether the author put every item on a line of its own."""
+        """Return whether the author put every item on a separate line."""
         return id(self.datum) in self.work.rows
 
     def kind_shape(self, position: int) -> HeadShape | None:
-        """The shape of a part; None for an atom."""
+        """Return the shape of a part, or None for an atom."""
         return self.work.shapes.get(id(self.parts[position]))
 
     def flat_width(self, position: int) -> int | None:
-        """How wide a part is on one line, what must follow it included; None where it takes several lines."""
+        """Return the width of a part on one line including closing brackets, or None if it takes several lines."""
         text = self.work.flat.get(id(self.parts[position]))
         if text is None or "\n" in text:
             return None
         return len(text) + self._trailing(position) + (2 if position >= self._tail else 0)
 
     def holds_lines(self, position: int) -> bool:
-        """Whether a part is a string of several lines."""
+        """Return whether a part is a string of several lines."""
         part = self.parts[position]
         is_raw = id(part) in self.work.written.raw
         return isinstance(part, Atom) and not is_raw and self.flat_width(position) is None
 
     def fits(self, position: int, column: int) -> bool:
-        """Whether a part fits on one line from ``column`` on."""
+        """Return whether a part fits on one line starting at ``column``."""
         width = self.flat_width(position)
         return width is not None and column + width <= self.width
 
@@ -196,13 +206,13 @@ class Page:
         return self.trailing + 1 if position == len(self.parts) - 1 else 0
 
     def item(self, position: int, indent: int, fresh: bool = False) -> None:
-        """Write a part: after a space, or, where ``fresh`` or a comment asks for it, on a new line at ``indent``."""
+        """Write a part after a space, or on a new line at ``indent`` if ``fresh`` is set or a comment requires it."""
         work = self.work
         datum = self.parts[position]
         around = work.trivia.get(id(datum)) if work.trivia else None
         raw = work.written.raw.get(id(datum)) if work.written.raw else None
-        wants = around is not None and (around.before or around.blank)
-        if fresh or self._note or wants or raw is not None or self._raw is not None:
+        needs_line = around is not None and (around.before or around.blank)
+        if fresh or self._note or needs_line or raw is not None or self._raw is not None:
             self._new_line(indent, around)
             self._raw = raw
         elif position:
@@ -216,7 +226,7 @@ class Page:
             self._note = joined_notes(self._note, around.after)
 
     def finished(self) -> ListPage:
-        """Close the list."""
+        """Close the list and return its lines."""
         around = self._around
         if around is not None and around.closing:
             self._note = joined_notes(self._note, around.closing)
@@ -265,7 +275,7 @@ class Page:
         self._note = ""
 
 
-DEEPEST = 80  # below that a datum stands on one line, so that Python's stack is safe from nesting
+DEEPEST = 80  # nested deeper, a datum is written on one line, which bounds Python's recursion
 _NO_SPELLING: Mapping[int, str] = MappingProxyType({})
 
 
@@ -278,10 +288,22 @@ def layout(
     width: int = 88,
     end: Sequence[Row] = (),
 ) -> str:
-    """The text of a program. ``indents``: operands on the head's line, by head; None: operands are aligned.
+    """Lay out a program and return its text.
 
-    ``trivia`` and ``spelling`` (the exact text of an atom) are keyed by ``id(datum)``. ``end``: comments after the
-    last form. Comments are as long as they are; only datums are held to ``width``.
+    Parameters
+    ----------
+    forms
+        Top-level forms.
+    indents
+        Number of operands on the line of the head, by head; None aligns the operands.
+    trivia
+        Comments and empty lines, by ``id(datum)``.
+    spelling
+        Exact text of atoms, by ``id(datum)``.
+    width
+        Maximum line width of datums. Comments are never wrapped.
+    end
+        Comments after the last form.
     """
     lines = layout_lines(forms, indents=indents, trivia=trivia, spelling=spelling, width=width, end=end)
     return "\n".join(lines) + "\n" if lines else ""
@@ -297,9 +319,10 @@ def layout_lines(
     end: Sequence[Row] = (),
     written: Written = NOTHING_WRITTEN,
 ) -> list[str]:
-    """The lines of a program, as ``layout`` joins them. A line holds line ends where a string or a comment does.
+    """Lay out a program as ``layout`` does, but return its lines.
 
-    ``written``: how an author wrote the datums; some line breaks that have a meaning are kept.
+    A line contains line breaks if a string or comment in it does. Meaningful line breaks of the author, given by
+    ``written``, are preserved.
     """
     work = Layout([*forms, *hidden_datums(end)], shapes_by_head(indents), trivia, spelling, width, written)
     lines: list[str] = []
@@ -322,7 +345,7 @@ def layout_lines(
 
 
 def _with_trivia(work: Layout, block: ListPage, around: Trivia | None) -> list[str]:
-    """The lines of a top-level form with its comments."""
+    """Return the lines of a top-level form with its comments."""
     before = work.comment_lines(around.before, 0, 0) if around is not None else []
     lines = [*before, *block.lines]
     note = joined_notes(block.note, around.after if around is not None else None)
@@ -339,7 +362,7 @@ def hidden_datums(rows: Iterable[Row]) -> list[Datum]:
 
 
 class Layout:
-    """What is known of the datums of one text: shapes, flat texts, and the blocks made so far."""
+    """Layout of one text: the shapes and flat texts of its datums, and the memoized blocks."""
 
     def __init__(
         self,
@@ -353,14 +376,14 @@ class Layout:
         self.by_head, self.trivia, self.spelling, self.width = shapes, trivia, spelling, width
         self.written = written
         self.shapes: dict[int, HeadShape] = {}
-        self.rows: set[int] = set()  # lists whose every item their author put on a line of its own
-        self.flat: dict[int, str] = {}  # the text of every datum that one line has room for
-        self.notes: dict[int, str] = {}  # the comments that follow a flat text
+        self.rows: set[int] = set()  # lists whose author put every item on a separate line
+        self.flat: dict[int, str] = {}  # text of every datum that fits on one line
+        self.notes: dict[int, str] = {}  # end-of-line comment that follows a flat text
         self._blocks: dict[tuple[int, int, int], ListPage] = {}
         self._measure(forms)
 
     def _measure(self, forms: Sequence[Datum]) -> None:
-        """Shapes from the top down, then flat texts from the bottom up."""
+        """Compute the shapes top-down, then the flat texts bottom-up."""
         flat, shapes, by_head, trivia = self.flat, self.shapes, self.by_head, self.trivia
         compounds: list[tuple[ListDatum | ArrayDatum, Sequence[Datum], bool]] = []
         stack: list[tuple[Datum, Role]] = [(form, Role.TOP) for form in forms]
@@ -387,7 +410,7 @@ class Layout:
                 flat[id(datum)] = joined
 
     def _was_broken(self, datum: ListDatum | ArrayDatum, shape: HeadShape, parts: Sequence[Datum]) -> bool:
-        """Whether the author's line breaks in ``datum`` are kept; notes lists of rows."""
+        """Return whether the author's line breaks in ``datum`` are preserved; also record lists of rows."""
         breaks = self.written.breaks.get(id(datum))
         if breaks is None:
             return False
@@ -397,7 +420,7 @@ class Layout:
         return stays_broken(datum, shape, parts, breaks)
 
     def defines_value(self, form: Datum) -> bool:
-        """Whether a form of a file defines a value, not a function: such lines may stand close together."""
+        """Return whether a top-level form defines a value rather than a function; such forms need no blank lines."""
         if isinstance(form, Atom):
             return True
         is_definition = self.shapes[id(form)].kind is HeadKind.DEFINE and len(form.items) > 1
@@ -424,7 +447,10 @@ class Layout:
         return text if around is None else f"{around.lead}{text}{around.trail}"
 
     def _joins(self, datum: ListDatum | ArrayDatum, parts: Sequence[Datum]) -> bool:
-        """Whether comments and empty lines let the parts of ``datum`` share a line; notes the comments after it."""
+        """Return whether comments and empty lines allow the parts of ``datum`` to share a line.
+
+        Also record the end-of-line comment after ``datum``.
+        """
         around = self.trivia.get(id(datum))
         if around is not None and (around.end or around.opening or around.closing):
             return False
@@ -443,7 +469,7 @@ class Layout:
         return True
 
     def prefix(self, datum: ListDatum | ArrayDatum) -> str | None:
-        """The prefix that ``datum`` is written with, such as ``'``, where no comment forbids it."""
+        """Return the prefix of ``datum``, such as ``'``, unless a comment prevents its use."""
         prefix = quote_prefix(datum) if id(datum) not in self.written.plain else None
         if prefix is None or not self.trivia:
             return prefix
@@ -456,11 +482,11 @@ class Layout:
     # --- making blocks -------------------------------------------------------------------------------------------
 
     def block(self, datum: Datum, column: int, trailing: int, depth: int) -> ListPage:
-        """The lines of ``datum`` at ``column``, with ``trailing`` characters to come on its last line."""
+        """Return the lines of ``datum`` at ``column``, with ``trailing`` characters reserved on its last line."""
         text = self.flat.get(id(datum))
         if text is not None:
             excess = column + len(text) + trailing - self.width
-            if "\n" in text:  # lines of a string or of a comment stay as they are
+            if "\n" in text:  # lines of a string or comment cannot be changed
                 excess = column + text.index("\n") - self.width
             if excess <= 0 or isinstance(datum, Atom):
                 return ListPage((text,), self.notes.get(id(datum), ""), excess)
@@ -498,17 +524,17 @@ class Layout:
                 best = block
             if best.excess <= 0 and (not shortest or len(best.lines) == 2):
                 break
-        assert best is not None  # the last style of every shape takes any datum
+        assert best is not None  # the last style of every shape accepts any datum
         return best
 
     @staticmethod
     def _is_better(block: ListPage, than: ListPage, shortest: bool) -> bool:
-        """Whether to prefer the block of a later style."""
+        """Return whether ``block``, made by a later style, is better than ``than``."""
         excess, other = max(block.excess, 0), max(than.excess, 0)
         return excess < other or (excess == other and shortest and len(block.lines) <= len(than.lines))
 
     def _one_line(self, datum: Datum) -> ListPage:
-        """``datum`` on one line whatever its length, its comments behind it."""
+        """Write ``datum`` on one line regardless of its length, followed by its comments."""
         note = ""
         if self.trivia:
             for comment in _comments_within(datum, self.trivia):
@@ -520,7 +546,7 @@ class Layout:
         return ListPage((text,), note, 0)
 
     def comment_lines(self, rows: Iterable[Row], indent: int, depth: int) -> list[str]:
-        """Comments on lines of their own."""
+        """Return the lines of comments on separate lines."""
         lines: list[str] = []
         for row in rows:
             if isinstance(row, Hidden):
@@ -538,7 +564,7 @@ class Layout:
 
 
 def _comments_within(datum: Datum, trivia: Mapping[int, Trivia]) -> list[str]:
-    """The comments inside ``datum``, its ``end`` included, in order."""
+    """Return the comments inside ``datum`` in order, including those before its closing bracket."""
     found: list[Row] = []
     stack: list[Datum | tuple[Row, ...]] = [datum]
     while stack:

@@ -1,7 +1,7 @@
-"""The styles of the layout: how a list that does not fit a line is spread over several.
+"""Layout styles: how a list that does not fit on one line is spread over several.
 
-A style writes the parts of a page and returns True; False: it does not suit this list, and the next one is tried on a
-fresh page.
+A style writes the parts of a list onto a page and returns True. If it returns False, it does not suit this list, and
+the next style is tried on a fresh page.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ if TYPE_CHECKING:
     from scenelang.grammar.layout import Page
 
 
-# What the layout of programs knows of heads: which operands stand on the head's line, which parts are bodies,
-# bindings, clauses or data, and which forms always take several lines.
+# Layout rules by head: which operands are on the line of the head, which parts are bodies, bindings, clauses or data,
+# and which forms always take several lines.
 
 
 class Role(Enum):
-    """What a datum is for the form around it."""
+    """Syntactic role of a datum in the enclosing form."""
 
     TOP = auto()
     BODY = auto()  # a form of a body
     CODE = auto()
-    FUNCTION = auto()  # the function that `bind` binds
+    FUNCTION = auto()  # the function bound by `bind`
     DATA = auto()
     BINDINGS = auto()
     BINDING = auto()
@@ -37,12 +37,12 @@ class Role(Enum):
 
 
 class HeadKind(Enum):
-    """How a datum is laid out where it does not fit one line."""
+    """Layout category of a datum that does not fit on one line."""
 
     ORDINARY = auto()
     SPECIAL = auto()  # some operands on the head's line, the others indented by two
     IF = auto()
-    BODIED = auto()  # SPECIAL, the others being a body
+    BODIED = auto()  # SPECIAL; the other operands are a body
     DEFINE = auto()
     LAMBDA = auto()
     LET = auto()
@@ -50,14 +50,14 @@ class HeadKind(Enum):
     DO = auto()
     GUARD = auto()
     BIND = auto()
-    CLAUSES = auto()  # SPECIAL, the others being clauses
+    CLAUSES = auto()  # SPECIAL; the other operands are clauses
     CALL = auto()  # keyword pairs fill the lines
     TRANSFORM = auto()
-    ALIGNED = auto()  # operands under the first operand
+    ALIGNED = auto()  # operands aligned under the first operand
     TABLE = auto()
     QUOTE = auto()
     QUASIQUOTE = auto()
-    GROUP = auto()  # a list in code whose head is no symbol
+    GROUP = auto()  # a list in code whose head is not a symbol
     ARRAY = auto()
     DATA = auto()
     BINDINGS = auto()
@@ -68,7 +68,7 @@ class HeadKind(Enum):
 
 
 class HeadShape(NamedTuple):
-    """How to lay a datum out; ``kept``: operands on the head's line."""
+    """Layout category of a datum, and the number ``kept`` of operands on the line of the head."""
 
     kind: HeadKind
     kept: int = 0
@@ -77,11 +77,11 @@ class HeadShape(NamedTuple):
 WITH_BODY = frozenset(
     (HeadKind.BODIED, HeadKind.DEFINE, HeadKind.LAMBDA, HeadKind.LET, HeadKind.FOR, HeadKind.DO, HeadKind.GUARD)
 )
-# a value of these kinds is too much to share a line with other keyword pairs
+# a value of these kinds does not share a line with other keyword pairs
 WEIGHTY = WITH_BODY | {HeadKind.CALL, HeadKind.TRANSFORM, HeadKind.CLAUSES}
-# of the styles of these kinds the one with the fewest lines is taken, not the first one that fits
+# for these kinds, the style with the fewest lines is used rather than the first one that fits
 SHORTEST = frozenset((HeadKind.TRANSFORM,))
-# heads whose operands are equals: none of them stays behind on the head's line
+# heads with equivalent operands: either all or none of them are on the line of the head
 EVEN_HEADS = frozenset(("union", "append", "union*", "frames"))
 
 _BY_ROLE = {
@@ -129,7 +129,7 @@ _WHERE_INDENTED = {
 
 
 def shapes_by_head(indents: Mapping[str, int | None]) -> dict[str, HeadShape]:
-    """The shape of every head that is more than an ordinary function."""
+    """Return the shape of every head that is not laid out as an ordinary function call."""
     shapes = {}
     for name, indent in indents.items():
         kind = HeadKind.FOR if name.startswith(("for/", "for*")) or name == "for" else HeadKind.SPECIAL
@@ -141,7 +141,7 @@ def shapes_by_head(indents: Mapping[str, int | None]) -> dict[str, HeadShape]:
 
 
 def head_of(datum: Datum) -> str | None:
-    """The symbol that a list begins with."""
+    """Return the symbol at the head of a list, or None."""
     if isinstance(datum, ListDatum) and datum.items:
         head = datum.items[0]
         if isinstance(head, Atom) and type(head.value) is Symbol:
@@ -154,12 +154,12 @@ def is_keyword(datum: Datum) -> bool:
 
 
 def is_ellipsis(datum: Datum) -> bool:
-    """Whether ``datum`` is the `...` of a macro's pattern or template."""
+    """Return whether ``datum`` is the ellipsis `...` of a macro's pattern or template."""
     return isinstance(datum, Atom) and type(datum.value) is Symbol and datum.value == "..."
 
 
 def shape_of(datum: ListDatum | ArrayDatum, role: Role, shapes: Mapping[str, HeadShape]) -> HeadShape:
-    """The shape of a compound datum in its role."""
+    """Return the shape of a compound datum in its role."""
     if isinstance(datum, ArrayDatum):
         return _DATA if role is Role.DATA else _ARRAY
     fixed = _BY_ROLE.get(role)
@@ -175,7 +175,7 @@ def shape_of(datum: ListDatum | ArrayDatum, role: Role, shapes: Mapping[str, Hea
 
 
 def roles_of_parts(datum: ListDatum | ArrayDatum, shape: HeadShape, parts: Sequence[Datum]) -> list[Role]:
-    """The role of every part of ``datum``, its tail included."""
+    """Return the role of every part of ``datum``, including its tail."""
     kind, kept = shape
     count = len(parts)
     if kind is HeadKind.DATA:
@@ -204,7 +204,7 @@ def roles_of_parts(datum: ListDatum | ArrayDatum, shape: HeadShape, parts: Seque
 
 
 def _set_head_roles(kind: HeadKind, kept: int, parts: Sequence[Datum], roles: list[Role]) -> None:
-    """The roles of the operands that stand on the head's line."""
+    """Set the roles of the operands on the line of the head."""
     if len(parts) < 2:
         return
     if kind is HeadKind.LAMBDA:
@@ -225,8 +225,10 @@ def _set_head_roles(kind: HeadKind, kept: int, parts: Sequence[Datum], roles: li
 
 
 def takes_lines(datum: ListDatum | ArrayDatum, shape: HeadShape, role: Role) -> bool:
-    """Whether ``datum`` takes several lines even where one would do: functions of a file, Scheme's loops, bodies and
-    clauses of several forms."""
+    """Return whether ``datum`` always takes several lines, even if it fits on one.
+
+    This applies to top-level functions, Scheme's loops, and bodies and clauses of several forms.
+    """
     kind = shape.kind
     items = datum.items
     count = sum(not is_ellipsis(item) for item in items)
@@ -251,7 +253,7 @@ def takes_lines(datum: ListDatum | ArrayDatum, shape: HeadShape, role: Role) -> 
 
 
 def parts_of(datum: ListDatum | ArrayDatum) -> Sequence[Datum]:
-    """The items of a datum, and its tail."""
+    """Return the items of a datum, followed by its tail if it has one."""
     if isinstance(datum, ListDatum) and datum.tail is not None:
         return (*datum.items, datum.tail)
     return datum.items
@@ -259,16 +261,18 @@ def parts_of(datum: ListDatum | ArrayDatum) -> Sequence[Datum]:
 
 # --- line breaks of an author ----------------------------------------------------------------------------------------
 
-_PASSING = frozenset(("set!", "define-values"))  # a value that fits on the head's line stands there
+_PASSING = frozenset(("set!", "define-values"))  # a value that fits on the line of the head stays there
 _BY_HEAD_LINE = WITH_BODY | {HeadKind.BIND, HeadKind.CLAUSES, HeadKind.IF, HeadKind.SPECIAL}
 
 
 def stays_broken(
     datum: ListDatum | ArrayDatum, shape: HeadShape, parts: Sequence[Datum], breaks: Sequence[bool]
 ) -> bool:
-    """Whether line breaks that an author made are kept although one line has room: a body that begins on a line of its
-    own, a function as the last operand, members of a union, a pose under its shape, bindings under each other.
-    ``breaks`` tells which parts begin a line."""
+    """Return whether the author's line breaks are preserved although the datum fits on one line.
+
+    This applies to a body that starts on a new line, a function as the last operand, members of a union, a pose below
+    its shape, and bindings below each other. ``breaks`` states which parts start a line.
+    """
     kind, kept = shape
     if kind in _BY_HEAD_LINE:
         if kind is HeadKind.DEFINE and len(parts) > 1 and isinstance(parts[1], Atom):
@@ -287,7 +291,7 @@ def stays_broken(
 
 
 def has_rows(datum: ListDatum | ArrayDatum, shape: HeadShape, parts: Sequence[Datum], breaks: Sequence[bool]) -> bool:
-    """Whether the author gave every row of a table of data, or every keyword pair of a call, a line of its own."""
+    """Return whether the author put every row of tabular data, or every keyword pair of a call, on a separate line."""
     if shape.kind is HeadKind.DATA or shape.kind is HeadKind.ARRAY:
         return len(parts) > 1 and all(breaks[1:]) and not any(isinstance(part, Atom) for part in parts)
     if shape.kind is HeadKind.CALL or shape.kind is HeadKind.ORDINARY:
@@ -296,14 +300,14 @@ def has_rows(datum: ListDatum | ArrayDatum, shape: HeadShape, parts: Sequence[Da
     return False
 
 
-# Parts of a list that stay together on a line, and writing them: one per line, or as many as fit.
+# Units, the parts of a list that stay together on a line, are written one per line or filled up to the width.
 
 
 Unit: TypeAlias = range  # positions of parts that stay together: a keyword and its value, or one part
 
 
 def units(page: Page, first: int) -> list[Unit]:
-    """The parts from ``first`` on; a keyword stays with the value after it, `...` with what it repeats."""
+    """Group the parts from ``first`` on: a keyword with its value, `...` with the part it repeats."""
     parts, found, position = page.parts, [], first
     while position < len(parts):
         stop = position + 1
@@ -317,7 +321,7 @@ def units(page: Page, first: int) -> list[Unit]:
 
 
 def write_units(page: Page, found: Sequence[Unit], indent: int) -> None:
-    """One unit per line."""
+    """Write one unit per line."""
     for unit in found:
         write_unit(page, unit, indent, True)
 
@@ -329,7 +333,7 @@ def write_unit(page: Page, unit: Unit, indent: int, fresh: bool) -> None:
 
 
 def unit_width(page: Page, unit: Unit) -> int | None:
-    """The width of a unit on one line; None where it takes several."""
+    """Return the width of a unit on one line, or None if it takes several."""
     width = len(unit) - 1
     for position in unit:
         flat = page.flat_width(position)
@@ -340,8 +344,10 @@ def unit_width(page: Page, unit: Unit) -> int | None:
 
 
 def fill(page: Page, found: Sequence[Unit], indent: int, most: int = 0) -> None:
-    """As many units per line as fit, and no more than ``most`` if that is given; one that takes several lines has
-    them for itself."""
+    """Write as many units per line as fit, at most ``most`` if it is not 0.
+
+    A unit of several lines does not share them with others.
+    """
     alone = False
     for count, unit in enumerate(found):
         width = unit_width(page, unit)
@@ -355,17 +361,17 @@ def fill(page: Page, found: Sequence[Unit], indent: int, most: int = 0) -> None:
 
 Style: TypeAlias = "Callable[[Page], bool]"
 
-_ROW = 3  # compound items fill lines only where so many fit one
-_SHORT = 26  # a quoted list up to this width counts as a short item
+_ROW = 3  # minimum number of compound items that must fit on a line for filling
+_SHORT = 26  # maximum width of a quoted list that counts as a short item
 
 
 def styles_of(shape: HeadShape) -> Sequence[Style]:
-    """The styles for a shape, best first; the last one takes any list."""
+    """Return the styles of a shape, best first; the last one accepts any list."""
     return _STYLES[shape.kind]
 
 
 def last_resort(page: Page) -> bool:
-    """``(f`` and every operand on a line of its own, indented by two."""
+    """Write ``(f`` and every operand on a separate line, indented by two."""
     if page.parts:
         page.item(0, page.start + 1)
     write_units(page, units(page, 1), page.start + 2)
@@ -376,7 +382,10 @@ def last_resort(page: Page) -> bool:
 
 
 def _special(page: Page) -> bool:
-    """``(head operand`` and the others indented by two; kept operands too long for the line stand under the first."""
+    """Write ``(head operand`` and the other operands indented by two.
+
+    Operands of the head's line that are too long for it are aligned under the first.
+    """
     return _with_kept(page, page.shape.kept)
 
 
@@ -391,7 +400,7 @@ def _with_kept(page: Page, kept: int) -> bool:
 
 
 def _keyed_as_written(page: Page) -> bool:
-    """An application with keywords, on the lines that its author gave it."""
+    """Write a call with keyword arguments with the author's line breaks."""
     return _has_keywords(page) and _as_written(page)
 
 
@@ -400,7 +409,7 @@ def _has_keywords(page: Page) -> bool:
 
 
 def _ordinary(page: Page) -> bool:
-    """An application: the operands under each other, or leading small ones on the head's line."""
+    """Write a call with the operands below each other, or with leading short ones on the line of the head."""
     count = len(page.parts)
     if _has_keywords(page):
         return _pairs(page, 0)
@@ -413,7 +422,7 @@ def _ordinary(page: Page) -> bool:
 
 
 def _leads(page: Page) -> bool:
-    """Whether all operands but the last stand on the head's line: atoms, or anything short before a function."""
+    """Return whether all operands but the last go on the line of the head: atoms, or short ones before a lambda."""
     *leading, last = range(1, len(page.parts))
     if isinstance(page.parts[last], Atom):
         return False
@@ -429,13 +438,13 @@ def _leads(page: Page) -> bool:
 
 
 def _function_first(page: Page) -> bool:
-    """``(map (lambda (x)`` with the other operands under the function."""
+    """Write ``(map (lambda (x)`` with the other operands aligned under the function."""
     shape = page.kind_shape(1) if len(page.parts) > 2 else None
     return shape is not None and shape.kind is HeadKind.LAMBDA and _aligned(page)
 
 
 def _hugging(page: Page) -> bool:
-    """``(f (g x`` with the operands of the only operand under each other."""
+    """Write ``(f (g x`` with the operands of the only operand below each other."""
     shape = page.kind_shape(1) if len(page.parts) == 2 else None
     return shape is not None and shape.kind in (HeadKind.ORDINARY, HeadKind.ALIGNED) and _aligned(page)
 
@@ -444,8 +453,10 @@ def _hugging(page: Page) -> bool:
 
 
 def _as_written(page: Page) -> bool:
-    """The operands on the lines that their author gave them: under the first one, or indented by two where that is on
-    a line of its own or there are keywords."""
+    """Write the operands with the author's line breaks.
+
+    They are aligned under the first operand, or indented by two if it is on a separate line or there are keywords.
+    """
     breaks = page.breaks
     if breaks is None or len(page.parts) < 2:
         return False
@@ -462,7 +473,7 @@ def _as_written(page: Page) -> bool:
 
 
 def _as_written_below(page: Page) -> bool:
-    """As ``_as_written``, the lines after the first indented by two."""
+    """Like ``_as_written``, with the lines after the first indented by two."""
     breaks = page.breaks
     if breaks is None or len(page.parts) < 3 or head_of(page.datum) in EVEN_HEADS:
         return False
@@ -472,12 +483,12 @@ def _as_written_below(page: Page) -> bool:
 def _on_lines(page: Page, breaks: Sequence[bool], shallow: bool) -> bool:
     page.item(0, page.start + 1)
     indent = page.start + 2 if shallow else page.column + 1
-    filled = False  # whether the unit before took several lines
+    filled = False  # whether the previous unit took several lines
     for unit in units(page, 1):
         fresh = breaks[unit.start] and not (unit.start == 1 and page.shape.kind is HeadKind.CALL)
         width = unit_width(page, unit)
         if fresh and width is not None and page.start + 2 + width <= page.width < indent + width:
-            return False  # it has room on a line, but not there
+            return False  # it fits on a line, but not at this indentation
         if unit.start > 1 and width is not None and page.column + 1 + width > page.width:
             fresh = True
         write_unit(page, unit, indent, fresh or filled)
@@ -486,7 +497,7 @@ def _on_lines(page: Page, breaks: Sequence[bool], shallow: bool) -> bool:
 
 
 def _data_as_written(page: Page) -> bool:
-    """Data on the lines that their author gave them."""
+    """Write data with the author's line breaks."""
     breaks = page.breaks
     if breaks is None or not any(breaks[1:]) or page.has_rows or _is_matrix(page):
         return False
@@ -499,12 +510,12 @@ def _data_as_written(page: Page) -> bool:
 
 
 def _call(page: Page) -> bool:
-    """``(call "word" :key value`` with as many pairs per line as fit."""
+    """Write ``(call "word" :key value`` with as many pairs per line as fit."""
     return _pairs(page, 1)
 
 
 def _pairs(page: Page, kept: int) -> bool:
-    """The first operands and as many pairs per line as fit, or a line for each pair when a value is weighty."""
+    """Write the first operands and as many pairs per line as fit, or one pair per line if a value is weighty."""
     indent = page.start + 2
     page.item(0, page.start + 1)
     kept = min(kept, len(page.parts) - 1)
@@ -528,14 +539,14 @@ def _pairs(page: Page, kept: int) -> bool:
 
 
 def _is_weighty(page: Page, unit: Unit, indent: int) -> bool:
-    """Whether a unit wants a line for itself: several lines, or a value that is a shape or has a body."""
+    """Return whether a unit needs a separate line: it takes several lines, or its value is a shape or has a body."""
     width = unit_width(page, unit)
     shape = page.kind_shape(unit[-1])
     return width is None or indent + width > page.width or (shape is not None and shape.kind in WEIGHTY)
 
 
 def _with_series(page: Page, found: Sequence[Unit], indent: int) -> list[Unit]:
-    """Pairs with numbered keywords, such as ``:p0`` and ``:p1``, are joined where they fit one line."""
+    """Join pairs with numbered keywords, such as ``:p0`` and ``:p1``, if they fit on one line."""
     joined: list[Unit] = []
     for unit in found:
         if joined and _continues(page, joined[-1], unit):
@@ -560,7 +571,7 @@ def _continues(page: Page, unit: Unit, following: Unit) -> bool:
 
 
 def _transform(page: Page) -> bool:
-    """The shape on the head's line and its pose under it."""
+    """Write the shape on the line of the head and its pose below it."""
     if len(page.parts) != 3:
         return False
     shape = page.kind_shape(1)
@@ -571,12 +582,12 @@ def _transform(page: Page) -> bool:
 
 
 def _pose_below(page: Page) -> bool:
-    """``(transform name`` and a pose too long to stand under the name."""
+    """Write ``(transform name`` and below it a pose that is too long to be aligned under the name."""
     return len(page.parts) == 3 and isinstance(page.parts[1], Atom) and _with_kept(page, 1)
 
 
 def _aligned(page: Page) -> bool:
-    """Operands under the first operand; neighbouring atoms share a line."""
+    """Align operands under the first operand; adjacent atoms share a line."""
     if len(page.parts) < 2:
         return False
     page.item(0, page.start + 1)
@@ -592,7 +603,7 @@ def _aligned(page: Page) -> bool:
 
 
 def _filled_operands(page: Page) -> bool:
-    """Constants after a head such as ``list``, filling the lines under the first of them."""
+    """Fill lines with the constants after a head such as ``list``, aligned under the first one."""
     if len(page.parts) < 4 or not all(_is_short(page, position) for position in range(1, len(page.parts))):
         return False
     page.item(0, page.start + 1)
@@ -613,7 +624,7 @@ def _is_short(page: Page, position: int) -> bool:
 
 
 def _table(page: Page) -> bool:
-    """One key with its value per line."""
+    """Write one key with its value per line."""
     page.item(0, page.start + 1)
     indent = page.start + 2
     for position in range(1, len(page.parts)):
@@ -625,7 +636,7 @@ def _table(page: Page) -> bool:
 
 
 def _filled(page: Page) -> bool:
-    """Items from the bracket on, filling the lines; wide compound items one per line."""
+    """Fill lines with the items, aligned after the bracket; wide compound items are written one per line."""
     indent = page.start + 1
     found = [range(position, position + 1) for position in range(len(page.parts))]
     if page.has_rows or _is_matrix(page) or _are_rows(page, indent):
@@ -637,7 +648,7 @@ def _filled(page: Page) -> bool:
 
 
 def _even_count(page: Page, indent: int) -> int:
-    """How many compound items to put on a line so that the lines are even and no more than needed; 0: any number."""
+    """Return how many compound items per line give even lines without adding lines, or 0 for no limit."""
     widths = [page.flat_width(position) for position in range(len(page.parts))]
     known = [width for width in widths if width is not None]
     if not known or len(known) < len(widths) or any(isinstance(part, Atom) for part in page.parts):
@@ -653,12 +664,12 @@ def _even_count(page: Page, indent: int) -> int:
 
 
 def _is_matrix(page: Page) -> bool:
-    """Whether the items are arrays of an array: rows."""
+    """Return whether the datum is an array of arrays, whose items are rows."""
     return isinstance(page.datum, ArrayDatum) and all(isinstance(part, ArrayDatum) for part in page.parts)
 
 
 def _are_rows(page: Page, indent: int) -> bool:
-    """Whether the items of a list of lists are so wide that each one has a line."""
+    """Return whether the items of a list of lists are wide enough to be written one per line."""
     total = 0
     for position, part in enumerate(page.parts):
         width = page.flat_width(position)
@@ -671,7 +682,7 @@ def _are_rows(page: Page, indent: int) -> bool:
 
 
 def _signature(page: Page) -> bool:
-    """A function's name, its parameters filling the lines under the first one."""
+    """Write a function's name and fill lines with its parameters, aligned under the first one."""
     if not page.parts:
         return True
     page.item(0, page.start + 1)
@@ -680,14 +691,14 @@ def _signature(page: Page) -> bool:
 
 
 def _listed(page: Page) -> bool:
-    """Every item on a line of its own, from the bracket on."""
+    """Write every item on a separate line, aligned after the bracket."""
     for unit in units(page, 0):
         write_unit(page, unit, page.start + 1, unit.start > 0)
     return True
 
 
 def _glued_binding(page: Page) -> bool:
-    """``(name value``, the value's lines under each other."""
+    """Write ``(name value`` with the lines of the value below each other."""
     if not page.parts:
         return True
     page.item(0, page.start + 1)
@@ -698,7 +709,7 @@ def _glued_binding(page: Page) -> bool:
 
 
 def _clause(page: Page) -> bool:
-    """``(test`` and the body under the test; ``=>`` stays with its function."""
+    """Write ``(test`` with the body below the test; ``=>`` stays with its function."""
     arrow = False
     for position, part in enumerate(page.parts):
         page.item(position, page.start + 1, position > 0 and not arrow)

@@ -1,4 +1,7 @@
-"""Text -> datums with spans, by ``reader.lark``. Tells complete, incomplete and wrong text apart, for the REPL."""
+"""Reader: parse text into datums with spans, by the grammar ``reader.lark``.
+
+Text is classified as complete, incomplete or wrong, so that the REPL knows when to prompt for more input.
+"""
 
 from __future__ import annotations
 
@@ -20,11 +23,14 @@ from lark.lexer import BasicLexer, LexerState
 from scenelang.grammar.datum import PREFIXES, ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Source, Span, Symbol
 from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError
 
-# Building Lark parsers. Their tables are kept in the user's cache folder, since building them takes a while.
+# Building Lark parsers. Their tables are cached in the user's cache folder because building them is slow.
 
 
 def build_parser(grammar: str, start: str, lexer: Any, transformer: Any = None) -> Lark:
-    """The LALR parser of a grammar file of this package. Lark checks that cached tables belong to its text."""
+    """Build the LALR parser for a grammar file of this package, or load its cached tables.
+
+    Lark rebuilds the tables if they do not match the text of the grammar.
+    """
     text = Path(__file__).with_name(grammar).read_text("utf-8")
     options: dict[str, Any] = {"parser": "lalr", "lexer": lexer, "start": start, "transformer": transformer}
     folder = _cache_folder()
@@ -35,7 +41,7 @@ def build_parser(grammar: str, start: str, lexer: Any, transformer: Any = None) 
 
 
 def _cache_folder() -> Path | None:
-    """The folder for cached tables, or None where none can be written."""
+    """Return the folder for cached tables, or None if it is not writable."""
     base = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
     folder = Path(base) / "scenelang"
     try:
@@ -45,10 +51,10 @@ def _cache_folder() -> Path | None:
     return folder if os.access(folder, os.W_OK) else None
 
 
-# A text cut into its top-level pieces, so that one can be read again without the others.
+# Splitting a text into top-level chunks, so that an edited chunk can be read again without the others.
 #
-# Whether a text reads is the reader's business; this scanner only matches brackets. Where they do not match, a piece
-# ends where the next one seems to begin: at an opening bracket in the first column.
+# This scanner only matches brackets; the reader decides whether a chunk is valid. If brackets do not match, a chunk
+# ends where the next form seems to begin: at an opening bracket in the first column.
 
 
 _TOKEN = re.compile(
@@ -62,8 +68,19 @@ _FIRST_COLUMN = re.compile(r"^[(\[]", re.M)
 
 @dataclass(frozen=True)
 class Chunk:
-    """``text`` stands at ``start`` of the whole text, ``column`` characters (from 0) into its line; ``matched``: its
-    brackets, strings and comments are closed."""
+    """Top-level piece of a source text, usually one form.
+
+    Attributes
+    ----------
+    start
+        Offset of the chunk in the whole text.
+    text
+        Text of the chunk.
+    column
+        Column of the first character, counted from 0.
+    matched
+        Whether all brackets, strings and block comments of the chunk are closed.
+    """
 
     start: int
     text: str
@@ -81,7 +98,7 @@ class _Scan:
 
     @cached_property
     def resumptions(self) -> list[int]:
-        """Where text seems to begin anew."""
+        """Offsets where a new top-level form seems to begin: opening brackets in the first column."""
         return [match.start() for match in _FIRST_COLUMN.finditer(self.text)]
 
     def next_resumption(self, after: int) -> int:
@@ -89,16 +106,16 @@ class _Scan:
 
 
 def split(text: str) -> tuple[Chunk, ...]:
-    """The pieces of ``text`` in order: usually one form each. What lies between them is blanks and comments."""
+    """Split ``text`` into its top-level chunks, usually one form each, separated by white space and comments."""
     return tuple(_pieces(_Scan(text)))
 
 
 def _pieces(scan: _Scan) -> Iterator[Chunk]:
     position = 0
-    held: list[Chunk] = []  # a piece of the first column and the indented ones after it
+    held: list[Chunk] = []  # a chunk in the first column and the indented ones after it
     while (found := _next_piece(scan, position)) is not None:
         chunk, position = found
-        if scan.text[chunk.start] in ")]" and held:  # one of these ended too early, perhaps
+        if scan.text[chunk.start] in ")]" and held:  # a stray closer: one of the held chunks may have ended too early
             held = [Chunk(held[0].start, scan.text[held[0].start : position], held[0].column, matched=False)]
         elif chunk.column == 0:
             yield from held
@@ -109,7 +126,7 @@ def _pieces(scan: _Scan) -> Iterator[Chunk]:
 
 
 def _next_piece(scan: _Scan, position: int) -> tuple[Chunk, int] | None:
-    """The first piece from ``position`` on, and where the search for the next one begins."""
+    """Return the first chunk at or after ``position`` and the offset where the search for the next one starts."""
     text = scan.text
     begin = _skip_blank(text, position)
     if begin is None:
@@ -124,12 +141,21 @@ def _line_start(text: str, position: int) -> int:
     return text.rfind("\n", 0, position) + 1
 
 
-# --- a text after an edit --------------------------------------------------------------------------------------------
+# --- incremental splitting after an edit ---------------------------------------------------------------------------
 
 
 def split_again(text: str, before: str, chunks: Sequence[Chunk]) -> tuple[Chunk, ...]:
-    """What ``split(text)`` gives; ``chunks`` are the pieces of the text ``before``, of which those around the edit are
-    used again."""
+    """Return ``split(text)``, reusing the chunks of the previous text outside the edited region.
+
+    Parameters
+    ----------
+    text
+        Text after the edit.
+    before
+        Text before the edit.
+    chunks
+        Chunks of ``before``.
+    """
     if not all(chunk.matched for chunk in chunks):
         return split(text)
     head = _common_start(text, before)
@@ -156,7 +182,7 @@ def _shifted(chunk: Chunk, shift: int, text: str) -> Chunk:
 
 
 def _common_start(a: str, b: str) -> int:
-    """How many characters two texts begin with alike."""
+    """Return the length of the common prefix of two texts, by binary search with slice comparisons."""
     low, high = 0, min(len(a), len(b))
     while low < high:
         middle = (low + high + 1) // 2
@@ -168,7 +194,7 @@ def _common_start(a: str, b: str) -> int:
 
 
 def _skip_blank(text: str, position: int) -> int | None:
-    """Where the next piece begins; None at the end."""
+    """Skip white space and comments; return the offset of the next chunk, or None at the end of the text."""
     while (match := _TOKEN.match(text, position)) is not None:
         if match.lastgroup not in ("space", "comment"):
             if match.lastgroup != "block":
@@ -183,7 +209,7 @@ def _skip_blank(text: str, position: int) -> int | None:
 
 
 def _block_comment_end(text: str, start: int) -> int | None:
-    """Where the nested ``#|`` comment at ``start`` ends, None where it is not closed."""
+    """Return the end of the nested ``#|`` comment at ``start``, or None if it is not closed."""
     depth, search = 1, start + 2
     while (edge := _EDGE.search(text, search)) is not None:
         search = edge.end()
@@ -202,45 +228,53 @@ class _End(NamedTuple):
 
 
 def _piece_end(text: str, position: int) -> _End | None:
-    """Where the piece that begins at ``position`` ends; None when it is never closed. Pieces that touch are one."""
+    """Return the end of the chunk at ``position``, or None if it is never closed.
+
+    Adjacent data without white space between them form one chunk.
+    """
     open_brackets: list[str] = []
-    wanted = False  # a prefix still wants its datum
+    pending = False  # whether a prefix still lacks its datum
     while (match := _TOKEN.match(text, position)) is not None:
         kind, start = match.lastgroup, position
         position = match.end()
         if kind == "open":
             open_brackets.append(match[0])
-            wanted = False
+            pending = False
         elif kind == "close":
             if not open_brackets:
                 return _End(position, False)
             if open_brackets.pop() != _OPENING[match[0]]:
                 return None
-            wanted = False
+            pending = False
         elif kind == "prefix" or kind == "hide":
-            wanted = True
+            pending = True
         elif kind == "block":
             end = _block_comment_end(text, start)
             if end is None:
                 return None
             position = end
         elif kind == "other":
-            return None  # a string that is never closed
+            return None  # unterminated string
         elif kind in ("atom", "string"):
-            wanted = False
-        if not open_brackets and not wanted and (kind in ("space", "comment") or _is_gap(text, position)):
+            pending = False
+        if not open_brackets and not pending and (kind in ("space", "comment") or _is_gap(text, position)):
             return _End(position, True)
-    return None if open_brackets or wanted else _End(position, True)
+    return None if open_brackets or pending else _End(position, True)
 
 
 def _is_gap(text: str, position: int) -> bool:
-    """Whether what follows cannot join: white space, a comment, most brackets, the end."""
+    """Return whether a chunk may end at ``position``: at white space, a comment, a closing bracket or the end."""
     return position >= len(text) or text[position] in " \t\r\n\f\v;()]"
 
 
 def lexemes(text: str, start: int, end: int) -> Iterator[tuple[str, int, int]]:
-    """The tokens between two offsets, however broken the text: kind (space, comment, block, hide, string, open, close,
-    prefix, atom, other), start and end."""
+    """Iterate over the tokens between two offsets of a text that need not be valid.
+
+    Yields
+    ------
+    tuple of (str, int, int)
+        Kind (space, comment, block, hide, string, open, close, prefix, atom or other), start and end.
+    """
     position = start
     while position < end and (match := _TOKEN.match(text, position)) is not None:
         kind = str(match.lastgroup)
@@ -248,12 +282,12 @@ def lexemes(text: str, start: int, end: int) -> Iterator[tuple[str, int, int]]:
         if kind == "block":
             position = _block_comment_end(text, match.start()) or len(text)
         elif kind == "other" and match[0] == '"':
-            position = len(text)  # a string that is never closed
+            position = len(text)  # unterminated string
         yield kind, match.start(), position
 
 
 def piece_at(text: str, position: int) -> tuple[int, int]:
-    """Where the first piece after ``position`` begins and ends, inside a form too; empty when none follows."""
+    """Return the range of the first datum after ``position``, also inside a form; an empty range if there is none."""
     begin = _skip_blank(text, position)
     if begin is None:
         return len(text), len(text)
@@ -267,13 +301,13 @@ _MAX_DIGITS = 4_000
 
 class Completeness(Enum):
     COMPLETE = "complete"
-    INCOMPLETE = "incomplete"  # more input could make it right
+    INCOMPLETE = "incomplete"  # further input could make it valid
     WRONG = "wrong"
 
 
 @dataclass(frozen=True, slots=True)
 class ReadResult:
-    """``forms`` are the datums read; they are empty when the brackets do not match."""
+    """Result of reading a text. ``forms`` is empty if the brackets do not match."""
 
     source: Source
     forms: tuple[Datum, ...]
@@ -288,7 +322,7 @@ _CLOSING = {"LPAR": ")", "LSQB": "]"}
 
 
 class _BracketLexer(BasicLexer):
-    """Checks brackets, dots and nesting on the way to the parser, where the opener at fault is still known."""
+    """Lexer that checks brackets, dots and nesting before the parser, while the offending opener is still known."""
 
     __future_interface__ = 1
 
@@ -301,15 +335,15 @@ class _BracketLexer(BasicLexer):
 
 
 class _Brackets:
-    """The brackets open at a point of the text, and the places where indentation and nesting disagree."""
+    """Stack of open brackets, with the places where indentation contradicts the nesting."""
 
     def __init__(self) -> None:
         self.openers: list[Token] = []
-        self.depths: list[int] = [0]  # nesting at each opener, prefixes such as `'` counted
+        self.depths: list[int] = [0]  # nesting at each opener, including prefixes such as `'`
         self.prefixes = 0  # prefixes just before this point
         self.last: Token | None = None
-        self.suspect: Token | None = None  # the first opener that a later line steps out of before it is closed
-        self.early: Token | None = None  # the last top-level closer that an indented line follows
+        self.suspect: Token | None = None  # first unclosed opener that a later line is not indented beyond
+        self.early: Token | None = None  # last top-level closer that is followed by an indented line
 
     def check(self, token: Token) -> None:
         kind, last, openers = token.type, self.last, self.openers
@@ -338,7 +372,7 @@ class _Brackets:
     @staticmethod
     def _check_depth(depth: int, token: Token) -> None:
         if depth > MAX_NESTING:
-            raise _wrong("nesting", f"parentheses nested deeper than {MAX_NESTING:,}", token)
+            raise _wrong("nesting", f"parentheses are nested too deeply (more than {MAX_NESTING:,} levels)", token)
 
     def _note_indentation(self, token: Token, last: Token) -> None:
         column = token.column or 1
@@ -349,16 +383,15 @@ class _Brackets:
 
     def _close(self, kind: str, token: Token) -> None:
         if not self.openers:
-            error = _wrong(
-                "extra-close", f"this `{token}` closes nothing", token, "remove it, or look for a `(` missing"
-            )
+            error = _wrong("extra-close", f"unmatched closing `{token}`", token, "remove it, or add the missing `(`")
             if self.early is not None:
-                error.note("the form before it ended here, although the next line is indented", self.early)
+                error.note("the previous form ends here, although the next line is indented", self.early)
             raise error
         opener = self.openers[-1]
         if opener.type != _OPENER[kind]:
-            wanted = _CLOSING[opener.type]
-            error = _wrong("extra-close", f"this `{token}` closes a `{opener}`, which wants `{wanted}`", token)
+            closing = _CLOSING[opener.type]
+            message = f"mismatched closing `{token}`: expected `{closing}` to close `{opener}`"
+            error = _wrong("extra-close", message, token)
             error.note("opened here", opener)
             raise error
         self.openers.pop()
@@ -368,9 +401,9 @@ class _Brackets:
         last = self.last
         if self.openers:
             opener = self.suspect or self.openers[-1]
-            raise _problem("unclosed", f"this `{opener}` is never closed", opener, 1, Completeness.INCOMPLETE)
+            raise _problem("unclosed", f"unclosed `{opener}`", opener, 1, Completeness.INCOMPLETE)
         if last is not None and last.type in _OPEN_ENDED:
-            raise _problem("unclosed", f"`{last}` is followed by nothing", last, len(last), Completeness.INCOMPLETE)
+            raise _problem("unclosed", f"expected a datum after `{last}`", last, len(last), Completeness.INCOMPLETE)
 
 
 _OPEN_ENDED = ("PREFIX", "DATUM_COMMENT")
@@ -380,10 +413,10 @@ def _check_neighbours(token: Token, last: Token) -> None:
     kind = token.type
     if kind == "LSQB" and last.type == "ATOM" and last.end_pos == token.start_pos and "::" not in last:
         hint = f"write `(ref {_short(last)} 0)`, or leave a space before `[`"
-        raise _wrong("bad-atom", f"`{_short(last)}[` is no way to index", token, hint)
+        raise _wrong("bad-atom", f"invalid indexing syntax `{_short(last)}[`", token, hint)
     if kind in ("RPAR", "RSQB"):
         if last.type in _OPEN_ENDED:
-            raise _wrong("syntax", f"`{last}` must be followed by something", last)
+            raise _wrong("syntax", f"expected a datum after `{last}`", last)
         if last.type == "DOT":
             raise _bad_dot(last)
     elif kind == "DOT" and last.type in ("LPAR", "LSQB", "DOT", *_OPEN_ENDED):
@@ -391,7 +424,7 @@ def _check_neighbours(token: Token, last: Token) -> None:
 
 
 class _ReadProblem(Exception):
-    """A text whose brackets do not match, with offsets for places: the lexer does not know the source."""
+    """Unmatched brackets. Locations are offsets because the lexer does not know the source."""
 
     def __init__(self, name: str, message: str, start: int, end: int, state: Completeness, hint: str | None) -> None:
         super().__init__(message)
@@ -416,8 +449,8 @@ def _wrong(name: str, message: str, token: Token, hint: str = "") -> _ReadProble
 
 
 def _bad_dot(token: Token) -> _ReadProblem:
-    hint = "a pair is `(a . b)`: something before the dot and one datum after it"
-    return _wrong("bad-dot", "a dot stands where no pair can be", token, hint)
+    hint = "write a pair as `(a . b)`, with exactly one datum after the dot"
+    return _wrong("bad-dot", "unexpected dot outside a pair", token, hint)
 
 
 # --- atoms -----------------------------------------------------------------------------------------------------
@@ -430,13 +463,13 @@ _LITERALS = {"#t": True, "#true": True, "#f": False, "#false": False}
 
 
 def atom_value(text: str) -> Any:
-    """The value of an atom; raises SceneError (without place) for one that is malformed."""
+    """Return the value of an atom; raise ``SceneError`` without a span if it is malformed."""
     first = text[0]
     if first.isdigit() or (first in "+-." and _NUMBER_LIKE.match(text)):
         return _number(text)
     if first == ":":
         if len(text) == 1 or text[1] == ":":
-            raise SceneError("bad-atom", f"`{_short(text)}` is no keyword", "a keyword is `:name`")
+            raise SceneError("bad-atom", f"invalid keyword `{_short(text)}`", "write a keyword as `:name`")
         return Keyword(text[1:])
     if first == "<":
         match = _HANDLE.match(text)
@@ -445,12 +478,12 @@ def atom_value(text: str) -> Any:
     elif first == "#":
         if text in _LITERALS:
             return _LITERALS[text]
-        hint = 'booleans are `#t` and `#f`; a text is a string, "..."; an array is `[1 2 3]`'
-        raise SceneError("bad-atom", f"`{_short(text)}` means nothing here", hint)
+        hint = 'write a boolean as `#t` or `#f`, a string as `"..."`, an array as `[1 2 3]`'
+        raise SceneError("bad-atom", f"unknown literal `{_short(text)}`", hint)
     elif text == "none":
         return None
     if not text.isprintable():
-        raise SceneError("bad-atom", f"`{_short(text)}` holds characters that cannot be seen")
+        raise SceneError("bad-atom", f"`{_short(text)}` contains invisible characters")
     return Symbol(text)
 
 
@@ -458,22 +491,23 @@ _KEYWORD_NAME = re.compile(r"""[^\s()\[\]{}";'`,:|#]+\Z""")
 
 
 def is_keyword_name(text: str) -> bool:
-    """Whether ``:text`` reads as one keyword of that name, wherever it stands."""
+    """Return whether ``:text`` always reads as one keyword of that name."""
     return text.isprintable() and _KEYWORD_NAME.match(text) is not None
 
 
 def _number(text: str) -> int | float:
     if _INTEGER.match(text):
         if len(text) > _MAX_DIGITS:
-            raise SceneError("bad-atom", f"an integer of {len(text):,} digits is too long")
+            message = f"integer literal with {len(text):,} digits exceeds the limit of {_MAX_DIGITS:,}"
+            raise SceneError("bad-atom", message)
         return int(text)
     if _FLOAT.match(text):
         return float(text)
-    hint = "is a space missing after the number? a name must not begin with a digit"
+    hint = "add a space after the number; a name must not start with a digit"
     if re.fullmatch(r"[+-]?\d+/\d+", text):
         top, bottom = text.split("/")
-        hint = f"there are no fractions; write `(/ {top} {bottom})`"
-    raise SceneError("bad-atom", f"`{_short(text)}` begins like a number and is none", hint)
+        hint = f"there are no fraction literals; write `(/ {top} {bottom})`"
+    raise SceneError("bad-atom", f"invalid number `{_short(text)}`", hint)
 
 
 def _short(text: str) -> str:
@@ -496,13 +530,13 @@ def _unescape(body: str) -> str:
         if digits:
             point = int(digits, 16) if len(digits) < 9 else -1
             if not 0 <= point < 0x110000 or 0xD800 <= point < 0xE000:
-                raise SceneError("bad-string", f"`{_short(match[0])}` is no character", value=match.start() + 1)
+                raise SceneError("bad-string", f"invalid character code `{_short(match[0])}`", value=match.start() + 1)
             return chr(point)
         if match[3]:
             return ""
         if match[4] not in _ESCAPES:
-            hint = 'the escapes are \\n \\t \\r \\a \\b \\0 \\" \\\\ \\x41; \\u0041'
-            raise SceneError("bad-string", f"there is no escape `\\{_short(match[4])}`", hint, value=match.start() + 1)
+            hint = 'supported escapes: \\n \\t \\r \\a \\b \\0 \\" \\\\ \\x41; \\u0041'
+            raise SceneError("bad-string", f"unknown escape `\\{_short(match[4])}`", hint, value=match.start() + 1)
         return _ESCAPES[match[4]]
 
     return _ESCAPE.sub(replacement, body)
@@ -515,7 +549,7 @@ _SKIPPED = object()
 
 @v_args(inline=True)
 class _Builder(Transformer[Token, Any]):
-    """Builds datums bottom up while the parser runs; malformed atoms are collected, not raised."""
+    """Builds datums bottom-up during parsing; problems of malformed atoms are collected rather than raised."""
 
     def begin(self, source: Source, problems: list[Diagnostic]) -> None:
         self._source = source
@@ -529,7 +563,7 @@ class _Builder(Transformer[Token, Any]):
         try:
             return Atom(parse(text), span)
         except SceneError as error:
-            at = error.value if type(error.value) is int else None  # where in the text the fault is
+            at = error.value if type(error.value) is int else None  # offset of the error within the text
             error.span = span if at is None else Span(self._source, span.start + at, min(span.start + at + 2, span.end))
             self._problems.append(error.diagnostic)
             return Atom(None, span)
@@ -541,22 +575,22 @@ class _Builder(Transformer[Token, Any]):
         return self._leaf(token, _unescape, token[1:-1])
 
     def proper_list(self, opener: Token, *rest: Any) -> ListDatum:
-        return ListDatum(_kept(rest[:-1]), None, self._span(opener, rest[-1]))
+        return ListDatum(_without_skipped(rest[:-1]), None, self._span(opener, rest[-1]))
 
     def dotted_list(self, opener: Token, *rest: Any) -> ListDatum:
         dot = next(i for i, item in enumerate(rest) if isinstance(item, Token) and item.type == "DOT")
-        before, after = _kept(rest[:dot]), _kept(rest[dot + 1 : -1])
+        before, after = _without_skipped(rest[:dot]), _without_skipped(rest[dot + 1 : -1])
         span = self._span(opener, rest[-1])
         if len(after) != 1 or not before:
-            hint = "a pair is `(a . b)`: something before the dot and one datum after it"
-            self._problems.append(Diagnostic("bad-dot", "a dot stands where no pair can be", span, hint))
+            hint = "write a pair as `(a . b)`, with exactly one datum after the dot"
+            self._problems.append(Diagnostic("bad-dot", "unexpected dot outside a pair", span, hint))
             return ListDatum(before + after, None, span)
         if isinstance(after[0], ListDatum):
             return ListDatum(before + after[0].items, after[0].tail, span)
         return ListDatum(before, after[0], span)
 
     def array(self, opener: Token, *rest: Any) -> ArrayDatum:
-        return ArrayDatum(_kept(rest[:-1]), self._span(opener, rest[-1]))
+        return ArrayDatum(_without_skipped(rest[:-1]), self._span(opener, rest[-1]))
 
     def prefixed(self, prefix: Token, *rest: Any) -> ListDatum:
         head = Atom(Symbol(PREFIXES[str(prefix)]), self._span(prefix, prefix))
@@ -566,15 +600,15 @@ class _Builder(Transformer[Token, Any]):
         return _SKIPPED
 
     def start(self, *rest: Any) -> tuple[Any, ...]:
-        return _kept(rest)
+        return _without_skipped(rest)
 
 
-def _kept(items: Sequence[Any]) -> tuple[Any, ...]:
+def _without_skipped(items: Sequence[Any]) -> tuple[Any, ...]:
     return tuple(item for item in items if item is not _SKIPPED) if _SKIPPED in items else tuple(items)
 
 
 class _Parser:
-    """The parser and its builder. Lark ties the two together, so one text at a time goes through them."""
+    """The Lark parser and its transformer. Lark couples the two, so a lock admits one text at a time."""
 
     def __init__(self) -> None:
         self._builder = _Builder()
@@ -588,7 +622,7 @@ class _Parser:
             return forms
 
     def terminals(self) -> list[tuple[str, str]]:
-        """Names and regular expressions of the grammar's terminals, in the order in which its lexer tries them."""
+        """Return the names and regular expressions of the grammar's terminals, in the order the lexer tries them."""
         order = lambda t: (-t.priority, -t.pattern.max_width, -len(t.pattern.value), t.name)
         return [(t.name, t.pattern.to_regexp()) for t in sorted(self._lark.terminals, key=order)]
 
@@ -599,13 +633,13 @@ def _parser() -> _Parser:
 
 
 def prepare() -> None:
-    """Load the parser's tables now, for a thread that will not be able to save them."""
+    """Load the parser tables now, on behalf of sandboxed threads that cannot write the cache."""
     _parser()
 
 
 @cache
 def terminals() -> re.Pattern[str]:
-    """A pattern of the grammar's terminals as named groups; what is ignored has a name that begins with ``__``."""
+    """Return a pattern with the grammar's terminals as named groups; names of ignored terminals start with ``__``."""
     return re.compile("|".join(f"(?P<{name}>{pattern})" for name, pattern in _parser().terminals()))
 
 
@@ -613,7 +647,7 @@ _BLOCK = re.compile(r'"(?:[^"\\]|\\.)*"|#;|;[^\n]*|#\||\|#', re.S)
 
 
 def block_comments(text: str) -> list[tuple[int, int]]:
-    """Where the outermost ``#| |#`` comments begin and end; raises _ReadProblem for one never closed."""
+    """Return the ranges of the outermost ``#| |#`` comments; raise ``_ReadProblem`` for an unclosed one."""
     found: list[tuple[int, int]] = []
     search = 0 if "#|" in text else len(text)
     while (match := _BLOCK.search(text, search)) is not None:
@@ -625,7 +659,7 @@ def block_comments(text: str) -> list[tuple[int, int]]:
 
 
 def without_comments(text: str, places: Sequence[tuple[int, int]]) -> str:
-    """``text`` with the ``#| |#`` comments at ``places`` blanked, offsets and line ends kept."""
+    """Replace the ``#| |#`` comments at ``places`` with blanks; offsets and line endings are preserved."""
     pieces: list[str] = []
     position = 0
     for start, end in places:
@@ -638,13 +672,13 @@ def _block_end(text: str, start: int) -> int:
     end = _block_comment_end(text, start)
     if end is not None:
         return end
-    message = "this `#|` comment is never closed"
-    hint = "comments nest: every `#|` inside wants a `|#` of its own"
+    message = "unclosed `#|` comment"
+    hint = "block comments nest: close every `#|` with its own `|#`"
     raise _ReadProblem("unclosed", message, start, start + 2, Completeness.INCOMPLETE, hint)
 
 
 def read_comments(source: Source) -> tuple[Span, ...]:
-    """The comments of a text in order: ``; line``, ``#| block |#``, and the ``#;`` that hides a datum."""
+    """Return the comments of a text in order: ``; line``, ``#| block |#``, and the ``#;`` of a datum comment."""
     found: list[Span] = []
     search = 0
     while (match := _BLOCK.search(source.text, search)) is not None:
@@ -660,20 +694,19 @@ def read_comments(source: Source) -> tuple[Span, ...]:
 
 
 def read(source: Source) -> ReadResult:
-    """Read every datum of ``source``. Never raises: what is wrong is in ``diagnostics``."""
+    """Read all datums of ``source``. Never raises: errors are returned in ``diagnostics``."""
     return _read(source, source.text)
 
 
 def read_pieces(source: Source) -> ReadResult:
-    """Like ``read``, but what stands around a piece that does not read, such as one whose brackets do not match, is
-    read all the same."""
+    """Read ``source`` with error recovery: chunks that do not parse are skipped, and all others are read."""
     result = read(source)
-    if result.forms or result.completeness is Completeness.COMPLETE or len(source.text) > _LONGEST_RETRIED:
+    if result.forms or result.completeness is Completeness.COMPLETE or len(source.text) > _MAX_RETRIED:
         return result
     chunks = split(source.text)
     wrong = [chunk for chunk in chunks if not chunk.matched]
     rest = result
-    while len(wrong) <= _MOST_WRONG:
+    while len(wrong) <= _MAX_WRONG:
         rest = _read(source, _without(source.text, wrong))
         if rest.forms or rest.completeness is Completeness.COMPLETE:
             break
@@ -683,47 +716,48 @@ def read_pieces(source: Source) -> ReadResult:
             break
         wrong += named
     problems = list(rest.diagnostics if rest.forms else ())
-    for chunk in wrong[:_MOST_WRONG]:
+    for chunk in wrong[:_MAX_WRONG]:
         problems += _read(source, _blank(source.text[: chunk.start]) + chunk.text).diagnostics
     if not problems:
         return result
     return ReadResult(source, rest.forms, tuple(problems), result.completeness)
 
 
-_MOST_WRONG = 20  # pieces that do not read are reported up to this number
-_LONGEST_RETRIED = 1_000_000
+_MAX_WRONG = 20  # maximum number of malformed chunks that are reported
+_MAX_RETRIED = 1_000_000
 
 
 def _without(text: str, chunks: Sequence[Chunk]) -> str:
-    """``text`` with blanks in place of some pieces."""
+    """Replace ``chunks`` of ``text`` with blanks."""
     for chunk in chunks:
         text = text[: chunk.start] + _blank(chunk.text) + text[chunk.end :]
     return text
 
 
 def _blank(text: str) -> str:
-    """White space of the same lines and columns."""
+    """Replace all characters except line breaks with blanks, so that positions do not change."""
     return re.sub(r"[^\n]", " ", text)
 
 
 def _read(source: Source, text: str) -> ReadResult:
-    """Read ``text``, which is that of ``source`` or has blanks in place of some of it."""
+    """Read ``text``, which is the text of ``source``, possibly with parts replaced by blanks."""
     problems: list[Diagnostic] = []
     try:
         forms = _parser().parse(without_comments(text, block_comments(text)), source, problems)
     except _ReadProblem as problem:
         return ReadResult(source, (), (*problems, problem.diagnostic(source)), problem.state)
-    except UnexpectedCharacters as unexpected:  # every other character begins a token
+    except UnexpectedCharacters as unexpected:  # only an unclosed string leaves no token
         start = unexpected.pos_in_stream or 0
-        diagnostic = Diagnostic("unclosed", "this string is never closed", Span(source, start, start + 1))
+        diagnostic = Diagnostic("unclosed", "unclosed string", Span(source, start, start + 1))
         return ReadResult(source, (), (*problems, diagnostic), Completeness.INCOMPLETE)
     except UnexpectedToken as unexpected:  # such as a prefix with only a comment after it
         if unexpected.token.type == "$END":
             last = len(text.rstrip())
-            diagnostic = Diagnostic("unclosed", "the text ends where a datum is wanted", Span(source, last - 1, last))
+            span = Span(source, last - 1, last)
+            diagnostic = Diagnostic("unclosed", "unexpected end of input, expected a datum", span)
             return ReadResult(source, (), (*problems, diagnostic), Completeness.INCOMPLETE)
         start = unexpected.token.start_pos or 0
-        diagnostic = Diagnostic("syntax", "a datum is wanted before this", Span(source, start, start + 1))
+        diagnostic = Diagnostic("syntax", "expected a datum before this", Span(source, start, start + 1))
         return ReadResult(source, (), (*problems, diagnostic), Completeness.WRONG)
     state = Completeness.WRONG if problems else Completeness.COMPLETE
     return ReadResult(source, forms, tuple(problems), state)

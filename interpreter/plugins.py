@@ -1,4 +1,4 @@
-"""The entry points of installed packages: how packages add primitives, backends, providers and qualities."""
+"""Discovery of plugins: entry points through which installed packages add primitives, backends and providers."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ if TYPE_CHECKING:
 
 
 def entry_points_of(group: str) -> Mapping[str, EntryPoint]:
-    """The entry points of ``group`` by name; the first package on ``sys.path`` wins. Loads none of them.
+    """Return the entry points of ``group`` by name, without loading them; the first package on ``sys.path`` wins.
 
-    They are looked up once for each ``sys.path``: ``forget`` lets packages be seen that were installed meanwhile.
+    Results are cached for each ``sys.path``; call ``forget`` to detect packages that were installed since.
     """
     path = tuple(sys.path)
     return _points(group, path) if _is_named(group, path) else {}
@@ -23,13 +23,16 @@ def entry_points_of(group: str) -> Mapping[str, EntryPoint]:
 
 @cache
 def _is_named(group: str, path: tuple[str, ...]) -> bool:
-    """Whether a package names the group: ``importlib.metadata`` is slow to import, and most have no group of ours."""
+    """Return whether any installed package declares the group.
+
+    Scanning the files directly avoids the slow import of ``importlib.metadata`` in the common case of no plugins.
+    """
     return any(f"[{group}]" in text for folder in path for text in _entry_point_files(folder))
 
 
 @cache
 def _entry_point_files(folder: str) -> tuple[str, ...]:
-    """The texts of ``entry_points.txt`` of the packages in ``folder``."""
+    """Return the contents of ``entry_points.txt`` of all packages in ``folder``."""
     try:
         found = [entry.path for entry in os.scandir(folder or ".") if entry.name.endswith((".dist-info", ".egg-info"))]
     except OSError:
@@ -56,7 +59,7 @@ def _points(group: str, path: tuple[str, ...]) -> Mapping[str, EntryPoint]:
 
 
 def forget() -> None:
-    """Look for packages again."""
+    """Clear the caches, so that installed packages are detected again."""
     _is_named.cache_clear()
     _entry_point_files.cache_clear()
     _points.cache_clear()

@@ -1,5 +1,5 @@
-"""The grammar as text for other programs: decoders of language models, parser generators, editors, people.
+"""Export of the grammar as text, for constrained decoding, parser generators, editors and people.
 
-``model`` is the grammar as data, ``spacing`` says where white space may stand; ``lark_text``, ``gbnf``, ``ebnf`` and
-``textmate`` write. It knows no builtin: names of the library are handed in.
+``model`` represents the grammar as data, ``spacing`` makes white space explicit; ``lark_text``, ``gbnf``, ``ebnf`` and
+``textmate`` write it. Names of the standard library are passed in; this package knows no builtin.
 """

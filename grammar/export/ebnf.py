@@ -1,4 +1,4 @@
-"""EBNF as the W3C writes it, for people: rules over tokens, white space and comments left out."""
+"""EBNF in W3C notation, for human readers: rules over tokens, without white space and comments."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from scenelang.grammar.export.model import (
 )
 
 _ABOUT = (
-    "White space and comments may stand between tokens: `; to the end of the line`, `#| nested |#`, `#; datum`.",
-    "Two words want white space between them. `A - B` is what A matches and B does not.",
+    "White space and comments are allowed between tokens: `; to the end of the line`, `#| nested |#`, `#; datum`.",
+    "Adjacent words must be separated by white space. `A - B` matches what A matches but B does not.",
 )
 
 
 def ebnf_text(grammar: Grammar) -> str:
-    """The grammar as a page of rules, the start first."""
+    """Return the grammar as EBNF text, starting with the start rule."""
     lines = [f"/* {grammar.title} */", *(f"/* {line} */" for line in _ABOUT), ""]
     ordered = sorted(grammar.rules, key=lambda name: name != grammar.start)
     lines += [f"{name} ::= {written(grammar.rules[name], _leaf)}" for name in ordered]
@@ -62,7 +62,7 @@ def _pattern(pattern: Pattern) -> str:
 
 
 def _repeated(pattern: Many) -> str:
-    """A repetition; W3C's notation has no counts, so these are written out."""
+    """Write a repetition; W3C notation has no counts, so they are expanded."""
     text = _pattern(pattern.part)
     item = text if isinstance(pattern.part, (Chars, Text, RuleUse)) else f"({text})"
     if pattern.most is None:
@@ -71,14 +71,14 @@ def _repeated(pattern: Many) -> str:
 
 
 def _quoted(text: str) -> str:
-    """A literal; characters that cannot stand in quotes by their numbers."""
+    """Write a literal; characters that are not allowed in quotes are written as code points."""
     if text.isprintable():
         return f"'{text}'" if '"' in text else f'"{text}"'
     return " ".join(_code(ord(c)) for c in text)
 
 
 def _class(chars: Chars) -> str:
-    """A class; characters given by number stand last, so that no digit follows a number."""
+    """Write a character class; code points come last, so that no digit follows one."""
     pieces = [_member(first) + ("" if first == last else f"-{_member(last)}") for first, last in chars.ranges]
     ordered = sorted(pieces, key=lambda piece: piece.startswith("#x"))
     return f"[{'^' if chars.negated else ''}{''.join(ordered)}]"

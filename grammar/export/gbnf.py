@@ -1,4 +1,7 @@
-"""GBNF, the format of llama.cpp, which xgrammar reads too: characters only, so white space is written out."""
+"""GBNF, the grammar format of llama.cpp, also accepted by xgrammar.
+
+It describes characters rather than tokens, so white space is explicit.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,10 @@ _NAMED = {"\n": r"\n", "\t": r"\t", "\r": r"\r", "\\": r"\\"}
 
 
 def gbnf_text(grammar: Grammar) -> str:
-    """The grammar with `root` as its start, of literals, classes of characters, groups and `* + ? {m,n}` only."""
+    """Return the grammar as GBNF text with the start rule `root`.
+
+    It uses only literals, character classes, groups and `* + ? {m,n}`.
+    """
     whole = spaced(grammar)
     leaf = partial(_leaf, start=whole.start)
     lines = [f"# {grammar.title}"]
@@ -78,7 +84,7 @@ def _quoted(text: str) -> str:
 
 
 def _class(chars: Chars) -> str:
-    """A class of characters; `-` stands last, where every reader takes it as itself."""
+    """Write a character class; `-` comes last, where every parser treats it as a literal."""
     ranges = [pair for pair in chars.ranges if pair != (45, 45)]
     pieces = [_member(first) + ("" if first == last else f"-{_member(last)}") for first, last in ranges]
     if pieces and pieces[0].startswith("^"):

@@ -1,4 +1,4 @@
-"""Lark's own format, for parsers in Python: white space and comments are ignored between tokens."""
+"""Lark grammars: the standard format, where white space and comments are ignored, and llguidance's dialect."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ from scenelang.grammar.export.model import (
 )
 from scenelang.grammar.export.spacing import WHITE, spaced
 
-_END = r"""(?=[\s()\]";'`,]|#\||$)"""  # what stands after a word
-_NESTED = 4  # comments in comments: a regular expression nests no deeper than it is written
+_END = r"""(?=[\s()\]";'`,]|#\||$)"""  # lookahead for the end of a word
+_NESTED = 4  # depth of nested comments: a regular expression can only nest to a fixed depth
 
-_SYMBOLS = ("SYMBOL", "TEMPLATE_SYMBOL", "PATTERN_SYMBOL")  # names and words of the rules alike
+_SYMBOLS = ("SYMBOL", "TEMPLATE_SYMBOL", "PATTERN_SYMBOL")  # tokens that also match words of the rules
 _SIGNS = {
     "*": "star", "/": "slash", "+": "plus", "-": "minus", "%": "percent", "=": "equals", "<": "less", ">": "greater",
     "!": "bang", "@": "at", "&": "and", "_": "underscore", ".": "dot", ":": "colon",
@@ -39,7 +39,10 @@ _SIGNS = {
 
 
 def lark_text(grammar: Grammar) -> str:
-    """The grammar as `lark.Lark(text, parser="lalr")` loads it; Lark's Earley parser loads it too, and is slow."""
+    """Return the grammar as text for `lark.Lark(text, parser="lalr")`.
+
+    Lark's Earley parser accepts it too, but is slow.
+    """
     names = word_names(literals(grammar.rules))
     classes = _classes(grammar, names)
     text_of = partial(written, leaf=partial(_leaf, names=names), several=(Literal, Terminal))
@@ -62,7 +65,7 @@ def lark_text(grammar: Grammar) -> str:
 
 
 def _classes(grammar: Grammar, names: Mapping[str, str]) -> dict[str, Expression]:
-    """Rules for the tokens that words of the rules are too: the lexer knows each text as one terminal only."""
+    """Return rules for tokens that also match words of the rules: Lark's lexer assigns each text a single terminal."""
     rules: dict[str, Expression] = {}
     for name in _SYMBOLS:
         if name in grammar.tokens:
@@ -75,12 +78,12 @@ def _classes(grammar: Grammar, names: Mapping[str, str]) -> dict[str, Expression
 
 
 def is_symbol(word: str) -> bool:
-    """Whether a word of the rules reads as a symbol."""
+    """Return whether a word of the rules reads as a symbol."""
     return word[0] != ":" and word != "."
 
 
 def word_names(words: Iterable[str]) -> dict[str, str]:
-    """A terminal's name for each word that stands in the rules as it is: ``let*`` is LET_STAR."""
+    """Return a terminal name for each literal word of the rules, such as WORD_LET_STAR for ``let*``."""
     names = {}
     for word in sorted(words):
         spelled = word.replace("-", "_") if word[0].isalpha() else word
@@ -91,7 +94,7 @@ def word_names(words: Iterable[str]) -> dict[str, str]:
 
 
 def _leaf(leaf: Leaf, names: Mapping[str, str]) -> str:
-    """Every token may be followed by hidden ones, which are a rule of their own."""
+    """Write a leaf; every token may be followed by hidden datums, which are a separate rule."""
     if isinstance(leaf, Ref):
         return leaf.name
     if isinstance(leaf, Terminal):
@@ -115,22 +118,22 @@ def _token_regex(name: str, grammar: Grammar, names: Mapping[str, str]) -> str:
 
 
 def _excluding(words: Iterable[str], end: str) -> str:
-    """A look ahead that none of ``words`` stands here before ``end``."""
+    """Return a negative lookahead for ``words`` followed by ``end``."""
     options = "|".join(regex(Text(word)) for word in sorted(words))
     return f"(?!(?:{options}){end})" if options else ""
 
 
 def _block(depth: int) -> str:
-    """A comment that holds comments, ``depth`` deep."""
+    """Return a regular expression of block comments nested up to ``depth`` levels."""
     inner = r"[^#|]|#(?!\|)|\|(?!#)"
     return rf"#\|(?:{inner}|{_block(depth - 1)})*\|#" if depth > 1 else rf"#\|(?:{inner})*\|#"
 
 
-# llguidance's dialect of Lark: no look-around, so white space is written out and names say what they are not.
+# llguidance's dialect of Lark has no lookaround, so white space is explicit and names exclude words with `& ~`.
 
 
 def llguidance_text(grammar: Grammar) -> str:
-    """The grammar as `llguidance.LLMatcher` takes it."""
+    """Return the grammar as text for `llguidance.LLMatcher`."""
     whole = spaced(grammar, Many(WHITE, 1))
     lines = [f"// {grammar.title}, for llguidance.", ""]
     lines += [f"{name}: {written(expression, _llguidance_leaf)}" for name, expression in whole.rules.items()]
@@ -153,7 +156,7 @@ def _token(name: str, token: TerminalToken) -> str:
 
 
 def _terminal(pattern: Pattern) -> str:
-    """A pattern: a regular expression, or several and the tokens that it uses side by side."""
+    """Write a pattern as a regular expression, or as a sequence of expressions and references to other tokens."""
     if isinstance(pattern, RuleUse):
         return pattern.token
     if isinstance(pattern, Joined) and _uses(pattern):

@@ -1,4 +1,4 @@
-"""A surface grammar as data: rules over literals and terminals, and what the terminals look like."""
+"""Data model of a surface grammar: rules over literals and terminals, and the patterns of the terminals."""
 
 from __future__ import annotations
 
@@ -14,38 +14,42 @@ from scenelang.grammar.ast import STRICT_HEADS, STRICT_MEASURES, STRICT_OPERATOR
 
 @dataclass(frozen=True, slots=True)
 class Literal:
-    """A text that stands as it is: a bracket, a prefix, or the word of a form."""
+    """Literal text: a bracket, a prefix, or the word of a form."""
 
     text: str
 
 
 @dataclass(frozen=True, slots=True)
 class Terminal:
-    """A class of tokens, by its name in capitals."""
+    """Reference to a terminal, by its name in upper case."""
 
     name: str
 
 
 @dataclass(frozen=True, slots=True)
 class Ref:
-    """Another rule, by its name in small letters."""
+    """Reference to another rule, by its name in lower case."""
 
     name: str
 
 
 @dataclass(frozen=True, slots=True)
 class Sequence:
+    """Concatenation of expressions."""
+
     items: tuple[Expression, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Choice:
+    """Alternative expressions."""
+
     options: tuple[Expression, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Repeat:
-    """``item`` at least ``least`` times; at most once when ``once``, else without end."""
+    """Repetition of ``item``, at least ``least`` times, and at most once if ``once`` is set."""
 
     item: Expression
     least: int
@@ -57,8 +61,17 @@ Expression: TypeAlias = Leaf | Sequence | Choice | Repeat
 
 
 def written(expression: Expression, leaf: Callable[[Leaf], str], several: tuple[type, ...] = ()) -> str:
-    """An expression in the notation that the formats share: juxtaposition, ``|``, ``? * +`` and parentheses. ``leaf``
-    writes literals, terminals and references; those of a kind in ``several`` are more than one token each."""
+    """Write an expression in the notation shared by all formats: juxtaposition, ``|``, ``? * +`` and parentheses.
+
+    Parameters
+    ----------
+    expression
+        Expression to write.
+    leaf
+        Function that writes literals, terminals and references.
+    several
+        Leaf types that are written as more than one token, so that they need parentheses when repeated.
+    """
 
     def grouped(item: Expression, *kinds: type) -> str:
         text = written(item, leaf, several)
@@ -74,16 +87,16 @@ def written(expression: Expression, leaf: Callable[[Leaf], str], several: tuple[
     return leaf(expression)
 
 
-OPENERS = frozenset({"(", "[", "'", "`", ",", ",@", "#;"})  # what follows them needs no white space before it
+OPENERS = frozenset({"(", "[", "'", "`", ",", ",@", "#;"})  # the next token needs no white space before it
 CLOSERS = frozenset({")", "]"})
 
 
-# --- what tokens look like -----------------------------------------------------------------------------------------
+# --- patterns of tokens --------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
 class Chars:
-    """One character of ``ranges`` (pairs of first and last code point), or of all others when ``negated``."""
+    """Character class: one character of ``ranges`` (pairs of first and last code point), or others if ``negated``."""
 
     ranges: tuple[tuple[int, int], ...]
     negated: bool = False
@@ -91,24 +104,28 @@ class Chars:
 
 @dataclass(frozen=True, slots=True)
 class Text:
-    """The characters of ``text``, one after the other."""
+    """Literal characters."""
 
     text: str
 
 
 @dataclass(frozen=True, slots=True)
 class Joined:
+    """Concatenation of patterns."""
+
     parts: tuple[Pattern, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Either:
+    """Alternative patterns."""
+
     options: tuple[Pattern, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Many:
-    """``part`` from ``least`` to ``most`` times; None: without end."""
+    """Repetition of ``part``, ``least`` to ``most`` times; None means unbounded."""
 
     part: Pattern
     least: int = 0
@@ -117,7 +134,7 @@ class Many:
 
 @dataclass(frozen=True, slots=True)
 class RuleUse:
-    """What another token matches, by its name."""
+    """Reference to the pattern of another token, by its name."""
 
     token: str
 
@@ -127,9 +144,9 @@ Pattern: TypeAlias = Chars | Text | Joined | Either | Many | RuleUse
 
 @dataclass(frozen=True, slots=True)
 class TerminalToken:
-    """What a terminal matches: ``pattern``, but none of the words in ``excluded``.
+    """Definition of a terminal: it matches ``pattern``, except the words in ``excluded``.
 
-    ``is_word``: it must not touch another word. ``title`` says for people what it is.
+    ``is_word`` means that white space must separate it from other words. ``title`` is a description for people.
     """
 
     pattern: Pattern
@@ -140,7 +157,7 @@ class TerminalToken:
 
 @dataclass(frozen=True, slots=True)
 class Grammar:
-    """Rules by name, ``start`` among them, with the tokens that they use."""
+    """Grammar: rules by name, including the ``start`` rule, and the tokens they use."""
 
     start: str
     rules: Mapping[str, Expression]
@@ -149,12 +166,12 @@ class Grammar:
 
 
 def is_punctuation(text: str) -> bool:
-    """True for a literal that may touch whatever stands beside it."""
+    """Return whether a literal needs no white space around it."""
     return text in OPENERS or text in CLOSERS
 
 
 def parts(expression: Expression) -> Iterator[Expression]:
-    """The expression and all below it."""
+    """Iterate over an expression and all its subexpressions."""
     yield expression
     if isinstance(expression, Sequence):
         below: tuple[Expression, ...] = expression.items
@@ -167,7 +184,7 @@ def parts(expression: Expression) -> Iterator[Expression]:
 
 
 def literals(rules: Mapping[str, Expression]) -> frozenset[str]:
-    """The words that stand in the rules as they are, brackets and prefixes left out."""
+    """Return the literal words of the rules, excluding brackets and prefixes."""
     found = (part for expression in rules.values() for part in parts(expression))
     return frozenset(part.text for part in found if isinstance(part, Literal) and not is_punctuation(part.text))
 
@@ -178,7 +195,7 @@ def used_terminals(rules: Mapping[str, Expression]) -> frozenset[str]:
 
 
 def sequence(*items: Expression) -> Expression:
-    """One after the other; sequences among ``items`` are joined."""
+    """Return the concatenation of ``items``, flattening nested sequences."""
     flat: list[Expression] = []
     for item in items:
         flat.extend(item.items if isinstance(item, Sequence) else (item,))
@@ -186,14 +203,14 @@ def sequence(*items: Expression) -> Expression:
 
 
 def choice(*options: Expression) -> Expression:
-    """One of ``options``; choices among them are joined."""
+    """Return the alternatives ``options``, flattening nested choices."""
     flat: list[Expression] = []
     for option in options:
         flat.extend(option.options if isinstance(option, Choice) else (option,))
     return flat[0] if len(flat) == 1 else Choice(tuple(flat))
 
 
-# Rules written as Lark writes them -> the model: literals in quotes, ``*``, ``+``, ``?``, ``[optional]``, ``|``.
+# Parsing rules in Lark's notation: literals in quotes, ``*``, ``+``, ``?``, ``[optional]``, ``|``.
 
 
 _TOKEN = re.compile(r'"((?:[^"\\]|\\.)+)"|([A-Z][A-Z0-9_]*)|([a-z][a-z0-9_]*)|([()\[\]|*+?])|(\s+)')
@@ -201,17 +218,17 @@ _RULE = re.compile(r"^\??([a-z][a-z0-9_]*)\s*:(.*(?:\n[ \t]+\|.*)*)", re.M)
 
 
 def parse_rules(text: str) -> dict[str, Expression]:
-    """The rules of ``name: alternatives`` lines. An alternative may stand on a line of its own that begins with `|`."""
+    """Parse ``name: alternatives`` lines. An alternative may be on a separate line that starts with `|`."""
     return {name: parse_expression(body) for name, body in _RULE.findall(text)}
 
 
 def parse_expression(text: str) -> Expression:
-    """One right-hand side. Raises ValueError where it is malformed."""
+    """Parse one right-hand side; raise ``ValueError`` if it is malformed."""
     return _Parser(text).whole()
 
 
 class _Parser:
-    """Recursive descent over a right-hand side."""
+    """Recursive-descent parser of a right-hand side."""
 
     def __init__(self, text: str) -> None:
         self._tokens: list[tuple[str, str]] = []
@@ -247,7 +264,7 @@ class _Parser:
         while self._tokens and self._peek() not in ("|", ")", "]"):
             items.append(self._repeated())
         if not items:
-            raise ValueError("an alternative is empty")
+            raise ValueError("empty alternative")
         return sequence(*items)
 
     def _repeated(self) -> Expression:
@@ -273,7 +290,7 @@ class _Parser:
 
 
 def substitute(expression: Expression, replacements: Mapping[str, Expression]) -> Expression:
-    """``expression`` with terminals replaced by what ``replacements`` has under their names."""
+    """Replace terminals in ``expression`` by the entries of ``replacements`` with their names."""
     if isinstance(expression, Terminal):
         return replacements.get(expression.name, expression)
     if isinstance(expression, Sequence):
@@ -285,7 +302,7 @@ def substitute(expression: Expression, replacements: Mapping[str, Expression]) -
     return expression
 
 
-# Patterns of tokens as regular expressions that Python and Rust read alike.
+# Patterns of tokens as regular expressions that are valid in both Python and Rust.
 
 
 _SPECIAL = frozenset(r".^$*+?{}[]\|()/-&~#")
@@ -293,9 +310,9 @@ _NAMED = {"\n": r"\n", "\t": r"\t", "\r": r"\r"}
 
 
 def regex(pattern: Pattern, uses: Mapping[str, str] = MappingProxyType({})) -> str:
-    """The pattern; `/` is escaped, since Lark writes regular expressions between two of them.
+    """Return a pattern as a regular expression; `/` is escaped because Lark delimits regular expressions with it.
 
-    ``uses`` has the regular expressions of the tokens that the pattern uses.
+    ``uses`` maps the tokens that the pattern refers to to their regular expressions.
     """
     if isinstance(pattern, Chars):
         return _class(pattern)
@@ -311,7 +328,7 @@ def regex(pattern: Pattern, uses: Mapping[str, str] = MappingProxyType({})) -> s
 
 
 def _part(pattern: Pattern, uses: Mapping[str, str], repeated: bool = False) -> str:
-    """A pattern as a part of a longer one."""
+    """Return a pattern as a part of a longer one, in parentheses if necessary."""
     text = regex(pattern, uses)
     simple = isinstance(pattern, Chars) or (isinstance(pattern, Text) and len(pattern.text) == 1)
     if isinstance(pattern, (Either, RuleUse)) or (repeated and not simple):
@@ -352,7 +369,7 @@ _BRACKETS = {"LPAR": "(", "RPAR": ")", "LSQB": "[", "RSQB": "]"}
 
 
 def strict_rules() -> dict[str, Expression]:
-    """Every rule of the strict language by name, its terminals spelled out as they stand in a program."""
+    """Return the rules of the strict language by name, with terminals replaced by their spelling in programs."""
     text = resources.files("scenelang.grammar").joinpath("core.lark").read_text(encoding="utf-8")
     rules = parse_rules(text[text.index("strict_start:") :])
     rules["start"] = rules.pop("strict_start")
@@ -361,17 +378,19 @@ def strict_rules() -> dict[str, Expression]:
     spelled |= {"OPERATOR": Ref("operator"), "MEASURE": Ref("measure"), "PARAMETER": Ref("parameter")}
     value = rules.pop("strict_value")
     rules = {name: substitute(expression, spelled) for name, expression in rules.items()}
-    rules["strict_value"] = substitute(value, {**spelled, "PARAMETER": Terminal("NAME")})  # where none has a type
+    rules["strict_value"] = substitute(
+        value, {**spelled, "PARAMETER": Terminal("NAME")}
+    )  # values have no type annotations
     rules["operator"] = choice(*(Literal(word) for word in sorted(STRICT_OPERATORS)))
     rules["measure"] = choice(*(Literal(word) for word in sorted(STRICT_MEASURES)))
     rules["parameter"] = parse_expression("NAME | ANNOTATED")
     return rules
 
 
-# What the language's tokens look like, as patterns that every format can write. `reader.py` decides; tests compare.
+# The language's tokens as patterns that every format can express. `reader.py` is authoritative; tests compare the two.
 
 
-# Letters and signs beyond ASCII that are assigned, printable and no white space in every version of Unicode in use.
+# Non-ASCII letters and symbols that are assigned, printable and not white space in all versions of Unicode in use.
 _FOREIGN = (
     (0xC0, 0x24F), (0x391, 0x3A1), (0x3A3, 0x3FF), (0x400, 0x52F), (0x2190, 0x21FF), (0x2200, 0x22FF),
     (0x3041, 0x3096), (0x30A1, 0x30FA), (0x4E00, 0x9FA5),
@@ -379,7 +398,7 @@ _FOREIGN = (
 
 
 def _chars(text: str, *ranges: tuple[int, int]) -> Chars:
-    """The class of the characters of ``text`` (``a-z`` for a range) and of ``ranges``."""
+    """Return the class of the characters in ``text`` (``a-z`` for a range) and in ``ranges``."""
     found = list(ranges)
     position = 0
     while position < len(text):
@@ -398,7 +417,7 @@ def _but(text: str) -> Chars:
 
 _LETTER = _chars("a-zA-Z")
 _DIGIT = _chars("0-9")
-NAME_START = _chars("a-zA-Z!$%&*/=>?^_~", *_FOREIGN)  # no sign, comparison or handle; `,@` is a prefix
+NAME_START = _chars("a-zA-Z!$%&*/=>?^_~", *_FOREIGN)  # excludes signs, `<` and `@`, because `,@` is a prefix
 NAME_REST = _chars("a-zA-Z0-9!$%&*/=>?@^_~<+.-", *_FOREIGN)
 _AFTER_SIGN = _chars("a-zA-Z!$%&*/=>?@^_~<+-", *_FOREIGN)  # not the beginning of a number
 _AFTER_LESS = _chars("0-9!$%&*/=>?@^_~<+.-")  # not the beginning of a handle
@@ -429,7 +448,7 @@ def _hex(least: int, most: int | None = None) -> Pattern:
     return Many(_HEX, least, most or least)
 
 
-_FOUR = (  # hexadecimal digits of a code point that is no surrogate
+_FOUR = (  # hexadecimal digits of a code point, excluding surrogates
     Joined((_chars("0-9A-CE-Fa-ce-f"), _hex(3))),
     Joined((_chars("Dd"), _chars("0-7"), _hex(2))),
 )
@@ -450,7 +469,7 @@ _HANDLE = Joined((Text("<"), _LETTER, Many(_chars("a-zA-Z0-9_-")), _optional(Tex
 
 
 def _type(depth: int) -> Pattern:
-    """A type of an annotation, ``Word`` or ``List[Embedding]``, nested as deep as an atom may be."""
+    """Return the pattern of an annotation's type, such as ``List[Embedding]``, nested up to ``depth`` levels."""
     name = Joined((_LETTER, Many(_chars("a-zA-Z0-9_-"))))
     if depth == 0:
         return name
@@ -465,12 +484,12 @@ ANNOTATION = Joined((Text("::"), _type(2)))
 
 
 def words(texts: Iterable[str]) -> Pattern:
-    """One of several words, longest first."""
+    """Return a pattern for one of several words, longest first."""
     return Either(tuple(Text(text) for text in sorted(texts, key=lambda text: (-len(text), text))))
 
 
 def tokens(reserved: frozenset[str]) -> dict[str, TerminalToken]:
-    """Every token by the name that rules know it by; ``reserved`` are the words that no name may be."""
+    """Return all tokens by the name used in rules; ``reserved`` are the words that cannot be names."""
     taken = reserved | {"none"}
     plain = reserved_names(taken)
     symbol = Either((_NAME, Text("@"), Text("...")))
@@ -485,7 +504,7 @@ def tokens(reserved: frozenset[str]) -> dict[str, TerminalToken]:
         "NUMBER": TerminalToken(_NUMBER, "an integer or a float"),
         "STRING": TerminalToken(_STRING, "a string", is_word=False),
         "BOOLEAN": TerminalToken(words(("#t", "#f", "#true", "#false")), "a boolean"),
-        "NONE": TerminalToken(Text("none"), "the value of nothing"),
+        "NONE": TerminalToken(Text("none"), "the value none"),
         "KEYWORD": TerminalToken(_KEYWORD, "a keyword"),
         "ANNOTATED_KEYWORD": TerminalToken(
             Joined((Text(":"), RuleUse("NAME"), ANNOTATION)), "a keyword with its type, :name::Type"
@@ -498,5 +517,5 @@ _TEMPLATE_WORDS = frozenset({"quasiquote", "unquote", "unquote-splicing"})
 
 
 def reserved_names(texts: Iterable[str]) -> frozenset[str]:
-    """Those of ``texts`` that have the form of a name: keywords and dots are none anyway."""
+    """Return the words of ``texts`` that would otherwise be names, unlike keywords and dots."""
     return frozenset(text for text in texts if text[0] not in ":.")

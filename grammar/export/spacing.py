@@ -1,7 +1,7 @@
-"""White space made explicit, for formats whose grammars see characters: every token says what may stand before it.
+"""Explicit white space for grammar formats that describe characters: each token states what may precede it.
 
-Two words never touch: a word that does not follow an opening bracket or a prefix wants white space. Besides, `[` wants
-it (`xs[0]` is a mistake), and `#;` with what it hides wants it on both sides, but for a closing bracket.
+Adjacent words must be separated: a word that does not follow an opening bracket or a prefix requires white space before
+it. So does `[` (`xs[0]` is a mistake). `#;` with its datum requires it on both sides, except before a closing bracket.
 """
 
 from __future__ import annotations
@@ -54,7 +54,10 @@ inner: PLAIN | HASHES | BARS | nested
 
 
 def _space_tokens(white: Pattern) -> dict[str, TerminalToken]:
-    """``#| |#`` comments in pieces of which none is the beginning of another, so that no lexer has to look back."""
+    """Return tokens of white space and comments.
+
+    Block comments are split into tokens none of which is a prefix of another, so that no lexer needs to backtrack.
+    """
     return {
         "WHITE": TerminalToken(white, "white space"),
         "COMMENT": TerminalToken(Joined((Text(";"), Many(_NEWLINE), Text("\n"))), "a comment to the end of the line"),
@@ -69,7 +72,7 @@ def _space_tokens(white: Pattern) -> dict[str, TerminalToken]:
 
 
 def spaced(grammar: Grammar, white: Pattern = WHITE) -> Grammar:
-    """The same language with white space written out. ``white`` is how much of it one token WHITE takes."""
+    """Return a grammar of the same language with explicit white space; ``white`` is the pattern of its WHITE token."""
     spacer = _Spacer(grammar)
     rules: dict[str, Expression] = {}
     for name, expression in grammar.rules.items():
@@ -94,7 +97,7 @@ def _spaced_name(name: str) -> str:
 
 
 class _Spacer:
-    """Rewrites expressions twice: ``bare``, without white space before them, and ``spaced``, with what they want."""
+    """Rewrites expressions in two variants: ``bare``, without leading white space, and ``spaced``, with it."""
 
     def __init__(self, grammar: Grammar) -> None:
         self._rules: Mapping[str, Expression] = grammar.rules
@@ -102,14 +105,14 @@ class _Spacer:
         self._starts: dict[str, Start] = {}
 
     def start_of(self, expression: Expression) -> Start:
-        """Whether the first token is a word (or `[`), a sign that may touch what stands before it, or either."""
+        """Return whether the first token is a word (or `[`), a sign that may follow any token directly, or either."""
         if isinstance(expression, Literal):
             return "sign" if expression.text != "[" and expression.text in OPENERS | CLOSERS else "word"
         if isinstance(expression, Terminal):
             return "word" if self._tokens[expression.name].is_word else "sign"
         if isinstance(expression, Ref):
             if expression.name not in self._starts:
-                self._starts[expression.name] = "mixed"  # for a rule that begins with itself
+                self._starts[expression.name] = "mixed"  # ends the recursion for a left-recursive rule
                 self._starts[expression.name] = self.start_of(self._rules[expression.name])
             return self._starts[expression.name]
         if isinstance(expression, Repeat):
@@ -139,7 +142,7 @@ class _Spacer:
         return sequence(_GAP if start == "word" else _MAYBE_GAP, expression)
 
     def _spaced_choice(self, expression: Choice) -> Expression:
-        """Options that want the same white space share it."""
+        """Group options that require the same white space, so that they share it."""
         groups: dict[Start, list[Expression]] = {"word": [], "sign": [], "mixed": []}
         for option in expression.options:
             start = self.start_of(option)
@@ -176,16 +179,16 @@ class _Spacer:
         return sequence(*done)
 
     def _bare_repeat(self, item: Repeat, rest: Items[Expression]) -> Expression:
-        """A repetition at the place where no white space is wanted: its first turn is bare, if it has any."""
-        turns = [self.bare(item.item)]
+        """Rewrite a repetition without leading white space: only its first iteration is bare."""
+        iterations = [self.bare(item.item)]
         if not item.once:
-            turns.append(Repeat(self.spaced(item.item), 0))
-        with_turns = sequence(*turns, *([self._sequence(rest, bare=False)] if rest else []))
+            iterations.append(Repeat(self.spaced(item.item), 0))
+        with_items = sequence(*iterations, *([self._sequence(rest, bare=False)] if rest else []))
         if item.least:
-            return with_turns
+            return with_items
         if not rest:
-            return Repeat(with_turns, 0, once=True)
-        return choice(with_turns, self._sequence(rest, bare=True))
+            return Repeat(with_items, 0, once=True)
+        return choice(with_items, self._sequence(rest, bare=True))
 
 
 def _united(starts: set[Start]) -> Start:
@@ -196,11 +199,11 @@ def _may_be_empty(expression: Expression) -> bool:
     return isinstance(expression, Repeat) and not expression.least
 
 
-# Names without certain words as plain patterns, for formats that cannot say "but not".
+# Names except certain words as plain patterns, for formats without an exclusion operator.
 
 
 def without_exclusions(tokens: Mapping[str, TerminalToken]) -> dict[str, TerminalToken]:
-    """The same tokens, none of which excludes words: their letters are followed one by one, in tokens of their own."""
+    """Return equivalent tokens without exclusions, by expanding excluded words letter by letter into helper tokens."""
     found: dict[str, TerminalToken] = {}
     for name, token in tokens.items():
         if token.excluded:
@@ -211,7 +214,7 @@ def without_exclusions(tokens: Mapping[str, TerminalToken]) -> dict[str, Termina
 
 
 class _Excluder:
-    """Follows the words that a token excludes letter by letter; each branch becomes a token ``NAME_1``, ``NAME_2``."""
+    """Expands the excluded words of a token as a trie; each branch becomes a token ``NAME_1``, ``NAME_2`` and so on."""
 
     def __init__(self, name: str, token: TerminalToken) -> None:
         self._name = name
@@ -221,7 +224,7 @@ class _Excluder:
         )
 
     def _without(self, pattern: Pattern, words: frozenset[str]) -> Pattern:
-        """Options that are one character of a class and any number of another lose the words that they match."""
+        """Remove the excluded words from options of the form "one character of a class, then any number of another"."""
         if isinstance(pattern, Either):
             return Either(tuple(self._without(option, words) for option in pattern.options))
         if isinstance(pattern, Joined) and len(pattern.parts) == 2:
@@ -232,7 +235,7 @@ class _Excluder:
         return pattern
 
     def _branch(self, chars: Chars, rest: Many, words: frozenset[str]) -> Pattern:
-        """One character of ``chars``, then ``rest``, but none of ``words``."""
+        """Return a pattern for one character of ``chars`` followed by ``rest``, except ``words``."""
         assert isinstance(rest.part, Chars)
         options: list[Pattern] = []
         for letter in sorted({word[0] for word in words}):
@@ -250,7 +253,7 @@ class _Excluder:
         return RuleUse(name)
 
     def _named(self, pattern: Pattern) -> Pattern:
-        """The pattern under a name: equal ones share it."""
+        """Return a reference to a named token of the pattern; equal patterns share one token."""
         for name, token in self.tokens.items():
             if token.pattern == pattern and name != self._name:
                 return RuleUse(name)

@@ -1,4 +1,4 @@
-"""A TextMate grammar, which editors colour programs by. It sees lines, not shapes."""
+"""TextMate grammar for syntax highlighting in editors; it matches lines, not nested forms."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _SYMBOL = rf"[^{_STOP}:]+"
 
 
 def textmate_text(names: Mapping[str, Iterable[str]]) -> str:
-    """The grammar as JSON. ``names``: words of the language by the scope that they get, such as `keyword.control`."""
+    """Return the grammar as JSON; ``names`` maps a scope, such as `keyword.control`, to words of the language."""
     grammar = {
         "name": "Scene",
         "scopeName": SCOPE,
@@ -68,7 +68,7 @@ def _block_comment() -> dict[str, Any]:
 
 
 def _hidden_list() -> dict[str, Any]:
-    """What a hidden list holds: only what could hide its closing bracket matters."""
+    """Contents of a hidden list; only constructs that may contain a closing bracket matter."""
     nested = {"begin": r"[(\[]", "end": r"[)\]]", "patterns": [{"include": "#hidden-list"}]}
     plain = {"begin": '"', "end": '"', "patterns": [{"match": r"\\."}]}
     return {"patterns": [{"include": "#block-comment"}, {"match": ";.*$"}, plain, nested]}
@@ -86,7 +86,7 @@ def _string(name: str) -> dict[str, Any]:
 
 
 def _definitions() -> list[dict[str, Any]]:
-    """A form that defines a name, and the name."""
+    """Patterns of a defining form and the name it defines."""
     functions = r"define-macro|define"
     values = r"define-record|define-syntax|define|param"
     after = r"(?<=\()\s*"
@@ -98,7 +98,7 @@ def _definitions() -> list[dict[str, Any]]:
 
 
 def _word() -> dict[str, Any]:
-    """The word after `bind`, `call` and their like."""
+    """Pattern of the word after `bind`, `call` and similar forms."""
     return {
         "match": r'(?<=\()\s*(bind|call|retrieve|primitive|scene|bound\?)\s+("(?:[^"\\]|\\.)*")',
         "captures": _captures("keyword.other.paper", "string.quoted.double.word entity.name.type.word"),

@@ -1,6 +1,6 @@
-"""Core AST to running code, and back to text.
+"""Compiler from the core AST to Python closures, and back to text.
 
-``analyse`` finds variables and frames, ``compile`` makes closures, with ``calls`` and ``intrinsics`` for fast paths and
-``comprehension`` for loops, ``unparse`` prints. ``compile`` and ``comprehension`` import each other: they recurse on
-the same tree. It runs nothing.
+``analyse`` resolves variables and frames, ``compile`` creates closures, with fast paths in ``calls`` and ``intrinsics``
+and loops in ``comprehension``; ``unparse`` prints. ``compile`` and ``comprehension`` import each other because they
+recurse on the same tree. Nothing is run here.
 """

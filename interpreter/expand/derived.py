@@ -1,4 +1,4 @@
-"""Special forms in expressions: each is checked here and lowered to core forms."""
+"""Special forms in expressions: checking their syntax and lowering them to core forms."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ def handles(*names: str) -> Callable[[Handler], Handler]:
 def _misplaced(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
     name = base_name(datum.items[0].value)
     where = {"scene": "at the top level of the main file", "param": "at top level", "import": "at top level"}
-    hint = f"`{name}` may only stand {where.get(name, 'in a body or at top level')}"
-    raise SceneError("misplaced", f"`{name}` stands where an expression is wanted", hint, datum.span)
+    hint = f"`{name}` is only allowed {where.get(name, 'in a body or at top level')}"
+    raise SceneError("misplaced", f"expected an expression, found `{name}`", hint, datum.span)
 
 
 HANDLERS.update(
@@ -51,13 +51,13 @@ def none(span: Span) -> Datum:
 
 
 def _count(datum: ListDatum, least: int, most: int | None = None) -> None:
-    """Check the number of operands of a form."""
+    """Raise a syntax error if the number of operands of a form is not between ``least`` and ``most``."""
     given = len(datum.items) - 1
     name = base_name(datum.items[0].value)
     if given < least:
-        raise syntax_error(name, f"`{name}` ends too early", datum.span)
+        raise syntax_error(name, f"incomplete `{name}` form", datum.span)
     if most is not None and given > most:
-        raise syntax_error(name, f"`{name}` has no place for this", datum.items[most + 1].span)
+        raise syntax_error(name, f"unexpected operand of `{name}`", datum.items[most + 1].span)
 
 
 @handles("quote")
@@ -74,7 +74,7 @@ def expand_quasiquote(expander: Expander, datum: ListDatum, scope: Scope) -> Dat
 
 @handles("if", "and", "or", "set!")
 def expand_plain(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
-    """Core forms whose operands are all expressions; the core grammar counts them."""
+    """Expand core forms whose operands are all expressions; the core grammar checks their number."""
     head = base_name(datum.items[0].value)
     operands = expander.expand_all(datum.items[1:], scope)
     if head == "set!":
@@ -91,10 +91,13 @@ def _check_assignment(datum: ListDatum, operands: Sequence[Datum]) -> None:
         if is_identifier(datum.items[1]):
             name = base_name(datum.items[1].value)
             raise syntax_error(
-                "set!", f"`{name}` is built in and cannot be assigned", datum.items[1].span, "define your own"
+                "set!",
+                f"cannot assign to the builtin `{name}`",
+                datum.items[1].span,
+                "define a variable with `define` or `let`",
             )
-        hint = "an item of a list or table is changed with `(set-ref! xs i value)`"
-        raise syntax_error("set!", "`set!` assigns a variable", datum.items[1].span, hint)
+        hint = "use `(set-ref! xs i value)` to change an item of a list or table"
+        raise syntax_error("set!", "the target of `set!` must be a variable", datum.items[1].span, hint)
     variable.assigned = True
 
 
@@ -122,8 +125,8 @@ def expand_bind(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
     _count(datum, 2, 2)
     literal = datum.items[1]
     if is_identifier(literal) and scope.lookup(literal.value) is None:
-        hint = f'write it in quotes: `(bind "{base_name(literal.value)}" ...)`'
-        raise SceneError("word", "a word is a string", hint, literal.span)
+        hint = f'put it in quotes: `(bind "{base_name(literal.value)}" ...)`'
+        raise SceneError("word", "a word must be a string", hint, literal.span)
     word = expander.expand(literal, scope)
     spelled = literal.value if isinstance(literal, Atom) and type(literal.value) is str else "entity function"
     function = expand.expand_named(expander, datum.items[2], scope, f'"{spelled}"')
@@ -134,18 +137,25 @@ def expand_bind(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
 
 
 def _bindings(datum: ListDatum, operand: Datum, form: str) -> list[tuple[Datum, Datum]]:
-    """The ``((target value) ...)`` of a ``let``."""
+    """Parse the bindings ``((target value) ...)`` of a ``let``."""
     if isinstance(operand, ArrayDatum):
-        raise SceneError("bracket", f"the bindings of `{form}` stand in ( ), not [ ]", None, operand.span)
+        raise SceneError(
+            "bracket",
+            f"expected parentheses around the bindings of `{form}`, found square brackets",
+            None,
+            operand.span,
+        )
     if not isinstance(operand, ListDatum) or operand.tail is not None:
-        raise syntax_error(form, f"`{form}` needs ((name value) ...)", operand.span)
+        raise syntax_error(form, f"`{form}` expects bindings ((name value) ...)", operand.span)
     pairs = []
     for binding in operand.items:
         if isinstance(binding, ArrayDatum):
-            raise SceneError("bracket", "a binding stands in ( ), not [ ]", None, binding.span)
+            raise SceneError(
+                "bracket", "expected parentheses around a binding, found square brackets", None, binding.span
+            )
         if not isinstance(binding, ListDatum) or len(binding.items) != 2 or binding.tail is not None:
-            hint = "each binding is `(name value)`; the bindings together stand in one more pair of parentheses"
-            raise syntax_error(form, "this is no binding", binding.span, hint)
+            hint = "write each binding as `(name value)`, and put all of them in another pair of parentheses"
+            raise syntax_error(form, "invalid binding", binding.span, hint)
         pairs.append((binding.items[0], binding.items[1]))
     return pairs
 
@@ -155,7 +165,7 @@ def _check_distinct(pairs: Sequence[tuple[Datum, Datum]]) -> None:
     for target, _ in pairs:
         if is_identifier(target) and base_name(target.value) != "_":
             if target.value in seen:
-                raise SceneError("duplicate", f"`{base_name(target.value)}` is bound twice here", None, target.span)
+                raise SceneError("duplicate", f"duplicate binding of `{base_name(target.value)}`", None, target.span)
             seen.add(target.value)
 
 
@@ -230,10 +240,10 @@ def expand_do(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
     _count(datum, 2)
     specs, ending = datum.items[1], datum.items[2]
     if not isinstance(specs, ListDatum) or not isinstance(ending, ListDatum) or not ending.items:
-        raise syntax_error("do", "`do` needs ((name init step) ...) and (test result ...)", datum.span)
+        raise syntax_error("do", "`do` expects ((name init step) ...) and (test result ...)", datum.span)
     for spec in specs.items:
         if not isinstance(spec, ListDatum) or len(spec.items) not in (2, 3):
-            raise syntax_error("do", "this is no `do` variable", spec.span)
+            raise syntax_error("do", "invalid variable of `do`", spec.span)
     span = datum.span
     inits = [expander.expand(spec.items[1], scope) for spec in specs.items]
     outer = Scope(scope)
@@ -273,14 +283,16 @@ def expand_cond(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
 
 
 def _cond_clauses(expander: Expander, clauses: Sequence[Datum], scope: Scope, span: Span, otherwise: Datum) -> Datum:
-    """Nested conditionals, built from the last clause."""
+    """Lower clauses to nested conditionals, starting from the last clause."""
     result = otherwise
     for index in range(len(clauses) - 1, -1, -1):
         clause = clauses[index]
         if isinstance(clause, ArrayDatum):
-            raise SceneError("bracket", "a clause stands in ( ), not [ ]", None, clause.span)
+            raise SceneError(
+                "bracket", "expected parentheses around a clause, found square brackets", None, clause.span
+            )
         if not isinstance(clause, ListDatum) or not clause.items or clause.tail is not None:
-            raise syntax_error("cond", "this is no clause", clause.span)
+            raise syntax_error("cond", "invalid clause", clause.span)
         if expander.is_literal(clause.items[0], "else", scope):
             if index != len(clauses) - 1:
                 raise syntax_error("cond", "`else` must be the last clause", clause.span)
@@ -297,7 +309,7 @@ def _cond_clause(expander: Expander, clause: ListDatum, scope: Scope, otherwise:
         return core("OR", [test, otherwise], span)
     if expander.is_literal(clause.items[1], "=>", scope):
         if len(clause.items) != 3:
-            raise syntax_error("cond", "`=>` is followed by one function", span)
+            raise syntax_error("cond", "`=>` must be followed by exactly one function", span)
         receiver = expander.expand(clause.items[2], scope)
         value = Variable("value", span)
         chosen = ListDatum((receiver, Atom(value, span)), None, span)
@@ -316,12 +328,12 @@ def expand_case(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
     for index in range(len(datum.items) - 1, 1, -1):
         clause = datum.items[index]
         if not isinstance(clause, ListDatum) or len(clause.items) < 2:
-            raise syntax_error("case", "this is no clause", clause.span)
+            raise syntax_error("case", "invalid clause", clause.span)
         if expander.is_literal(clause.items[0], "else", scope) and index == len(datum.items) - 1:
             result = _case_body(expander, clause, scope, key)
             continue
         if not isinstance(clause.items[0], ListDatum):
-            raise syntax_error("case", "a clause begins with a list of constants", clause.items[0].span)
+            raise syntax_error("case", "expected a list of constants at the start of a clause", clause.items[0].span)
         constants = core("QUOTE", [opaque("DATUM", quoted_value(clause.items[0]), span)], span)
         test = ListDatum((member, Atom(key, span), constants, equal), None, clause.span)
         result = core("IF", [test, _case_body(expander, clause, scope, key), result], clause.span)
@@ -360,7 +372,7 @@ def expand_guard(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
     _count(datum, 2)
     clauses = datum.items[1]
     if not isinstance(clauses, ListDatum) or not clauses.items or not is_identifier(clauses.items[0]):
-        raise syntax_error("guard", "`guard` needs (name clause ...) first", datum.span)
+        raise syntax_error("guard", "`guard` expects (name clause ...) as its first operand", datum.span)
     inner = Scope(scope)
     variable = expander.declare(clauses.items[0], inner)
     span = datum.span
@@ -378,7 +390,7 @@ def expand_assert(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
     if len(datum.items) > 2:
         message = expander.expand(datum.items[2], scope)
     else:
-        message = Atom(f"the assertion does not hold: {' '.join(datum.items[1].span.text.split())[:200]}", span)
+        message = Atom(f"assertion failed: {' '.join(datum.items[1].span.text.split())[:200]}", span)
     failed = ListDatum((expander.builtin("assertion-failed", span, scope), message), None, span)
     return core("IF", [test, none(span), failed], span)
 
@@ -420,11 +432,13 @@ def _expand_for(expander: Expander, datum: ListDatum, scope: Scope, kind: str, n
 
 
 def _clauses(expander: Expander, operand: Datum, scope: Scope, form: str, nested: bool) -> tuple[list[Datum], Scope]:
-    """Core clauses, and the scope that sees all their variables."""
+    """Return the core clauses of a loop, and the scope in which all their variables are visible."""
     if isinstance(operand, ArrayDatum):
-        raise SceneError("bracket", f"the clauses of `{form}` stand in ( ), not [ ]", None, operand.span)
+        raise SceneError(
+            "bracket", f"expected parentheses around the clauses of `{form}`, found square brackets", None, operand.span
+        )
     if not isinstance(operand, ListDatum) or operand.tail is not None:
-        raise syntax_error(form, f"`{form}` needs ((name sequence) ...)", operand.span)
+        raise syntax_error(form, f"`{form}` expects clauses ((name sequence) ...)", operand.span)
     clauses: list[Datum] = []
     group: list[tuple[Datum, Datum]] = []
     items = list(operand.items)
@@ -446,10 +460,10 @@ def _clauses(expander: Expander, operand: Datum, scope: Scope, form: str, nested
 
 def _sequence_clause(item: Datum, form: str) -> tuple[Datum, Datum]:
     if isinstance(item, ArrayDatum):
-        raise SceneError("bracket", "a clause stands in ( ), not [ ]", None, item.span)
+        raise SceneError("bracket", "expected parentheses around a clause, found square brackets", None, item.span)
     if not isinstance(item, ListDatum) or len(item.items) != 2 or item.tail is not None:
-        hint = "a clause is `(name sequence)`; the clauses together stand in one more pair of parentheses"
-        raise syntax_error(form, "this is no clause", item.span, hint)
+        hint = "write each clause as `(name sequence)`, and put all of them in another pair of parentheses"
+        raise syntax_error(form, "invalid clause", item.span, hint)
     return item.items[0], item.items[1]
 
 
@@ -470,9 +484,9 @@ def _test_clause(expander: Expander, items: list[Datum], scope: Scope, form: str
     kind = str(keyword.value)
     if kind not in ("when", "unless", "break"):
         raise syntax_error(
-            form, f"`:{kind}` means nothing here", keyword.span, "there are `:when`, `:unless`, `:break`"
+            form, f"unknown clause keyword `:{kind}`", keyword.span, "use `:when`, `:unless` or `:break`"
         )
     if not items:
-        raise syntax_error(form, f"`:{kind}` is followed by no test", keyword.span)
+        raise syntax_error(form, f"expected a test after `:{kind}`", keyword.span)
     test = expander.expand(items.pop(0), scope)
     return ListDatum((opaque("CLAUSE", kind, keyword.span), test), None, keyword.span)

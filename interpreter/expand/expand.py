@@ -1,7 +1,8 @@
-"""Expansion: datums -> core datums. Heads are resolved where they stand, macros expanded, derived forms lowered.
+"""Macro expander: convert datums to core datums, resolving names, expanding macros and lowering derived forms.
 
-The output is read by ``core.lark``: heads are ``core.Head``, identifiers are what they resolved to. Derived forms are
-in ``derived``, macros in ``macros``; this file has names, bodies, functions and applications.
+The output is parsed by ``core.lark``: heads are ``ast.Head``, and identifiers are replaced by their bindings. Derived
+forms
+are in ``derived``, macros in ``macros``; this module handles names, bodies, functions and calls.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ from scenelang.interpreter.expand.scope import (
 from scenelang.interpreter.runtime.procedures import MAKE_RECORD, record_procedure_names
 from scenelang.interpreter.runtime.types import BASE_TYPES, Builtin, Type, parse_type, record_type
 
-# Runs a macro's function on operands as data: the value, and whether the same run would give it again.
+# Runs a macro's function on operands as data; returns the value, and whether it is deterministic.
 RunMacro = Callable[[Datum, list[Any]], tuple[Any, bool]]
 
 MAX_EXPANSIONS = 100_000
@@ -50,21 +51,21 @@ MAX_EXPANDED = 200_000
 MAX_MACRO_DEPTH = 1_000
 
 _PLACES = {
-    "else": "`else` begins the last clause of `cond` or `case`",
-    "=>": "`=>` stands in a clause of `cond`: `(test => function)`",
-    "_": "as a parameter or in a pattern, `_` takes a value and binds nothing",
-    "unquote": "`,` stands inside a quasiquote: `` `(a ,b) ``",
-    "unquote-splicing": "`,@` stands inside a quasiquote: `` `(a ,@b) ``",
+    "else": "use `else` to start the last clause of `cond` or `case`",
+    "=>": "use `=>` in a clause of `cond`: `(test => function)`",
+    "_": "`_` is only allowed as a parameter or in a pattern, where it ignores a value",
+    "unquote": "use `,` inside a quasiquote: `` `(a ,b) ``",
+    "unquote-splicing": "use `,@` inside a quasiquote: `` `(a ,@b) ``",
 }
 
 
 def core(head: str, items: Iterable[Datum], span: Span) -> ListDatum:
-    """A core form."""
+    """Return the core form with the given head and operands."""
     return ListDatum((Atom(Head(head), span), *items), None, span)
 
 
 def opaque(terminal: str, value: Any, span: Span) -> Atom:
-    """A datum that the core grammar takes whole."""
+    """Return a datum that the core grammar treats as a single token."""
     return Atom(Opaque(terminal, value), span)
 
 
@@ -73,14 +74,14 @@ def is_identifier(datum: Any) -> TypeGuard[Atom]:
 
 
 def syntax_error(form: str, message: str, span: Span, hint: str | None = None) -> SceneError:
-    """A malformed use of a special form; the hint is its shape."""
+    """Return the error for a malformed special form; the default hint is its usage."""
     usage = FORMS[form].usage if form in FORMS else None
-    return SceneError("syntax", message, hint or (f"its shape is {usage}" if usage else None), span)
+    return SceneError("syntax", message, hint or (f"usage: {usage}" if usage else None), span)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Use:
-    """An identifier where it stands, and what it means there; ``defines``: it is bound there."""
+    """Occurrence of an identifier with its binding; ``defines`` is set where it is bound."""
 
     span: Span
     binding: Any
@@ -89,35 +90,35 @@ class Use:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pending:
-    """A form of a body that was found but not expanded yet: first every definition of the body is declared."""
+    """Form of a body that is not expanded yet, because all definitions of the body must be declared first."""
 
     finish: Callable[[], Datum]
     defines: bool
     datum: Datum
 
 
-_MOST_SEARCHES = 100
+_MAX_SEARCHES = 100
 
 
 class Expander:
-    """Expands one file. ``fallback`` resolves builtins and prelude names; ``run_macro`` evaluates a macro's body."""
+    """Expander of one file. ``run_macro`` evaluates the body of a procedural macro."""
 
     def __init__(self, run_macro: RunMacro) -> None:
         self.run_macro = run_macro
         self.diagnostics: list[Diagnostic] = []
         self.record_names: set[str] = set()
-        self.found_records: set[str] = set()  # those of the form that is being scanned
+        self.found_records: set[str] = set()  # record names of the form being scanned
         self.expansions = 0
         self.expanded = 0
-        self.searches = 0  # for names that are like one that is not defined
-        self.template_scope: Scope | None = None  # set while a define-macro's body is expanded or runs
+        self.searches = 0  # number of searches for similar names
+        self.template_scope: Scope | None = None  # set while a define-macro's body is expanded or run
         self.template_aliases: dict[Symbol, Symbol] = {}
-        self.uses: list[Use] | None = None  # where editors want to know what every identifier means
+        self.uses: list[Use] | None = None  # occurrences of identifiers, if an editor requested them
 
     # --- identifiers -------------------------------------------------------------------------------------------
 
     def resolve(self, atom: Atom, scope: Scope) -> Any:
-        """The binding of an identifier; raises SceneError with a suggestion when there is none."""
+        """Return the binding of an identifier; raise ``SceneError`` with a suggestion if it is unbound."""
         binding = scope.lookup(atom.value)
         if binding is None:
             raise self.unbound(atom, scope)
@@ -125,27 +126,29 @@ class Expander:
         return binding
 
     def note_use(self, atom: Datum, binding: Any, defines: bool = False) -> None:
-        """Keep what an identifier of the text means, if somebody wants to know."""
+        """Record the binding of an identifier of the source text, if requested."""
         if self.uses is not None and atom.span.expansion is None:
             self.uses.append(Use(atom.span, binding, defines))
 
     def unbound(self, atom: Atom, scope: Scope) -> SceneError:
         name = base_name(atom.value)
         if name in ABSENT:
-            return SceneError("absent", f"`{name}` does not exist in this language", ABSENT[name], atom.span)
+            return SceneError("absent", f"`{name}` is not supported", ABSENT[name], atom.span)
         if name in _PLACES:
-            return SceneError("misplaced", f"`{name}` stands where it means nothing", _PLACES[name], atom.span)
+            return SceneError("misplaced", f"misplaced `{name}`", _PLACES[name], atom.span)
         if name in self.bound_words():
-            return SceneError("unbound", f"`{name}` is no function", f'a word is called: `(call "{name}")`', atom.span)
+            return SceneError(
+                "unbound", f"`{name}` is a word, not a function", f'call the word: `(call "{name}")`', atom.span
+            )
         module = self.importable_from(name)
         near: list[str] = []
         hint: str | None
         if "::" in name:
-            hint = "annotations belong to parameters: `(lambda (x::Type) ...)`"
+            hint = "only parameters can have type annotations: `(lambda (x::Type) ...)`"
         elif name.startswith("..."):
-            hint = "`...` stands for something left out; write it"
+            hint = "replace the placeholder `...` with code"
         elif module is not None:
-            hint = f'`(import "{module}")` brings it'
+            hint = f'add `(import "{module}")`'
         else:
             near = self._near(name, scope)
             hint = did_you_mean(near)
@@ -153,63 +156,67 @@ class Expander:
         return SceneError("unbound", f"`{name}` is not defined", hint, atom.span, fixes=fixes)
 
     def _near(self, name: str, scope: Scope) -> list[str]:
-        """Names that ``name`` may be a misspelling of. A search takes a millisecond or more, so that a text of nothing
-        but unknown names gets them for the first ones alone."""
+        """Return names that ``name`` may be a misspelling of.
+
+        A search takes a millisecond or more, so the number of searches is limited for texts with many unknown names.
+        """
         self.searches += 1
-        if self.searches > _MOST_SEARCHES:
+        if self.searches > _MAX_SEARCHES:
             return []
         return near_names(name, {*scope.names(), *self.known_names(), *FORMS})
 
     def known_names(self) -> Iterable[str]:
-        """Names of builtins and prelude, for suggestions; the program's loader overrides this."""
+        """Return the names of builtins and the prelude, for suggestions; overridden by ``FileExpander``."""
         return ()
 
     def importable_from(self, name: str) -> str | None:
-        """The file to import for a name of the library that programs do not have by themselves, for hints."""
+        """Return the library module to import for a name that is not predefined, for hints."""
         return None
 
     def bound_words(self) -> Iterable[str]:
-        """The words that the program binds, for hints."""
+        """Return the words that the program binds, for hints."""
         return ()
 
     def declare_record(self, name: str) -> None:
-        """A record is defined, so its name is a type."""
+        """Declare the name of a record as a type."""
         self.record_names.add(name)
         self.found_records.add(name)
 
     def note_chance(self) -> None:
-        """A macro drew random numbers, so the expansion going on depends on more than its form."""
+        """Record that a macro drew random numbers, so that the current expansion must not be cached."""
 
     def binding_of(self, datum: Any, scope: Scope) -> Any:
-        """The binding of ``datum`` if it is an identifier that has one, else None."""
+        """Return the binding of ``datum``, or None if it is not a bound identifier."""
         binding = scope.lookup(datum.value) if is_identifier(datum) else None
         if isinstance(binding, (Special, Macro, PaperForm)):
             self.note_use(datum, binding)
         return binding
 
     def is_literal(self, datum: Any, name: str, scope: Scope) -> bool:
-        """True for an identifier spelled ``name`` that no variable shadows, such as ``else``."""
+        """Return whether ``datum`` is the unshadowed identifier ``name``, such as ``else``."""
         return is_identifier(datum) and base_name(datum.value) == name and scope.lookup(datum.value) is None
 
     def builtin(self, name: str, span: Span, scope: Scope) -> Atom:
-        """A reference to a builtin that nothing shadows."""
+        """Return a reference to a builtin, even if its name is shadowed."""
         binding = scope.lookup(Symbol(f"std/{name}"))
         return Atom(binding.variable if isinstance(binding, PaperForm) else binding, span)
 
     def declare(self, atom: Datum, scope: Scope, *, is_global: bool = False, recursive: bool = False) -> Variable:
-        """Bind an identifier to a new variable in ``scope``."""
+        """Bind an identifier to a new variable in ``scope`` and return the variable."""
         if not is_identifier(atom):
             raise self.not_a_name(atom)
         assert isinstance(atom, Atom)
         name = base_name(atom.value)
         existing = scope.lookup(atom.value)
-        local = not is_global and name in ("scene", "param")  # they are forms only at the top level
+        local = not is_global and name in ("scene", "param")  # these are forms at top level only
         if isinstance(existing, Special) and name in FORMS and not local:
             raise SceneError("reserved", f"`{name}` is reserved and cannot be bound", None, atom.span)
         if "::" in name:
-            raise SceneError("lambda-list", "annotations belong to parameters only", None, atom.span)
+            raise SceneError("lambda-list", "only parameters can have type annotations", None, atom.span)
         if isinstance(existing, PaperForm):
-            message = f"this hides the paper's `{name}`; forms that begin with it are plain calls here"
+            message = (
+                f"this definition shadows the paper's macro `{name}`; `({name} ...)` is now an ordinary function call"
+            )
             self.diagnostics.append(Diagnostic("shadowed-macro", message, atom.span))
         hidden = isinstance(atom.value, Alias) and not atom.value.soft
         if is_global and not hidden:
@@ -223,16 +230,21 @@ class Expander:
         return variable
 
     def global_variable(self, name: str, span: Span) -> Variable:
-        """The variable for a name of the top level."""
+        """Return the variable of a top-level name."""
         return Variable(name, span, is_global=True, recursive=True)
 
     def not_a_name(self, datum: Datum) -> SceneError:
         if isinstance(datum, ArrayDatum):
-            return SceneError("bracket", "a name or pattern is wanted here, not an array", "write ( )", datum.span)
-        return SceneError("syntax", "a name is wanted here", None, datum.span)
+            return SceneError(
+                "bracket",
+                "expected a name or pattern, found an array",
+                "use parentheses instead of square brackets",
+                datum.span,
+            )
+        return SceneError("syntax", "expected a name", None, datum.span)
 
     def template_alias(self, symbol: Symbol) -> Symbol:
-        """The alias of a template's symbol in the running expansion of a ``define-macro``."""
+        """Return the alias of a template symbol in the current expansion of a ``define-macro``."""
         alias = self.template_aliases.get(symbol)
         if alias is None:
             assert self.template_scope is not None
@@ -242,7 +254,7 @@ class Expander:
     # --- patterns ----------------------------------------------------------------------------------------------
 
     def declare_target(self, datum: Datum, scope: Scope, *, recursive: bool = False, is_global: bool = False) -> Datum:
-        """Declare the names of a pattern; the core datum for it: a variable, or an opaque pattern."""
+        """Declare the names of a destructuring pattern; return its core datum, a variable or an opaque pattern."""
         if is_identifier(datum):
             if base_name(datum.value) == "_":
                 return opaque("PATTERN", None, datum.span)
@@ -251,7 +263,7 @@ class Expander:
         return opaque("PATTERN", self._pattern(datum, scope, recursive, is_global), datum.span)
 
     def _pattern(self, datum: Datum, scope: Scope, recursive: bool, is_global: bool) -> Any:
-        """A pattern as data: None for ``_``, a Variable, or ``(items, rest)``."""
+        """Return a destructuring pattern as data: None for ``_``, a Variable, or ``(items, rest)``."""
         if is_identifier(datum):
             if base_name(datum.value) == "_":
                 return None
@@ -265,7 +277,7 @@ class Expander:
     # --- expressions -------------------------------------------------------------------------------------------
 
     def expand(self, datum: Datum, scope: Scope) -> Datum:
-        """The core datum of an expression."""
+        """Expand an expression into a core datum."""
         while True:
             if isinstance(datum, Atom):
                 return self._expand_atom(datum, scope)
@@ -274,13 +286,15 @@ class Expander:
             if datum.span.expansion is not None:
                 self.expanded += 1
                 if self.expanded > MAX_EXPANDED:
-                    message = f"macros made more than {MAX_EXPANDED:,} forms"
-                    raise LimitError("expansion", message, "do they double their operands?", _outermost(datum.span))
+                    message = f"macros produced more than {MAX_EXPANDED:,} forms"
+                    raise LimitError(
+                        "expansion", message, "check whether a macro duplicates its operands", _outermost(datum.span)
+                    )
             if datum.tail is not None:
-                raise SceneError("bad-dot", "a pair cannot be evaluated", "quote it: `'(a . b)`", datum.span)
+                raise SceneError("bad-dot", "a dotted pair cannot be evaluated", "quote it: `'(a . b)`", datum.span)
             if not datum.items:
                 message = "`()` cannot be evaluated"
-                raise SceneError("empty-application", message, "the empty list is `'()` or `(list)`", datum.span)
+                raise SceneError("empty-application", message, "write the empty list as `'()` or `(list)`", datum.span)
             binding = self.binding_of(datum.items[0], scope)
             if isinstance(binding, Special):
                 from scenelang.interpreter.expand.derived import HANDLERS
@@ -293,16 +307,18 @@ class Expander:
                 raise self.unbound(datum.items[0], scope)
             if isinstance(binding, PaperForm):
                 return core(binding.terminal, self.expand_all(datum.items[1:], scope), datum.span)
-            head = self.expand(datum.items[0], scope)  # first: after a misspelt form the operands mean nothing
+            head = self.expand(
+                datum.items[0], scope
+            )  # before the operands, whose errors would be consequential if the head is misspelt
             operands = self.expand_all(datum.items[1:], scope)
             return ListDatum((head, *operands), None, datum.span)
 
     def expand_all(self, datums: Sequence[Datum], scope: Scope) -> list[Datum]:
-        """The core datums of several expressions; the mistakes of all of them are found."""
+        """Expand several expressions, reporting the errors of all of them."""
         return self._each([lambda datum=datum: self.expand(datum, scope) for datum in datums])  # type: ignore[misc]
 
     def _each(self, steps: Sequence[Callable[[], Datum]]) -> list[Datum]:
-        """The values of steps that do not depend on one another. Raises the last mistake, the others are noted."""
+        """Run independent steps and return their values. Raise the last error; earlier ones are recorded."""
         found: list[Datum] = []
         mistake: SceneError | None = None
         for step in steps:
@@ -322,7 +338,7 @@ class Expander:
         value = atom.value
         if not isinstance(value, Symbol):
             if isinstance(value, Annotated):
-                raise SceneError("lambda-list", "annotations belong to parameters only", None, atom.span)
+                raise SceneError("lambda-list", "only parameters can have type annotations", None, atom.span)
             return Atom(Keyword(value), atom.span) if isinstance(value, TemplateKeyword) else atom
         binding = self.resolve(atom, scope)
         if isinstance(binding, PaperForm):
@@ -333,12 +349,12 @@ class Expander:
             name = base_name(value)
             kind = "a special form" if isinstance(binding, Special) else "a macro"
             raise SceneError(
-                "misplaced", f"`{name}` is {kind}, so it must stand at the head of a form", None, atom.span
+                "misplaced", f"`{name}` is {kind}, so it can only be used at the head of a form", None, atom.span
             )
         return Atom(binding, atom.span)
 
     def expand_macro(self, macro: Macro, datum: ListDatum, scope: Scope) -> Datum:
-        """The replacement of one macro use."""
+        """Expand one macro use and return its replacement."""
         self.expansions += 1
         expansion = datum.span.expansion
         depth = 0
@@ -346,10 +362,14 @@ class Expander:
             depth += 1
             expansion = expansion.outer
         if self.expansions > MAX_EXPANSIONS or depth > MAX_MACRO_DEPTH:
-            hint = "does it expand into itself without end?"
-            notes = (Note("the macro is defined here", macro.span),)
+            hint = "check whether the macro expands to itself"
+            notes = (Note("macro defined here", macro.span),)
             raise LimitError(
-                "expansion", f"the macro `{macro.name}` expands too often", hint, _outermost(datum.span), notes
+                "expansion",
+                f"expansion limit exceeded in the macro `{macro.name}`",
+                hint,
+                _outermost(datum.span),
+                notes,
             )
         replacement: Datum = macro.transform(datum, scope)
         return replacement
@@ -357,20 +377,20 @@ class Expander:
     # --- bodies ------------------------------------------------------------------------------------------------
 
     def expand_body(self, datums: Sequence[Datum], scope: Scope, span: Span, new_scope: bool = True) -> Datum:
-        """A body: definitions and expressions in any order, all definitions visible throughout."""
+        """Expand a body: definitions and expressions in any order, with all definitions visible throughout."""
         inner = Scope(scope) if new_scope else scope
         pending: list[Pending] = []
         for datum in datums:
             self.scan(datum, inner, pending)
         if not pending:
-            raise SceneError("syntax", "the body is empty", None, span)
+            raise SceneError("syntax", "empty body", None, span)
         items = self._each([item.finish for item in pending])
         if pending[-1].defines:
             items.append(Atom(None, span))
         return items[0] if len(items) == 1 else core("BODY", items, span)
 
     def scan(self, datum: Datum, scope: Scope, pending: list[Pending]) -> None:
-        """Find the definitions that a form of a body makes, expanding macros at its head."""
+        """Find the definitions made by a form of a body, expanding macros at its head."""
 
         while isinstance(datum, ListDatum) and datum.items and datum.tail is None:
             binding = self.binding_of(datum.items[0], scope)
@@ -395,7 +415,7 @@ class Expander:
     def expand_lambda(
         self, parameters: Datum, body: Sequence[Datum], scope: Scope, span: Span, name: str = "lambda"
     ) -> Datum:
-        """A function: parameters of every kind, then a body."""
+        """Expand a function with parameters of all kinds and a body."""
         inner = Scope(scope)
         plain, defaults = self._lambda_list(parameters, inner)
         usage = _usage(parameters)
@@ -411,9 +431,11 @@ class Expander:
         elif isinstance(datum, ListDatum):
             items, tail = datum.items, datum.tail
         elif isinstance(datum, ArrayDatum):
-            raise SceneError("bracket", "parameters stand in ( ), not [ ]", None, datum.span)
+            raise SceneError(
+                "bracket", "expected parentheses around parameters, found square brackets", None, datum.span
+            )
         else:
-            raise SceneError("lambda-list", "a list of parameters is wanted here", None, datum.span)
+            raise SceneError("lambda-list", "expected a parameter list", None, datum.span)
         plain: list[ast.Parameter] = []
         defaults: list[Datum] = []
         position = 0
@@ -421,7 +443,7 @@ class Expander:
             item = items[position]
             if is_identifier(item) and base_name(item.value) == "&keys":
                 if position + 1 >= len(items):
-                    raise SceneError("lambda-list", "`&keys` needs a name after it", None, item.span)
+                    raise SceneError("lambda-list", "expected a name after `&keys`", None, item.span)
                 position += 1
                 self._add(plain, self._parameter(items[position], scope, "keys"), items[position].span)
             else:
@@ -434,8 +456,8 @@ class Expander:
     def _one_parameter(self, item: Datum, scope: Scope, plain: list[ast.Parameter], defaults: list[Datum]) -> None:
         if isinstance(item, ListDatum):
             if len(item.items) != 2 or item.tail is not None:
-                hint = "an optional parameter is `(name default)` or `(:name default)`"
-                raise SceneError("lambda-list", "this is no parameter", hint, item.span)
+                hint = "write an optional parameter as `(name default)` or `(:name default)`"
+                raise SceneError("lambda-list", "invalid parameter", hint, item.span)
             default = self.expand(item.items[1], scope)
             kind = "keyword" if _is_keyword(item.items[0]) else "optional"
             parameter = self._parameter(item.items[0], scope, kind)
@@ -447,10 +469,10 @@ class Expander:
 
     def _add(self, plain: list[ast.Parameter], parameter: ast.Parameter, span: Span) -> None:
         if parameter.kind == "required" and any(p.kind == "optional" for p in plain):
-            hint = "optional parameters come after the required ones"
-            raise SceneError("lambda-list", f"`{parameter.name}` comes too late", hint, span)
+            hint = "move optional parameters after the required ones"
+            raise SceneError("lambda-list", f"required parameter `{parameter.name}` after an optional one", hint, span)
         if parameter.name != "_" and any(p.name == parameter.name and p.target == parameter.target for p in plain):
-            raise SceneError("duplicate", f"the parameter `{parameter.name}` is there twice", None, span)
+            raise SceneError("duplicate", f"duplicate parameter `{parameter.name}`", None, span)
         plain.append(parameter)
 
     def _parameter(self, datum: Datum, scope: Scope, kind: str) -> ast.Parameter:
@@ -460,7 +482,7 @@ class Expander:
         if spelled == "_":
             return ast.Parameter(None, "_", kind, kind_type)
         if scope.bindings.get(name) is not None:
-            raise SceneError("duplicate", f"the parameter `{spelled}` is there twice", None, datum.span)
+            raise SceneError("duplicate", f"duplicate parameter `{spelled}`", None, datum.span)
         variable = self.declare(Atom(name, datum.span), scope)
         return ast.Parameter(variable, spelled, kind, kind_type)
 
@@ -478,13 +500,18 @@ class Expander:
             if name and annotation:
                 return Symbol(name), annotation
         if isinstance(datum, ArrayDatum):
-            raise SceneError("bracket", "a parameter is a name, not an array", "write ( )", datum.span)
+            raise SceneError(
+                "bracket",
+                "expected a parameter, found an array",
+                "use parentheses instead of square brackets",
+                datum.span,
+            )
         raise SceneError(
-            "lambda-list", "this is no parameter", "a parameter is `name`, `(name default)`, `:name`", datum.span
+            "lambda-list", "invalid parameter", "write a parameter as `name`, `(name default)` or `:name`", datum.span
         )
 
     def annotated_type(self, text: str, span: Span) -> Type:
-        """The type that an annotation names."""
+        """Return the type named by an annotation."""
         if text in self.record_names:
             return record_type(text)
         try:
@@ -492,7 +519,7 @@ class Expander:
         except KeyError as unknown:
             name = str(unknown.args[0])
             hint = suggest(name, {*BASE_TYPES, *self.record_names})
-            raise SceneError("type-name", f"there is no type `{name}`", hint, span) from None
+            raise SceneError("type-name", f"unknown type `{name}`", hint, span) from None
 
 
 def _is_keyword(datum: Datum) -> bool:
@@ -509,7 +536,7 @@ def _outermost(span: Span) -> Span:
     return Span(span.source, span.start, span.end)
 
 
-# Forms that define names in a body or at top level: how each is found before anything is expanded.
+# Scanners of the forms that define names in a body or at top level; they run before anything is expanded.
 
 
 Scanner = Callable[[Expander, ListDatum, Scope, list[Pending]], None]
@@ -529,7 +556,7 @@ def _definition(target: Datum, value: Callable[[], Datum], datum: Datum) -> Pend
 
 
 def _is_global(scope: Scope) -> bool:
-    """True for the scope of a file's top level: its parent is the one that knows the builtins."""
+    """Return whether a scope is that of a file's top level, whose parent resolves the builtins."""
     return scope.parent is not None and scope.parent.fallback is not None
 
 
@@ -537,11 +564,11 @@ def _is_global(scope: Scope) -> bool:
 def scan_define(expander: Expander, datum: ListDatum, scope: Scope, pending: list[Pending]) -> None:
     items = datum.items
     if len(items) < 2:
-        raise syntax_error("define", "`define` needs a name and a value", datum.span)
+        raise syntax_error("define", "`define` expects a name and a value", datum.span)
     head = items[1]
     if isinstance(head, ListDatum) and head.items:
         if len(items) < 3:
-            raise syntax_error("define", "the function has no body", datum.span)
+            raise syntax_error("define", "missing function body", datum.span)
         name = head.items[0]
         if not is_identifier(name):
             raise expander.not_a_name(name)
@@ -555,10 +582,10 @@ def scan_define(expander: Expander, datum: ListDatum, scope: Scope, pending: lis
         value = lambda: expander.expand_lambda(parameters, items[2:], scope, datum.span, spelled)
     else:
         if len(items) != 3:
-            what = "has no value" if len(items) == 2 else "has more than one value"
-            raise syntax_error("define", f"this `define` {what}", datum.span)
+            what = "missing value of `define`" if len(items) == 2 else "`define` has more than one value"
+            raise syntax_error("define", what, datum.span)
         if not is_identifier(head):
-            raise syntax_error("define", "`define` needs a name", head.span)
+            raise syntax_error("define", "`define` expects a name", head.span)
         target = _target(expander, head, scope)
         spelled = base_name(head.value)
         value = lambda: expand_named(expander, items[2], scope, spelled)
@@ -566,7 +593,7 @@ def scan_define(expander: Expander, datum: ListDatum, scope: Scope, pending: lis
 
 
 def expand_named(expander: Expander, datum: Datum, scope: Scope, name: str) -> Datum:
-    """A value; a function written here gets ``name``."""
+    """Expand a value; a ``lambda`` written here is given ``name``."""
     if isinstance(datum, ListDatum) and len(datum.items) > 2 and datum.tail is None:
         binding = expander.binding_of(datum.items[0], scope)
         if getattr(binding, "name", None) == "lambda":
@@ -581,7 +608,7 @@ def _target(expander: Expander, name: Datum, scope: Scope) -> Datum:
 @scans("define-values")
 def scan_define_values(expander: Expander, datum: ListDatum, scope: Scope, pending: list[Pending]) -> None:
     if len(datum.items) != 3:
-        raise syntax_error("define-values", "`define-values` needs names and one value", datum.span)
+        raise syntax_error("define-values", "`define-values` expects names and one value", datum.span)
     target = _target(expander, datum.items[1], scope)
     pending.append(_definition(target, lambda: expander.expand(datum.items[2], scope), datum))
 
@@ -589,7 +616,7 @@ def scan_define_values(expander: Expander, datum: ListDatum, scope: Scope, pendi
 @scans("define-syntax")
 def scan_define_syntax(expander: Expander, datum: ListDatum, scope: Scope, pending: list[Pending]) -> None:
     if len(datum.items) != 3 or not is_identifier(datum.items[1]):
-        raise syntax_error("define-syntax", "`define-syntax` needs a name and `syntax-rules`", datum.span)
+        raise syntax_error("define-syntax", "`define-syntax` expects a name and `syntax-rules`", datum.span)
     name = datum.items[1]
     _refuse_reserved(expander, name, scope)
     try:
@@ -605,7 +632,7 @@ def scan_define_syntax(expander: Expander, datum: ListDatum, scope: Scope, pendi
 def scan_define_macro(expander: Expander, datum: ListDatum, scope: Scope, pending: list[Pending]) -> None:
     head = datum.items[1] if len(datum.items) > 2 else None
     if not isinstance(head, ListDatum) or not head.items or not is_identifier(head.items[0]):
-        raise syntax_error("define-macro", "`define-macro` needs (name parameter ...) and a body", datum.span)
+        raise syntax_error("define-macro", "`define-macro` expects (name parameter ...) and a body", datum.span)
     name = head.items[0]
     _refuse_reserved(expander, name, scope)
     parameters: Datum = ListDatum(head.items[1:], head.tail, head.span)
@@ -621,7 +648,7 @@ def scan_define_macro(expander: Expander, datum: ListDatum, scope: Scope, pendin
 
 
 def _refuse_reserved(expander: Expander, name: Datum, scope: Scope) -> None:
-    """Declare and forget: the same checks as for a variable."""
+    """Check a macro's name like that of a variable, by declaring it in a temporary scope."""
     uses, expander.uses = expander.uses, None
     expander.declare(name, Scope(scope))
     expander.uses = uses
@@ -630,7 +657,7 @@ def _refuse_reserved(expander: Expander, name: Datum, scope: Scope) -> None:
 @scans("define-record")
 def scan_define_record(expander: Expander, datum: ListDatum, scope: Scope, pending: list[Pending]) -> None:
     if len(datum.items) < 2 or not is_identifier(datum.items[1]):
-        raise syntax_error("define-record", "`define-record` needs a name and fields", datum.span)
+        raise syntax_error("define-record", "`define-record` expects a name and fields", datum.span)
     name = datum.items[1]
     spelled = base_name(name.value)
     expander.declare_record(spelled)
@@ -666,15 +693,13 @@ def _fields(datum: ListDatum) -> tuple[list[str], list[str], list[Datum | None]]
         if isinstance(item, ListDatum) and len(item.items) == 2 and item.tail is None:
             item, default = item.items
         if not is_identifier(item):
-            hint = "a field is `name` or `(name default)`"
-            raise syntax_error("define-record", "this is no field", item.span, hint)
+            hint = "write a field as `name` or `(name default)`"
+            raise syntax_error("define-record", "invalid field", item.span, hint)
         name, _, annotation = base_name(item.value).partition("::")
         if name in fields:
-            raise SceneError("duplicate", f"the field `{name}` is there twice", None, item.span)
+            raise SceneError("duplicate", f"duplicate field `{name}`", None, item.span)
         if default is None and any(defaults):
-            raise syntax_error(
-                "define-record", f"the field `{name}` needs a default, as one before it has one", item.span
-            )
+            raise syntax_error("define-record", f"field `{name}` without a default after a field with one", item.span)
         fields.append(name)
         types.append(annotation)
         defaults.append(default)
@@ -685,24 +710,24 @@ def _fields(datum: ListDatum) -> tuple[list[str], list[str], list[Datum | None]]
 @scans("letrec-syntax")
 def scan_let_syntax(expander: Expander, datum: ListDatum, scope: Scope, pending: list[Pending]) -> None:
     if len(datum.items) < 3 or not isinstance(datum.items[1], ListDatum):
-        raise syntax_error("let-syntax", "`let-syntax` needs ((name (syntax-rules ...)) ...) and a body", datum.span)
+        raise syntax_error("let-syntax", "`let-syntax` expects ((name (syntax-rules ...)) ...) and a body", datum.span)
     inner = Scope(scope)
     for binding in datum.items[1].items:
         if not isinstance(binding, ListDatum) or len(binding.items) != 2 or not is_identifier(binding.items[0]):
-            raise syntax_error("let-syntax", "this is no macro binding", binding.span)
+            raise syntax_error("let-syntax", "invalid macro binding", binding.span)
         name, rules = binding.items
         inner.bind(name.value, macros.syntax_rules(expander, rules, inner, base_name(name.value), binding.span))
     pending.append(Pending(lambda: expander.expand_body(datum.items[2:], inner, datum.span), False, datum))
 
 
-# Quasiquote: a template is lowered to ``cons`` and ``append``; constant parts stay constants.
+# Quasiquote: a template is lowered to calls of ``cons`` and ``append``; constant parts become constants.
 #
-# Inside a ``define-macro`` body the symbols of a template become aliases, one set per expansion, so that they keep the
-# meaning that they have where the macro is defined (see ``scope.Alias``).
+# Inside a ``define-macro`` body, the symbols of a template become aliases, one set per expansion, so that they refer to
+# the bindings where the macro is defined (see ``scope.Alias``).
 
 
 def expand_template(expander: Expander, datum: Datum, scope: Scope) -> Datum:
-    """The core datum that builds the value of a quasiquoted template."""
+    """Return the core datum that builds the value of a quasiquoted template."""
     return _Template(expander, scope).build(datum, 1)
 
 
@@ -722,7 +747,7 @@ class _Template:
         if head == "unquote" and level == 1:
             return self.expander.expand(datum.items[1], self.scope)
         if head == "unquote-splicing" and level == 1:
-            raise syntax_error("quasiquote", "`,@` splices into a list, and there is none around it", datum.span)
+            raise syntax_error("quasiquote", "`,@` is only allowed inside a list", datum.span)
         if head is not None:
             level += 1 if head == "quasiquote" else -1
         return self._list(datum.items, datum.tail, datum.span, level)
@@ -755,7 +780,7 @@ class _Template:
         return ListDatum((self.expander.builtin(name, span, self.scope), *operands), None, span)
 
     def _alias(self, atom: Atom) -> Datum:
-        """A symbol of a macro's template: looked up among the aliases of the running expansion."""
+        """Return code that looks up the alias of a template symbol in the current expansion."""
         symbol = atom.value
 
         def alias(rt: Any) -> Any:
@@ -766,7 +791,7 @@ class _Template:
 
     @staticmethod
     def _keyword(datum: ListDatum) -> str | None:
-        """``unquote`` and so on, when the datum is such a form."""
+        """Return ``unquote``, ``unquote-splicing`` or ``quasiquote`` if the datum is such a form, else None."""
         if len(datum.items) == 2 and datum.tail is None and is_identifier(datum.items[0]):
             name = base_name(datum.items[0].value)
             if name in ("unquote", "unquote-splicing", "quasiquote"):
@@ -774,7 +799,7 @@ class _Template:
         return None
 
     def _is_constant(self, datum: Datum) -> bool:
-        """True when nothing is unquoted within (nor, in a macro's template, any symbol needs an alias)."""
+        """Return whether a template contains no unquotes and, in a macro's template, no symbols that need an alias."""
         aliased = self.expander.template_scope is not None
         stack = [datum]
         while stack:

@@ -1,4 +1,7 @@
-"""The special forms: shape, doc and indentation of each. Expansion, help, formatter and docs read this table."""
+"""Table of the special forms: syntax, documentation and indentation.
+
+It is used by the expander, the built-in help, the formatter and the generated documentation.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +29,7 @@ from scenelang.grammar.export.model import (
 
 @dataclass(frozen=True, slots=True)
 class Form:
-    """``indent``: how many operands stand on the head's line before the body is indented by two; None: aligned."""
+    """Special form. ``indent`` is the number of operands on the line of the head; None aligns the operands."""
 
     name: str
     usage: str
@@ -39,97 +42,144 @@ _CLAUSES = "((x xs) ... :when test :unless test :break test)"
 
 def _comprehensions() -> list[Form]:
     kinds = {
-        "": ("the value is `none`", "Run the body for its effects"),
-        "/list": ("a list of the body's values", "Collect"),
-        "/union": ("parts, as `union` makes them", "Unite entities"),
-        "/append": ("the body's lists, joined", "Join lists"),
-        "/sum": ("a number", "Add up the body's values"),
-        "/and": ("the last value, or `#f` at the first false one", "Test all"),
-        "/or": ("the first true value, or `#f`", "Test whether any"),
-        "/first": ("the body's first value, or `#f` when there is none", "Find the first"),
-        "/table": ("a table; the body gives `(list key value)`", "Build a table"),
+        "": ("the value is `none`", "Evaluate the body for its side effects"),
+        "/list": ("a list of the body's values", "Build a list"),
+        "/union": ("parts, like those of `union`", "Combine entities"),
+        "/append": ("the concatenation of the body's lists", "Concatenate lists"),
+        "/sum": ("a number", "Sum the body's values"),
+        "/and": ("the last value, or `#f` at the first false one", "Test whether all are true"),
+        "/or": ("the first true value, or `#f`", "Test whether any is true"),
+        "/first": ("the first value of the body, or `#f` if the loop is empty", "Find the first value"),
+        "/table": ("a table; the body returns `(list key value)`", "Build a table"),
         "/set": ("a set of the body's values", "Build a set"),
     }
     forms = []
     for star in ("", "*"):
-        how = "sequences run nested" if star else "sequences run side by side, nested after a test"
+        how = "sequences are nested" if star else "sequences are iterated in parallel, nested after a test"
         for suffix, (value, what) in kinds.items():
             name = f"for{star}{suffix}"
             forms.append(Form(name, f"({name} {_CLAUSES} body ...)", f"{what}: {value}; {how}."))
         name = f"for{star}/fold"
-        doc = f"Carry accumulators through the loop; the body gives their next values (a list when several); {how}."
+        doc = f"Fold with accumulators; the body returns their next values (a list if there are several); {how}."
         forms.append(Form(name, f"({name} ((acc init) ...) {_CLAUSES} body ...)", doc, 2))
     return forms
 
 
 _FORMS = [
-    Form("quote", "(quote datum)", "The datum itself, as data: `'x`.", None),
-    Form("quasiquote", "(quasiquote template)", "A template: `` `(a ,x ,@xs) ``.", None),
-    Form("if", "(if test then [else])", "Choose: `#f` and `none` are false, all else is true.", 1),
-    Form("lambda", "(lambda (parameter ...) body ...)", "A function."),
+    Form("quote", "(quote datum)", "Return the datum without evaluating it; short form `'x`.", None),
+    Form("quasiquote", "(quasiquote template)", "Build data from a template: `` `(a ,x ,@xs) ``.", None),
     Form(
-        "define", "(define name value) or (define (name parameter ...) body ...)", "Define a name, here or in a body."
+        "if",
+        "(if test then [else])",
+        "Conditional expression; `#f` and `none` are false, all other values are true.",
+        1,
     ),
-    Form("define-values", "(define-values (name ...) value)", "Take a sequence apart and define its items."),
+    Form("lambda", "(lambda (parameter ...) body ...)", "Create a function."),
+    Form(
+        "define",
+        "(define name value) or (define (name parameter ...) body ...)",
+        "Define a variable or function, at top level or in a body.",
+    ),
+    Form(
+        "define-values",
+        "(define-values (name ...) value)",
+        "Destructure a sequence and define a variable for each item.",
+    ),
     Form(
         "define-record",
         "(define-record name field (field default) ...)",
-        "A record: constructor `(name 1 :field 2)`, `name?`, `name-field`, `set-name-field!`.",
+        "Define a record type: constructor `(name 1 :field 2)`, `name?`, `name-field`, `set-name-field!`.",
     ),
-    Form("define-syntax", "(define-syntax name (syntax-rules ...))", "A hygienic macro."),
-    Form("syntax-rules", "(syntax-rules (literal ...) (pattern template) ...)", "Rules of a hygienic macro.", 1),
-    Form("define-macro", "(define-macro (name parameter ...) body ...)", "A macro computed from its operands as data."),
-    Form("let-syntax", "(let-syntax ((name (syntax-rules ...)) ...) body ...)", "Local macros."),
+    Form("define-syntax", "(define-syntax name (syntax-rules ...))", "Define a hygienic macro."),
     Form(
-        "letrec-syntax", "(letrec-syntax ((name (syntax-rules ...)) ...) body ...)", "Local macros that see each other."
+        "syntax-rules",
+        "(syntax-rules (literal ...) (pattern template) ...)",
+        "Pattern-matching rules of a hygienic macro.",
+        1,
     ),
-    Form("bind", '(bind "word" function)', "Define and bind an entity function (paper, appendix A)."),
-    Form("import", '(import "file.scene" [:prefix name/])', "Use another file's definitions, words and macros.", None),
-    Form("scene", '(scene "word" argument ...)', "Name the root of the scene; arguments as in `call`.", None),
-    Form("param", '(param name value "doc" [:min a] [:max b])', "A constant that the command line may override."),
-    Form("set!", "(set! name value)", "Assign a variable that exists.", 1),
     Form(
-        "let", "(let ((name value) ...) body ...) or (let loop ((name value) ...) body ...)", "Local names, or a loop."
+        "define-macro",
+        "(define-macro (name parameter ...) body ...)",
+        "Define a procedural macro, which computes code from its operands.",
     ),
-    Form("let*", "(let* ((name value) ...) body ...)", "Local names, each seeing those before it."),
-    Form("letrec", "(letrec ((name value) ...) body ...)", "Local names that see one another."),
-    Form("letrec*", "(letrec* ((name value) ...) body ...)", "Local names that see one another, in order."),
-    Form("let-values", "(let-values (((name ...) value) ...) body ...)", "Local names from sequences."),
-    Form("let*-values", "(let*-values (((name ...) value) ...) body ...)", "Local names from sequences, in order."),
-    Form("begin", "(begin expression ...)", "One after the other; the value is the last one's.", 0),
-    Form("begin0", "(begin0 expression ...)", "One after the other; the value is the first one's.", 0),
-    Form("cond", "(cond (test body ...) (test => function) ... (else body ...))", "The first true test decides.", 0),
+    Form("let-syntax", "(let-syntax ((name (syntax-rules ...)) ...) body ...)", "Define local macros."),
+    Form(
+        "letrec-syntax",
+        "(letrec-syntax ((name (syntax-rules ...)) ...) body ...)",
+        "Define mutually recursive local macros.",
+    ),
+    Form("bind", '(bind "word" function)', "Bind a word to an entity function (paper, appendix A)."),
+    Form(
+        "import",
+        '(import "file.scene" [:prefix name/])',
+        "Import the definitions, words and macros of another file.",
+        None,
+    ),
+    Form("scene", '(scene "word" argument ...)', "Declare the root of the scene, with arguments as for `call`.", None),
+    Form(
+        "param",
+        '(param name value "doc" [:min a] [:max b])',
+        "Define a constant that can be overridden on the command line.",
+    ),
+    Form("set!", "(set! name value)", "Assign a new value to an existing variable.", 1),
+    Form(
+        "let",
+        "(let ((name value) ...) body ...) or (let loop ((name value) ...) body ...)",
+        "Bind local variables, or define and run a named loop.",
+    ),
+    Form("let*", "(let* ((name value) ...) body ...)", "Bind local variables in sequence."),
+    Form("letrec", "(letrec ((name value) ...) body ...)", "Bind mutually recursive local variables."),
+    Form("letrec*", "(letrec* ((name value) ...) body ...)", "Bind mutually recursive local variables in order."),
+    Form("let-values", "(let-values (((name ...) value) ...) body ...)", "Destructure sequences into local variables."),
+    Form("let*-values", "(let*-values (((name ...) value) ...) body ...)", "Destructure sequences in order."),
+    Form("begin", "(begin expression ...)", "Evaluate expressions in order and return the last value.", 0),
+    Form("begin0", "(begin0 expression ...)", "Evaluate expressions in order and return the first value.", 0),
+    Form(
+        "cond",
+        "(cond (test body ...) (test => function) ... (else body ...))",
+        "Evaluate the clause of the first true test.",
+        0,
+    ),
     Form(
         "case",
         "(case key ((datum ...) body ...) ... (else body ...))",
-        "Choose by an equal constant, as `equal?` has it: 1 and 1.0 differ.",
+        "Evaluate the clause with a constant equal to the key by `equal?`; 1 and 1.0 differ.",
     ),
-    Form("when", "(when test body ...)", "Run the body if the test is true."),
-    Form("unless", "(unless test body ...)", "Run the body if the test is false."),
-    Form("and", "(and expression ...)", "The first false value, or the last one.", None),
-    Form("or", "(or expression ...)", "The first true value, or the last one.", None),
-    Form("do", "(do ((name init step) ...) (test result ...) body ...)", "Scheme's loop.", 2),
-    Form("while", "(while test body ...)", "Run the body as long as the test is true."),
-    Form("let/ec", "(let/ec name body ...)", "Call `(name value)` to leave the body early."),
-    Form("guard", "(guard (name (test handler ...) ...) body ...)", "Catch errors that the body raises."),
-    Form("assert", '(assert test ["message"])', "Raise an error unless the test is true.", None),
+    Form("when", "(when test body ...)", "Evaluate the body if the test is true."),
+    Form("unless", "(unless test body ...)", "Evaluate the body if the test is false."),
+    Form("and", "(and expression ...)", "Return the first false value, or the last value.", None),
+    Form("or", "(or expression ...)", "Return the first true value, or the last value.", None),
+    Form(
+        "do",
+        "(do ((name init step) ...) (test result ...) body ...)",
+        "Loop with variables that are updated in each iteration, as in Scheme.",
+        2,
+    ),
+    Form("while", "(while test body ...)", "Evaluate the body repeatedly while the test is true."),
+    Form("let/ec", "(let/ec name body ...)", "Bind an escape procedure: `(name value)` exits the body early."),
+    Form(
+        "guard", "(guard (name (test handler ...) ...) body ...)", "Evaluate the body and handle the errors it raises."
+    ),
+    Form("assert", '(assert test ["message"])', "Raise an error if the test is false.", None),
     *_comprehensions(),
 ]
 
 FORMS: dict[str, Form] = {form.name: form for form in _FORMS}
 
-INDENTS: Mapping[str, int | None] = {form.name: form.indent for form in _FORMS}  # as layout and formatter take them
+INDENTS: Mapping[str, int | None] = {
+    form.name: form.indent for form in _FORMS
+}  # by head, for the layout and the formatter
 
-# Scheme's features that are left out on purpose, with what to do instead.
+# Scheme features that are omitted on purpose, with alternatives.
 ABSENT: dict[str, str] = {
-    "call/cc": "leave early with `let/ec`",
-    "call-with-current-continuation": "leave early with `let/ec`",
-    "dynamic-wind": "catch errors with `guard`",
-    "eval": "nothing evaluates data; use functions or macros",
+    "call/cc": "use `let/ec` to exit early",
+    "call-with-current-continuation": "use `let/ec` to exit early",
+    "dynamic-wind": "use `guard` to handle errors",
+    "eval": "data cannot be evaluated; use functions or macros",
     "delay": "wrap it in `(lambda () ...)`",
     "force": "call the function instead",
     "make-promise": "wrap it in `(lambda () ...)`",
-    "call-with-values": "`values` makes a list; take it apart with `let-values`",
+    "call-with-values": "`values` returns a list; destructure it with `let-values`",
     "define-record-type": "write `(define-record name field ...)`",
     "read": "programs cannot read input; use `param`",
     "read-line": "programs cannot read input; use `param`",
@@ -139,18 +189,18 @@ ABSENT: dict[str, str] = {
     "display": "use `print`",
     "newline": "use `print`",
     "write": "use `print`",
-    "string-set!": "strings do not change; build a new one",
-    "vector-ref": "`(ref xs i)` reads any sequence",
-    "vector-set!": "`(set-ref! xs i value)` changes a mutable list or array",
+    "string-set!": "strings are immutable; build a new one",
+    "vector-ref": "use `(ref xs i)`, which reads any sequence",
+    "vector-set!": "use `(set-ref! xs i value)` on a mutable list or array",
     "make-vector": "use `(make-list n x)`, `(zeros n)` or `(mutable-list ...)`",
-    "hash-table-ref": "`(ref table key default)` reads a table",
-    "set-car!": "pairs do not change; use `(mutable-list ...)`",
-    "set-cdr!": "pairs do not change; use `(mutable-list ...)`",
+    "hash-table-ref": "use `(ref table key default)`",
+    "set-car!": "pairs are immutable; use `(mutable-list ...)`",
+    "set-cdr!": "pairs are immutable; use `(mutable-list ...)`",
     "char?": "characters are strings of length 1",
 }
 
 
-# An example of every special form: a small program, and the value of its last expression (None: it has none).
+# An example of every special form: a small program, and the value of its last expression (None for a definition).
 
 
 FORM_EXAMPLES: Mapping[str, tuple[str, str | None]] = {
@@ -253,10 +303,10 @@ FORM_EXAMPLES: Mapping[str, tuple[str, str | None]] = {
 }
 
 
-# The shapes of the special forms as grammar: what may follow the head of each, and the parts that they share.
+# Grammar of the special forms: the operands of each form, and shared rules.
 #
-# Notation: Lark's, over datums: `"("` is a bracket, capitals are tokens of ``grammar/export/tokens``. ``derived``,
-# ``definitions``, ``macros`` and ``program`` check the same shapes with messages for people; tests compare the two.
+# The notation is Lark's, over datums: `"("` is a bracket, upper-case names are tokens of ``grammar.export.model``. The
+# expander checks the same syntax with readable messages; tests compare the two.
 
 
 _LET = "bindings body"
@@ -302,20 +352,20 @@ DEFINITIONS: Mapping[str, str] = MappingProxyType({
     "define-record": "NAME field* default_field*",
 })  # fmt: skip
 
-# Those that define macros; a body of nothing else is empty.
+# Forms that define macros; a body that contains only these is empty.
 MACROS: Mapping[str, str] = MappingProxyType({
     "define-syntax": "NAME rules",
     "define-macro": '"(" NAME parameter_list? rest? ")" body',
 })  # fmt: skip
 
-# Forms that stand at top level only.
+# Forms that are only allowed at top level.
 TOP_LEVEL: Mapping[str, str] = MappingProxyType({
     "import": 'STRING (":prefix" SYMBOL)?',
     "scene": "expr+",
     "param": 'NAME expr STRING? (":min" NUMBER | ":max" NUMBER)*',
 })  # fmt: skip
 
-# Forms that the rules below spell out: where `begin` stands decides what it may hold, `syntax-rules` is no expression.
+# Forms with explicit rules below: the contents of `begin` depend on its context; `syntax-rules` is not an expression.
 SPELLED_OUT = frozenset({"begin", "syntax-rules"})
 
 RULES = """
@@ -392,16 +442,16 @@ member: template | ",@" expr | "(" "unquote-splicing" expr ")"
 """
 
 
-# The shape of a form as a snippet that editors fill in: `(if ${1:test} ${2:then})`.
+# Editor snippets of the special forms, such as `(if ${1:test} ${2:then})`.
 
 
-_KEPT = frozenset({"else", "=>", "syntax-rules", "_"})  # words of a shape that stand in programs as they are
+_LITERAL_WORDS = frozenset({"else", "=>", "syntax-rules", "_"})  # literal words of a usage text
 _RULES = "(syntax-rules () ((_ pattern) template))"
 _TOKEN = re.compile(r'"[^"]*"|[()]|[^\s()"]+|\s+')
 
 
 def snippet(form: Form) -> str:
-    """The first shape of ``form`` without what may be left out, its parts numbered, the last place `$0`."""
+    """Return a snippet of the first usage of ``form`` with numbered placeholders, without optional parts."""
     usage = form.usage.split(" or ")[0].replace("(syntax-rules ...)", _RULES)
     usage = re.sub(r"\s*\[[^\]]*\]", "", usage)  # optional parts
     usage = re.sub(r"\s+:\w+ test", "", usage)
@@ -410,7 +460,7 @@ def snippet(form: Form) -> str:
     pieces = []
     for position, token in enumerate(_TOKEN.findall(usage)):
         name = token.strip('"')
-        if position == 1 or token in ("(", ")") or token.isspace() or name in _KEPT or name.startswith(":"):
+        if position == 1 or token in ("(", ")") or token.isspace() or name in _LITERAL_WORDS or name.startswith(":"):
             pieces.append(token)
             continue
         number += 1
@@ -419,7 +469,7 @@ def snippet(form: Form) -> str:
     return "".join(pieces) + "$0"
 
 
-# The grammar of programs as text, full and strict: the forms' shapes and the paper's rules in one model.
+# The grammar of programs, full and strict, which combines the special forms and the paper's rules.
 
 
 _GROUPS: Mapping[str, Mapping[str, str]] = MappingProxyType({
@@ -432,7 +482,7 @@ _GROUPS: Mapping[str, Mapping[str, str]] = MappingProxyType({
 
 @cache
 def full_grammar() -> Grammar:
-    """Programs that read and whose special forms have the right shape."""
+    """Return the grammar of all syntactically valid programs."""
     rules = parse_rules(RULES)
     for group, shapes in _GROUPS.items():
         rules |= _forms(group, shapes)
@@ -441,9 +491,12 @@ def full_grammar() -> Grammar:
 
 @cache
 def strict_grammar() -> Grammar:
-    """Programs of exactly the paper's grammar, as ``check --strict`` has it."""
+    """Return the grammar of the paper, as checked by ``check --strict``."""
     full = full_grammar().rules
-    rules = {**strict_rules(), **{name: full[name] for name in ("datum", "list", "literal")}}  # what `#;` hides
+    rules = {
+        **strict_rules(),
+        **{name: full[name] for name in ("datum", "list", "literal")},
+    }  # for datum comments, `#;`
     reserved = literals(rules) | literals(full)
     return _grammar(rules, reserved, "The Scene Language, exactly the paper's grammar")
 
@@ -455,7 +508,7 @@ def _grammar(rules: Mapping[str, Expression], reserved: frozenset[str], title: s
 
 
 def _forms(group: str, shapes: Mapping[str, str]) -> dict[str, Expression]:
-    """A rule for each shape, named by the first form that has it, and the rule that offers them all."""
+    """Return a rule for each syntax, named after the first form that has it, and the rule ``group`` of all of them."""
     heads: dict[str, list[str]] = {}
     for head, shape in shapes.items():
         heads.setdefault(shape, []).append(head)
@@ -467,6 +520,6 @@ def _forms(group: str, shapes: Mapping[str, str]) -> dict[str, Expression]:
 
 
 def _rule_name(head: str) -> str:
-    """``let*-values`` as a rule's name."""
+    """Return the rule name of a form, such as ``let_star_values_form``."""
     spelled = head.replace("*", "_star").replace("!", "").replace("/", "_").replace("-", "_")
     return f"{spelled}_form"

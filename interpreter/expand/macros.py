@@ -1,6 +1,6 @@
-"""Macros: ``syntax-rules`` by matching datums, ``define-macro`` by running a function on operands as data.
+"""Macros: pattern-matching ``syntax-rules`` and procedural ``define-macro``.
 
-What a template makes carries the span of the macro's use, with a note of the expansion.
+Datums produced by a template carry the span of the macro use, annotated with the expansion.
 """
 
 from __future__ import annotations
@@ -30,16 +30,16 @@ if TYPE_CHECKING:
     from scenelang.interpreter.expand.expand import Expander
 
 
-# Between datums and values: quoted constants, and programs as data for macros.
+# Conversion between datums and values: quoted constants, and code as data for macros.
 
 
-# The head of a list that stands for brackets where a macro sees its operands as data.
+# Head of the list that represents an array literal in the operands of a procedural macro.
 BRACKETS = Symbol("[ ]")
-MAX_ITEMS = 1_000_000  # what macros make may share its parts, and so be exponentially larger than it looks
+MAX_ITEMS = 1_000_000  # output of macros may share structure, so its size as a tree can be exponential
 
 
 class _Budget:
-    """How many items of a macro's data or of a constant may still be walked."""
+    """Number of items of macro data or a constant that may still be visited."""
 
     __slots__ = ("left",)
 
@@ -49,16 +49,16 @@ class _Budget:
     def spend(self) -> None:
         self.left -= 1
         if self.left < 0:
-            raise LimitError("expansion", f"what a macro made has more than {MAX_ITEMS:,} items")
+            raise LimitError("expansion", f"macro output exceeds the limit of {MAX_ITEMS:,} items")
 
 
 def quoted_value(datum: Datum) -> Any:
-    """The constant that ``(quote datum)`` stands for; macros' aliases become plain symbols."""
+    """Return the value of ``(quote datum)``; aliases become plain symbols."""
     return _value(datum, _constant, lambda datum, items: array_literal(items), _Budget())
 
 
 def syntax_value(datum: Datum, origins: dict[int, Datum]) -> Any:
-    """``datum`` as data for a macro; ``origins`` remembers which datum each pair came from, by identity."""
+    """Convert ``datum`` to data for a macro; ``origins`` records the datum of each pair, by identity."""
 
     def brackets(datum: Datum, items: list[Any]) -> Any:
         return Pair(BRACKETS, make_list(items))
@@ -102,7 +102,7 @@ def _value(
 
 
 def datum_of(value: Any, span: Span, origins: dict[int, Datum]) -> Datum:
-    """The datum that a macro's value is; parts of the macro's operands keep their own places."""
+    """Convert the result of a macro to a datum; parts of the macro's operands keep their original spans."""
     return _datum_of(value, span, origins, _Budget())
 
 
@@ -122,7 +122,7 @@ def _datum_of(value: Any, span: Span, origins: dict[int, Datum], budget: _Budget
         return Atom(Handle(value.handle), span)
     if value is None or isinstance(value, (bool, int, float, str, Symbol, Keyword, Annotated)):
         return Atom(value, span)
-    raise SceneError("macro", f"a macro gave {type_name(value)}, which is no piece of program", span=span)
+    raise SceneError("macro", f"a macro returned {type_name(value)}, which is not code", span=span)
 
 
 def _list_datum(value: Pair, span: Span, origins: dict[int, Datum], budget: _Budget) -> Datum:
@@ -144,7 +144,7 @@ MAX_EXPANDED_ITEMS = 200_000
 
 
 def use_span(use: Datum, name: str, definition: Span | None) -> Span:
-    """The span of what a macro makes: the use's, with the expansion noted."""
+    """Return the span of a macro's output: that of the macro use, annotated with the expansion."""
     span = use.span
     return Span(span.source, span.start, span.end, Expansion(name, definition, span.expansion))
 
@@ -155,7 +155,10 @@ def use_span(use: Datum, name: str, definition: Span | None) -> Span:
 def procedural(
     expander: Expander, name: str, parameters: Datum, body: Sequence[Datum], scope: Scope, span: Span
 ) -> Macro:
-    """The macro of ``(define-macro (name . parameters) body ...)``. Its body sees builtins and earlier macros."""
+    """Create the macro of ``(define-macro (name . parameters) body ...)``.
+
+    Its body can use builtins and macros defined earlier, but no variables of the program.
+    """
     visible = _macro_scope(scope)
     outer, expander.template_scope = expander.template_scope, scope
     try:
@@ -176,13 +179,13 @@ def procedural(
                 expander.note_chance()
             return datum_of(value, place, origins)
         except LimitError as error:
-            notes: tuple[Note, ...] = (Note("the macro is defined here", span),)
-            hint = "is there a loop or recursion without end? a macro's body runs under limits of its own"
+            notes: tuple[Note, ...] = (Note("macro defined here", span),)
+            hint = "look for an infinite loop or recursion; the body of a macro has separate limits"
             raise SceneError(
-                "expansion", f"expanding `{name}` failed: {error.message}", hint, use.span, notes
+                "expansion", f"expansion of the macro `{name}` failed: {error.message}", hint, use.span, notes
             ) from None
         except SceneError as error:
-            notes = (Note("the macro is defined here", span), *error.notes)
+            notes = (Note("macro defined here", span), *error.notes)
             raise SceneError(
                 error.name, f"in the macro `{name}`: {error.message}", error.hint, use.span, notes
             ) from None
@@ -194,7 +197,7 @@ def procedural(
 
 
 def _macro_scope(scope: Scope) -> Scope:
-    """The part of ``scope`` that a macro's body may use: builtins, forms and macros, no variables of the program."""
+    """Return the part of ``scope`` visible in a macro's body: builtins, forms and macros, but no variables."""
     chain: list[Scope] = []
     base: Scope | None = scope
     while base is not None and base.fallback is None:
@@ -209,7 +212,7 @@ def _macro_scope(scope: Scope) -> Scope:
 
 
 def broken(name: str, span: Span) -> Macro:
-    """What stands for a macro whose definition is wrong, so that its uses are not called wrong too."""
+    """Return a placeholder for a macro with an invalid definition, to avoid consequential errors at its uses."""
     return Macro(name, lambda use, scope: Atom(None, use.span), span)
 
 
@@ -218,8 +221,11 @@ def broken(name: str, span: Span) -> Macro:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Rules:
-    """``ellipsis`` is the identifier that the macro names for it, None for the usual ``...``. It and the ``literals``
-    are identifiers, not names: what another macro inserts may have their name and be something else."""
+    """Rules of a ``syntax-rules`` macro.
+
+    ``ellipsis`` is the custom ellipsis identifier, or None for the usual ``...``. The ellipsis and the ``literals`` are
+    identifiers rather than names: an identifier inserted by another macro may have the same name but be different.
+    """
 
     name: str
     ellipsis: Symbol | None
@@ -229,7 +235,7 @@ class _Rules:
     span: Span
 
     def is_ellipsis(self, datum: Datum) -> bool:
-        """Whether ``datum`` repeats what stands before it; a literal of the same name does not (R7RS 4.3.2)."""
+        """Return whether ``datum`` is the ellipsis; a literal of the same name is not (R7RS, section 4.3.2)."""
         if not isinstance(datum, Atom) or not isinstance(datum.value, Symbol) or datum.value in self.literals:
             return False
         if self.ellipsis is not None:
@@ -238,29 +244,29 @@ class _Rules:
 
     @property
     def dots(self) -> str:
-        """The ellipsis as it is written."""
+        """The ellipsis as written in the source."""
         return "..." if self.ellipsis is None else base_name(self.ellipsis)
 
 
 def _is_same(a: Symbol, b: Symbol) -> bool:
-    """Whether two identifiers of one form are the same."""
+    """Return whether two identifiers of one form are the same."""
     return a is b if isinstance(a, Alias) or isinstance(b, Alias) else a == b
 
 
 def syntax_rules(expander: Expander, datum: Datum, scope: Scope, name: str, span: Span) -> Macro:
-    """The macro of ``(syntax-rules (literal ...) (pattern template) ...)``."""
+    """Create the macro of ``(syntax-rules (literal ...) (pattern template) ...)``."""
     items = datum.items if isinstance(datum, ListDatum) else ()
     head = expander.binding_of(items[0], scope) if items else None
     if not isinstance(head, Special) or head.name != "syntax-rules" or len(items) < 2:
         raise SceneError(
-            "macro", f"the macro `{name}` needs `(syntax-rules (literal ...) (pattern template) ...)`", None, span
+            "macro", f"the macro `{name}` requires `(syntax-rules (literal ...) (pattern template) ...)`", None, span
         )
     rest = items[1:]
     ellipsis: Symbol | None = None
     if isinstance(rest[0], Atom) and isinstance(rest[0].value, Symbol):
         ellipsis, rest = rest[0].value, rest[1:]
     if not rest or not isinstance(rest[0], ListDatum):
-        raise SceneError("macro", "the literals of `syntax-rules` stand in a list", None, datum.span)
+        raise SceneError("macro", "expected a list of literals in `syntax-rules`", None, datum.span)
     literals = frozenset(
         item.value for item in rest[0].items if isinstance(item, Atom) and isinstance(item.value, Symbol)
     )
@@ -268,7 +274,7 @@ def syntax_rules(expander: Expander, datum: Datum, scope: Scope, name: str, span
     rules = []
     for rule in rest[1:]:
         if not isinstance(rule, ListDatum) or len(rule.items) != 2 or not isinstance(rule.items[0], ListDatum):
-            raise SceneError("macro", "a rule is `(pattern template)`", None, rule.span)
+            raise SceneError("macro", "invalid rule; expected `(pattern template)`", None, rule.span)
         _check_pattern(known, rule.items[0])
         rules.append((rule.items[0], rule.items[1]))
     known = replace(known, rules=tuple(rules))
@@ -284,7 +290,9 @@ def _check_pattern(known: _Rules, pattern: Datum) -> None:
         return
     dots = [index for index, item in enumerate(pattern.items) if known.is_ellipsis(item)]
     if len(dots) > 1 or dots[:1] == [0]:
-        raise SceneError("macro", f"`{known.dots}` may stand once in a list, after a pattern", None, pattern.span)
+        raise SceneError(
+            "macro", f"`{known.dots}` may occur only once in a list, and only after a pattern", None, pattern.span
+        )
     for item in pattern.items:
         _check_pattern(known, item)
 
@@ -302,12 +310,12 @@ def _apply_rules(known: _Rules, use: Datum, scope: Scope) -> Datum:
     usages = " or ".join(_usage(known.name, pattern) for pattern, _ in known.rules[:3])
     note = Note(f"the macro `{known.name}` is defined here", known.span)
     raise SceneError(
-        "macro", f"no rule of the macro `{known.name}` fits this use", f"it wants {usages}", use.span, (note,)
+        "macro", f"no rule of the macro `{known.name}` matches this use", f"expected {usages}", use.span, (note,)
     )
 
 
 def _usage(name: str, pattern: Datum) -> str:
-    """How a use of the macro looks by one of its patterns."""
+    """Return the usage of a macro according to one of its patterns."""
     text = " ".join(pattern.span.text.split())
     return re.sub(r"^\(\s*[^\s()]+", f"`({name}", text) + "`"
 
@@ -391,7 +399,7 @@ def _pattern_variables(known: _Rules, pattern: Datum) -> list[Any]:
 
 
 class _Instance:
-    """One expansion of a template: its symbols that are no pattern variables become fresh aliases."""
+    """Instance of a template: symbols other than pattern variables become fresh aliases."""
 
     def __init__(self, known: _Rules, span: Span) -> None:
         self.known = known
@@ -402,12 +410,12 @@ class _Instance:
     def build(self, template: Datum, bound: dict[Any, Any], escaped: bool = False) -> Datum:
         self.size += 1
         if self.size > MAX_EXPANDED_ITEMS:
-            raise LimitError("expansion", f"an expansion of `{self.known.name}` is too large", None, self.span)
+            raise LimitError("expansion", f"the expansion of `{self.known.name}` is too large", None, self.span)
         if isinstance(template, Atom):
             return self._atom(template, bound)
         items = template.items
         if not escaped and len(items) == 2 and self.known.is_ellipsis(items[0]):
-            return self.build(items[1], bound, True)  # (... template) takes `...` literally
+            return self.build(items[1], bound, True)  # (... template) escapes the ellipsis
         built: list[Datum] = []
         position = 0
         while position < len(items):
@@ -433,7 +441,12 @@ class _Instance:
             found = bound[value]
             if isinstance(found, list):
                 name = base_name(value)
-                raise SceneError("macro", f"`{name}` needs `{self.known.dots}` after it here", None, atom.span)
+                raise SceneError(
+                    "macro",
+                    f"the pattern variable `{name}` must be followed by `{self.known.dots}` here",
+                    None,
+                    atom.span,
+                )
             return found  # type: ignore[no-any-return]
         if isinstance(value, Keyword) and "::" not in value:
             return Atom(TemplateKeyword(value, self._fresh(Symbol(value))), self.span)
@@ -455,11 +468,11 @@ class _Instance:
     def _repeat(self, item: Datum, bound: dict[Any, Any], depth: int) -> list[Datum]:
         variables = [v for v in _pattern_variables(self.known, item) if isinstance(bound.get(v), list)]
         if not variables:
-            message = f"nothing before `{self.known.dots}` repeats in this template"
+            message = f"no repeated pattern variable before `{self.known.dots}` in this template"
             raise SceneError("macro", message, None, item.span)
         lengths = {len(bound[v]) for v in variables}
         if len(lengths) > 1:
-            message = "pattern variables that repeat together matched different numbers of items"
+            message = "pattern variables repeated together matched different numbers of items"
             raise SceneError("macro", message, None, self.span)
         out: list[Datum] = []
         for index in range(lengths.pop()):

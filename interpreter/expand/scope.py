@@ -1,7 +1,8 @@
-"""Names at expansion time: what an identifier is bound to where it stands.
+"""Scopes and bindings at expansion time: resolution of identifiers.
 
-Hygiene is by aliases. A macro's template gives each of its symbols a fresh ``Alias`` per expansion; an alias that
-nothing binds on the way means what its symbol means where the macro was defined.
+Hygiene is implemented with aliases. Each expansion of a macro's template renames its symbols to fresh ``Alias``
+objects; an
+alias that is not bound by the expanded code refers to the binding of its symbol where the macro was defined.
 """
 
 from __future__ import annotations
@@ -14,10 +15,17 @@ from scenelang.grammar.datum import Keyword, Span, Symbol
 
 
 class Alias(Symbol):
-    """A symbol that came from a macro's template; compares by identity.
+    """Renamed symbol of a macro template; compares by identity.
 
-    ``scope`` is where the macro was defined. ``soft`` (``define-macro``): binding it also binds the plain name, and
-    where the definition's scope does not know it, it means what the plain name means at the use.
+    Attributes
+    ----------
+    base
+        Original symbol.
+    scope
+        Scope of the macro's definition.
+    soft
+        Set for ``define-macro``: binding the alias also binds the plain name, and an alias that is unbound in the
+        definition's scope is resolved as the plain name in the scope of the macro use.
     """
 
     __slots__ = ("base", "scope", "soft")
@@ -36,7 +44,7 @@ def make_alias(base: Symbol, scope: Scope, soft: bool) -> Alias:
 
 
 class TemplateKeyword(Keyword):
-    """A keyword that came from a macro's template: as a parameter it binds what the template's symbol means."""
+    """Keyword of a macro template; as a keyword parameter, it binds the alias of the template's symbol."""
 
     __slots__ = ("alias",)
     alias: Alias
@@ -48,7 +56,7 @@ class TemplateKeyword(Keyword):
 
 
 def base_name(symbol: Symbol) -> str:
-    """The symbol as the user wrote it."""
+    """Return the name of a symbol as the user wrote it."""
     while isinstance(symbol, Alias):
         symbol = symbol.base
     return str(symbol)
@@ -56,7 +64,7 @@ def base_name(symbol: Symbol) -> str:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Annotated:
-    """An identifier with the paper's annotation, ``name::Type``."""
+    """Identifier with a type annotation in the paper's notation, ``name::Type``."""
 
     name: Symbol
     type: str
@@ -64,7 +72,7 @@ class Annotated:
 
 
 class Variable:
-    """A binding that holds a value at run time. The expander and the analysis fill in what the compiler needs."""
+    """Variable, which has a value at run time. The expander and the analysis set the attributes for the compiler."""
 
     __slots__ = ("assigned", "captured", "from_macro", "is_global", "name", "owner", "recursive", "shadows", "span")
 
@@ -72,12 +80,12 @@ class Variable:
         self.name = name
         self.span = span
         self.is_global = is_global
-        self.recursive = recursive  # visible before its definition has run: define, letrec
+        self.recursive = recursive  # visible before its definition is evaluated: define, letrec
         self.assigned = False
-        self.captured = False  # used by a closure inside the function or loop body that binds it
+        self.captured = False  # used by a closure within the function or loop body that binds it
         self.owner: Any = None
         self.from_macro = False
-        self.shadows = False  # hides a function of the library
+        self.shadows = False  # shadows a builtin function
 
     def __str__(self) -> str:
         return self.name
@@ -85,14 +93,14 @@ class Variable:
 
 @dataclass(frozen=True, slots=True)
 class Special:
-    """A special form, by its name in ``forms``."""
+    """Special form, by its name in ``forms``."""
 
     name: str
 
 
 @dataclass(frozen=True, slots=True)
 class PaperForm:
-    """One of the paper's four macros: a procedure of the prelude whose call sites have a core form."""
+    """One of the paper's four macros: a procedure of the prelude whose direct calls become core forms."""
 
     terminal: str
     variable: Variable
@@ -100,14 +108,14 @@ class PaperForm:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ConstantBinding:
-    """A name that stands for a value, such as ``pi``."""
+    """Named constant, such as ``pi``."""
 
     value: Any
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Macro:
-    """``transform(form, use scope)`` gives the datum that replaces the form."""
+    """Macro. ``transform(form, use_scope)`` returns the datum that replaces the macro use."""
 
     name: str
     transform: Callable[[Any, Any], Any]
@@ -119,7 +127,7 @@ Binding: TypeAlias = Any  # Variable | Special | PaperForm | ConstantBinding | M
 
 
 class Scope:
-    """A region of the program. ``fallback`` answers for names that no region knows (builtins and forms)."""
+    """Lexical scope. ``fallback`` resolves predefined names (builtins and special forms) that no scope binds."""
 
     __slots__ = ("bindings", "fallback", "parent")
 
@@ -134,7 +142,7 @@ class Scope:
             self.bindings[Symbol(base_name(symbol))] = binding
 
     def lookup(self, symbol: Symbol) -> Binding | None:
-        """What ``symbol`` means here, or None."""
+        """Return the binding of ``symbol`` in this scope, or None if it is unbound."""
         use: Scope = self
         scope: Scope = self
         while True:
@@ -162,7 +170,7 @@ class Scope:
         return None
 
     def names(self) -> Iterator[str]:
-        """Every name bound in this and the enclosing regions, for suggestions."""
+        """Iterate over all names bound in this and the enclosing scopes, for suggestions."""
         scope: Scope | None = self
         while scope is not None:
             for symbol in scope.bindings:

@@ -1,5 +1,5 @@
-"""Programs as users write them: files, imports, top-level forms, params.
+"""Programs as units: files, imports, top-level forms and params.
 
-``program`` expands files in order, ``interactive`` keeps a session of forms and a program under edit. It knows the text
-of forms and not what they do when they run.
+``program`` expands files in order; ``interactive`` maintains a REPL session and a program under edit. Both handle the
+text of forms, not their evaluation.
 """

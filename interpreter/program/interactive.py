@@ -1,9 +1,10 @@
-"""A top level that goes on: forms are read, expanded and run one after another, and names may be defined anew.
+"""Incremental evaluation for the REPL and editors: forms are read, expanded and run one after another.
 
-A form either does all that it says or nothing: what a failing form has bound or changed is taken back. All global
-variables count as assigned, so that a shared call that read one holds only until it changes. When a name comes to mean
-something else than a variable's new value (a macro, a record, a name of the library), the functions whose expansion
-looked it up are expanded and made anew.
+Names may be redefined. Each form is a transaction: if it fails, its bindings and changes are rolled back. All global
+variables count as assigned, so that a shared call that reads one is valid only until it changes. If a name changes its
+meaning other than by a new value of its variable (a macro, a record, a library name), the functions whose expansion
+looked
+it up are expanded and created again.
 """
 
 from __future__ import annotations
@@ -48,17 +49,19 @@ from scenelang.interpreter.runtime.types import Library
 from scenelang.interpreter.runtime.values import Mutable, Stream
 from scenelang.interpreter.scene.entity import Scene
 
-# Versions of one program while it is being edited: only what an edit may have changed is looked at again.
+# Incremental analysis of a program under edit: only what an edit may have changed is analysed again.
 #
-# The main file is cut into its top-level pieces (``grammar.chunks``). A piece whose text stood in the last version
-# keeps its datums; its scan and expansion are kept while every name that they looked up means the same (``ledger``).
-# So places inside a piece are relative to it; ``Version.place`` gives those of the whole text. The result is what an
-# analysis from scratch gives.
+# The main file is split into top-level pieces. A piece with unchanged text reuses its datums, and also its scan and
+# expansion if every name they looked up still has the same meaning (``Ledger``). Spans inside a piece are therefore
+# relative to it; ``Version.place`` converts them to the whole text. The result equals an analysis from scratch.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Piece:
-    """A piece of the text and the form that it is; ``source`` holds only its text, with blanks for its column."""
+    """Top-level piece of the text with its form.
+
+    ``source`` contains only the text of the piece, indented by blanks to its column.
+    """
 
     text: str
     source: Source
@@ -67,7 +70,7 @@ class Piece:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Version:
-    """One version of the text, analysed. ``pieces`` come with where the text of their sources begins."""
+    """Analysed version of the text. Each piece comes with the offset of its source in the whole text."""
 
     source: Source
     pieces: tuple[tuple[int, Piece], ...]
@@ -76,7 +79,7 @@ class Version:
     offsets: Mapping[int, int]
 
     def place(self, span: Span) -> Span:
-        """A span in the whole text, or in another file as it was."""
+        """Convert a span of a piece to the whole text; spans of other files are unchanged."""
         expansion = span.expansion
         if expansion is not None:
             definition = expansion.definition
@@ -89,7 +92,7 @@ class Version:
         return Span(self.source, span.start + offset, span.end + offset, expansion)
 
     def diagnostic(self, diagnostic: Diagnostic) -> Diagnostic:
-        """A diagnostic with places in the whole text."""
+        """Convert the spans of a diagnostic to the whole text."""
         if diagnostic.span is None and not diagnostic.notes:
             return diagnostic
         notes = tuple(Note(note.message, note.span and self.place(note.span)) for note in diagnostic.notes)
@@ -101,7 +104,7 @@ class Version:
 
 
 class Versions:
-    """The versions of one main file, one after the other."""
+    """Incremental analyser of the successive versions of one main file."""
 
     def __init__(self, prelude: Prelude) -> None:
         self._prelude = prelude
@@ -113,7 +116,7 @@ class Versions:
         self._book = FactBook()
 
     def analyse(self, source: Source, load: Callable[[str, Source, Span], Source], run_macro: RunMacro) -> Version:
-        """The next version. ``load`` and ``run_macro`` are those of ``load_program``."""
+        """Analyse the next version. ``load`` and ``run_macro`` are as for ``load_program``."""
         kept = self._state.files if self._state is not None else {}
         state = ProgramState(self._prelude, load, {}, run_macro, kept=kept, book=self._book, keeps_uses=True)
         file = self._file
@@ -129,7 +132,7 @@ class Versions:
         return Version(source, pieces, finish_program(file), file, offsets)
 
     def _next_pieces(self, source: Source, chunks: Sequence[Chunk]) -> tuple[tuple[int, Piece], ...]:
-        """The pieces of a text; one whose text stood in the last version, at the same column, is taken from there."""
+        """Return the pieces of a text, reusing those with the same text and column in the previous version."""
         known: defaultdict[str, list[Piece]] = defaultdict(list)
         for _, piece in reversed(self._pieces):
             known[piece.text].append(piece)
@@ -146,7 +149,7 @@ def _piece(name: str, text: str) -> Piece:
     return Piece(text, source, TopForm(result.forms, result.diagnostics))
 
 
-# A run whose changes can be taken back: what an evaluation that fails has changed is put back as it was before.
+# Undo log: a runtime whose changes can be rolled back if an evaluation fails.
 
 
 _OWN = ("birth", "observed")
@@ -154,7 +157,7 @@ _CONTAINERS = (list, dict, np.ndarray)
 
 
 class JournaledRuntime(Runtime):
-    """Keeps, from ``begin`` on, the first state of every older thing that is about to change."""
+    """Runtime with an undo log: from ``begin`` on, the state of every older object is saved before it changes."""
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
@@ -163,7 +166,7 @@ class JournaledRuntime(Runtime):
         self._streams = self.streams.snapshot()
 
     def begin(self) -> None:
-        """Start a journal: from here on changes can be taken back."""
+        """Start a transaction, whose changes can be rolled back."""
         self._journal = {}
         self.clock += 1
         self._start = self.clock
@@ -172,16 +175,16 @@ class JournaledRuntime(Runtime):
 
     @property
     def has_changed(self) -> bool:
-        """Whether anything older than the journal has changed, or a random number was drawn."""
+        """Return whether an object older than the transaction was modified or a random number was drawn."""
         return bool(self._journal) or self.drew
 
     @property
     def has_written(self) -> bool:
-        """Whether anything older than the journal has changed."""
+        """Return whether an object older than the transaction was modified."""
         return bool(self._journal)
 
     def take_back(self) -> None:
-        """Put everything back as it was when the journal was begun."""
+        """Roll back all changes since the start of the transaction."""
         for thing, state in self._journal.values():
             for name, value in state.items():
                 setattr(thing, name, value)
@@ -196,14 +199,14 @@ class JournaledRuntime(Runtime):
 
 
 def _state(thing: Mutable) -> dict[str, Any]:
-    """What a mutable thing holds: containers and generators copied, values as they are, for they have an identity."""
+    """Return the state of a mutable object: containers and generators are copied, values keep their identity."""
     state = {name: getattr(thing, name) for name in type(thing).__slots__ if name not in _OWN}
     if isinstance(thing, Stream):
         return {name: copy.deepcopy(value) for name, value in state.items()}
     return {name: copy.copy(value) if isinstance(value, _CONTAINERS) else value for name, value in state.items()}
 
 
-# The last values of a top level that goes on, ``*1 *2 *3``, and its last error, ``*e``, as variables.
+# REPL history variables: the last values ``*1 *2 *3`` and the last error ``*e``.
 
 
 VALUES = ("*1", "*2", "*3")
@@ -211,64 +214,65 @@ ERROR = "*e"
 
 
 class Latest:
-    """Binds the names in ``scope``; all hold none at first."""
+    """REPL history variables, bound in ``scope``. All are initially none."""
 
     def __init__(self, run: ProgramRun, scope: Scope) -> None:
         self._rt = run.rt
         self._cells: dict[str, Cell] = {}
         for name in (*VALUES, ERROR):
             variable = Variable(name, None, is_global=True)
-            variable.assigned = True  # so that a call that reads it is shared only until it changes
+            variable.assigned = True  # a call that reads it may be shared only until it changes
             scope.bind(Symbol(name), variable)
             self._cells[name] = run.globals[variable] = Cell(None, 0)
 
     @property
     def value(self) -> Any:
-        """``*1``."""
+        """The most recent value, ``*1``."""
         return self._cells[VALUES[0]].value
 
     def remember(self, value: Any) -> None:
-        """Make a value ``*1``; what that was becomes ``*2``, and so on."""
+        """Store a value in ``*1``, shifting the previous values to ``*2`` and ``*3``."""
         cells = [self._cells[name] for name in VALUES]
         for cell, each in zip(cells, [value, *(cell.value for cell in cells[:-1])]):
             self._put(cell, each)
 
     def remember_error(self, error: SceneError) -> None:
-        """Make an error the value of ``*e``."""
+        """Store an error in ``*e``."""
         self._put(self._cells[ERROR], raised_value(error))
 
     def _put(self, cell: Cell, value: Any) -> None:
-        if cell.observed:  # a stored call read it
+        if cell.observed:  # a cached call has read it
             self._rt.forget_calls()
             cell.observed = False
         cell.value = value
 
 
-# Forms of a top level that goes on: what each defines, which replaces which, which are taken together.
+# Forms of a session: which names each defines, which form replaces another, and which are evaluated together.
 
 
 _DEFINING = frozenset(
     ["define", "define-values", "define-record", "define-syntax", "define-macro", "bind", "import", "param", "scene"]
-)  # forms that may see one another when they are given together
+)  # forms that are mutually visible if they are entered together
 
 
 def source_of(form: TopForm) -> Source:
+    """Return the source of a form."""
     return form.datums[0].span.source
 
 
 def names_of(form: TopForm) -> set[str]:
-    """The names that a form defines and the words that it binds; words in quotes."""
+    """Return the names that a form defines and the words that it binds; words are in quotes."""
     bound = form.scan.record.bound if form.scan is not None and not form.imports else {}
     return {base_name(symbol) for symbol in bound} | {f'"{word}"' for word, _ in form.words}
 
 
 def fresh(form: TopForm) -> TopForm:
-    """The form as it was read."""
+    """Return a copy of a form without the results of its analysis."""
     return TopForm(form.datums, form.read)
 
 
 def replaces(new: TopForm, old: TopForm, defined: set[str]) -> bool:
-    """Whether all that an old form made is made by a new one."""
+    """Return whether a new form redefines everything that an old form defined."""
     if new.scene is not None and old.scene is not None:
         return True
     if new.imports or old.imports:
@@ -278,7 +282,7 @@ def replaces(new: TopForm, old: TopForm, defined: set[str]) -> bool:
 
 
 def is_assignment(form: TopForm) -> bool:
-    """Whether a form is ``(define name value)``, which can be said again as ``(set! name value)``."""
+    """Return whether a form is ``(define name value)``, which can be repeated as ``(set! name value)``."""
     datum = form.datums[0]
     return (
         len(form.datums) == 1
@@ -290,7 +294,7 @@ def is_assignment(form: TopForm) -> bool:
 
 
 def computes(form: TopForm) -> bool:
-    """Whether evaluating a form runs anything: not for functions, macros and records."""
+    """Return whether evaluating a form runs code, unlike definitions of functions, macros and records."""
     trees = [tree for tree in form.asts if not isinstance(tree, Import)]
     head = form.datums[0].items[0] if isinstance(form.datums[0], ListDatum) and form.datums[0].items else None
     is_record = head is not None and head.span.text == "define-record"
@@ -307,7 +311,7 @@ def makes_function(tree: Any) -> bool:
 
 
 def groups(forms: Sequence[TopForm]) -> Iterator[list[TopForm]]:
-    """Definitions that stand side by side and define different names; every other form alone."""
+    """Group adjacent definitions of different names; every other form is a group by itself."""
     group: list[TopForm] = []
     names: set[str] = set()
     for form in forms:
@@ -326,7 +330,7 @@ def groups(forms: Sequence[TopForm]) -> Iterator[list[TopForm]]:
 
 
 def _defined_name(datum: Datum) -> str | None:
-    """What a form seems to define, None for an expression."""
+    """Return the name that a form apparently defines, or None for an expression."""
     if not isinstance(datum, ListDatum) or len(datum.items) < 2:
         return None
     head, target = datum.items[0], datum.items[1]
@@ -338,10 +342,10 @@ def _defined_name(datum: Datum) -> str | None:
 
 
 def placed(forms: Sequence[TopForm], form: TopForm) -> list[TopForm]:
-    """The forms that made what there is, with a new one among them, so that they make it again in their order.
+    """Insert a new form into the forms of a session, so that running them in order reproduces its state.
 
-    What computes nothing by itself (functions, macros, records) takes the place of what it replaces. A value comes
-    last; if something was computed since the old value was, which may have used it, both stay.
+    A function, macro or record takes the place of the form that it replaces. The definition of a value is appended; if
+    anything was computed after the old definition, which may have used the old value, the old definition is preserved.
     """
     defined = names_of(form)
     replaced = [i for i, old in enumerate(forms) if replaces(form, old, defined)]
@@ -352,21 +356,38 @@ def placed(forms: Sequence[TopForm], form: TopForm) -> list[TopForm]:
     return kept
 
 
-_MOST_ROUNDS = 10
+_MAX_ROUNDS = 10
 
 
 @dataclass(frozen=True, slots=True)
 class Given:
-    """What one form came to. ``value`` is None for a definition."""
+    """Result of evaluating a form. ``value`` is None for a definition."""
 
     value: Any
     is_expression: bool
 
 
 class TopLevel:
-    """``load(path, importing source, span)`` finds an imported file; ``new_macros`` gives what runs macros' bodies in
-    the next evaluation; ``overrides`` are the datums of params. ``forms`` are those that made what there is now, in
-    order: definitions, and expressions that changed something or drew a random number."""
+    """Session of a REPL, to which forms can be added.
+
+    ``forms`` are the forms that reproduce the current state, in order: definitions, and expressions that had side
+    effects or drew random numbers.
+
+    Parameters
+    ----------
+    library
+        Standard library.
+    runtime
+        Runtime with an undo log.
+    main
+        Source that imports are relative to.
+    load
+        Function ``load(path, importing source, span)`` that returns an imported file.
+    new_macros
+        Function that returns the evaluator of macro bodies for the next evaluation.
+    overrides
+        Datums that replace the defaults of params, by name.
+    """
 
     def __init__(
         self,
@@ -386,26 +407,39 @@ class TopLevel:
         self.file = SourceFile(main, prelude.scope, self.state, is_main=True)
         self.latest = Latest(self.run, self.file.scope)
         self.forms: list[TopForm] = []
-        self._drew: set[int] = set()  # forms, by id, that drew random numbers and did nothing else that stays
-        self._ran: set[int] = set()  # imported files, by id
-        self._known: list[SourceFile] = []  # so that ids stay theirs
+        self._drew: set[int] = set()  # ids of forms whose only lasting effect was to draw random numbers
+        self._ran: set[int] = set()  # ids of imported files that have been run
+        self._known: list[SourceFile] = []  # keeps the files alive, so that their ids are not reused
 
     # --- evaluating --------------------------------------------------------------------------------------------
 
     def evaluate(
         self, source: Source, give: Callable[[Given], None], warn: Callable[[Diagnostic], None], whole: bool = False
     ) -> None:
-        """Evaluate the forms of a text; ``give`` gets each form's value as soon as it is there.
+        """Evaluate the forms of a text.
 
-        ``whole``: the text is a file, all of whose definitions see one another. Raises SceneError for the first form
-        that fails; those before it have been evaluated, and it has left nothing behind.
+        Parameters
+        ----------
+        source
+            Text to evaluate.
+        give
+            Callback for the result of each form, called as soon as it is available.
+        warn
+            Callback for warnings.
+        whole
+            Whether the text is a complete file, whose definitions are all mutually visible.
+
+        Raises
+        ------
+        SceneError
+            For the first form that fails. Its effects are rolled back; those of the forms before it remain.
         """
         forms = top_forms(source)
         for diagnostic in forms[0].read:
             if diagnostic.is_error:
                 raise error_of(diagnostic)
         given_forms = [form for form in forms if form.datums]
-        self.file.source = source if whole else self.main  # where imports are looked for
+        self.file.source = source if whole else self.main  # imports are relative to it
         self.state.run_macro = self.file.expander.run_macro = self._new_macros()
         self.file.expander.searches = 0
         batches = [given_forms] if whole else list(groups(given_forms))
@@ -417,7 +451,8 @@ class TopLevel:
                     self._evaluate_group([fresh(form)], give, warn, whole)
 
     def _expands(self, group: Sequence[TopForm]) -> bool:
-        """Whether forms can be taken in together; otherwise the first one at fault is to be found."""
+        """Return whether forms expand together without errors; otherwise they are expanded one by one to find the
+        error."""
         mark = self._mark()
         problems = self._take_in([fresh(form) for form in group])
         self._go_back(mark)
@@ -429,7 +464,7 @@ class TopLevel:
         before = self._mark()
         try:
             problems = self._take_in(group)
-        except BaseException:  # such as a recursion too deep: nothing of it may stay
+        except BaseException:  # such as RecursionError: roll back completely
             self._go_back(before)
             raise
         errors = [d for d in problems if d.is_error]
@@ -468,7 +503,7 @@ class TopLevel:
         return given
 
     def _run_import(self, item: Import) -> None:
-        """Run an imported file and its imports, if they are new or have changed."""
+        """Run an imported file and its imports unless they have been run already."""
         forms: list[Any] = []
         claimed = frozenset(word for form in self.forms for word, _ in form.words)
         collect(item.file, claimed, forms, self._ran)
@@ -476,7 +511,7 @@ class TopLevel:
             self.run.run_form(form)
 
     def _take_in(self, group: Sequence[TopForm]) -> list[Diagnostic]:
-        """Scan and expand forms; imported files are looked at again."""
+        """Scan and expand forms; imported files are checked for changes."""
         state, file = self.state, self.file
         state.kept = {**state.kept, **state.files}
         state.files = {file.source.name: file}
@@ -501,7 +536,7 @@ class TopLevel:
         return next((form.scene for form in reversed(self.forms) if form.scene is not None), None)
 
     def _count_as_assigned(self, group: Sequence[TopForm]) -> None:
-        """Whatever is global may change here, by a later form."""
+        """Mark all global variables as assigned, because a later form may change them."""
         tables = [form.scan.record.bound for form in group if form.scan is not None]
         for file in self.state.files.values():
             tables.append(dict(dict.items(file.names)))
@@ -511,7 +546,7 @@ class TopLevel:
                     binding.assigned = True
 
     def _note_changed_files(self) -> None:
-        """A file that imports one that has not run in this version must run again too."""
+        """Mark files to be run again if they import a file whose current version has not been run."""
         self._known += [file for file in self.state.files.values() if file is not self.file]
         changed = True
         while changed:
@@ -521,10 +556,10 @@ class TopLevel:
                     self._ran.discard(id(file))
                     changed = True
 
-    # --- what is kept ------------------------------------------------------------------------------------------
+    # --- session state -----------------------------------------------------------------------------------------
 
     def _accept(self, form: TopForm, before: Mark) -> None:
-        """A form was evaluated: it replaces those that defined the same, and what depends on it is made anew."""
+        """Add an evaluated form to the session; it replaces forms with the same definitions, and updates dependents."""
         defined = names_of(form)
         if not defined and not form.imports and not form.scene:
             if not self.rt.has_changed:
@@ -542,8 +577,8 @@ class TopLevel:
             self._make_anew(before)
 
     def _make_anew(self, before: Mark) -> None:
-        """Expand and run again the functions that looked up a name which now means something else."""
-        for _ in range(_MOST_ROUNDS):
+        """Expand and run again the functions that looked up a name whose meaning has changed."""
+        for _ in range(_MAX_ROUNDS):
             stale = [form for form in self.forms if self._is_stale(form)]
             for form in stale:
                 self._remake(form)
@@ -562,7 +597,7 @@ class TopLevel:
         )
 
     def _remake(self, form: TopForm) -> None:
-        """A form that does not expand any more keeps what it made."""
+        """Expand and run a stale form again; if it no longer expands, its old definitions remain."""
         again = fresh(form)
         mark = self._mark()
         problems = self._take_in([again])
@@ -588,7 +623,7 @@ class TopLevel:
         self._ran = set(mark.ran)
 
     def _keep_only(self, before: Mark, done: Sequence[TopForm]) -> None:
-        """Of a group whose rest failed, keep the names of the forms that are done."""
+        """Roll back a group that failed partway, except for the names of its completed forms."""
         ran = set(self._ran)
         words = dict(self.file.words)
         self._go_back(before)
@@ -602,7 +637,7 @@ class TopLevel:
             self.state.params = [param for each in self.forms for param in each.params]
 
     def forget_versions(self, source: Source) -> None:
-        """Forget what other versions of a file defined and the version ``source`` does not."""
+        """Remove definitions of earlier versions of a file that its current version ``source`` does not contain."""
         old = [form for form in self.forms if source_of(form).name == source.name and source_of(form) is not source]
         self.forms = self.file.forms = [form for form in self.forms if form not in old]
         kept = {name for form in self.forms for name in names_of(form)}
@@ -616,10 +651,10 @@ class TopLevel:
         self.file.words = {word: span for form in self.forms for word, span in form.words}
         self.rt.forget_calls()
 
-    # --- for whoever looks at it -------------------------------------------------------------------------------
+    # --- queries -----------------------------------------------------------------------------------------------
 
     def lasting_forms(self) -> list[TopForm]:
-        """``forms`` without those that only drew random numbers after which nothing was computed."""
+        """Return ``forms`` without those that only drew random numbers that had no effect on later forms."""
         found: list[TopForm] = []
         matters = False
         for form in reversed(self.forms):
@@ -629,7 +664,7 @@ class TopLevel:
         return found[::-1]
 
     def program(self) -> Program:
-        """All that makes what there is now, as a program."""
+        """Return the session as a program."""
         file = self.file
         file.scene = self._scene()
         file.problems = []
@@ -637,7 +672,7 @@ class TopLevel:
         return assembled(file, file.finish_scene())
 
     def run_root(self, program: Program, word: str, seed: int) -> Scene:
-        """The scene of the root ``word``, as a run of the program makes it; the random streams go on afterwards."""
+        """Evaluate the root ``word`` as a run of the program would; the random streams are restored afterwards."""
         streams = self.rt.streams.snapshot()
         self.rt.begin()
         try:
@@ -649,7 +684,7 @@ class TopLevel:
             self.rt.streams.restore(streams)
 
     def expansion(self, source: Source) -> list[Any]:
-        """The core AST of the forms of a text, of which nothing stays. Raises SceneError."""
+        """Return the core AST of the forms of a text without changing the session; raise ``SceneError`` on errors."""
         result = read(source)
         for diagnostic in result.diagnostics:
             raise error_of(diagnostic)
@@ -664,19 +699,19 @@ class TopLevel:
         return [tree for form in forms for tree in form.asts if not isinstance(tree, Import)]
 
     def names(self) -> Iterator[tuple[str, Any]]:
-        """The names that the session defined or imported, with their bindings."""
+        """Iterate over the names defined or imported by the session, with their bindings."""
         for symbol, binding in dict.items(self.file.names):
             yield base_name(symbol), binding
 
     def value_of(self, name: str) -> Any:
-        """The value of a name that is bound to a variable; raises KeyError."""
+        """Return the value of a variable; raise ``KeyError`` if the name is not bound to one."""
         binding = dict.get(self.file.names, Symbol(name))
         if not isinstance(binding, Variable) or binding not in self.run.globals:
             raise KeyError(name)
         return self.run.globals[binding].value
 
     def definition_of(self, name: str) -> TopForm | None:
-        """The form that defines a name or binds a word, in the session or in what it imports."""
+        """Return the form that defines a name or binds a word, in the session or its imports, or None."""
         files = [file for file in self._known if id(file) in self._ran]
         for forms in (self.forms, *(file.forms for file in reversed(files))):
             for form in reversed(forms):

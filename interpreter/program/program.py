@@ -1,4 +1,4 @@
-"""Programs: the files that one holds, and their core AST in running order."""
+"""Programs: the files of a program and their core AST in execution order."""
 
 from __future__ import annotations
 
@@ -29,23 +29,23 @@ from scenelang.interpreter.expand.scope import ConstantBinding, Macro, PaperForm
 from scenelang.interpreter.lint.rules import FactBook, Facts
 from scenelang.interpreter.runtime.types import STD, Builtin, Library
 
-# The expander of one file, which knows the program around it.
+# Expander of a single file, with access to the enclosing program.
 
 
 _PLAIN_TYPES = frozenset(("Embedding", "List[Embedding]", "Integer", "Float", "Number", "Vector", "Matrix", "Entity"))
 
 
 class FileExpander(Expander):
-    """An expander that knows the program around its file, for hints."""
+    """Expander of one file that uses names of the whole program for suggestions."""
 
     def __init__(self, file: SourceFile, run_macro: RunMacro) -> None:
         super().__init__(run_macro)
         self._file = file
         self._globals: dict[str, Variable] = {}
-        self.declared: set[str] = set()  # in this version of the file
+        self.declared: set[str] = set()  # names declared in this version of the file
 
     def begin(self) -> None:
-        """Start with a new version of the file."""
+        """Reset the state for a new version of the file."""
         self.record_names.clear()
         self.expansions = self.expanded = 0
         self.declared.clear()
@@ -64,7 +64,7 @@ class FileExpander(Expander):
         return [word for file in (self._file, *(state.files.values() if state else ())) for word in file.words]
 
     def unbound(self, atom: Atom, scope: Scope) -> SceneError:
-        self._file.names.record.open_ended = True  # the hint depends on every name
+        self._file.names.record.open_ended = True  # the suggestion depends on all names
         return super().unbound(atom, scope)
 
     def note_chance(self) -> None:
@@ -72,11 +72,14 @@ class FileExpander(Expander):
 
     def annotated_type(self, text: str, span: Span) -> Any:
         if text not in _PLAIN_TYPES:
-            self._file.names.record.open_ended = True  # it depends on the program's records
+            self._file.names.record.open_ended = True  # the result depends on the program's records
         return super().annotated_type(text, span)
 
     def global_variable(self, name: str, span: Span) -> Variable:
-        """The variable that a name had in the last version too; a second definition in one file has its own."""
+        """Return the variable of a global name, the same one as in the previous version of the file.
+
+        A second definition of a name in the same file gets a separate variable.
+        """
         known = None if name in self.declared else self._globals.get(name)
         variable = known or super().global_variable(name, span)
         if name not in self.declared:
@@ -86,15 +89,23 @@ class FileExpander(Expander):
         return variable
 
 
-# The names of a file's top level, with a record of who looked them up: what an analysis of one form depends on.
+# Dependency tracking: top-level names with a record of lookups, which is what the analysis of a form depends on.
 
 
 @dataclass(slots=True)
 class LookupRecord:
-    """What a piece of work looked up, with what it found (None: nothing), and what it bound.
+    """Dependencies and results of the analysis of a form.
 
-    ``macros``: every macro there was, where the work asked for all of them. ``open_ended``: it depends on more than can
-    be listed, such as all names when a misspelling is looked for.
+    Attributes
+    ----------
+    seen
+        Symbols looked up, with the binding found (None if unbound).
+    bound
+        Symbols bound, with their bindings.
+    macros
+        All macros in scope, if the analysis enumerated them.
+    open_ended
+        Whether the analysis depends on more than can be recorded, such as all names when searching for a suggestion.
     """
 
     seen: dict[Symbol, Any] = field(default_factory=dict)
@@ -104,7 +115,7 @@ class LookupRecord:
 
 
 class Ledger(dict[Symbol, Any]):
-    """Bindings by symbol. ``record`` notes the work that is going on."""
+    """Bindings by symbol. ``record`` tracks the lookups and bindings of the current analysis."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -127,7 +138,7 @@ class Ledger(dict[Symbol, Any]):
         super().__setitem__(key, value)
 
     def items(self) -> Any:
-        """Every binding; the running work depends on each macro among them."""
+        """Return all bindings; the current analysis then depends on all macros among them."""
         self.record.macros = self._macros()
         return super().items()
 
@@ -136,23 +147,23 @@ class Ledger(dict[Symbol, Any]):
         return tuple((symbol, binding) for symbol, binding in found if isinstance(binding, Macro))
 
     def agrees(self, record: LookupRecord) -> bool:
-        """Whether work with this record would find the same again."""
+        """Return whether all lookups of a record would still have the same results."""
         if record.open_ended or (record.macros is not None and record.macros != self._macros()):
             return False
         find = super().get
         return all(find(symbol) is found for symbol, found in record.seen.items())
 
     def replay(self, bound: Mapping[Symbol, Any]) -> None:
-        """Bind what finished work had bound."""
+        """Repeat the bindings of a completed analysis."""
         self.update(bound)
 
 
-# Params: the constants of a program that the command line may override.
+# Params: constants of a program that can be overridden on the command line.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Param:
-    """A ``(param name default "doc" :min a :max b)`` of a program."""
+    """Declaration ``(param name default "doc" :min a :max b)``. ``default`` is source text."""
 
     name: str
     default: str
@@ -163,7 +174,7 @@ class Param:
 
 
 def read_param(datum: ListDatum, name: str) -> Param:
-    """The ``(param name value "doc" :min a :max b)`` that ``datum`` is; raises SceneError for anything else in it."""
+    """Parse ``(param name value "doc" :min a :max b)``; raise ``SceneError`` if it is malformed."""
     rest = list(datum.items[3:])
     doc = ""
     if rest and isinstance(rest[0], Atom) and type(rest[0].value) is str:
@@ -173,14 +184,14 @@ def read_param(datum: ListDatum, name: str) -> Param:
         key = rest.pop(0)
         known = isinstance(key, Atom) and isinstance(key.value, Keyword) and str(key.value) in ("min", "max")
         if not known or not rest or not isinstance(rest[0], Atom) or type(rest[0].value) not in (int, float):
-            raise syntax_error("param", "`param` has no place for this", key.span)
+            raise syntax_error("param", "unexpected operand of `param`", key.span)
         ends[str(key.value)] = rest.pop(0).value
     default = " ".join(datum.items[2].span.text.split())
     return Param(name, default, doc, ends.get("min"), ends.get("max"), datum.span)
 
 
 def checked_value(param: Param, value: Any, span: Span) -> Datum:
-    """The datum that takes the place of a param's default."""
+    """Return ``value``, the datum that overrides a param's default, after checking its bounds."""
     datum: Datum = value
     number = datum.value if isinstance(datum, Atom) and type(datum.value) in (int, float) else None
     for bound, sign, word in ((param.minimum, 1, "least"), (param.maximum, -1, "most")):
@@ -191,20 +202,31 @@ def checked_value(param: Param, value: Any, span: Span) -> Datum:
     return datum
 
 
-# The top-level forms of a file, each with all that was found in it.
+# The top-level forms of a file with the results of their analysis.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Import:
-    """A top-level ``import``: the file that it brings, in its place among the forms."""
+    """Top-level ``import`` of a file, in its place among the forms."""
 
     file: SourceFile
 
 
 @dataclass(slots=True)
 class Step:
-    """One of the two steps of a form, scanning or expansion: what it looked up, what went wrong, what macros cost, and
-    for editors what the identifiers mean."""
+    """Result of one analysis step of a form, scanning or expansion.
+
+    Attributes
+    ----------
+    record
+        Names looked up and bound.
+    problems
+        Errors and warnings.
+    expansions, expanded
+        Number of macro expansions and of forms produced by macros.
+    uses
+        Meaning of each identifier, for editors.
+    """
 
     record: LookupRecord
     problems: list[Diagnostic]
@@ -214,20 +236,20 @@ class Step:
 
 
 class TopForm:
-    """A top-level form, or several that touch, with all that was found in it."""
+    """Top-level form, or several adjacent ones, with the results of its analysis."""
 
     __slots__ = ("asts", "datums", "expansion", "imports", "params", "pending", "read", "records", "scan", "scene",
                  "words")  # fmt: skip
 
     def __init__(self, datums: Sequence[Datum], read: Sequence[Diagnostic] = ()) -> None:
         self.datums = tuple(datums)
-        self.read = tuple(read)  # what the reader found wrong
+        self.read = tuple(read)  # syntax errors found by the reader
         self.scan: Step | None = None
         self.expansion: Step | None = None
         self.forget()
 
     def forget(self) -> None:
-        """Nothing has been scanned yet."""
+        """Discard the results of the analysis."""
         self.scan = self.expansion = None
         self.pending: list[Pending | Import] = []
         self.words: list[tuple[str, Span]] = []
@@ -235,25 +257,28 @@ class TopForm:
         self.params: list[Param] = []
         self.imports: list[SourceFile] = []
         self.scene: ListDatum | None = None
-        self.asts: list[Any] = []  # core AST and Imports
+        self.asts: list[Any] = []  # core AST nodes and Imports
 
 
 def top_forms(source: Source) -> list[TopForm]:
-    """The forms of a text, read at once."""
+    """Read a text into top-level forms; the first one carries the syntax errors."""
     result = read_pieces(source)
     return [TopForm((), result.diagnostics), *(TopForm((datum,)) for datum in result.forms)]
 
 
-# One file of a program on its way: scanned for definitions first, then expanded form by form into core AST.
+# A file of a program is first scanned for definitions, then expanded form by form into core AST.
 #
-# Each top-level form keeps what was found in it and what it looked up (``ledger``), so that a later version of the
-# file can use it again (``incremental``).
+# Each top-level form stores its results and the names it looked up (``Ledger``), so that a later version of the file
+# can reuse them (``interactive``).
 
 
 @dataclass(slots=True, eq=False)
 class ProgramState:
-    """What the files of one program share while they are loaded. ``kept`` are files of an earlier version;
-    ``keeps_uses``: editors want to know what every identifier means."""
+    """State shared by the files of a program while they are loaded.
+
+    ``kept`` are files of an earlier version that may be reused. ``keeps_uses`` requests the meaning of every
+    identifier, for editors.
+    """
 
     prelude: Prelude
     load: Callable[[str, Source, Span], Source]
@@ -272,8 +297,11 @@ _UNREADABLE = ("unclosed", "extra-close", "nesting", "bad-dot", "syntax")
 
 
 class SourceFile:
-    """A file of a program. ``scan`` and ``finish`` may be repeated, with other ``forms`` for a new version of its
-    text; without a ``state`` the file is one of the library's own."""
+    """Source file of a program.
+
+    ``scan`` and ``finish`` may be repeated with other ``forms`` for a new version of the text. A file without a
+    ``state`` belongs to the standard library.
+    """
 
     def __init__(self, source: Source, parent: Scope, state: ProgramState | None = None, is_main: bool = False) -> None:
         self.source = source
@@ -287,33 +315,33 @@ class SourceFile:
         self.begin()
 
     def begin(self) -> None:
-        """Forget what was found, but for the forms themselves and the identity of variables."""
+        """Discard all results except the forms themselves and the identity of variables."""
         self.names.clear()
         self.expander.begin()
-        self.problems: list[Diagnostic] = []  # those of the whole file
+        self.problems: list[Diagnostic] = []  # problems of the file as a whole
         self.words: dict[str, Span] = {}
         self.imports: list[SourceFile] = []
-        self.brought: dict[Symbol, tuple[str, Any]] = {}  # names that an import gave: the file's name, the binding
+        self.brought: dict[Symbol, tuple[str, Any]] = {}  # imported names: the name of the file and the binding
         self.scene: ListDatum | None = None
-        self.is_incomplete = False  # something that may define names could not be read
+        self.is_incomplete = False  # whether a syntax or import error may have hidden definitions
         if self.state is not None and self.source.name.startswith(STD):
             self._bring(self.state.prelude.library.imported.get(self.source.name[len(STD) :], {}))
 
     def _bring(self, builtins: Mapping[str, Builtin]) -> None:
-        """Give the file builtins that programs have only by importing it."""
+        """Bind builtins that programs can use only by importing this file."""
         for name, builtin in builtins.items():
             self.names[Symbol(name)] = self.names[Symbol(STD + name)] = builtin
 
     # --- scanning ----------------------------------------------------------------------------------------------
 
     def scan(self) -> None:
-        """Find definitions, macros and imports; of a form whose last scan still holds that is taken over."""
+        """Find definitions, macros and imports; reuse the previous scan of a form if it is still valid."""
         self.begin()
         for form in self.forms:
             self._scan_top(form)
 
     def take_in(self, forms: Sequence[TopForm]) -> None:
-        """Scan and expand further forms, which may define names anew; the file's own ``forms`` stay as they are."""
+        """Scan and expand additional forms, which may redefine names; ``forms`` is not changed."""
         records = set(self.expander.record_names)
         self.expander.begin()
         self.expander.record_names |= records
@@ -333,7 +361,7 @@ class SourceFile:
         self._take(form)
 
     def _take_over(self, step: Step) -> None:
-        """Do what a finished step did to the file's names and to the account of macros."""
+        """Repeat the effects of a completed step on the file's names and macro counters."""
         self.names.replay(step.record.bound)
         self.expander.declared |= {b.name for b in step.record.bound.values() if isinstance(b, Variable)}
         self.expander.expansions += step.expansions
@@ -345,7 +373,7 @@ class SourceFile:
             self._guarded(lambda datum=datum: self._scan_form(datum, form))  # type: ignore[misc]
 
     def _holds(self, step: Step | None) -> bool:
-        """Whether a step's result can be used again."""
+        """Return whether the result of a step can be reused."""
         if step is None or not self.names.agrees(step.record):
             return False
         expander = self.expander
@@ -355,7 +383,7 @@ class SourceFile:
         )
 
     def _step(self, action: Callable[[], Any]) -> Step:
-        """Do one step of a form and keep account of it."""
+        """Run one analysis step of a form and record its effects."""
         expander = self.expander
         expansions, expanded = expander.expansions, expander.expanded
         record = self.names.begin()
@@ -367,10 +395,10 @@ class SourceFile:
         return Step(record, problems, expander.expansions - expansions, expander.expanded - expanded, uses)
 
     def _take(self, form: TopForm) -> None:
-        """Add to the file what a scanned form holds."""
+        """Add the results of a scanned form to the file."""
         for word, span in form.words:
             if word in self.words:
-                message = f'"{word}" is bound twice in this file; the last binding wins'
+                message = f'"{word}" is bound twice in this file; the last binding is used'
                 self.problems.append(Diagnostic("bound-twice", message, span))
             self.words[word] = span
         self.expander.record_names |= form.records
@@ -381,12 +409,12 @@ class SourceFile:
         if self.state is not None:
             self.state.params += form.params
         if form.scene is not None and self.scene is not None:
-            self.problems.append(Diagnostic("duplicate", "there are two `(scene ...)` forms", form.scene.span))
+            self.problems.append(Diagnostic("duplicate", "duplicate `(scene ...)` form", form.scene.span))
         elif form.scene is not None:
             self.scene = form.scene
 
     def _guarded(self, action: Callable[[], Any]) -> Any:
-        """Run a step; what goes wrong in it is noted, so that the other forms are still looked at."""
+        """Run ``action``; record an error rather than raise it, so that the other forms are still analysed."""
         try:
             return action()
         except SceneError as error:
@@ -424,7 +452,7 @@ class SourceFile:
     def _scan_import(self, datum: ListDatum, form: TopForm) -> None:
         path = datum.items[1] if len(datum.items) > 1 else None
         if not isinstance(path, Atom) or type(path.value) is not str:
-            raise syntax_error("import", "`import` needs the name of a file, a string", datum.span)
+            raise syntax_error("import", "`import` expects a file name as a string", datum.span)
         prefix = _import_prefix(datum)
         file = self._load(path.value, path.span)
         form.pending.append(Import(file))
@@ -432,14 +460,14 @@ class SourceFile:
         for symbol, binding in file.scope.bindings.items():
             name = Symbol(prefix + base_name(symbol))
             if isinstance(binding, Builtin) and symbol.startswith(STD):
-                name = symbol  # the original of a builtin is always `std/name`
+                name = symbol  # a builtin's qualified name `std/name` is never prefixed
             if isinstance(binding, (Variable, Macro, Builtin)) and self._may_bring(name, file):
                 self.scope.bindings[name] = binding
                 self.brought[name] = (file.source.name, binding)
         form.records |= file.expander.record_names
 
     def _may_bring(self, name: Symbol, file: SourceFile) -> bool:
-        """Whether an import may bind a name: nothing else does, or an earlier version of the same file did."""
+        """Return whether an import may bind a name: it is unbound, or bound by an earlier version of the same file."""
         if name not in self.scope.bindings:
             return True
         origin, binding = self.brought.get(name, ("", None))
@@ -452,13 +480,13 @@ class SourceFile:
             text = state.prelude.library.modules.get(path[len(STD) :])
             if text is None:
                 hint = suggest(path, (STD + name for name in state.prelude.library.modules))
-                raise SceneError("file", f"the standard library has no `{path}`", hint, span)
+                raise SceneError("file", f"no module `{path}` in the standard library", hint, span)
             source = Source(path, text)
         else:
             source = state.load(path, self.source, span)
         if source.name in state.loading:
             circle = " -> ".join([*state.loading[state.loading.index(source.name) :], source.name])
-            raise SceneError("import-cycle", f"these files import one another: {circle}", None, span)
+            raise SceneError("import-cycle", f"import cycle: {circle}", None, span)
         if source.name not in state.files:
             file = state.kept.get(source.name)
             if file is None or file.source.text != source.text:
@@ -475,16 +503,16 @@ class SourceFile:
         if not self.is_main:
             return
         if len(datum.items) < 2:
-            raise syntax_error("scene", "`scene` needs a word", datum.span)
+            raise syntax_error("scene", "`scene` expects a word", datum.span)
         if form.scene is not None:
-            raise SceneError("duplicate", "there are two `(scene ...)` forms", None, datum.span)
+            raise SceneError("duplicate", "duplicate `(scene ...)` form", None, datum.span)
         form.scene = datum
 
     def _scan_param(self, datum: ListDatum, form: TopForm) -> None:
         state = self.state
         assert state is not None
         if len(datum.items) < 3 or not is_identifier(datum.items[1]):
-            raise syntax_error("param", "`param` needs a name and a value", datum.span)
+            raise syntax_error("param", "`param` expects a name and a value", datum.span)
         name = datum.items[1]
         spelled = base_name(name.value)
         param = read_param(datum, spelled)
@@ -492,7 +520,7 @@ class SourceFile:
         target = self.expander.declare_target(name, self.scope, recursive=True, is_global=True)
         value = datum.items[2]
         if isinstance(value, Atom) and type(value.value) in (int, float):
-            checked_value(param, value, value.span)  # the default must be in range too
+            checked_value(param, value, value.span)  # the default must be within the bounds too
         if spelled in state.overrides:
             value = checked_value(param, state.overrides[spelled], value.span)
         finish = lambda: core("DEFINE", [target, self.expander.expand(value, self.scope)], datum.span)
@@ -501,7 +529,7 @@ class SourceFile:
     # --- expanding ---------------------------------------------------------------------------------------------
 
     def finish(self) -> None:
-        """Expand and parse every form; one whose expansion still holds keeps it."""
+        """Expand and parse every form; reuse expansions that are still valid."""
         for form in self.forms:
             step = form.expansion
             if step is not None and self._holds(step):
@@ -519,7 +547,7 @@ class SourceFile:
                 form.asts.append(replace(tree, top_level=True) if type(tree) is ast.Bind else tree)
 
     def finish_scene(self) -> ast.Call | None:
-        """The ``(scene word argument ...)`` of the main file as a call."""
+        """Return the ``(scene word argument ...)`` of the main file as a call."""
         scene = self.scene
         if scene is None:
             return None
@@ -531,15 +559,18 @@ class SourceFile:
         self.problems += step.problems
         return found[0] if found else None
 
-    # --- what was found ----------------------------------------------------------------------------------------
+    # --- results -----------------------------------------------------------------------------------------------
 
     def asts(self) -> Iterator[Any]:
-        """The core AST of every form, and Imports, in order."""
+        """Iterate over the core AST of all forms, including Imports, in order."""
         for form in self.forms:
             yield from form.asts
 
     def diagnostics(self) -> list[Diagnostic]:
-        """What is wrong with the file. Where something is missing, names without definition say nothing."""
+        """Return the problems of the file.
+
+        Unbound names are omitted if some definitions could not be read, because they would be consequential errors.
+        """
         found = list(self.problems)
         for form in self.forms:
             found += form.read
@@ -549,20 +580,20 @@ class SourceFile:
 
 
 def _no_macros(function: Datum, arguments: list[Any]) -> tuple[Any, bool]:
-    raise SceneError("macro", "the prelude defines no procedural macros")
+    raise SceneError("macro", "the prelude cannot use procedural macros")
 
 
 def _usage_hint(name: str) -> str | None:
     if name in FORMS:
-        return f"its shape is {FORMS[name].usage}"
+        return f"usage: {FORMS[name].usage}"
     return _PAPER_USAGE.get(name)
 
 
 _PAPER_USAGE = {
-    "call": 'its shape is (call word embedding-or-attribute ...), such as (call "cube" :color [1 0 0])',
-    "union": "its shape is (union part ...)",
-    "union-loop": "its shape is (union-loop count function)",
-    "transform": "its shape is (transform part matrix)",
+    "call": 'usage: (call word embedding-or-attribute ...), such as (call "cube" :color [1 0 0])',
+    "union": "usage: (union part ...)",
+    "union-loop": "usage: (union-loop count function)",
+    "transform": "usage: (transform part matrix)",
 }
 
 
@@ -573,16 +604,18 @@ def _import_prefix(datum: ListDatum) -> str:
     if len(datum.items) == 4 and isinstance(key, Atom) and isinstance(key.value, Keyword) and key.value == "prefix":
         if is_identifier(datum.items[3]):
             return base_name(datum.items[3].value)
-    raise syntax_error("import", "`import` has no place for this", key.span)
+    raise syntax_error("import", "unexpected operand of `import`", key.span)
 
 
-# The names of a file at one moment, to go back to when what came after fails.
+# Snapshots of a file's names, to roll back to if a later form fails.
 
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """What a file knew: bindings, words, records, params, the files that it imports; ``ran`` are those that have run,
-    by id."""
+    """Snapshot of a main file: its bindings, words, records, params and imports.
+
+    ``ran`` are the ids of the files that have been run.
+    """
 
     names: dict[Symbol, Any]
     brought: dict[Symbol, tuple[str, Any]]
@@ -595,7 +628,7 @@ class Mark:
 
 
 def mark_of(file: SourceFile, ran: Iterable[int]) -> Mark:
-    """The mark of a main file as it is now."""
+    """Take a snapshot of a main file."""
     state = file.state
     assert state is not None
     return Mark(
@@ -605,7 +638,7 @@ def mark_of(file: SourceFile, ran: Iterable[int]) -> Mark:
 
 
 def go_back(file: SourceFile, mark: Mark) -> None:
-    """Make a main file know what it knew at the mark."""
+    """Roll a main file back to a snapshot."""
     state = file.state
     assert state is not None
     file.names.clear()
@@ -616,7 +649,7 @@ def go_back(file: SourceFile, mark: Mark) -> None:
     state.params, state.files, state.loading = list(mark.params), dict(mark.files), []
 
 
-# What every program sees without defining it: forms, builtins, constants, the library's modules in the language.
+# Names predefined in every program: forms, builtins, constants, and the library modules written in the language.
 
 
 PAPER_FORMS = {"call": "CALL", "union": "UNION", "union-loop": "UNION_LOOP", "transform": "TRANSFORM"}
@@ -624,8 +657,11 @@ _DEFINED = re.compile(r"^\(define \(?([^\s()]+)", re.M)
 
 
 class Prelude:
-    """The definitions that every program sees, from the library's modules, expanded once per process and only when a
-    program uses a name that is neither a form nor a builtin."""
+    """Predefined names of every program.
+
+    Library modules written in the language are expanded once per process, and only when a program uses a name that is
+    neither a form nor a builtin.
+    """
 
     def __init__(self, library: Library) -> None:
         self.library = library
@@ -671,25 +707,42 @@ class Prelude:
         self._loading = False
 
     def names(self) -> Iterator[str]:
-        """Every name that programs see without defining it."""
+        """Iterate over all predefined names."""
         while self._pending and not self._loading:
             self._load(self._pending.pop(0))
         yield from self.library.builtins
         yield from self.library.constants
-        yield from (name for name in self._exports if not name.startswith("%"))  # those are the library's own
+        yield from (
+            name for name in self._exports if not name.startswith("%")
+        )  # names with `%` are private to the library
 
 
 @lru_cache(maxsize=4)
 def prelude_of(library: Library) -> Prelude:
+    """Return the (cached) prelude of a library."""
     return Prelude(library)
 
 
 @dataclass(frozen=True, eq=False)
 class Program:
-    """A program ready to run. ``forms`` are the top-level forms of every file in running order.
+    """Expanded program, ready to run.
 
-    ``scene`` is the main file's ``(scene ...)``; ``words`` maps each word that the main file binds at top level to the
-    place of its (last) binding; ``all_words`` does so for all files.
+    Attributes
+    ----------
+    main, sources
+        Main file, and all files.
+    forms
+        Top-level forms of all files in execution order.
+    scene
+        The ``(scene ...)`` of the main file as a call, if any.
+    words, all_words
+        Location of the last binding of each word bound at top level, in the main file and in all files.
+    params
+        Declared params.
+    diagnostics
+        Errors and warnings.
+    book
+        Cached facts for lints.
     """
 
     main: Source
@@ -704,7 +757,7 @@ class Program:
 
     @cached_property
     def facts(self) -> list[Facts]:
-        """What lints know of each of ``forms``."""
+        """Facts about each of ``forms``, for lints."""
         return self.book.of(self.forms)
 
     @property
@@ -720,10 +773,24 @@ def load_program(
     overrides: Mapping[str, Any] | None = None,
     datums: Sequence[Datum] | None = None,
 ) -> Program:
-    """Read, expand and parse ``main`` and all that it imports. Never raises for a mistake in a program.
+    """Read, expand and parse ``main`` and all files it imports.
 
-    ``load(path, importing source, span)`` finds an imported file or raises SceneError; ``overrides`` maps names of
-    params to datums; ``datums`` are the main file's forms when it is written in something else.
+    Errors of the program are not raised, but returned as diagnostics.
+
+    Parameters
+    ----------
+    main
+        Source of the main file.
+    library
+        Standard library.
+    load
+        Function ``load(path, importing source, span)`` that returns an imported file or raises ``SceneError``.
+    run_macro
+        Function that evaluates the body of a procedural macro.
+    overrides
+        Datums that replace the defaults of params, by name.
+    datums
+        Forms of the main file, if it is not written in the language itself.
     """
     state = ProgramState(prelude_of(library), load, dict(overrides or {}), run_macro)
     file = SourceFile(main, state.prelude.scope, state, is_main=True)
@@ -732,7 +799,7 @@ def load_program(
 
 
 def finish_program(file: SourceFile) -> Program:
-    """The program of a main file whose forms are known."""
+    """Scan and expand a main file whose forms have been read, and all its imports."""
     state = file.state
     assert state is not None
     state.files[file.source.name] = file
@@ -745,14 +812,14 @@ def finish_program(file: SourceFile) -> Program:
 
 
 def assembled(file: SourceFile, scene: ast.Call | None) -> Program:
-    """The program of a main file that is expanded, with all that it imports."""
+    """Assemble the program of an expanded main file and its imports."""
     state = file.state
     assert state is not None
     files = _in_order(file)
     diagnostics = [d for each in files for d in each.diagnostics()]
     for name in state.overrides.keys() - {param.name for param in state.params}:
         hint = suggest(name, (p.name for p in state.params)) or _known_params(state.params)
-        diagnostics.append(Diagnostic("param", f"the program has no `param` named `{name}`", None, hint))
+        diagnostics.append(Diagnostic("param", f"unknown param `{name}`", None, hint))
     forms: list[Any] = []
     collect(file, frozenset(), forms, set())
     all_words = {word: span for each in reversed(files) for word, span in each.words.items()}
@@ -763,11 +830,11 @@ def assembled(file: SourceFile, scene: ast.Call | None) -> Program:
 
 
 def _known_params(params: Sequence[Param]) -> str | None:
-    return "it has " + ", ".join(f"`{p.name}`" for p in params) if params else None
+    return "available params: " + ", ".join(f"`{p.name}`" for p in params) if params else None
 
 
 def _in_order(file: SourceFile) -> list[SourceFile]:
-    """The files of a program, each before those that it imports."""
+    """Return the files of a program, each before the files it imports."""
     found: dict[int, SourceFile] = {}
     stack = [file]
     while stack:
@@ -779,8 +846,11 @@ def _in_order(file: SourceFile) -> list[SourceFile]:
 
 
 def collect(file: SourceFile, claimed: frozenset[str], forms: list[Any], done: set[int]) -> None:
-    """Forms in running order. A word that an importing file binds belongs to it: the imported binding is left out.
-    ``done``: files, by id, that have run already."""
+    """Append the forms of a file and its imports to ``forms`` in execution order.
+
+    Bindings of words that an importing file binds itself (``claimed``) are omitted. ``done`` are the ids of the files
+    that were collected already.
+    """
     if id(file) in done:
         return
     done.add(id(file))

@@ -1,6 +1,6 @@
-"""One run of a program.
+"""Execution of a single run of a program.
 
-``values`` and ``types`` are what programs compute with, ``procedures`` what is called, ``runtime`` the state of a run,
-``limits`` what ends it, ``show`` prints values, ``evaluate`` puts it together. Calls are shared: the docstring of
-``runtime`` says when. It knows no builtin and no backend.
+``values`` and ``types`` define runtime values, ``procedures`` callable values, ``runtime`` the state of a run,
+``limits`` resource limits, ``show`` printing, ``evaluate`` the entry point. Calls with equal arguments may share a
+result; see ``runtime``. Nothing here depends on a builtin or a backend.
 """
