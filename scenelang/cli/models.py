@@ -28,7 +28,7 @@ from scenelang.cli.options import (
     whole,
     z_path,
 )
-from scenelang.cli.output import check_folder, done, progress, report, report_run, print_result, use_color
+from scenelang.cli.output import check_folder, done, print_result, progress, report, report_run, use_color
 from scenelang.embeddings import (
     Embeddings,
     check_program,

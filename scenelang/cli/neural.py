@@ -33,7 +33,7 @@ from scenelang.cli.options import (
     whole,
     z_path,
 )
-from scenelang.cli.output import check_folder, done, progress, print_result, warnings
+from scenelang.cli.output import check_folder, done, print_result, progress, warnings
 from scenelang.embeddings import (
     Embeddings,
     attribute_of,

@@ -30,7 +30,7 @@ from scenelang.cli.options import (
     usage_errors,
     whole,
 )
-from scenelang.cli.output import check_folder, done, progress, report, print_result
+from scenelang.cli.output import check_folder, done, print_result, progress, report
 from scenelang.cli.output import warnings as warnings_of
 from scenelang.grammar.settings import port
 from scenelang.reports import deliver, table

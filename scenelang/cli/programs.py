@@ -24,7 +24,7 @@ from scenelang.cli.options import (
     usage_errors,
     whole,
 )
-from scenelang.cli.output import check_folder, done, report, report_run, print_result, use_color
+from scenelang.cli.output import check_folder, done, print_result, report, report_run, use_color
 from scenelang.grammar.diagnostics import (
     Diagnostic,
     SceneError,
