@@ -37,7 +37,7 @@ Warn = Callable[[Diagnostic], None]
 METHODS = ("regional", "gligen", "migc")
 SCHEDULERS = ("own", "ddim")
 _LAYOUT_SIZE = (512, 512)
-_MOST_PICTURES = 1000
+_MAX_IMAGES = 1000
 
 
 # --- imagine: what may be asked for ----------------------------------------------------------------------------------
@@ -390,8 +390,8 @@ def scene_prompt(scene: Scene, prompt: str | None = None) -> str:
 
 def check_count(count: int) -> None:
     """Raises SceneError("value") for a number of pictures that is none."""
-    if not 1 <= count <= _MOST_PICTURES:
-        raise SceneError("value", f"`--count` must be 1 to {_MOST_PICTURES:,}, not {count:,}")
+    if not 1 <= count <= _MAX_IMAGES:
+        raise SceneError("value", f"`--count` must be 1 to {_MAX_IMAGES:,}, not {count:,}")
 
 
 def check_output(output: Path, layout_only: bool = False) -> None:
@@ -646,7 +646,7 @@ def distill(
             on_start(start)
         finished = run_steps(
             learning, folder, asked, seconds=0.0 if before is None else before.seconds, budget=budget,
-            tell=_tellers(progress, on_step), stopped=stop or (lambda: False),
+            tell=_step_callback(progress, on_step), stopped=stop or (lambda: False),
         )  # fmt: skip
     files = write_outcome(kept_in(folder), cast, folder) if finished else []
     return Distillation(folder, start, tuple(files), finished)
@@ -726,15 +726,15 @@ def _start(cast: Cast, learning: Learning, folder: Path) -> DistillationStart:
     return DistillationStart(len(cast.actors), learning.learned, left, folder, sentences)
 
 
-def _tellers(
+def _step_callback(
     progress: Progress | None, on_step: Callable[[DistillationProgress], None] | None
 ) -> Callable[[DistillationProgress], None]:
     """What is told of each step, one callback for both."""
 
-    def tell(told: DistillationProgress) -> None:
+    def report(state: DistillationProgress) -> None:
         if on_step is not None:
-            on_step(told)
+            on_step(state)
         if progress is not None:
-            progress(told.share)
+            progress(state.share)
 
-    return tell
+    return report
