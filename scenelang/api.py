@@ -60,7 +60,7 @@ def load(
     Parameters
     ----------
     path : path
-        ``.scene``, ``.py`` or ``.txt`` (a language model's response; its Python is translated, never executed), ``.json``.
+        ``.scene``, ``.py`` or ``.txt`` (a model response; its Python is translated, never executed), ``.json``.
     seed : int
         Random seed.
     defines : mapping, optional

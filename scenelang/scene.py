@@ -328,7 +328,7 @@ class Maps(Mapping[str, npt.NDArray[Any]]):
     def annotations(self, limit: int = 20_000) -> list[dict[str, Any]]:
         """Return the visible instances as COCO annotations, at most ``limit``, highest in the hierarchy first.
 
-        The fields are ``category``, ``bbox``, ``area``, ``segmentation``, ``box3d``, ``handle`` and ``path`` (docs/maps.md).
+        Their fields are ``category``, ``bbox``, ``area``, ``segmentation``, ``box3d``, ``handle``, ``path`` (docs/maps.md).
         """
         from scenelang.backends.labels.dataset import annotations_of
 
@@ -364,7 +364,7 @@ class Maps(Mapping[str, npt.NDArray[Any]]):
         return [_crop(self.image, annotation["bbox"], margin) for annotation in found]
 
     def save(self, folder: str | Path) -> Path:
-        """Write every map into a new or existing folder as PNG, NPZ, EXR and JSON (docs/maps.md). Returns the folder."""
+        """Write all maps to a new or existing folder as PNG, NPZ, EXR and JSON (docs/maps.md). Returns it."""
         from scenelang.backends.files import write_json
         from scenelang.backends.labels.dataset import ShotMaps
 
@@ -616,7 +616,7 @@ class Scene:
         frame : int, optional
             Frame of a 4D scene, counted from 0.
         environment, ground : str
-            Lighting environment ("studio", "overcast", "sunny", "sunset", "night", "flat") and ground plane ("seamless",
+            Environment light ("studio", "overcast", "sunny", "sunset", "night", "flat") and ground ("seamless",
             "none", "white", "dark", "meadow", "earth", "checker"; default: that of the environment).
         labels : bool
             Draw the words of semantic primitives onto their boxes.
@@ -665,8 +665,8 @@ class Scene:
     ) -> Film:
         """Create a video of ``frames`` frames, rendered when it is saved or iterated.
 
-        A static scene is shown on a turntable, a 4D scene frame by frame; ``orbit`` is the camera's total rotation around
-        the scene in degrees. The other arguments are those of ``render``.
+        A static scene is shown on a turntable, a 4D scene frame by frame; ``orbit`` is the total camera rotation
+        in degrees. The other arguments are those of ``render``.
         """
         from scenelang.backends.pictures.film import check
         from scenelang.backends.pictures.stage import film
@@ -691,7 +691,7 @@ class Scene:
         progress: Progress | None = None,
         warn: Warn | None = None,
     ) -> Maps:
-        """Render ground-truth maps: instances, words, depth, normals and more. The arguments are those of ``render``."""
+        """Render ground-truth maps (instances, words, depth, normals ...). The arguments are those of ``render``."""
         from scenelang.backends.labels.ground_truth import truth_of
         from scenelang.backends.minecraft.models import as_cubes
         from scenelang.backends.pictures.stage import unit_size
