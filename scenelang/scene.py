@@ -328,7 +328,7 @@ class Maps(Mapping[str, npt.NDArray[Any]]):
     def annotations(self, limit: int = 20_000) -> list[dict[str, Any]]:
         """Return the visible instances as COCO annotations, at most ``limit``, highest in the hierarchy first.
 
-        Their fields are ``category``, ``bbox``, ``area``, ``segmentation``, ``box3d``, ``handle``, ``path`` (docs/maps.md).
+        Fields: ``category``, ``bbox``, ``area``, ``segmentation``, ``box3d``, ``handle``, ``path`` (docs/maps.md).
         """
         from scenelang.backends.labels.dataset import annotations_of
 
