@@ -150,8 +150,8 @@ def run_with_room(
 ) -> T:
     """Run ``action`` in a thread with a large stack for deep recursion.
 
-    Ctrl-C calls ``cancel`` and then waits for the thread to end. In a supervised process the thread has read-only access
-    to ``folders`` and no other access to the file system.
+    Ctrl-C calls ``cancel`` and then waits for the thread to end. In a supervised process the thread has read-only
+    access to ``folders`` and no other access to the file system.
     """
     watched = link()
     if watched is not None:
@@ -268,7 +268,8 @@ class Session:
             return Checked(None, (Diagnostic("nesting", "the program is nested too deeply", Span(source, 0, 1)),))
 
     def autofix(self, source: Source) -> tuple[Source, int]:
-        """Apply all safe fixes, repeatedly, since one fix may enable another. Returns the source and the number of fixes."""
+        """Apply all safe fixes, repeatedly, since one fix may enable another. Returns the source and the number of
+        fixes."""
         total = 0
         for _ in range(_FIX_ROUNDS):
             text, number = apply_fixes(source, self.check(source).diagnostics)
@@ -394,7 +395,8 @@ class Session:
         return find_root(program)
 
     def library_imports(self, program: Program) -> list[str]:
-        """Return the standard library modules that a program imports, such as ``std/python.scene``, for its expansion."""
+        """Return the standard library modules that a program imports, such as ``std/python.scene``, for its
+        expansion."""
         modules = {f"{STD}{module}" for module in self.library.imported}
         return [source.name for source in program.sources if source.name in modules]
 
@@ -446,8 +448,8 @@ class Session:
 
     @property
     def _macro_limits(self) -> Limits:
-        """Limits for running macro expanders: the macro limits, capped by the program's memory and by slightly more than its
-        time, so that the program's own time limit is reported first."""
+        """Limits for running macro expanders: the macro limits, capped by the program's memory and by slightly more
+        than its time, so that the program's own time limit is reported first."""
         program_limits = self.options.limits
         return replace(
             MACRO_LIMITS,
@@ -456,8 +458,8 @@ class Session:
         )
 
     def top_level(self, main: Source, started: Callable[[Runtime], None]) -> TopLevel:
-        """Create an interactive top level in the context of the file ``main``. ``started`` is called with each runtime in
-        which macros run, to make it cancellable. Raises SceneError for a malformed ``--define``."""
+        """Create an interactive top level in the context of the file ``main``. ``started`` is called with each runtime
+        in which macros run, to make it cancellable. Raises SceneError for a malformed ``--define``."""
         options, library = self.options, self.library
         overrides = {name: _value_datum(name, text) for name, text in options.defines.items()}
         assets = self._assets(main)
@@ -519,8 +521,8 @@ class Session:
         return run.run_root(program, word, self.options.seed)
 
     def _with_entries(self, program: Program, runtime: Runtime, word: str, scene: Scene) -> Scene:
-        """Apply embeddings to entities with automatic handles; the program runs again to restore the states of the random
-        streams."""
+        """Apply embeddings to entities with automatic handles; the program runs again to restore the states of the
+        random streams."""
         entries, unused = automatic_entries(scene, self.options.z_entries)
         for name in unused:
             runtime.warn("unused-entry", f"the embedding `<{name}>` matches no entity of the scene")
@@ -670,7 +672,7 @@ def _value_datum(name: str, text: str) -> Datum:
         if not isinstance(form, ListDatum):
             return form
     raise SceneError(
-        "param", f"--define {name}: `{text[:60]}` is no value", 'give a number, "string", #t, #f or [array]'
+        "param", f"--define {name}: invalid value `{text[:60]}`", 'write a number, "string", #t, #f or [array]'
     )
 
 
@@ -702,8 +704,8 @@ class Editing:
         self._imported: tuple[str, ...] | None = None  # texts of imported files, None if unknown
 
     def check(self, source: Source) -> VersionAnalysis:
-        """Analyze the next version; errors are never raised. Procedural macros are first run in a forked process, which can
-        be killed if they do not terminate."""
+        """Analyze the next version; errors are never raised. Procedural macros are first run in a forked process, which
+        can be killed if they do not terminate."""
         problem = trial(lambda: self._try(source)) if self._may_run_macros(source) else None
         if problem is not None:
             return VersionAnalysis(source, None, (_in_source(problem, source),))
