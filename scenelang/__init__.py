@@ -73,11 +73,11 @@ if TYPE_CHECKING:
     from scenelang.session import Options as Options
     from scenelang.session import Session as Session
 
-# In a checkout the other folders lie beside this one; found here, they work from the repository's root too.
+# In a checkout the other packages are siblings of this folder; extend the path to import them from here.
 if not (Path(__file__).parent / "grammar").is_dir():
     __path__.append(str(Path(__file__).parent.parent))
 
-# Where each public name lives: it is imported when it is first used, so that a part costs only what it needs.
+# Module of each public name, imported lazily on first access to keep startup fast.
 _HOMES = {
     "check": "api", "check_installation": "api", "diff": "api", "evaluate": "api", "expand": "api",
     "explain": "api", "format": "api", "grammar_text": "api", "import_build": "api", "list_backends": "api",
@@ -108,7 +108,7 @@ def __getattr__(name: str) -> Any:
 
 
 def load_ipython_extension(shell: Any) -> None:
-    """What ``%load_ext scenelang`` calls: adds the cell magic ``%%scene``."""
+    """Register the cell magic ``%%scene``; called by ``%load_ext scenelang``."""
     from scenelang.notebook import register
 
     register(shell)

@@ -1,4 +1,4 @@
-"""Functions of the Python API: programs in, scenes out (docs/python.md)."""
+"""Functions of the Python API: load, check and evaluate programs, and work with scenes (docs/python.md)."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def parse(text: str, name: str = "<text>") -> ReadResult:
-    """Read a text into datums with spans; never raises: mistakes are in ``.diagnostics``.
+    """Parse text into datums with spans; errors are collected in ``.diagnostics`` and never raised.
 
     Examples
     --------
@@ -33,7 +33,7 @@ def parse(text: str, name: str = "<text>") -> ReadResult:
 
 
 def check(text: str, name: str = "<text>", options: Options | None = None) -> Checked:
-    """Find the mistakes of a program without running it; never raises for a mistake in the program.
+    """Check a program without running it; errors are returned as diagnostics and never raised.
 
     Examples
     --------
@@ -55,33 +55,33 @@ def load(
     allow_outside: bool = False,
     strict: bool = False,
 ) -> Scene:
-    """Evaluate a program file, a language model's Python, or a scene that ``export`` wrote as JSON.
+    """Load a scene from a program file, a language model's Python, or JSON written by ``export``.
 
     Parameters
     ----------
     path : path
-        ``.scene``, ``.py`` or ``.txt`` (a language model's response; its Python is translated, never run), ``.json``.
+        ``.scene``, ``.py`` or ``.txt`` (a model response; its Python is translated, never executed), ``.json``.
     seed : int
-        Seed of the random streams.
+        Random seed.
     defines : mapping, optional
-        Values of the program's params: numbers, booleans, strings, sequences of numbers.
+        Values that override the program's params: numbers, booleans, strings or sequences of numbers.
     root : str, optional
-        The word to evaluate (docs/language.md says which one is the default).
+        Word to evaluate; see docs/language.md for the default.
     embeddings : path, optional
-        The file of embeddings; "auto" takes the one beside the program, None takes none.
+        Embeddings file; "auto" uses the one beside the program if it exists, None disables embeddings.
     limits : Limits, optional
-        Bounds of time, memory and size; they hold within this process only (docs/security.md).
+        Limits of time, memory and size, enforced within this process only (docs/security.md).
     project : path, optional
-        The folder that imports and assets may not leave; the program's own by default.
+        Folder to which imports and assets are restricted; default: the program's folder.
     allow_outside : bool
-        Lift that restriction.
+        Allow imports and assets from outside the project folder.
     strict : bool
-        Hold the program to the paper's grammar.
+        Require the paper's grammar.
 
     Raises
     ------
     SceneError
-        The file cannot be read, or the program is wrong; the text shows code, place, source line and hint.
+        If the file cannot be read or the program has errors; the text shows code, position, source line and hint.
 
     Examples
     --------
@@ -106,7 +106,9 @@ def evaluate(
     allow_outside: bool = False,
     strict: bool = False,
 ) -> Scene:
-    """Evaluate the text of a program; the arguments are those of ``load``, ``name`` is what errors call the text.
+    """Evaluate the source text of a program.
+
+    The arguments are those of ``load``; ``name`` is the file name shown in diagnostics.
 
     Examples
     --------
@@ -118,9 +120,9 @@ def evaluate(
 
 
 def transpile(text: str, name: str = "<response>.py") -> Translation:
-    """Translate a language model's response, or its Python, into a program of the language; the Python is never run.
+    """Translate a language model's response, or its Python, to a program of the language; Python is never executed.
 
-    ``.text`` is the program, empty where ``.ok`` is false; ``.diagnostics`` say why.
+    ``.text`` is the program, empty if ``.ok`` is false; ``.diagnostics`` contains the errors.
 
     Examples
     --------
@@ -132,12 +134,12 @@ def transpile(text: str, name: str = "<response>.py") -> Translation:
 
 
 def format(text: str) -> str:
-    """A program in the one style of the language; only white space changes.
+    """Format a program in the uniform style of the language; only white space changes.
 
     Raises
     ------
     SceneError
-        The text cannot be read.
+        If the text cannot be parsed.
 
     Examples
     --------
@@ -150,16 +152,16 @@ def format(text: str) -> str:
 
 
 def diff(a: Scene, b: Scene, tolerance: float = 1e-5, limit: int = 2_000_000) -> Changes:
-    """What differs between two scenes, change by change.
+    """Compare two scenes and return the list of changes.
 
     Parameters
     ----------
     a, b : Scene
-        Compared by what their primitives look like in the world, not by how the programs are written.
+        Scenes to compare by the world-space appearance of their primitives, not by the text of their programs.
     tolerance : float
-        Distances and attributes that differ by no more are equal.
+        Distances and attributes that differ by at most this value are considered equal.
     limit : int
-        Most primitives that are expanded.
+        Maximum number of primitives to expand.
 
     Examples
     --------
@@ -171,12 +173,12 @@ def diff(a: Scene, b: Scene, tolerance: float = 1e-5, limit: int = 2_000_000) ->
 
 
 def expand(text: str, name: str = "<text>", options: Options | None = None) -> str:
-    """A program after macro expansion, as text.
+    """Return the text of a program after macro expansion.
 
     Raises
     ------
     SceneError
-        The program is wrong; the first error of ``check``.
+        The first error of ``check``, if the program has errors.
 
     Examples
     --------
@@ -193,19 +195,19 @@ def expand(text: str, name: str = "<text>", options: Options | None = None) -> s
 
 
 def import_build(path: str | Path, warn: Callable[[Diagnostic], None] | None = None) -> str:
-    """The program of a Minecraft build: few merged cuboids, a word for each block state.
+    """Convert a Minecraft build to a program with merged cuboids and one word per block state.
 
     Parameters
     ----------
     path : path
         ``.schem``, ``.litematic`` or ``.nbt``.
     warn : callable, optional
-        Called with a ``Diagnostic`` for what the program does not have, such as items in chests.
+        Called with a ``Diagnostic`` for content that the program cannot represent, such as items in chests.
 
     Raises
     ------
     SceneError
-        The file cannot be read, is damaged, or holds no blocks.
+        If the file cannot be read, is damaged, or contains no blocks.
     """
     from scenelang.backends.minecraft.export import imported
 
@@ -217,7 +219,7 @@ def import_build(path: str | Path, warn: Callable[[Diagnostic], None] | None = N
 
 
 def explain(code: str) -> str:
-    """Why a diagnostic arises and how to fix the program, by its code or name.
+    """Explain the cause of a diagnostic and how to fix it, by its code or name.
 
     Examples
     --------
@@ -228,7 +230,14 @@ def explain(code: str) -> str:
 
 
 def grammar_text(form: Literal["lark", "llguidance", "gbnf", "ebnf", "textmate"], strict: bool = False) -> str:
-    """The grammar of programs for constrained decoding and editors (docs/grammar.md); ``strict``: the paper's own.
+    """Return the grammar of programs for constrained decoding and editors (docs/grammar.md).
+
+    Parameters
+    ----------
+    form : str
+        Output format.
+    strict : bool
+        Use the paper's grammar without extensions.
 
     Examples
     --------
@@ -241,7 +250,7 @@ def grammar_text(form: Literal["lark", "llguidance", "gbnf", "ebnf", "textmate"]
 
 
 def list_backends() -> tuple[Backend, ...]:
-    """What scenes can be turned into: every backend, those of installed plug-ins too.
+    """Return all backends, including those of installed plug-ins.
 
     Examples
     --------
@@ -254,7 +263,7 @@ def list_backends() -> tuple[Backend, ...]:
 
 
 def check_installation() -> tuple[Check, ...]:
-    """What is installed, which backends work here, and what is missing; tries each in a process of its own."""
+    """Check the installation: run a quick test of every feature in a separate process, and report what is missing."""
     from scenelang.doctor import checks
 
     return tuple(checks())

@@ -1,4 +1,4 @@
-"""Which backends work, by trying them in other processes within a few seconds."""
+"""Installation check: runs a quick test of every backend in separate processes, within a few seconds."""
 
 from __future__ import annotations
 
@@ -29,9 +29,8 @@ from scenelang.interpreter.scene.entity import Scene
 from scenelang.reports import colored
 from scenelang.session import Session
 
-# Small works that are really done, one after the other, in a process of their own: a native library that crashes takes
-# only that process with it. ``python -P -m scenelang.doctor NAME ...`` prints a line of JSON before each and one after
-# it.
+# Each test does a small amount of real work in a separate process, so that a crashing native library ends only that
+# process. ``python -P -m scenelang.doctor NAME ...`` prints a line of JSON before each test and one after it.
 
 
 _PROGRAM = '(bind "trial" (lambda () (union (call "cube") (call "sphere" :color [1 0 0]))))'
@@ -40,8 +39,8 @@ LANGUAGE, PICTURE, VIEWER = "language", "draft", "viewer"
 FILMS = {"film .gif": ".gif", "film .mp4": ".mp4"}
 
 
-def trials() -> Mapping[str, Callable[[Path], str]]:
-    """Every trial by name: it works in a folder, says what came out, and raises where nothing did."""
+def tests() -> Mapping[str, Callable[[Path], str]]:
+    """Return all tests by name: each works in a folder, returns a summary, and raises if it fails."""
     found: dict[str, Callable[[Path], str]] = {LANGUAGE: _evaluate, PICTURE: _draw, VIEWER: _view}
     found |= {name: partial(_film, ending) for name, ending in FILMS.items()}
     return found | {backend.name: partial(_export, backend) for backend in base.every(Work.EXPORT)}
@@ -59,12 +58,12 @@ def _evaluated(text: str) -> Scene:
 
 
 def _build() -> Scene:
-    """A scene for backends that write nothing but blocks."""
+    """Create a scene for backends that only support Minecraft blocks."""
     return _evaluated('(bind "trial" (lambda () (call "set-cuboid" :block-type "stone" :scale [3 2 1])))')
 
 
 def _evaluate(folder: Path) -> str:
-    return f"evaluates a scene of {len(_scene().root.children)} parts"
+    return f"evaluated a scene of {len(_scene().root.children)} parts"
 
 
 def _draw(folder: Path) -> str:
@@ -72,7 +71,7 @@ def _draw(folder: Path) -> str:
 
     path = folder / "trial.png"
     save_picture(render(_scene(), PictureOptions(width=_SIDE, height=_SIDE)), path)
-    return f"draws a picture of {_SIDE}x{_SIDE} pixels ({path.stat().st_size} bytes)"
+    return f"rendered an image of {_SIDE}x{_SIDE} pixels ({path.stat().st_size} bytes)"
 
 
 def _film(ending: str, folder: Path) -> str:
@@ -83,26 +82,26 @@ def _film(ending: str, folder: Path) -> str:
     shots = [still(scene, options.camera, None, _SIDE, _SIDE)] * 2
     path = folder / f"trial{ending}"
     save_film(painters(scene, options, [picture_backend("draft")], shots), shots, path)
-    return f"writes a film ({path.stat().st_size} bytes)"
+    return f"wrote a video ({path.stat().st_size} bytes)"
 
 
 def _view(folder: Path) -> str:
     from scenelang.backends.viewer.page import STATIC, served_page, static
 
     size = len(served_page()) + sum(len(static(name)) for name in STATIC)
-    return f"its page is complete ({size:,} bytes)"
+    return f"page complete ({size:,} bytes)"
 
 
 def _export(backend: Backend, folder: Path) -> str:
     path = folder / f"trial{backend.endings[0]}"
     scene = _scene() if backend.accepts.any_word else _build()
     written = backend.run(scene, path, base.BackendOptions()) or [path]
-    return f"writes {' '.join(backend.endings)} ({sum(each.stat().st_size for each in written)} bytes)"
+    return f"wrote {' '.join(backend.endings)} ({sum(each.stat().st_size for each in written)} bytes)"
 
 
 def main(names: list[str]) -> int:
-    """Run the trials of these names, or all."""
-    known = trials()
+    """Run the named tests, or all of them."""
+    known = tests()
     for name in names or known:
         _say({"name": name})
         try:
@@ -110,7 +109,7 @@ def main(names: list[str]) -> int:
                 _say({"name": name, "ok": True, "detail": known[name](Path(folder))})
         except SceneError as error:
             _say({"name": name, "ok": False, "detail": error.message})
-        except Exception as error:  # a backend may be anybody's
+        except Exception as error:  # plug-in backends may raise anything
             _say({"name": name, "ok": False, "detail": f"{type(error).__name__}: {error}"})
     return 0
 
@@ -119,19 +118,19 @@ def _say(line: Mapping[str, object]) -> None:
     print(json.dumps(line), flush=True)
 
 
-# One finding about the installation.
+# --- results ---------------------------------------------------------------------------------------------------------
 
 
 class CheckState(Enum):
     OK = "ok"
-    NOTE = "note"  # neither good nor bad
-    MISSING = "missing"  # comes with an extra, or is better to have
-    BROKEN = "broken"  # promised without extras
+    NOTE = "note"  # informational
+    MISSING = "missing"  # optional
+    BROKEN = "broken"  # required
 
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """``topic`` groups the findings, ``remedy`` is what mends it: a command line, or empty."""
+    """Result of one check. ``topic`` groups the results; ``remedy`` is a command that fixes the problem, or empty."""
 
     topic: str
     name: str
@@ -140,12 +139,12 @@ class Check:
     remedy: str = ""
 
     def data(self) -> dict[str, str]:
-        """The finding as JSON data."""
+        """Return the result as JSON data."""
         return asdict(self) | {"state": self.state.value}
 
 
 def checks() -> Iterator[Check]:
-    """All findings; a group that fails to be looked at is a finding itself."""
+    """Run all checks; a group that raises is reported as a broken check."""
     groups: tuple[tuple[str, Callable[[], Iterable[Check]]], ...] = (
         ("system", system_checks),
         ("limits", limit_checks),
@@ -158,11 +157,11 @@ def checks() -> Iterator[Check]:
     for topic, group in groups:
         try:
             yield from group()
-        except Exception as error:  # whatever is wrong with the installation, the others are told
+        except Exception as error:  # one broken group must not hide the others
             yield Check(topic, topic, CheckState.BROKEN, f"{type(error).__name__}: {error}")
 
 
-# Packages: the versions of those that are needed, and what the extras lack.
+# --- packages --------------------------------------------------------------------------------------------------------
 
 
 _REQUIREMENT = re.compile(r"([A-Za-z0-9][A-Za-z0-9._-]*)[^;]*(?:;(.*))?")
@@ -171,7 +170,7 @@ _FOR_DEVELOPMENT = ("dev", "blender", "all")
 
 
 def version_of(package: str) -> str | None:
-    """The version of an installed distribution, None for one that is not installed."""
+    """Return the version of an installed distribution, or None."""
     try:
         return version(package)
     except PackageNotFoundError:
@@ -179,16 +178,16 @@ def version_of(package: str) -> str | None:
 
 
 def in_pipx() -> bool:
-    """Whether pipx made the environment that runs this: pip does not reach it from outside."""
+    """Return whether the environment was created by pipx, in which case pip cannot install into it from outside."""
     return (Path(sys.prefix) / "pipx_metadata.json").exists()
 
 
 def package_checks() -> Iterator[Check]:
-    """What the package needs, then each extra."""
+    """Check the required packages, then each extra."""
     try:
         stated = requires("scenelang") or []
     except PackageNotFoundError:
-        yield Check("packages", "scenelang", CheckState.NOTE, "runs from its sources, so its needs are not known")
+        yield Check("packages", "scenelang", CheckState.NOTE, "not installed as a package; requirements unknown")
         return
     extras: dict[str, list[str]] = {}
     for line in stated:
@@ -211,12 +210,12 @@ def _needed(package: str, only_sometimes: bool) -> Check:
     if found is not None:
         return Check("packages", package, CheckState.OK, found)
     if only_sometimes:
-        return Check("packages", package, CheckState.NOTE, "not installed; not every platform has it")
+        return Check("packages", package, CheckState.NOTE, "not installed; not available on every platform")
     return Check("packages", package, CheckState.BROKEN, "not installed", f"pip install {package}")
 
 
 def _extra(name: str, packages: Sequence[str]) -> Check:
-    """An extra with the versions of its packages, or with those that it lacks."""
+    """Return the versions of an extra's packages, or the packages that are missing."""
     versions = {package: version_of(package) for package in packages}
     lacking = [package for package, found in versions.items() if found is None]
     if lacking:
@@ -225,29 +224,29 @@ def _extra(name: str, packages: Sequence[str]) -> Check:
     return Check("extras", name, CheckState.OK, ", ".join(f"{package} {found}" for package, found in versions.items()))
 
 
-_SECONDS = 4.2  # for all trials together
+_SECONDS = 4.2  # total for all tests
 _NVIDIA = Path("/proc/driver/nvidia/version")
-_OWN = ("draft", "gltf", "obj", "ply", "stl", "json", "mitsuba-xml")  # promised without extras
+_OWN = ("draft", "gltf", "obj", "ply", "stl", "json", "mitsuba-xml")  # required without extras
 
 
 def work_checks() -> Iterator[Check]:
-    """A finding for the language, each backend, each variant of Mitsuba, films and the viewer."""
+    """Check the language, each backend, each variant of Mitsuba, videos and the viewer."""
     end = time.monotonic() + _SECONDS
     variants = {name: _start(trial_command(name)) for name in NAMES if name != "cuda" or _NVIDIA.exists()}
     exports = {backend.name: backend for backend in base.every(Work.EXPORT)}
     installs = {name: backend.install for name, backend in exports.items() if not backend.is_installed}
     installs |= {} if _has("av") else {"film .mp4": "'scenelang[video]'"}
     names = [name for name in (LANGUAGE, PICTURE, *exports, *FILMS, VIEWER) if name not in installs]
-    told = _tried(names, end)
+    results = _tried(names, end)
     for name in (LANGUAGE, PICTURE):
-        yield _finding(name, told)
+        yield _finding(name, results)
     yield from _variant_checks(variants, end)
     for name in (*exports, *FILMS, VIEWER):
         if name in installs:
-            remedy = "" if in_pipx() else f"pip install {installs[name]}"  # what pipx injects stands with the extras
+            remedy = "" if in_pipx() else f"pip install {installs[name]}"  # with pipx, see the remedies of the extras
             yield Check("works", name, CheckState.MISSING, "not installed", remedy)
         else:
-            yield _finding(name, told)
+            yield _finding(name, results)
 
 
 def _has(package: str) -> bool:
@@ -267,7 +266,7 @@ def _start(command: Sequence[str]) -> subprocess.Popen[str] | None:
 
 
 def _output(process: subprocess.Popen[str] | None, end: float) -> str | None:
-    """What a process wrote until its end, or until ``end``; None where it had to be stopped then."""
+    """Return the output of a process, or None if it had to be killed at the time ``end``."""
     if process is None:
         return ""
     try:
@@ -279,9 +278,9 @@ def _output(process: subprocess.Popen[str] | None, end: float) -> str | None:
 
 
 def _tried(names: Sequence[str], end: float) -> Mapping[str, tuple[bool, str]]:
-    """What came of each trial; those that time did not suffice for are left out. One that ends the process is begun no
-    more, the others are."""
-    told: dict[str, tuple[bool, str]] = {}
+    """Return the result of each test that finished in time. A test that crashes the process is not repeated; the others
+    continue in a new process."""
+    results: dict[str, tuple[bool, str]] = {}
     left = list(names)
     while left and time.monotonic() < end:
         begun = ""
@@ -289,15 +288,15 @@ def _tried(names: Sequence[str], end: float) -> Mapping[str, tuple[bool, str]]:
             for line in lines:
                 begun = str(line["name"])
                 if "ok" in line:
-                    told[begun] = (bool(line["ok"]), str(line["detail"]))
-        if time.monotonic() < end and begun not in told:
-            told[begun or left[0]] = (False, "the process that tried it broke off")
-        left = [name for name in left if name not in told]
-    return told
+                    results[begun] = (bool(line["ok"]), str(line["detail"]))
+        if time.monotonic() < end and begun not in results:
+            results[begun or left[0]] = (False, "the test process crashed")
+        left = [name for name in left if name not in results]
+    return results
 
 
 class _Lines:
-    """The lines of JSON that a process prints until ``end``."""
+    """Context manager that yields the JSON lines printed by a process until the time ``end``."""
 
     def __init__(self, command: Sequence[str], end: float) -> None:
         self._process = _start(command)
@@ -328,10 +327,10 @@ class _Lines:
                 self._process.stdout.close()
 
 
-def _finding(name: str, told: Mapping[str, tuple[bool, str]]) -> Check:
-    if name not in told:
-        return Check("works", name, CheckState.NOTE, f"not tried: {_SECONDS:g} seconds were over")
-    ok, detail = told[name]
+def _finding(name: str, results: Mapping[str, tuple[bool, str]]) -> Check:
+    if name not in results:
+        return Check("works", name, CheckState.NOTE, f"not tested: time limit of {_SECONDS:g} seconds reached")
+    ok, detail = results[name]
     if ok:
         return Check("works", name, CheckState.OK, detail)
     promised = name in (*_OWN, LANGUAGE, VIEWER, "film .gif")
@@ -341,23 +340,23 @@ def _finding(name: str, told: Mapping[str, tuple[bool, str]]) -> Check:
 def _variant_checks(variants: Mapping[str, subprocess.Popen[str] | None], end: float) -> Iterator[Check]:
     for name in NAMES:
         if name not in variants:
-            yield Check("works", f"mitsuba {name}", CheckState.NOTE, "no NVIDIA driver here")
+            yield Check("works", f"mitsuba {name}", CheckState.NOTE, "no NVIDIA driver")
             continue
         text = _output(variants[name], end)
         if text is None:
-            yield Check("works", f"mitsuba {name}", CheckState.NOTE, f"not ready within {_SECONDS:g} seconds")
+            yield Check("works", f"mitsuba {name}", CheckState.NOTE, f"timed out after {_SECONDS:g} seconds")
         elif text.strip() == "True":
-            yield Check("works", f"mitsuba {name}", CheckState.OK, "draws a picture")
+            yield Check("works", f"mitsuba {name}", CheckState.OK, "renders an image")
         elif name == "scalar":
             yield Check(
-                "works", "mitsuba scalar", CheckState.BROKEN, "draws nothing", "pip install --force-reinstall mitsuba"
+                "works", "mitsuba scalar", CheckState.BROKEN, "cannot render", "pip install --force-reinstall mitsuba"
             )
         else:
-            what = "finds no LLVM (Debian: libllvm19)" if name == "llvm" else "draws nothing on this GPU"
-            yield Check("works", f"mitsuba {name}", CheckState.NOTE, f"{what}; `scalar` works without")
+            what = "LLVM not found (Debian: libllvm19)" if name == "llvm" else "cannot render on this GPU"
+            yield Check("works", f"mitsuba {name}", CheckState.NOTE, f"{what}; `scalar` works without it")
 
 
-# The machine: Python, folders, terminal, browser, GPU.
+# --- machine: Python, folders, terminal, browser, GPU ----------------------------------------------------------------
 
 
 _BROWSERS = ("firefox", "chromium", "chromium-browser", "google-chrome", "microsoft-edge", "safari", "brave-browser")
@@ -366,8 +365,8 @@ _PATIENCE = 2.0  # seconds, for a driver's tool
 
 
 def system_checks() -> Iterator[Check]:
-    """Versions, and where the program stands."""
-    yield Check("system", "scenelang", CheckState.OK, version_of("scenelang") or "from its sources")
+    """Report versions and the location of the installation."""
+    yield Check("system", "scenelang", CheckState.OK, version_of("scenelang") or "source checkout")
     yield Check("system", "Python", CheckState.OK, f"{platform.python_version()}, {sys.executable}")
     cores = os.cpu_count() or 1
     yield Check("system", "platform", CheckState.OK, f"{platform.platform()}, {platform.machine()}, {cores} cores")
@@ -375,24 +374,28 @@ def system_checks() -> Iterator[Check]:
 
 
 def limit_checks() -> Iterator[Check]:
-    """What holds programs within their limits, and away from files and the network."""
+    """Report how programs are confined: resource limits, file access and system calls."""
     from scenelang.sandbox.confinement import has_seccomp, landlock_version
     from scenelang.sandbox.supervision import is_supported
 
     if is_supported():
-        yield Check("limits", "processes", CheckState.OK, "programs are evaluated in processes that can be ended")
+        yield Check("limits", "processes", CheckState.OK, "hard limits: programs are evaluated in separate processes")
     else:
-        detail = "only soft limits, which a builtin may overrun: ending processes needs Linux 5.4 or newer"
+        detail = "soft limits only: hard limits require Linux 5.4 or newer"
         yield Check("limits", "processes", CheckState.NOTE, detail)
     version = landlock_version()
-    files = f"Landlock {version}: evaluation may only read the project" if version else "this kernel has no Landlock"
+    files = (
+        f"Landlock {version}: evaluation may only read the project"
+        if version
+        else "Landlock is not supported by this kernel"
+    )
     yield Check("limits", "files", CheckState.OK if version else CheckState.NOTE, files)
-    calls = "seccomp: no sockets, no other programs" if has_seccomp() else "no seccomp on this system"
+    calls = "seccomp: no sockets, no other programs" if has_seccomp() else "seccomp is not supported by this system"
     yield Check("limits", "calls", CheckState.OK if has_seccomp() else CheckState.NOTE, calls)
 
 
 def folder_checks() -> Iterator[Check]:
-    """The user's folders for caches and settings."""
+    """Check the user's folders for caches and settings."""
     home = Path(os.path.expanduser("~"))
     for name, variable, default in (
         ("cache", "XDG_CACHE_HOME", home / ".cache"),
@@ -402,13 +405,11 @@ def folder_checks() -> Iterator[Check]:
         if _is_writable(folder):
             yield Check("folders", name, CheckState.OK, str(folder))
         else:
-            yield Check(
-                "folders", name, CheckState.MISSING, f"{folder} cannot be written", f"set {variable} to a folder"
-            )
+            yield Check("folders", name, CheckState.MISSING, f"{folder} is not writable", f"set {variable} to a folder")
 
 
 def _is_writable(folder: Path) -> bool:
-    """Whether files can be made in a folder, or the folder itself where it is not there yet."""
+    """Return whether files can be created in a folder, or the folder itself if it does not exist."""
     try:
         there = next(parent for parent in (folder, *folder.parents) if parent.exists())
         with tempfile.TemporaryFile(dir=there):
@@ -418,25 +419,25 @@ def _is_writable(folder: Path) -> bool:
 
 
 def terminal_checks() -> Iterator[Check]:
-    """What the terminal can show, and whether there is a browser for the viewer."""
+    """Report the capabilities of the terminal, and whether a browser is available for the viewer."""
     if sys.stdout.isatty():
         size = shutil.get_terminal_size()
-        colors = "no colours" if "NO_COLOR" in os.environ else _colors()
+        colors = "no colors" if "NO_COLOR" in os.environ else _colors()
         yield Check("terminal", "output", CheckState.OK, f"a terminal of {size.columns}x{size.lines}, {colors}")
     else:
         yield Check("terminal", "output", CheckState.NOTE, "no terminal")
     yield Check("terminal", "text", CheckState.OK, f"{sys.stdout.encoding}, TERM={os.environ.get('TERM', '')}")
     shown = _shows_images()
     yield Check(
-        "terminal", "pictures", CheckState.OK if shown else CheckState.NOTE, "inline" if shown else "not shown inline"
+        "terminal", "pictures", CheckState.OK if shown else CheckState.NOTE, "inline" if shown else "no inline images"
     )
     yield _browser()
 
 
 def _colors() -> str:
     if os.environ.get("COLORTERM") in ("truecolor", "24bit"):
-        return "16 million colours"
-    return "256 colours" if "256" in os.environ.get("TERM", "") else "colours"
+        return "24-bit color"
+    return "256 colors" if "256" in os.environ.get("TERM", "") else "colors"
 
 
 def _shows_images() -> bool:
@@ -450,7 +451,7 @@ def _browser() -> Check:
         try:
             found = getattr(webbrowser.get(), "name", "the system's own")
         except webbrowser.Error:
-            detail = "none found; `scenelang view --html FILE` writes a page for another machine"
+            detail = "no browser found; `scenelang view --html FILE` writes a page to open elsewhere"
             return Check("terminal", "browser", CheckState.MISSING, detail)
     return Check("terminal", "browser", CheckState.OK, str(found))
 
@@ -458,39 +459,39 @@ def _browser() -> Check:
 def _gpu() -> Check:
     tool = shutil.which("nvidia-smi")
     if tool is None:
-        return Check("system", "GPU", CheckState.NOTE, "no NVIDIA GPU found; nothing needs one")
+        return Check("system", "GPU", CheckState.NOTE, "no NVIDIA GPU found (optional)")
     try:
         # a list of words, no shell: our interpreter or a program by its own name
         done = subprocess.run([tool, "-L"], capture_output=True, text=True, timeout=_PATIENCE)  # noqa: S603  # nosec B603
     except (OSError, subprocess.SubprocessError):
-        return Check("system", "GPU", CheckState.NOTE, "its driver does not answer; nothing needs one")
+        return Check("system", "GPU", CheckState.NOTE, "the NVIDIA driver does not respond (optional)")
     cards = [line.partition(" (UUID")[0] for line in done.stdout.splitlines() if line.startswith("GPU")]
     if done.returncode != 0 or not cards:
-        return Check("system", "GPU", CheckState.NOTE, "its driver finds none; nothing needs one")
+        return Check("system", "GPU", CheckState.NOTE, "the NVIDIA driver finds no GPU (optional)")
     return Check("system", "GPU", CheckState.OK, ", ".join(cards))
 
 
-# Services that commands may ask: whether there is a key for each family of language models. Nothing is sent.
+# --- services: API keys of the language model providers; nothing is sent ---------------------------------------------
 
 
 def service_checks() -> Iterator[Check]:
-    """A finding for each provider: its address and whether it has a key."""
+    """Report the address of each provider, and whether an API key is configured."""
     for family in PROVIDERS.every():
         try:
             found = connection(family)
         except SceneError as error:
             yield Check("services", family.name, CheckState.MISSING, error.message, error.hint or "")
             continue
-        key = "a key" if found.key is not None else "no key"
-        yield Check("services", family.name, CheckState.NOTE, f"{key} for {found.shown_address}; not asked")
+        key = "API key found" if found.key is not None else "no API key"
+        yield Check("services", family.name, CheckState.NOTE, f"{key} for {found.shown_address}; not contacted")
 
 
-# The report.
+# --- report ----------------------------------------------------------------------------------------------------------
 
 
 _TITLES = {
     "system": "System",
-    "works": "What works",
+    "works": "Features",
     "packages": "Packages",
     "extras": "Extras",
     "services": "Services",
@@ -502,7 +503,7 @@ _STATES = {"ok": "32", "note": "0", "missing": "33", "broken": "1;31"}
 
 
 def report_lines(found: Sequence[Check], color: bool) -> Iterator[str]:
-    """The findings for people, by topic, with what adds what is missing."""
+    """Format the results by topic, with commands that install what is missing."""
     width = max(len(check.name) for check in found)
     for topic, title in _TITLES.items():
         mine = [check for check in found if check.topic == topic]
@@ -512,9 +513,9 @@ def report_lines(found: Sequence[Check], color: bool) -> Iterator[str]:
     broken = sum(check.state.value == "broken" for check in found)
     remedies = list(dict.fromkeys(check.remedy for check in found if check.remedy.startswith(("pip ", "pipx "))))
     yield ""
-    yield f"{broken} broken." if broken else "Everything that needs no extra works."
+    yield f"{broken} broken." if broken else "All required features work."
     if remedies:
-        yield "To add what is missing:"
+        yield "To install missing features:"
         yield from (f"  {remedy}" for remedy in remedies)
 
 

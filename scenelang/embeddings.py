@@ -1,6 +1,6 @@
-"""Z of a program from Python: the texts, attributes and learned vectors of embeddings, their words, their encodings.
+"""Embeddings file of a program (Z) from Python: texts, attributes, learned vectors, descriptions and encodings.
 
-``Embeddings`` names a file of the form that ``zfile`` reads and writes; docs/embeddings.md tells what is in it.
+``Embeddings`` refers to a file in the format of ``zfile``; its contents are described in docs/embeddings.md.
 """
 
 from __future__ import annotations
@@ -40,26 +40,26 @@ if TYPE_CHECKING:
 
 
 EXPORTS = (".npz", ".safetensors", ".json")
-MOST_ROWS = 500
+MAX_ROWS = 500
 _PICTURES = (".png", ".jpg", ".jpeg", ".webp")
-_NO_PLACE = "say where Z is: --z FILE"
-_FINISHED = "set them for the program that made it"
+_NO_PLACE = "expected an embeddings file: --z FILE"
+_FINISHED = "set the embeddings of its source program instead"
 
 
 @dataclass(frozen=True, slots=True, repr=False)
 class EmbeddingRow:
-    """One embedding of a scene.
+    """An embedding of a scene.
 
     Attributes
     ----------
     handle : str
-        Its name without angle brackets, ``z5``.
+        Name without angle brackets, such as ``z5``.
     entity : Entity
-        The first entity that has it.
+        First entity that has the embedding.
     shape : (K, width), optional
-        Of the learned vectors that Z has of it.
+        Shape of the learned vectors, if any.
     made : Made, optional
-        How these came to be: ``how``, ``source``, ``model``, ``when``.
+        Provenance of the vectors: ``how``, ``source``, ``model``, ``when``.
     """
 
     handle: str
@@ -69,29 +69,29 @@ class EmbeddingRow:
 
     @property
     def word(self) -> str:
-        """What the entity is called."""
+        """Word of the entity."""
         return self.entity.word
 
     @property
     def text(self) -> str | None:
-        """The text of the embedding."""
+        """Text of the embedding."""
         return self.entity.embedding.text
 
     @property
     def attributes(self) -> Mapping[str, Any]:
-        """The attributes of the embedding, as values of the language."""
+        """Attributes of the embedding, as values of the language."""
         return self.entity.embedding.attributes
 
     @property
     def learned(self) -> str:
-        """Learned vectors in words, ``1 x 1024, inversion of photo.png``; empty without any."""
+        """Description of the learned vectors, such as ``1 x 1024, inversion of photo.png``; empty without any."""
         if self.shape is None:
             return ""
         size = " x ".join(map(str, self.shape))
         return f"{size}, {self.made.how} of {self.made.source}" if self.made is not None else size
 
     def data(self) -> dict[str, Any]:
-        """The row as JSON data."""
+        """Return the row as JSON data."""
         from scenelang.interpreter.runtime.show import plain_attributes
 
         found: dict[str, Any] = {"handle": f"<{self.handle}>", "word": self.word, "text": self.text}
@@ -105,7 +105,7 @@ class EmbeddingRow:
 
 @dataclass(frozen=True, slots=True)
 class SimilarEmbedding:
-    """What was found similar: the ``cosine`` of its sentence ``prompt`` to the query, and whose sentence it is."""
+    """Search result: the ``cosine`` similarity of the encoded ``prompt`` to the query, and its word and handles."""
 
     cosine: float
     word: str
@@ -113,30 +113,30 @@ class SimilarEmbedding:
     handles: tuple[str, ...]
 
     def data(self) -> dict[str, Any]:
-        """The find as JSON data."""
+        """Return the result as JSON data."""
         handles = [f"<{handle}>" for handle in self.handles]
         return {"cosine": self.cosine, "word": self.word, "prompt": self.prompt, "handles": handles}
 
 
 @dataclass(frozen=True, slots=True, repr=False)
 class SceneWording:
-    """The words of a scene's primitives, and how many of their ``handles`` Z had words of before."""
+    """Descriptions of a scene's primitives, and the number of ``handles`` that were already described."""
 
     wording: Wording
     known: int = 0
 
     @property
     def handles(self) -> frozenset[str]:
-        """The handles that have a text."""
+        """Handles that have a text."""
         return frozenset(handle for row in self.wording.rows for handle in row.handles)
 
     @property
     def texts(self) -> frozenset[str]:
-        """The different texts."""
+        """Distinct texts."""
         return frozenset(row.text for row in self.wording.rows)
 
     def data(self) -> dict[str, Any]:
-        """The style and all rows as JSON data; ``plain`` is the sentence for models that read plain text."""
+        """Return the style and all rows as JSON data; ``plain`` is the prompt for text encoders without embeddings."""
         from scenelang.backends.neural.wording import plain_text
 
         rows = [
@@ -160,12 +160,12 @@ class SceneWording:
 
 @dataclass(frozen=True, slots=True, init=False, repr=False)
 class Embeddings:
-    """The file of a program's embeddings, Z. Its contents are read anew each time, since other programs write it too.
+    """Embeddings file (Z) of a program. It is read again on each access, since other programs may change it.
 
     Parameters
     ----------
     path : path, optional
-        The file, which need not be there yet; None where there is no place for one: nothing is known then.
+        Path of the file, which may not exist yet; None for a scene without embeddings.
 
     Examples
     --------
@@ -187,25 +187,25 @@ class Embeddings:
 
     @staticmethod
     def open(path: str | Path) -> Embeddings:
-        """The file at ``path``; raises SceneError("file") where there is none, "z-file" for anything else."""
+        """Open an existing file; raises SceneError("file") if it is missing, "z-file" if it is malformed."""
         zfile.read_entries(Path(path))
         return Embeddings(path)
 
     @staticmethod
     def beside(program: str | Path) -> Embeddings:
-        """The file beside a program, which need not be there yet: ``beach.z.safetensors`` of ``beach.scene``.
+        """Return the file beside a program, which may not exist yet: ``beach.z.safetensors`` for ``beach.scene``.
 
         Raises
         ------
         SceneError
-            The program cannot be read ("file"), or is a finished scene, which takes no embeddings ("unsupported").
+            If the program cannot be read ("file"), or is a flattened scene without embeddings ("unsupported").
         """
         check_program(program)
         return Embeddings(zfile.beside(str(program)))
 
     @staticmethod
     def of(scene: Scene, given: Embeddings | str | Path | None = "auto") -> Embeddings:
-        """What is meant for a scene: "auto" takes the file beside its program, where it has one; None takes none."""
+        """Return the embeddings of a scene: "auto" selects the file beside its program if any, None disables them."""
         if isinstance(given, Embeddings):
             return given
         if given is None:
@@ -216,20 +216,20 @@ class Embeddings:
 
     @property
     def exists(self) -> bool:
-        """Whether there is a file."""
+        """Whether the file exists."""
         return self.path is not None and self.path.exists()
 
     def place(self) -> Path:
-        """The path to write to; raises SceneError("file") where there is none."""
+        """Return the path to write to; raises SceneError("file") if there is none."""
         if self.path is None:
             raise SceneError("file", _NO_PLACE)
         return self.path
 
-    # --- what it says ------------------------------------------------------------------------------------------------
+    # --- contents ----------------------------------------------------------------------------------------------------
 
     @property
     def entries(self) -> dict[str, ZEntry]:
-        """Texts and attributes by handle; raises SceneError for a malformed file, as all that reads it does."""
+        """Texts and attributes by handle; raises SceneError for a malformed file."""
         return zfile.read_entries(self.path) if self.path is not None and self.exists else {}
 
     @property
@@ -239,21 +239,21 @@ class Embeddings:
 
     @property
     def made(self) -> dict[str, Made]:
-        """How the vectors of each handle came to be."""
+        """Provenance of the vectors by handle."""
         return zfile.read_made(self.path) if self.path is not None and self.exists else {}
 
     @property
     def encodings(self) -> Encodings | None:
-        """What ``encode`` found; None before."""
+        """Result of ``encode``, or None."""
         return zfile.read_encodings(self.path) if self.path is not None and self.exists else None
 
     @property
     def wording(self) -> Wording | None:
-        """What ``describe`` found; None before."""
+        """Result of ``describe``, or None."""
         return zfile.read_wording(self.path) if self.path is not None and self.exists else None
 
-    def table(self, scene: Scene, limit: int = MOST_ROWS) -> tuple[EmbeddingRow, ...]:
-        """The embeddings of a scene, each handle once, at most ``limit`` of them.
+    def table(self, scene: Scene, limit: int = MAX_ROWS) -> tuple[EmbeddingRow, ...]:
+        """Return the embeddings of a scene, each handle once, at most ``limit`` rows.
 
         Examples
         --------
@@ -273,7 +273,7 @@ class Embeddings:
         return tuple(rows.values())
 
     def sayings(self, template: str | None = None) -> tuple[Sayings, Mapping[str, Any]]:
-        """What Z says besides the program, for sentences by ``template``, and its learned vectors by handle."""
+        """Return the texts of the file, for prompts by ``template``, and its learned vectors by handle."""
         from scenelang.backends.neural.sentences import Sayings
         from scenelang.backends.neural.wording import DEFAULT
 
@@ -304,38 +304,38 @@ class Embeddings:
         clear: bool = False,
         models: Models | None = None,
     ) -> PictureWord | None:
-        """Say something of an embedding; what is left out stays as it is.
+        """Set properties of an embedding; omitted ones are unchanged.
 
         Parameters
         ----------
         handle : str
-            ``<z2>``, as ``scene.tree()`` shows it.
+            Handle, such as ``<z2>``, as printed by ``scene.tree()``.
         text : str, optional
-            How the thing looks.
+            Description of the entity's appearance.
         attributes : mapping, optional
-            More attributes by name: numbers, booleans, strings, sequences of numbers.
+            Attributes to add, by name: numbers, booleans, strings or sequences of numbers.
         vectors : (K, width) or (width,) array, optional
-            Learned vectors, one for each token.
+            Learned vectors, one per token.
         image : path, optional
-            A picture, whose pseudo-word in the space of OpenCLIP becomes the vector.
+            Image from which to learn a pseudo-word in OpenCLIP's token space.
         start : str, optional
-            The word that the picture's vector starts from; default "object".
+            Word that initializes the pseudo-word; default "object".
         model : str, optional
-            Architecture/weights of OpenCLIP, or a folder, for ``image``.
+            OpenCLIP model for ``image``: architecture/weights, or a folder.
         clear : bool
-            Forget first what Z says of the handle.
+            First remove all existing properties of the handle.
         models : Models, optional
-            Where weights are, and what computes.
+            Location of the weights, and compute device.
 
         Returns
         -------
         PictureWord or None
-            For ``image``: ``cosine`` of the sentence to the picture with the vector, and ``before``.
+            For ``image``: the cosine similarity of prompt and image after (``cosine``) and ``before`` learning.
 
         Raises
         ------
         SceneError
-            Nothing is said, the handle is none, an attribute cannot be stored, the picture or the file not read.
+            If nothing is set, the handle is invalid, an attribute cannot be stored, or a file cannot be read.
         """
         name = handle_name(handle)
         path = self.place()
@@ -356,29 +356,31 @@ class Embeddings:
         return word
 
     def remove(self, handle: str) -> None:
-        """Forget what Z says of a handle: text, attributes and vectors. Raises SceneError where that is nothing."""
+        """Remove text, attributes and vectors of a handle; raises SceneError if there are none."""
         name = handle_name(handle)
         if self.path is None or name not in self.entries:
-            raise SceneError("value", f"Z says nothing of <{name}>, so there is nothing to remove")
+            raise SceneError("value", f"nothing to remove: <{name}> has no entry")
         zfile.set_entry(self.path, name, None, {}, clear=True)
 
     def swap(self, one: str, other: str) -> None:
-        """Exchange what Z says of two handles; encodings of the old sentences are dropped.
+        """Swap the entries of two handles; encodings of the old prompts are removed.
 
         Raises
         ------
         SceneError
-            There is no file, or it says nothing of either.
+            If the file does not exist, or has no entry of either handle.
         """
         first, second = handle_name(one), handle_name(other)
         if self.path is None or not self.exists:
             raise SceneError(
-                "file", "there is no file of embeddings to swap in", hint="`embeddings FILE set` makes one"
+                "file",
+                "nothing to swap: the embeddings file does not exist",
+                hint="create it with `embeddings FILE set`",
             )
         if not zfile.swap_handles(self.path, first, second):
-            raise SceneError("value", f"Z says nothing of <{first}> and <{second}>, so there is nothing to swap")
+            raise SceneError("value", f"nothing to swap: neither <{first}> nor <{second}> has an entry")
 
-    # --- words -------------------------------------------------------------------------------------------------------
+    # --- descriptions ------------------------------------------------------------------------------------------------
 
     def words_of(
         self,
@@ -389,20 +391,20 @@ class Embeddings:
         force: bool = False,
         limit: int | None = None,
     ) -> SceneWording:
-        """The words of every primitive of a scene, those that Z has first; nothing is written.
+        """Describe every primitive of a scene in words, reusing stored descriptions; nothing is written.
 
         Parameters
         ----------
         scene : Scene
-            Its colours, surfaces, proportions and other numbers become words.
+            Scene whose colors, materials, proportions and other attributes are described.
         template : str, optional
-            The sentence about a primitive, with ``{embedding}``, ``{word}`` and ``{style}``.
+            Prompt template of a primitive, with ``{embedding}``, ``{word}`` and ``{style}``.
         describe : callable, optional
-            What finds the words in place of a table: texts for a sequence of questions, such as a language model's.
+            Function that maps a sequence of questions to texts, such as a language model; default: a fixed table.
         force : bool
-            Take no words from Z.
+            Ignore stored descriptions.
         limit : int, optional
-            Most primitives; default 1,000,000.
+            Maximum number of primitives; default 1,000,000.
 
         Examples
         --------
@@ -429,16 +431,16 @@ class Embeddings:
         force: bool = False,
         limit: int | None = None,
     ) -> SceneWording:
-        """As ``words_of``, and keep the words in Z, for neural backends. Raises SceneError."""
+        """Describe every primitive as ``words_of`` does, and store the descriptions for neural backends."""
         path = self.place()
         found = self.words_of(scene, template=template, describe=describe, force=force, limit=limit)
         zfile.write_wording(path, found.wording)
         return found
 
     def check_undescribed(self) -> None:
-        """Raises SceneError("value") where Z has words already, which a language model would be asked for in vain."""
+        """Raise SceneError("value") if descriptions are stored already, before a language model is queried."""
         if self.wording is not None:
-            raise SceneError("value", "Z describes this scene already", "--force lets the model find words anew")
+            raise SceneError("value", "the scene is already described", "use --force to overwrite the descriptions")
 
     # --- encodings ---------------------------------------------------------------------------------------------------
 
@@ -451,30 +453,30 @@ class Embeddings:
         granularity: Granularity | None = None,
         models: Models | None = None,
     ) -> Encodings:
-        """Encode the sentence of every primitive by OpenCLIP, and keep that in Z.
+        """Encode the prompt of every primitive with OpenCLIP's text encoder, and store the vectors.
 
         Parameters
         ----------
         scene : Scene
-            What is said of each of its things; texts and vectors in Z win.
+            Scene to encode; texts and vectors in the embeddings file take precedence.
         model : str, optional
-            Architecture/weights of OpenCLIP, or a folder; default the paper's ViT-H-14.
+            OpenCLIP model: architecture/weights, or a folder; default: the paper's ViT-H-14.
         template : str, optional
-            The sentence, with ``{embedding}``, ``{word}`` and ``{style}``.
+            Prompt template, with ``{embedding}``, ``{word}`` and ``{style}``.
         granularity : Granularity, optional
-            Which entities count as one; default every primitive.
+            Grouping of entities to instances; default: every primitive is an instance.
         models : Models, optional
-            Where weights are, and what computes.
+            Location of the weights, and compute device.
 
         Returns
         -------
         Encodings
-            ``matrix`` (K, D) of length 1 each, ``rows``, ``model``.
+            Unit vectors ``matrix`` (K, D), ``rows`` and ``model``.
 
         Raises
         ------
         SceneError
-            There is no place for Z, the scene is empty, or the weights are not to be had.
+            If there is no embeddings file, the scene is empty, or the weights are unavailable.
 
         Examples
         --------
@@ -497,45 +499,45 @@ class Embeddings:
     def similar(
         self, query: str | Path, number: int = 10, *, models: Models | None = None
     ) -> tuple[SimilarEmbedding, ...]:
-        """What is most like a handle ``<z2>``, a text or a picture file among what was encoded, best first.
+        """Find the encoded prompts most similar to a handle ``<z2>``, a text or an image file, best first.
 
         Raises
         ------
         SceneError
-            Nothing was encoded, or nothing of the handle.
+            If the scene has not been encoded, or the handle is not part of it.
         """
         kept = self.encodings
         if kept is None:
             hint = "scenelang embeddings FILE encode"
-            raise SceneError("value", "nothing of this scene has been encoded yet", hint=hint)
-        wanted, own = _wanted(str(query), kept, models or Models())
-        best = [(i, cosine) for i, cosine in kept.nearest(wanted) if i != own][:number]
+            raise SceneError("value", "the scene has not been encoded", hint=hint)
+        query_vector, own = _query_vector(str(query), kept, models or Models())
+        best = [(i, cosine) for i, cosine in kept.nearest(query_vector) if i != own][:number]
         rows = ((cosine, kept.rows[i]) for i, cosine in best)
         return tuple(SimilarEmbedding(cosine, row.word, row.prompt, row.handles) for cosine, row in rows)
 
     def export(self, output: str | Path) -> Path:
-        """Write the learned vectors and the encodings for other programs: .npz, .safetensors or .json.
+        """Export the learned vectors and the encodings as .npz, .safetensors or .json.
 
-        Returns its path. ``encodings`` is the matrix (K, D), ``rows`` the row of each handle in it.
+        Returns the path. ``encodings`` is the matrix (K, D), ``rows`` the row index of each handle.
 
         Raises
         ------
         SceneError
-            The ending is none of these, or there are no vectors.
+            If the file extension is not supported, or there are no vectors.
         """
         from scenelang.backends.files import written_whole
 
         target = Path(output)
         check_export(target)
         if self.path is None or not self.exists:
-            raise SceneError("file", "there is no file of embeddings to export")
+            raise SceneError("file", "nothing to export: the embeddings file does not exist")
         arrays, encodings = dict(self.vectors), self.encodings
         rows: dict[str, int] = {}
         if encodings is not None:
             arrays["encodings"] = encodings.matrix
             rows = {handle: i for i, row in enumerate(encodings.rows) for handle in row.handles}
         if not arrays:
-            raise SceneError("value", "Z holds no vectors", hint="scenelang embeddings FILE encode")
+            raise SceneError("value", "nothing to export: no vectors", hint="scenelang embeddings FILE encode")
         with written_whole(target) as temporary:
             _write_arrays(temporary, target.suffix.lower(), arrays, rows)
         return target
@@ -544,32 +546,32 @@ class Embeddings:
         if self.path is None or not self.exists:
             return f"<Embeddings {self.path.name if self.path else ''}: no file>".replace(" :", ":")
         entries, vectors = len(self.entries), len(self.vectors)
-        said = f"{entries:,} {'entry' if entries == 1 else 'entries'}"
-        return f"<Embeddings {self.path.name}: {said}, {_counted(vectors, 'learned vector')}>"
+        counts = f"{entries:,} {'entry' if entries == 1 else 'entries'}"
+        return f"<Embeddings {self.path.name}: {counts}, {_counted(vectors, 'learned vector')}>"
 
 
-# --- parts -----------------------------------------------------------------------------------------------------------
+# --- helpers ---------------------------------------------------------------------------------------------------------
 
 
 def check_program(program: str | Path, hint: str = _FINISHED) -> None:
-    """Raises SceneError for a program that cannot be read, and for a finished scene, which takes no embeddings."""
+    """Raise SceneError if a program cannot be read, or is a flattened scene, which has no embeddings."""
     if is_scene_file(Session().source(str(program))):
-        raise SceneError("unsupported", f"{program} is a finished scene, which takes no embeddings", hint)
+        raise SceneError("unsupported", f"{program} is a flattened scene and cannot have embeddings", hint)
 
 
 def check_export(output: Path) -> None:
-    """Raises SceneError("backend") for a file that vectors cannot be written to."""
+    """Raise SceneError("backend") if vectors cannot be written to a file of this type."""
     if output.suffix.lower() not in EXPORTS:
-        raise SceneError("backend", f"vectors cannot be written as `{output.name}`", f"use {' '.join(EXPORTS)}")
+        raise SceneError("backend", f"cannot write vectors to `{output.name}`", f"use {' '.join(EXPORTS)}")
 
 
 def handle_name(text: str) -> str:
-    """The name of a handle that is written with or without its brackets.
+    """Return the name of a handle, written with or without angle brackets.
 
     Raises
     ------
     SceneError
-        The text is no handle.
+        If the text is not a handle.
 
     Examples
     --------
@@ -581,12 +583,12 @@ def handle_name(text: str) -> str:
     value = getattr(forms[0], "value", None) if len(forms) == 1 else None
     if type(value) is Handle:
         return str(value)
-    raise SceneError("value", f"`{text}` is no handle", "a handle is `<z5>`; quote it for the shell: '<z5>'")
+    raise SceneError("value", f"invalid handle `{text}`", "write a handle as '<z5>', quoted for the shell")
 
 
 def attribute_of(text: str) -> Any:
-    """The value of an attribute that is written as a literal of the language, `[1,0,0]` with commas too; a bare word is
-    a string."""
+    """Parse an attribute value, a literal of the language in which arrays may contain commas, as in `[1,0,0]`; a bare
+    word is a string."""
     written = text.replace(",", " ") if text.strip().startswith("[") else text
     result = read(Source("<attribute>", written))
     if len(result.forms) != 1 or result.diagnostics:
@@ -596,14 +598,14 @@ def attribute_of(text: str) -> Any:
 
 
 def tensors_of(vectors: Mapping[str, Any], device: str) -> dict[str, Any]:
-    """Arrays by handle as tensors of float32."""
+    """Convert arrays to float32 tensors on a device."""
     import torch
 
     return {handle: torch.from_numpy(vector).float().to(device) for handle, vector in vectors.items()}
 
 
 def _attribute_value(value: Any) -> Any:
-    """A plain Python value as one of the language; values of the language stay."""
+    """Convert a plain Python value to a value of the language; values of the language are returned unchanged."""
     if isinstance(value, np.generic | np.ndarray) or type(value) in (list, tuple):
         return quoted_value(read(Source("<attribute>", literal(value))).forms[0])
     return value
@@ -614,12 +616,12 @@ def _given_vectors(vectors: npt.ArrayLike | None) -> npt.NDArray[np.float32] | N
         return None
     array = np.atleast_2d(np.ascontiguousarray(vectors, np.float32))
     if array.ndim != 2 or not array.size or not np.isfinite(array).all():
-        raise SceneError("value", f"learned vectors are finite numbers (K, width), not {np.shape(vectors)}")
+        raise SceneError("value", f"expected finite vectors of shape (K, width), got {np.shape(vectors)}")
     return array
 
 
 def _named(scene: Scene) -> Iterator[tuple[str, Entity]]:
-    """All instances in depth-first order with their handles' names."""
+    """Yield all instances in depth-first order with their handles' names."""
     graph = scene.graph
     numbers = frame_numbers(graph) if graph.animated else {}
     numbering = number_scene(graph)
@@ -634,11 +636,11 @@ def _named(scene: Scene) -> Iterator[tuple[str, Entity]]:
 
 
 def _picture_word(image: Path, start: str | None, model: str | None, models: Models) -> tuple[str, PictureWord]:
-    """The name of the model, and the pseudo-word of a picture."""
+    """Return the name of the model, and the pseudo-word learned from an image."""
     from scenelang.backends.neural.clip import open_picture
 
     picture = open_picture(image)
-    loaded = _clip(model, models)  # says what is missing
+    loaded = _clip(model, models)  # fails with an install hint if a package is missing
     from scenelang.backends.neural.inversion import START, picture_word
 
     return str(loaded.name), picture_word(loaded, picture, start or START)
@@ -651,12 +653,12 @@ def _clip(model: str | None, models: Models) -> ClipModel:
     return load_clip(name, models.shelf(), models.computes_on())
 
 
-def _wanted(query: str, encodings: Encodings, models: Models) -> tuple[Any, int | None]:
-    """The embedding of the query, and its own row where it is a handle."""
+def _query_vector(query: str, encodings: Encodings, models: Models) -> tuple[Any, int | None]:
+    """Return the embedding of the query, and its row index if the query is a handle."""
     if query.startswith("<") and query.endswith(">"):
         row = encodings.row_of(query[1:-1])
         if row is None:
-            raise SceneError("value", f"nothing was encoded for {query}")
+            raise SceneError("value", f"{query} has not been encoded")
         return encodings.matrix[row], row
     from scenelang.backends.neural.clip import TextEncoder, encode_images, open_picture
 
@@ -667,7 +669,7 @@ def _wanted(query: str, encodings: Encodings, models: Models) -> tuple[Any, int 
 
 
 def _write_arrays(path: Path, ending: str, arrays: dict[str, Any], rows: dict[str, int]) -> None:
-    """The arrays by handle, and the row of ``encodings`` that belongs to each handle."""
+    """Write the arrays by handle, and the row index in ``encodings`` of each handle."""
     if ending == ".npz":
         with path.open("wb") as file:
             np.savez(file, **arrays, rows=np.array(json.dumps(rows)))
@@ -688,18 +690,18 @@ def _now() -> str:
     return datetime.now(UTC).isoformat(timespec="seconds")
 
 
-# Embeddings of a scene as people read them: tables.
+# --- tables ----------------------------------------------------------------------------------------------------------
 
 
-_SHOWN = 3  # handles of a row that are spelled out
+_SHOWN = 3  # maximum number of handles listed per row
 
 
 def rows_table(rows: Sequence[EmbeddingRow]) -> str:
-    """What ``Embeddings.table`` finds, without the column of learned vectors where there are none."""
+    """Format the rows of ``Embeddings.table``, without the column of learned vectors if it is empty."""
     shown = 5 if any(row.learned for row in rows) else 4
     cells = [("handle", "word", "text", "attributes", "learned vectors"), *map(_row_cells, rows)]
     text = table([row[:shown] for row in cells], (False,) * shown)
-    return f"{text}\n... only the first {MOST_ROWS} are shown" if len(rows) == MOST_ROWS else text
+    return f"{text}\n... only the first {MAX_ROWS} are shown" if len(rows) == MAX_ROWS else text
 
 
 def _row_cells(row: EmbeddingRow) -> tuple[str, ...]:
@@ -708,24 +710,24 @@ def _row_cells(row: EmbeddingRow) -> tuple[str, ...]:
 
 
 def similar_table(found: Sequence[SimilarEmbedding]) -> str:
-    """What ``Embeddings.similar`` finds."""
+    """Format the results of ``Embeddings.similar``."""
     cells = [(f"{row.cosine:.3f}", _some(row.handles, "({:,})"), row.prompt) for row in found]
-    return table([("cosine", "handles", "sentence"), *cells], (True, False, False))
+    return table([("cosine", "handles", "prompt"), *cells], (True, False, False))
 
 
 def wording_table(wording: Wording) -> str:
-    """The words for what a scene is made of."""
+    """Format the descriptions of a scene."""
     titles = ("handle", "word", "text", "template")
     rows = [
         (_some(row.handles, "{:,} in all"), row.word, row.text, filled(row.template, row.handles[0]))
-        for row in wording.rows[:MOST_ROWS]
+        for row in wording.rows[:MAX_ROWS]
     ]
-    rest = [f"... only the first {MOST_ROWS} rows are shown"] if len(wording.rows) > MOST_ROWS else []
+    rest = [f"... only the first {MAX_ROWS} rows are shown"] if len(wording.rows) > MAX_ROWS else []
     head = f"the style is <{wording.style}>, {wording.style_text}"
     return "\n".join([head, "", table([titles, *rows], (False,) * 4), *rest])
 
 
 def _some(handles: tuple[str, ...], rest: str) -> str:
-    """The first handles; ``rest`` tells of how many there are."""
+    """List the first handles; ``rest`` is the format of the total number."""
     shown = " ".join(f"<{handle}>" for handle in handles[:_SHOWN])
     return shown if len(handles) <= _SHOWN else f"{shown} ... {rest.format(len(handles))}"

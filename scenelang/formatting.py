@@ -1,5 +1,5 @@
-"""Programs and files in the one style of the language; what the formatter must know besides a text: the forms of the
-language, and macros of the files that it imports."""
+"""Formatting of programs and files: supplies the formatter with the forms of the language and the macros of imported
+files."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _LARGEST_PROGRAM = 16_000_000  # bytes
 
 @dataclass(frozen=True, slots=True)
 class FormattedFile:
-    """A file that was looked at. ``after`` is None where it could not be formatted; ``fault`` is a fault of ours."""
+    """Result of formatting a file. ``after`` is None if it failed; ``fault`` is an internal error."""
 
     name: str
     before: str = ""
@@ -42,14 +42,14 @@ class FormattedFile:
         return {"file": self.name, "changed": self.changes, "formatted": self.after is not None}
 
     def difference(self) -> Iterator[str]:
-        """The lines of the unified difference."""
+        """Return the lines of the unified diff."""
         before, after = _lines(self.before), _lines(self.after or "")
         return unified_diff(before, after, self.name, f"{self.name} (formatted)", lineterm="")
 
 
 def format_file(name: str, lines: tuple[int, int] | None = None) -> FormattedFile:
-    """A program file in the one style, or only its forms on the given lines; "-" is standard input. Nothing is
-    written, and nothing raised for what is wrong with the file."""
+    """Format a program file, or only the forms on the given lines; "-" is standard input. Nothing is written, and
+    errors are returned in the result."""
     shown = "<stdin>" if name == "-" else name
     try:
         before = _program_text(name)
@@ -73,21 +73,21 @@ def _lines(text: str) -> list[str]:
 
 
 def _program_text(name: str) -> str:
-    """The text of a program, with its byte order mark and its line ends; raises SceneError."""
+    """Read the text of a program, preserving byte order mark and line ends; raises SceneError."""
     if name.endswith((".py", ".txt")):
-        hint = "`scenelang transpile` makes a program of it"
-        raise SceneError("unsupported", f"{name} is Python or a response, not a program", hint)
+        hint = "convert it to a program with `scenelang transpile`"
+        raise SceneError("unsupported", f"{name} is a model response or Python, not a program", hint)
     if name.endswith(".json"):
-        raise SceneError("unsupported", f"{name} is a scene as JSON, not a program")
+        raise SceneError("unsupported", f"{name} is a JSON scene, not a program")
     if name != "-" and os.path.isdir(name):
-        raise SceneError("file", f"there are no programs (.scene) in {name}")
+        raise SceneError("file", f"no programs (.scene) in {name}")
     try:
         most = _LARGEST_PROGRAM + 1
         data = sys.stdin.buffer.read(most) if name == "-" else read_regular(name, most)
     except (OSError, ValueError) as error:
-        raise SceneError("file", f"cannot read {name}: {getattr(error, 'strerror', None) or 'is no path'}") from None
+        raise SceneError("file", f"cannot read {name}: {getattr(error, 'strerror', None) or 'invalid path'}") from None
     if len(data) > _LARGEST_PROGRAM:
-        raise SceneError("file", f"{name} is larger than {_LARGEST_PROGRAM:,} bytes, which no program is")
+        raise SceneError("file", f"{name} exceeds the maximum program size of {_LARGEST_PROGRAM:,} bytes")
     try:
         return data.decode("utf-8")
     except UnicodeDecodeError as error:
@@ -97,14 +97,13 @@ def _program_text(name: str) -> str:
 
 
 def formatted(text: str) -> str:
-    """A program that imports no macros, in the one style of the language. Raises SceneError for text that does not
-    read."""
+    """Format a program that imports no macros. Raises SceneError if the text cannot be parsed."""
     return format_text(text, INDENTS)
 
 
 def indents_of(text: str, folder: Path | None) -> dict[str, int | None]:
-    """How forms and the macros of imported files are indented, for ``format_text``. ``folder``: where the text's
-    imports are looked for. What cannot be found or read is left out."""
+    """Return the indentation rules of forms, including the macros of imported files, for ``format_text``. Imports are
+    resolved relative to ``folder``; files that cannot be read are ignored."""
     known = dict(INDENTS)
     if folder is not None and "import" in text:
         _learn(known, Source("<text>", text.removeprefix("\ufeff")), folder, set())
@@ -130,7 +129,7 @@ def _learn(known: dict[str, int | None], source: Source, folder: Path, seen: set
 
 
 def _imports(forms: Sequence[Datum]) -> Iterator[tuple[str, str]]:
-    """The path and the prefix of every import of a file."""
+    """Yield path and prefix of every import of a file."""
     for form in forms:
         if not isinstance(form, ListDatum) or head_of(form) != "import" or len(form.items) < 2:
             continue

@@ -1,4 +1,4 @@
-"""A Pygments lexer of the language: alias `scene`. Importing it is cheap; names are looked up when text is coloured.
+"""Pygments lexer of the language, with the alias `scene`. Names are loaded lazily, when text is highlighted.
 
 Incomplete text is fine: a string or comment that is still open is coloured to the end. No text is lost, and nothing
 is an error token, so the lexer serves while a program is being typed.
@@ -25,7 +25,7 @@ _TYPE = r"[^\s()\[\]\";'`,]*(?:\[[^()\"\n]*?\]+)?"
 
 
 class SceneLexer(RegexLexer):  # type: ignore[misc]
-    """Tokens for Pygments and for prompt_toolkit's ``PygmentsLexer``."""
+    """Lexer for Pygments, and for prompt_toolkit through ``PygmentsLexer``."""
 
     name = "Scene"
     aliases: ClassVar[list[str]] = ["scene", "scenelang"]
@@ -96,7 +96,7 @@ class SceneLexer(RegexLexer):  # type: ignore[misc]
     def get_tokens_unprocessed(
         self, text: str, stack: Iterable[str] = ("root",)
     ) -> Iterator[tuple[int, _TokenType, str]]:
-        """Pairs of token and text with offsets; symbols that the language knows get tokens of their own."""
+        """Yield tokens with offsets; symbols known to the language get specific token types."""
         known = _known()
         for start, token, value in super().get_tokens_unprocessed(text, stack):
             yield start, known.get(value, token) if token is Name else token, value
@@ -104,7 +104,7 @@ class SceneLexer(RegexLexer):  # type: ignore[misc]
 
 @cache
 def _known() -> dict[str, _TokenType]:
-    """The tokens of the language's names, from its registry."""
+    """Return the token types of the language's names, from its registry."""
     from scenelang.stdlib.reference import vocabulary
 
     names = vocabulary()
@@ -117,13 +117,13 @@ def _known() -> dict[str, _TokenType]:
     }
 
 
-# What the extension for VS Code takes from the language: its TextMate grammar and its snippets.
+# Generated files of the VS Code extension: the TextMate grammar and the snippets.
 #
-# ``python -P -m scenelang.highlight editors/vscode`` writes both (`make editors`); a test says when they are stale.
+# ``python -P -m scenelang.highlight editors/vscode`` writes both (`make editors`); a test detects stale files.
 
 
 def snippets_text() -> str:
-    """A snippet for every form that stands by itself, as VS Code's JSON."""
+    """Return a snippet for every standalone form, as JSON for VS Code."""
     from scenelang.interpreter.expand.forms import FORMS, SPELLED_OUT, snippet
 
     forms = [form for form in FORMS.values() if form.name not in SPELLED_OUT - {"begin"}]
@@ -132,14 +132,14 @@ def snippets_text() -> str:
 
 
 def files() -> dict[str, str]:
-    """The texts by path in the extension's folder."""
+    """Return the generated texts by path within the extension's folder."""
     from scenelang.stdlib.reference import TEXTMATE, grammar_text
 
     return {"syntaxes/scene.tmLanguage.json": grammar_text(TEXTMATE), "snippets/scene.json": snippets_text()}
 
 
 def main(folder: str) -> None:
-    """Write the files into the extension's folder."""
+    """Write the generated files to the extension's folder."""
     for name, text in files().items():
         Path(folder, name).write_text(text, encoding="utf-8")
 

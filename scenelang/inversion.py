@@ -1,6 +1,6 @@
-"""Embeddings learned from pictures by Textual Inversion: those of entities, and the style of a scene.
+"""Textual Inversion: learn token embeddings of entities, or the style of a scene, from images.
 
-docs/inversion.md tells of the method.
+The method is described in docs/inversion.md (Gal et al., "An Image is Worth One Word", 2022).
 """
 
 from __future__ import annotations
@@ -30,32 +30,32 @@ if TYPE_CHECKING:
         SavedInversion,
     )
 
-PictureSource = Any  # a path, or a picture as PIL has it
-_ANEW = "--resume goes on with it, --force begins anew"
+PictureSource = Any  # a path or a PIL image
+_RESUME_HINT = "use --resume to continue it, or --force to overwrite it"
 
 
-# --- what may be asked for -------------------------------------------------------------------------------------------
+# --- settings --------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
 class RunFolder:
-    """The folder that keeps a run of an optimisation, and what is done with a run that is there.
+    """Run folder of an optimization, and how to treat an existing run in it.
 
     Parameters
     ----------
     folder : path, optional
-        Made where it is not there; None: beside the program.
+        Created if it does not exist; None: beside the program.
     resume : bool
-        Go on with the run in the folder.
+        Resume the run in the folder.
     force : bool
-        Begin anew, and replace what would be lost.
+        Overwrite an existing run or existing embeddings.
     start : path, optional
-        The folder of an earlier run: ``distill`` takes over the things that are still the same.
+        Folder of an earlier run from which ``distill`` reuses all unchanged objects.
 
     Raises
     ------
     SceneError
-        ``resume`` together with ``force`` or ``start``.
+        If ``resume`` is combined with ``force`` or ``start``.
 
     Examples
     --------
@@ -64,48 +64,48 @@ class RunFolder:
     """
 
     folder: str | Path | None = setting(
-        None, "the folder of the run (default: beside the program)", "-o", "--output", metavar="DIR"
+        None, "run folder (default: beside the program)", "-o", "--output", metavar="DIR"
     )
-    resume: bool = setting(False, "go on with the run in the folder")
-    force: bool = setting(False, "begin anew, and replace what would be lost")
-    start: str | Path | None = setting(None, "take over the things of an earlier run that are the same", metavar="DIR")
+    resume: bool = setting(False, "resume the run in the folder")
+    force: bool = setting(False, "overwrite an existing run")
+    start: str | Path | None = setting(None, "earlier run from which to reuse unchanged objects", metavar="DIR")
 
     def __post_init__(self) -> None:
         if self.resume and self.force:
-            raise SceneError("value", "`--resume` goes on and `--force` begins anew: choose one")
+            raise SceneError("value", "`--resume` cannot be combined with `--force`")
         if self.resume and self.start is not None:
-            raise SceneError("value", "`--start` begins a run, and `--resume` knows what it took over: choose one")
+            raise SceneError("value", "`--start` cannot be combined with `--resume`")
 
     def path(self, scene: Scene, ending: str) -> Path:
-        """The folder, for a scene whose program has it beside itself with ``ending``. Raises SceneError."""
+        """Return the run folder; the default is the program's path with the suffix ``ending``. Raises SceneError."""
         if self.folder is not None:
             return Path(self.folder)
         if scene.name.startswith("<"):
-            raise SceneError("value", "a scene without a file has no place for a run: name a folder")
+            raise SceneError("value", "expected a run folder, since the scene has no file")
         return Path(scene.name).with_suffix(ending)
 
 
 @dataclass(frozen=True, slots=True)
 class PictureSubject:
-    """What of a picture is learned, and the words that the learning starts from.
+    """Region of an image to learn from, and the words that initialize the learned embeddings.
 
     Parameters
     ----------
     text : str, optional
-        What to look for in the picture; default: the entity's word.
+        Description of the object to detect in the image; default: the entity's word.
     mask : path, optional
-        A picture of the same size, light where the thing is.
+        Mask image of the same size, white where the object is.
     whole : bool
-        The whole picture is the entity.
+        Use the whole image, without segmentation.
     class_word : str, optional
-        What the picture shows; default: the entity's word.
+        Class word that initializes the embedding; default: the entity's word.
     style_word : str
-        What the style starts from.
+        Word that initializes the style embedding.
 
     Raises
     ------
     SceneError
-        Arguments that do not belong together, or a word without letters.
+        If arguments are mutually exclusive, or a word is empty.
 
     Examples
     --------
@@ -113,42 +113,42 @@ class PictureSubject:
     'painting'
     """
 
-    text: str | None = setting(None, "what to look for in the picture", metavar="TEXT")
-    mask: str | Path | None = setting(None, "a picture of the same size, white where the thing is", metavar="FILE")
-    whole: bool = setting(False, "the whole picture is the entity", "--no-segment")
-    class_word: str | None = setting(None, "what the picture shows (default: the entity's word)", metavar="TEXT")
-    style_word: str = setting("photo", "what the style starts from (photo)", metavar="TEXT")
+    text: str | None = setting(None, "description of the object to detect in the image", metavar="TEXT")
+    mask: str | Path | None = setting(None, "mask image of the same size, white where the object is", metavar="FILE")
+    whole: bool = setting(False, "use the whole image, without segmentation", "--no-segment")
+    class_word: str | None = setting(None, "class word (default: the entity's word)", metavar="TEXT")
+    style_word: str = setting("photo", "word that initializes the style embedding (default photo)", metavar="TEXT")
 
     def __post_init__(self) -> None:
         if self.whole and (self.text or self.mask):
-            raise SceneError("value", "`--no-segment` takes the whole picture: leave out --text and --mask")
+            raise SceneError("value", "`--no-segment` cannot be combined with `--text` or `--mask`")
         if self.text and self.mask:
-            message = "`--mask` says where the thing is, so there is nothing to look for: leave out --text"
+            message = "`--mask` cannot be combined with `--text`"
             raise SceneError("value", message)
         for option, word in (("class-word", self.class_word), ("style-word", self.style_word)):
             if word is not None and not word.strip():
-                raise SceneError("value", f"`--{option}` is a word to start from, not nothing")
+                raise SceneError("value", f"expected a word for `--{option}`, got an empty text")
 
     def check_single(self, entities: Sequence[str]) -> None:
-        """Raises SceneError("value") where this is about one entity, but another number is named."""
-        told = {"text": self.text, "mask": self.mask, "class-word": self.class_word, "no-segment": self.whole}
-        single = next((option for option, value in told.items() if value), None)
+        """Check that options about a single entity are used with exactly one; raises SceneError("value")."""
+        options = {"text": self.text, "mask": self.mask, "class-word": self.class_word, "no-segment": self.whole}
+        single = next((option for option, value in options.items() if value), None)
         if single is not None and len(entities) != 1:
-            raise SceneError("value", f"`--{single}` is about one entity: name it with --entity")
+            raise SceneError("value", f"`--{single}` requires exactly one --entity")
 
 
 @dataclass(frozen=True, slots=True)
 class InversionModels:
-    """The networks by name, or a folder each.
+    """Neural networks used for inversion, each by name or as a folder.
 
     Parameters
     ----------
     model : str, optional
-        The diffusion model; default ``MVDream/MVDream``.
+        Diffusion model; default ``MVDream/MVDream``.
     detector : str, optional
-        What finds things in pictures; default ``IDEA-Research/grounding-dino-base``.
+        Open-vocabulary object detector; default ``IDEA-Research/grounding-dino-base``.
     segmenter : str, optional
-        What cuts them out; default ``facebook/sam-vit-huge``.
+        Segmentation model; default ``facebook/sam-vit-huge``.
 
     Examples
     --------
@@ -156,23 +156,27 @@ class InversionModels:
     True
     """
 
-    model: str | None = setting(None, "MVDream/MVDream, another diffusion model, or a folder", metavar="NAME")
-    detector: str | None = setting(None, "IDEA-Research/grounding-dino-base, or a folder", metavar="NAME")
-    segmenter: str | None = setting(None, "facebook/sam-vit-huge, or a folder", metavar="NAME")
+    model: str | None = setting(None, "diffusion model (default MVDream/MVDream), or a folder", metavar="NAME")
+    detector: str | None = setting(
+        None, "object detector (default IDEA-Research/grounding-dino-base), or a folder", metavar="NAME"
+    )
+    segmenter: str | None = setting(
+        None, "segmentation model (default facebook/sam-vit-huge), or a folder", metavar="NAME"
+    )
 
 
 def check_installed() -> None:
-    """Raises SceneError("backend") where a package that learns from pictures is missing."""
+    """Check that the packages for inversion are installed; raises SceneError("backend") otherwise."""
     for package in ("torch", "diffusers", "transformers"):
         need(package, INSTALL)
 
 
-# --- what comes of it ------------------------------------------------------------------------------------------------
+# --- results ---------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
 class LearnedPart:
-    """What was learned of one thing in a picture: ``text``, what it is, and the ``handles`` that have its vector."""
+    """A learned entity: its description ``text``, and the ``handles`` that share its token embedding."""
 
     text: str
     handles: tuple[str, ...]
@@ -180,38 +184,38 @@ class LearnedPart:
 
 @dataclass(frozen=True, slots=True)
 class InversionStart:
-    """What a run is about to learn: the ``parts``, and the texts of those that no picture shows."""
+    """Summary of a run before it starts: the ``parts`` to learn, and the texts of those not found in any image."""
 
     parts: tuple[LearnedPart, ...]
     missing: tuple[str, ...]
     folder: Path
 
     def __str__(self) -> str:
-        """What is missing, in a line; empty where nothing is."""
+        """Return a line that lists the missing parts; empty if there are none."""
         named = ", ".join(f'"{text}"' for text in self.missing)
-        return f"not found in the picture, so left as they are: {named}" if named else ""
+        return f"not found in the image and left unchanged: {named}" if named else ""
 
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Inversion:
-    """A run that learned embeddings.
+    """Result of an inversion run.
 
     Attributes
     ----------
     embeddings : Embeddings
-        Where the vectors are; written when the run is ``finished``.
+        File with the token embeddings; written when the run is ``finished``.
     folder : Path
-        The run: its state, and the pictures that were cut out.
+        Run folder, with the state and the cropped images.
     parts : tuple of LearnedPart
-        The entities that were learned.
+        Entities that were learned.
     styles : tuple of str
-        The handles that have the vector of the style.
+        Handles that have the style embedding.
     missing : tuple of str
-        What no picture shows, so that it was left as it is.
+        Descriptions of entities not found in any image, which are unchanged.
     before, after : float
-        The denoising loss, measured with the same noise.
+        Denoising loss before and after, measured with the same noise.
     finished : bool
-        False where ``stop`` ended it; ``RunFolder(resume=True)`` goes on.
+        False if ``stop`` ended the run; resume it with ``RunFolder(resume=True)``.
     """
 
     embeddings: Embeddings
@@ -225,17 +229,17 @@ class Inversion:
 
     @property
     def handles(self) -> tuple[str, ...]:
-        """The handles that have learned vectors, each once."""
+        """Handles that have learned embeddings, without duplicates."""
         return tuple(dict.fromkeys([*(handle for part in self.parts for handle in part.handles), *self.styles]))
 
     def data(self) -> dict[str, Any]:
-        """What was learned, as JSON data."""
+        """Return the result as JSON data."""
         parts = [{"text": part.text, "handles": list(part.handles)} for part in self.parts]
         loss = {"before": self.before, "after": self.after}
         return {"z": str(self.embeddings.path), "loss": loss, "style": list(self.styles), "parts": parts}
 
     def __str__(self) -> str:
-        """The handles, and how much better the sentences fit the pictures."""
+        """Return the handles and the change of the loss."""
         learned = [handle for part in self.parts for handle in part.handles]
         shown = " ".join(f"<{handle}>" for handle in dict.fromkeys([*learned[:8], *self.styles[:8]]))
         return f"{shown}; loss {self.before:.4g} -> {self.after:.4g}"
@@ -264,43 +268,43 @@ def invert(
     on_step: Callable[[InversionProgress], None] | None = None,
     stop: Callable[[], bool] | None = None,
 ) -> Inversion:
-    """Learn the embeddings of entities from pictures of them, and keep these in Z.
+    """Learn token embeddings of entities from images, and store them in the embeddings file.
 
     Parameters
     ----------
     scene : Scene
-        What has the entities.
-    pictures : path or PIL picture, or a sequence of them
-        What shows them; each entity is learned from that where it is found most surely.
+        Scene that contains the entities.
+    pictures : path or PIL image, or a sequence of them
+        Input images; each entity is learned from the image with the most confident detection.
     entities : sequence of str
-        Words, words down to one (``tower/roof``), places of children (``0/2``) or handles (``<z4>``); default: all
-        parts with names that can be seen.
+        Words, paths of words (``tower/roof``) or of child indices (``0/2``), or handles (``<z4>``); default: all
+        named parts that are visible.
     subject : PictureSubject, optional
-        What of the picture is the entity, and what it is called.
+        Region of the image that shows the entity, and its class word.
     settings : InversionSettings, optional
         Steps, learning rate, batch size and seed.
     networks : InversionModels, optional
-        Names of the networks.
+        Networks to use.
     run : RunFolder, optional
-        Where the run is kept; default ``beach.inversion`` beside ``beach.scene``.
+        Run folder and resume policy; default folder ``beach.inversion`` for ``beach.scene``.
     embeddings : Embeddings or path, optional
-        Where the vectors go; "auto": beside the program.
+        Embeddings file to write; "auto": beside the program.
     models : Models, optional
-        Where weights are, and what computes.
+        Location of the weights, and compute device.
     missing_ok : bool
-        Nothing needs to be found: the result may have no parts.
+        Do not raise an error if no entity is found in the images.
     progress : callable, optional
-        Called with a fraction from 0 to 1. An exception that it raises cancels the work.
+        Called with a fraction from 0 to 1; an exception raised by it cancels the run.
     on_start, on_step : callable, optional
-        Told what is about to be learned, and after each step its loss.
+        Called with the summary before the first step, and with the loss after each step.
     stop : callable, optional
-        Asked before each step; where it says True the run ends, with everything saved, so that it can go on.
+        Called before each step; if it returns True, the run is saved and ends, and can be resumed later.
 
     Raises
     ------
     SceneError
-        No entity or nothing in the picture is called so, a file is not to be read, weights are not to be had, or the
-        arguments make no sense.
+        If an entity does not exist or is not found in an image, a file cannot be read, weights are unavailable, or
+        arguments are invalid.
 
     Examples
     --------
@@ -316,17 +320,19 @@ def invert(
     before = _before(work)
     missing: list[str] = []
     if before is not None:
-        parts = _kept_parts(work, before, targets)
+        parts = _load_parts(work, before, targets)
     else:
         parts, missing = _parts(work, _opened(pictures), targets, bool(entities), missing_ok)
-    told = tuple(LearnedPart(part.target.text, part.target.handles) for part in parts)
+    learned = tuple(LearnedPart(part.target.text, part.target.handles) for part in parts)
     if on_start is not None:
-        on_start(InversionStart(told, tuple(missing), work.folder))
+        on_start(InversionStart(learned, tuple(missing), work.folder))
     if not parts:
         return Inversion(work.z, work.folder, (), (), tuple(missing), float("nan"), float("nan"), True)
     styles = (style_handle(scene.graph),)
-    outcome = _learn(work, before, parts, styles, False, _tellers(progress, on_step), stop)
-    return Inversion(work.z, work.folder, told, styles, tuple(missing), outcome.before, outcome.after, outcome.finished)
+    outcome = _learn(work, before, parts, styles, False, _step_callback(progress, on_step), stop)
+    return Inversion(
+        work.z, work.folder, learned, styles, tuple(missing), outcome.before, outcome.after, outcome.finished
+    )
 
 
 def learn_style(
@@ -345,25 +351,25 @@ def learn_style(
     on_step: Callable[[InversionProgress], None] | None = None,
     stop: Callable[[], bool] | None = None,
 ) -> Inversion:
-    """Learn a style from a picture, for a scene or a part of it, and keep it in Z.
+    """Learn a style embedding from an image, for a scene or a part of it, and store it in the embeddings file.
 
     Parameters
     ----------
     scene : Scene
-        What gets the style.
-    picture : path or PIL picture
-        What has it: all of it, unless ``subject`` says which part.
+        Scene that gets the style.
+    picture : path or PIL image
+        Image with the style; ``subject`` restricts it to a region.
     entity : str, optional
-        A part of the scene, named as in ``invert``; default: the whole.
+        Part of the scene, specified as in ``invert``; default: the whole scene.
     run : RunFolder, optional
-        Where the run is kept, default ``beach.style``; ``force`` also puts the style in the place of a likeness.
+        Run folder, default ``beach.style``; ``force`` also allows a style to replace embeddings learned by ``invert``.
 
     The other parameters are those of ``invert``.
 
     Raises
     ------
     SceneError
-        As ``invert``; and where the vectors of a likeness would be lost.
+        As ``invert``; also if embeddings learned by ``invert`` would be overwritten.
 
     Examples
     --------
@@ -376,25 +382,25 @@ def learn_style(
     _check_replaced(work, target.handles)
     before = _before(work)
     if before is not None:
-        parts = _kept_parts(work, before, [target])
+        parts = _load_parts(work, before, [target])
     else:
         given = _opened(picture)
         found = _found_parts(work, [target], [subject.text], given) if subject.text else None
         parts = [_masked_part(work, target, given[0])] if found is None else found
         if not parts:
-            raise SceneError("value", f'nothing in {given[0].name} looks like "{subject.text}"')
+            raise SceneError("value", f'no "{subject.text}" detected in {given[0].name}')
     if on_start is not None:
         on_start(InversionStart((LearnedPart(target.text, target.handles),), (), work.folder))
-    outcome = _learn(work, before, parts, target.handles, True, _tellers(progress, on_step), stop)
+    outcome = _learn(work, before, parts, target.handles, True, _step_callback(progress, on_step), stop)
     return Inversion(work.z, work.folder, (), target.handles, (), outcome.before, outcome.after, outcome.finished)
 
 
-# --- what both have in common ----------------------------------------------------------------------------------------
+# --- shared by invert and learn_style --------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
 class _Work:
-    """What one inversion is made with."""
+    """Validated inputs of an inversion."""
 
     subject: PictureSubject
     settings: InversionSettings
@@ -407,7 +413,7 @@ class _Work:
 
 @dataclass(frozen=True, slots=True)
 class _Input:
-    """A picture as PIL has it (RGB), and where it is from."""
+    """An RGB PIL image with its name."""
 
     name: str
     picture: Any = field(repr=False)
@@ -415,7 +421,7 @@ class _Input:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Part:
-    """What is to be learned of one target: ``square`` (S, S, 3) is it, cut out of the picture called ``source``."""
+    """Training image of one target: ``square`` (S, S, 3) is cropped from the image named ``source``."""
 
     target: InversionTarget
     source: str
@@ -432,7 +438,7 @@ def _work(
     models: Models | None,
     ending: str,
 ) -> _Work:
-    """All that is needed for an inversion, with the packages at hand. Raises SceneError for what makes no sense."""
+    """Validate the arguments of an inversion and check the installed packages; raises SceneError."""
     from scenelang.backends.base import need
     from scenelang.backends.neural.inversion import InversionSettings
     from scenelang.backends.neural.sentences import check_anything
@@ -454,16 +460,16 @@ def _targets(scene: Scene, names: Sequence[str]) -> list[InversionTarget]:
         return named_parts(scene.graph)
     targets = targets_named(scene.graph, names)
     if any(target.whole for target in targets):
-        hint = "`scenelang style` learns one from a picture"
-        raise SceneError("value", "the embedding of the root is the style of the scene", hint=hint)
+        hint = "use `scenelang style` to learn a style from an image"
+        raise SceneError("value", "cannot invert the root: its embedding is the style of the scene", hint=hint)
     claimed = [handle for target in targets for handle in target.handles]
     if len(set(claimed)) != len(claimed):
-        raise SceneError("value", "two of the entities have an embedding in common, which can be learned once")
+        raise SceneError("value", "two of the entities share an embedding; name only one of them")
     return targets
 
 
 def _styled(scene: Scene, name: str | None) -> InversionTarget:
-    """The entity that gets a style: the root, or what a name says."""
+    """Return the entity that gets the style: the root, or the named entity."""
     from scenelang.backends.neural.describing import thing
     from scenelang.backends.neural.inversion import InversionTarget, style_handle, targets_named
 
@@ -473,35 +479,35 @@ def _styled(scene: Scene, name: str | None) -> InversionTarget:
 
 
 def _check_replaced(work: _Work, handles: Sequence[str]) -> None:
-    """Raises SceneError("value") where a style would take the place of something learned of a picture."""
+    """Raise SceneError("value") if the style would overwrite embeddings learned by ``invert``."""
     made = work.z.made
     lost = next((handle for handle in handles if handle in made and made[handle].how != "style"), None)
     if lost is not None and not work.run.force and not work.run.resume:
-        message = f"Z has vectors of <{lost}> already, learned of {made[lost].source}"
-        raise SceneError("value", message, hint="--force puts the style in their place")
+        message = f"<{lost}> already has an embedding, learned from {made[lost].source}"
+        raise SceneError("value", message, hint="use --force to overwrite it")
 
 
 def _before(work: _Work) -> SavedInversion | None:
-    """The run that is to go on; raises SceneError where there is none, or one that would be lost."""
+    """Return the run to resume, or None; raises SceneError if it is missing, or would be overwritten."""
     from scenelang.backends.neural.inversion import STATE, kept_in
 
     if work.run.resume:
         return kept_in(work.folder)
     if (work.folder / STATE).exists() and not work.run.force and not kept_in(work.folder).finished:
-        raise SceneError("file", f"{work.folder} holds a run that is not finished", hint=_ANEW)
+        raise SceneError("file", f"{work.folder} already contains an unfinished run", hint=_RESUME_HINT)
     return None
 
 
-# --- pictures --------------------------------------------------------------------------------------------------------
+# --- images ----------------------------------------------------------------------------------------------------------
 
 
 def _opened(pictures: PictureSource) -> list[_Input]:
-    """Pictures with their names; those that are no files are numbered."""
+    """Open the input images; images that are not files are named by number."""
     from scenelang.backends.neural.clip import open_picture
 
     given = pictures if isinstance(pictures, (list, tuple)) else [pictures]
     if not given:
-        raise SceneError("value", "there is no picture to learn from")
+        raise SceneError("value", "expected at least one image")
     return [
         _Input(Path(each).name, open_picture(each))
         if isinstance(each, (str, Path))
@@ -513,8 +519,8 @@ def _opened(pictures: PictureSource) -> list[_Input]:
 def _parts(
     work: _Work, given: Sequence[_Input], targets: Sequence[InversionTarget], named: bool, missing_ok: bool
 ) -> tuple[list[_Part], list[str]]:
-    """What the pictures show of the targets, and the texts of the others; raises SceneError where nothing is found, or
-    not all that was named."""
+    """Locate the targets in the images. Returns the parts found and the texts of the missing ones; raises SceneError
+    if nothing is found, or an explicitly named target is missing."""
     if work.subject.whole or work.subject.mask:
         return [_masked_part(work, targets[0], given[0])], []
     texts = [work.subject.text or target.text for target in targets]
@@ -522,14 +528,14 @@ def _parts(
     seen = [part.target for part in parts]
     missing = [text for target, text in zip(targets, texts, strict=True) if target not in seen]
     if missing and not missing_ok and (named or not parts):
-        hint = "say otherwise what to look for with --text, or where it is with --mask"
+        hint = "describe it with --text, or mark it with --mask"
         names = ", ".join(each.name for each in given)
-        raise SceneError("value", f'nothing in {names} looks like "{missing[0]}"', hint=hint)
+        raise SceneError("value", f'no "{missing[0]}" detected in {names}', hint=hint)
     return parts, missing
 
 
 def _masked_part(work: _Work, target: InversionTarget, given: _Input) -> _Part:
-    """The part that a mask file shows, of the whole picture without one."""
+    """Return the part shown by the mask file, or by the whole image without a mask."""
     import numpy as np
 
     from scenelang.backends.neural.grounding import cut_out, random_grey, read_mask
@@ -543,8 +549,8 @@ def _masked_part(work: _Work, target: InversionTarget, given: _Input) -> _Part:
 def _found_parts(
     work: _Work, targets: Sequence[InversionTarget], texts: Sequence[str], given: Sequence[_Input]
 ) -> list[_Part]:
-    """Those of ``targets`` that can be seen in one of the pictures, looked for as ``texts``, each cut out of that where
-    it is surest."""
+    """Detect ``targets`` in the images by their ``texts``, and crop each from the image with the most confident
+    detection."""
     from scenelang.backends.neural.grounding import (
         DETECTOR,
         SEGMENTER,
@@ -567,24 +573,24 @@ def _found_parts(
     return found
 
 
-def _kept_parts(work: _Work, kept: SavedInversion, targets: Sequence[InversionTarget]) -> list[_Part]:
-    """The parts of a run that goes on, as it has kept them; raises SceneError("file" or "value")."""
+def _load_parts(work: _Work, kept: SavedInversion, targets: Sequence[InversionTarget]) -> list[_Part]:
+    """Load the saved training images of a run to resume; raises SceneError("file" or "value")."""
     import numpy as np
 
     from scenelang.backends.neural.clip import open_picture
 
-    told = kept.asked.get("parts")
-    sources = {str(name): str(source) for name, source in told.items()} if isinstance(told, Mapping) else {}
+    saved = kept.asked.get("parts")
+    sources = {str(name): str(source) for name, source in saved.items()} if isinstance(saved, Mapping) else {}
     found = [target for target in targets if target.name in sources]
     if len(found) != len(sources):
-        raise SceneError("value", f"the run in {work.folder} is of other entities", hint="--force begins anew")
+        raise SceneError("value", f"the run in {work.folder} is for other entities", hint="use --force to overwrite it")
     return [
         _Part(each, sources[each.name], np.asarray(open_picture(_cut_file(work.folder, each.name)))) for each in found
     ]
 
 
-def _keep_parts(folder: Path, parts: Sequence[_Part]) -> None:
-    """What was cut out, for people, and for the run when it goes on."""
+def _save_parts(folder: Path, parts: Sequence[_Part]) -> None:
+    """Save the cropped training images, for inspection and for resuming the run."""
     from PIL import Image
 
     from scenelang.backends.files import written_whole
@@ -598,7 +604,7 @@ def _cut_file(folder: Path, name: str) -> Path:
     return folder / f"{name.replace('*', '-')}.png"
 
 
-# --- learning --------------------------------------------------------------------------------------------------------
+# --- training --------------------------------------------------------------------------------------------------------
 
 
 def _learn(
@@ -610,8 +616,9 @@ def _learn(
     tell: Callable[[InversionProgress], None],
     stop: Callable[[], bool] | None,
 ) -> InversionOutcome:
-    """Learn the pseudo-words of ``parts`` and their common style; at the end store the first for the handles of each
-    target, the style for the handles ``styles``. ``style_only``: the class is what the target is called."""
+    """Optimize the embeddings of ``parts`` and their common style. At the end, store each part's embedding for the
+    handles of its target, and the style for the handles ``styles``. With ``style_only``, the prompt uses the plain
+    class word instead of a learned embedding."""
     from scenelang.backends.files import made_folder
     from scenelang.backends.neural.diffusion import memory_told
     from scenelang.backends.neural.diffusion_loading import MULTIVIEW, load_any
@@ -627,7 +634,7 @@ def _learn(
         starts = {name: start_of(model.words, word) for name, word in words.items()}
         asked = asked_of(work.settings, model.name, subjects, words)
         asked["parts"] = {part.target.name: part.source for part in parts}
-        _keep_parts(work.folder, parts)
+        _save_parts(work.folder, parts)
         learning = Inverting(model, subjects, starts, work.settings)
         outcome = run_steps(learning, work.folder, asked, before, tell, stop or (lambda: False))
     if outcome.finished:
@@ -646,24 +653,24 @@ def _subject(work: _Work, part: _Part, size: int, style_only: bool) -> LearnedSu
     return LearnedSubject(picture, sentence_about(word) if style_only else sentence_of(part.target.name))
 
 
-def _tellers(
+def _step_callback(
     progress: Progress | None, on_step: Callable[[InversionProgress], None] | None
 ) -> Callable[[InversionProgress], None]:
-    """What is told of each step, one callback for both."""
+    """Combine both callbacks into one that is called after each step."""
 
-    def tell(told: InversionProgress) -> None:
+    def report(state: InversionProgress) -> None:
         if on_step is not None:
-            on_step(told)
+            on_step(state)
         if progress is not None:
-            progress(told.share)
+            progress(state.share)
 
-    return tell
+    return report
 
 
 def _store(
     z: Path, vectors: Mapping[str, Any], parts: Sequence[_Part], styles: Sequence[str], model: str, style_only: bool
 ) -> None:
-    """Write the vectors into Z, with how they came to be."""
+    """Write the embeddings with their provenance to the embeddings file."""
     from scenelang.backends.neural.inversion import STYLE
 
     when = datetime.now(UTC).isoformat(timespec="seconds")

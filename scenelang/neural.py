@@ -1,7 +1,8 @@
-"""Pictures of a scene by text-to-image models, and its things learned as Gaussians (docs/imagine.md, distillation.md).
+"""Text-to-image generation guided by a scene, and distillation of its primitives to 3D Gaussians.
 
-Inversion of pictures is in ``scenelang.inversion``, the texts and vectors that models are told in
-``scenelang.embeddings``.
+See docs/imagine.md and docs/distillation.md.
+
+Textual inversion is in ``scenelang.inversion``, the prompts and learned embeddings in ``scenelang.embeddings``.
 """
 
 from __future__ import annotations
@@ -37,43 +38,43 @@ Warn = Callable[[Diagnostic], None]
 METHODS = ("regional", "gligen", "migc")
 SCHEDULERS = ("own", "ddim")
 _LAYOUT_SIZE = (512, 512)
-_MOST_PICTURES = 1000
+_MAX_IMAGES = 1000
 
 
-# --- imagine: what may be asked for ----------------------------------------------------------------------------------
+# --- imagine: settings -----------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
 class ImagineSettings:
-    """How a text-to-image model draws a scene.
+    """Settings of text-to-image generation.
 
     Parameters
     ----------
     steps : int
-        Steps of denoising.
+        Number of denoising steps.
     guidance : float
-        The guidance scale; 1 is none.
+        Classifier-free guidance scale; 1 disables guidance.
     negative : str
-        What the picture should not show.
+        Negative prompt.
     method : str
-        How the layout is heeded: "regional" (without training), "gligen" or "migc" (by their weights).
+        Layout conditioning: "regional" (regional attention, training-free), "gligen" or "migc" (trained weights).
     strength : float
-        Of regional attention.
+        Strength of regional attention.
     model : str, optional
-        A Stable Diffusion checkpoint of the hub, or a folder; default: that of the method.
+        Stable Diffusion checkpoint on the hub, or a folder; default: that of the method.
     migc : path, optional
-        MIGC's weights.
+        Weights of MIGC.
     scheduler : str
-        "own", the checkpoint's, or "ddim".
+        "own" for the checkpoint's scheduler, or "ddim".
     control : str, optional
-        A ControlNet for depth, of the hub or a folder; "" is the default one, None none.
+        Depth ControlNet on the hub, or a folder; "" selects the default one, None disables it.
     control_scale : float
-        How much depth counts.
+        Conditioning scale of the ControlNet.
 
     Raises
     ------
     SceneError
-        A number out of its range, or a name that there is none of.
+        If a number is out of range or a name is unknown.
 
     Examples
     --------
@@ -81,44 +82,42 @@ class ImagineSettings:
     'own'
     """
 
-    steps: int = setting(50, "steps of denoising (default 50)", metavar="N", read=whole)
-    guidance: float = setting(7.5, "how much words count (default 7.5)", metavar="X", read=float)
-    negative: str = setting("", "what it should not show", metavar="TEXT")
+    steps: int = setting(50, "number of denoising steps (default 50)", metavar="N", read=whole)
+    guidance: float = setting(7.5, "classifier-free guidance scale (default 7.5)", metavar="X", read=float)
+    negative: str = setting("", "negative prompt", metavar="TEXT")
     method: str = setting(
-        "regional", "how the layout is heeded: without training, by GLIGEN's weights, or by MIGC's", choices=METHODS
+        "regional", "layout conditioning: training-free regional attention, GLIGEN or MIGC", choices=METHODS
     )
-    strength: float = setting(10.0, "of regional attention (default 10)", metavar="X", read=float)
-    model: str | None = setting(None, "a Stable Diffusion checkpoint of the hub, or a folder", metavar="NAME")
-    migc: str | Path | None = setting(None, "MIGC's weights", metavar="FILE")
-    scheduler: str = setting("own", "the checkpoint's own, or DDIM", choices=SCHEDULERS)
-    control: str | None = setting(
-        None, "heed depth too, by a ControlNet of the hub, or a folder", metavar="NAME", alone=""
-    )
-    control_scale: float = setting(1.0, "how much depth counts (default 1)", metavar="X", read=float)
+    strength: float = setting(10.0, "strength of regional attention (default 10)", metavar="X", read=float)
+    model: str | None = setting(None, "Stable Diffusion checkpoint on the hub, or a folder", metavar="NAME")
+    migc: str | Path | None = setting(None, "weights file of MIGC", metavar="FILE")
+    scheduler: str = setting("own", "scheduler: the checkpoint's own, or DDIM", choices=SCHEDULERS)
+    control: str | None = setting(None, "depth ControlNet on the hub, or a folder", metavar="NAME", alone="")
+    control_scale: float = setting(1.0, "conditioning scale of the ControlNet (default 1)", metavar="X", read=float)
 
     def __post_init__(self) -> None:
         from scenelang.backends.neural.imagine.sampling import check_sampling
 
         if not 0.0 <= self.strength <= 1e6:
-            raise SceneError("value", f"`--strength` must be 0 to 1,000,000, not {self.strength:g}")
+            raise SceneError("value", f"expected `--strength` between 0 and 1,000,000, got {self.strength:g}")
         for option, name, known in (("method", self.method, METHODS), ("scheduler", self.scheduler, SCHEDULERS)):
             if name not in known:
-                raise SceneError("value", f"`--{option}` is one of {', '.join(known)}, not `{name}`")
+                raise SceneError("value", f"unknown `--{option}` `{name}`; expected one of {', '.join(known)}")
         check_sampling(self.sampling((8, 8), 0), 1)
 
     def sampling(self, size: Size, seed: int) -> Sampling:
-        """One picture of ``size``, width and height."""
+        """Return the sampling parameters of one image; ``size`` is (width, height)."""
         from scenelang.backends.neural.imagine.sampling import Sampling
 
         return Sampling(*size, self.steps, self.guidance, seed % (1 << 32), self.control_scale)
 
 
-# --- imagine: what comes of it ---------------------------------------------------------------------------------------
+# --- imagine: results ------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class SceneLayout:
-    """What a text-to-image model is told stands where.
+    """Layout that conditions a text-to-image model: boxes and prompts of the instances in an image.
 
     Attributes
     ----------
@@ -137,7 +136,7 @@ class SceneLayout:
 
     @property
     def data(self) -> dict[str, Any]:
-        """The prompt and every instance with its box and sentence, as JSON data (docs/imagine.md)."""
+        """The prompt and all instances with box and prompt, as JSON data (docs/imagine.md)."""
         from scenelang.backends.neural.imagine.layout import layout_json
         from scenelang.backends.neural.sentences import written
 
@@ -146,13 +145,13 @@ class SceneLayout:
 
     @property
     def pixels(self) -> Pixels:
-        """The layout as a picture (H, W, 3), sRGB."""
+        """Visualization of the layout (H, W, 3), sRGB."""
         from scenelang.backends.neural.imagine.layout import layout_picture
 
         return layout_picture(self._sketch.layout, self._conditions)
 
     def save(self, path: str | Path) -> Path:
-        """Write the picture as .png, or the data as .json. Returns its path."""
+        """Write the visualization as .png, or the data as .json. Returns the path."""
         from scenelang.backends.files import write_json
         from scenelang.backends.pictures.film import save_picture
 
@@ -170,16 +169,16 @@ class SceneLayout:
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ImaginedPicture:
-    """A picture by a text-to-image model.
+    """An image generated by a text-to-image model.
 
     Attributes
     ----------
     pixels : (H, W, 3) uint8
         sRGB.
     seed : int
-        What it was drawn with.
+        Random seed of the image.
     notes : mapping
-        How it was made: model, method, prompts, layout and settings, as JSON data.
+        Generation metadata: model, method, prompts, layout and settings, as JSON data.
     """
 
     pixels: Pixels
@@ -187,7 +186,7 @@ class ImaginedPicture:
     notes: Mapping[str, Any] = field(repr=False)
 
     def save(self, path: str | Path) -> Path:
-        """Write a .png that says how it was made; the file is whole or not there. Returns its path."""
+        """Write a .png with the generation metadata, atomically. Returns the path."""
         from importlib.metadata import version
 
         from scenelang.backends.files import written_whole
@@ -216,14 +215,14 @@ class ImaginedPicture:
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ImaginedPictures:
-    """Pictures that are drawn when they are iterated or saved, by seeds that follow one another.
+    """Images that are generated lazily, when iterated or saved, with consecutive seeds.
 
     Attributes
     ----------
     seeds : tuple of int
-        One for each picture.
+        Random seed of each image.
     notes : mapping
-        What the pictures say of how they were made.
+        Generation metadata shared by the images.
     """
 
     seeds: tuple[int, ...]
@@ -247,14 +246,14 @@ class ImaginedPictures:
             yield ImaginedPicture(pixels, seed, {**self.notes, "seed": seed})
 
     def paths(self, output: str | Path) -> list[Path]:
-        """Where the pictures go: ``output``, or of several OUT-1.png, OUT-2.png and so on."""
+        """Return the output path of each image: ``output`` for one image, else OUT-1.png, OUT-2.png and so on."""
         path = Path(output)
         if len(self) == 1:
             return [path]
         return [path.with_name(f"{path.stem}-{number}{path.suffix}") for number in range(1, len(self) + 1)]
 
     def save(self, output: str | Path) -> list[Path]:
-        """Draw and write all pictures, each when it is done. Returns their paths."""
+        """Generate and write all images, each as soon as it is finished. Returns their paths."""
         check_output(Path(output))
         return [picture.save(path) for picture, path in zip(self, self.paths(output), strict=True)]
 
@@ -284,46 +283,46 @@ def imagine(
     progress: Progress | None = None,
     warn: Warn | None = None,
 ) -> ImaginedPictures:
-    """Pictures of a scene by a text-to-image model that heeds its layout.
+    """Generate images of a scene with a text-to-image model conditioned on the scene's layout.
 
     Parameters
     ----------
     scene : Scene
-        What stands where, and what each thing is.
+        Scene that provides the layout and the prompts of the instances.
     camera : Camera, optional
-        Where the pictures are taken from; the default frames the whole scene.
+        Camera of the images; the default frames the whole scene.
     size : (width, height), optional
-        Pixels; default: that of a placed camera, else what the model was made for.
+        Image size in pixels; default: that of a placed camera, else the model's native size.
     frame : int, optional
-        Frame of a 4D scene, from 0.
+        Frame of a 4D scene, counted from 0.
     seed : int
-        Of the first picture; the others have those that follow. The same seed gives the same picture.
+        Random seed of the first image; further images use consecutive seeds.
     count : int
-        How many pictures, 1 to 1,000.
+        Number of images, 1 to 1,000.
     prompt : str, optional
-        What the pictures show, in which handles may stand; default: what the program's first comment says, else the
-        root's word.
+        Prompt of the whole image, which may contain handles; default: the program's first comment, else the root's
+        word.
     template : str, optional
-        The sentence about a thing, with ``{embedding}``, ``{word}`` and ``{style}``.
+        Prompt template of an instance, with ``{embedding}``, ``{word}`` and ``{style}``.
     granularity : Granularity, optional
-        Which entities count as one; default every primitive.
+        Grouping of entities to instances; default: every primitive is an instance.
     settings : ImagineSettings, optional
-        The model, its steps and guidance, and how the layout is heeded.
+        Model, steps, guidance and layout conditioning.
     embeddings : Embeddings or path, optional
-        Texts and learned vectors; "auto": the file beside the program, None: none.
+        Texts and learned token embeddings; "auto": the file beside the program, None: disabled.
     models : Models, optional
-        Where weights are, and what computes.
+        Location of the weights, and compute device.
     limit : int
-        Most primitives that are expanded.
+        Maximum number of primitives to expand.
     progress : callable, optional
-        Called with a fraction from 0 to 1. An exception that it raises cancels the work.
+        Called with a fraction from 0 to 1; an exception raised by it cancels the generation.
     warn : callable, optional
-        Told what is left out or not understood.
+        Called with a ``Diagnostic`` for instances and embeddings that cannot be used.
 
     Raises
     ------
     SceneError
-        Weights are not to be had, nothing in the scene is called so, or an argument makes no sense.
+        If weights are unavailable, an entity is not found, or an argument is invalid.
 
     Examples
     --------
@@ -362,7 +361,7 @@ def imagine_layout(
     limit: int = 2_000_000,
     warn: Warn | None = None,
 ) -> SceneLayout:
-    """What ``imagine`` would tell a model stands where; needs no model. The arguments are those of ``imagine``.
+    """Compute the layout that ``imagine`` would use, without a model. The arguments are those of ``imagine``.
 
     Examples
     --------
@@ -379,7 +378,7 @@ def imagine_layout(
 
 
 def scene_prompt(scene: Scene, prompt: str | None = None) -> str:
-    """What the whole scene is: ``prompt``, else what the head of its program says, else the root's word."""
+    """Return the prompt of the whole scene: ``prompt``, else the head comment of the program, else the root's word."""
     from scenelang.backends.neural.describing import thing
     from scenelang.primer import stated_task
 
@@ -389,21 +388,21 @@ def scene_prompt(scene: Scene, prompt: str | None = None) -> str:
 
 
 def check_count(count: int) -> None:
-    """Raises SceneError("value") for a number of pictures that is none."""
-    if not 1 <= count <= _MOST_PICTURES:
-        raise SceneError("value", f"`--count` must be 1 to {_MOST_PICTURES:,}, not {count:,}")
+    """Check the number of images; raises SceneError("value") if it is out of range."""
+    if not 1 <= count <= _MAX_IMAGES:
+        raise SceneError("value", f"expected `--count` between 1 and {_MAX_IMAGES:,}, got {count:,}")
 
 
 def check_output(output: Path, layout_only: bool = False) -> None:
-    """Raises SceneError("backend") for a file that a picture, or a layout alone, cannot be written to."""
+    """Check the file extension of an output; raises SceneError("backend") if it is not supported."""
     endings = (".png", ".json") if layout_only else (".png",)
     if output.suffix.lower() not in endings:
-        hint = "a layout alone, --layout-only, can be .json too" if output.suffix.lower() == ".json" else None
-        raise SceneError("backend", f"`{output.name}` is none of {' '.join(endings)}", hint)
+        hint = "use --layout-only to write a layout as .json" if output.suffix.lower() == ".json" else None
+        raise SceneError("backend", f"expected a file name ending in {' or '.join(endings)}, got `{output.name}`", hint)
 
 
 def check_size(camera: View | None, size: Size | None) -> None:
-    """Raises SceneError("value") for pictures that are too large, whatever the scene."""
+    """Check the image size independently of the scene; raises SceneError("value") if it is too large."""
     from scenelang.backends.pictures.film import PictureOptions, check
 
     width, height = size or _own_size(camera, _LAYOUT_SIZE)
@@ -452,7 +451,7 @@ def _order(
     models: Models,
     warn: Warn,
 ) -> tuple[Order, dict[str, Any]]:
-    """What is to be drawn, and what the pictures say of it."""
+    """Return the generation request and the metadata of its images."""
     from scenelang.backends.neural.imagine.layout import layout_json
     from scenelang.backends.neural.imagine.migc import WEIGHTS, load_migc
     from scenelang.backends.neural.imagine.sampling import (
@@ -493,20 +492,20 @@ def _order(
 
 @dataclass(frozen=True, slots=True)
 class DistillationModels:
-    """The diffusion models that judge.
+    """Diffusion models that supervise the distillation.
 
     Parameters
     ----------
     model : str, optional
-        The multi-view model, by name or as a folder; default ``MVDream/MVDream``.
+        Multi-view diffusion model, by name or as a folder; default ``MVDream/MVDream``.
     scene_model : str, optional
-        The model of single pictures for the whole scene.
+        Text-to-image model that supervises renderings of the whole scene.
     control : str, optional
-        Its ControlNet for depth.
+        Depth ControlNet of the scene model.
     scene_term : bool
-        False: learn each thing for itself; poses stay as they are.
+        Whether to supervise the whole scene as well. False: optimize each object separately with fixed poses.
     half : bool
-        Half precision, which is the default on a GPU.
+        Load the models in half precision (default on a GPU).
 
     Examples
     --------
@@ -514,17 +513,22 @@ class DistillationModels:
     False
     """
 
-    model: str | None = setting(None, "the multi-view model (MVDream/MVDream), or a folder", metavar="NAME")
-    scene_model: str | None = setting(None, "the model of single pictures for the whole scene", metavar="NAME")
-    control: str | None = setting(None, "its ControlNet for depth, or a folder", metavar="NAME")
-    scene_term: bool = setting(True, "learn each thing for itself; poses stay", "--no-scene-term")
-    half: bool = setting(False, "models in half precision (the default on a GPU)")
+    model: str | None = setting(
+        None, "multi-view diffusion model (default MVDream/MVDream), or a folder", metavar="NAME"
+    )
+    scene_model: str | None = setting(None, "text-to-image model for the whole scene", metavar="NAME")
+    control: str | None = setting(None, "depth ControlNet of the scene model, or a folder", metavar="NAME")
+    scene_term: bool = setting(True, "optimize each object separately, with fixed poses", "--no-scene-term")
+    half: bool = setting(False, "half precision (default on a GPU)")
 
 
 @dataclass(frozen=True, slots=True)
 class DistillationStart:
-    """What a run in ``folder`` is about to do: ``things`` in the scene, ``learned`` of them, ``steps`` that are left,
-    and the sentence of each different thing."""
+    """Summary of a distillation run before it starts.
+
+    ``things`` counts the objects in the scene, ``learned`` those to optimize, ``steps`` the remaining steps;
+    ``sentences`` contains the prompt of each distinct object.
+    """
 
     things: int
     learned: int
@@ -533,24 +537,24 @@ class DistillationStart:
     sentences: tuple[str, ...] = field(repr=False)
 
     def __str__(self) -> str:
-        return f"{self.things:,} things, {self.learned:,} to learn, {self.steps:,} steps in {self.folder}"
+        return f"{self.things:,} objects, {self.learned:,} to optimize, {self.steps:,} steps in {self.folder}"
 
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Distillation:
-    """A run that learned how things look.
+    """Result of a distillation run.
 
     Attributes
     ----------
     folder : Path
-        The run (docs/distillation.md); ``scene.render(quality="splats", settings={"distilled": str(folder)})`` draws
-        what was learned.
+        Run folder (docs/distillation.md); ``scene.render(quality="splats", settings={"distilled": str(folder)})``
+        renders the result.
     start : DistillationStart
-        What was to be done.
+        Summary from the start of the run.
     files : tuple of Path
-        Gaussians and poses; none where the run is not ``finished``.
+        Gaussians and poses; empty if the run is not ``finished``.
     finished : bool
-        False where ``stop`` ended it; ``RunFolder(folder, resume=True)`` goes on.
+        False if ``stop`` ended the run; resume it with ``RunFolder(folder, resume=True)``.
     """
 
     folder: Path
@@ -559,12 +563,12 @@ class Distillation:
     finished: bool
 
     def film(self, scene: Scene, size: Size = (256, 256)) -> Film:
-        """A turn around what was learned of a static scene, or the frames of a 4D one; ``save`` draws it."""
+        """Return a video of the result: a turntable of a static scene, or the frames of a 4D scene."""
         return scene.film(size=size, quality="splats", settings={"distilled": str(self.folder)})
 
     def __repr__(self) -> str:
         state = "finished" if self.finished else "stopped"
-        return f"<Distillation in {self.folder}: {self.start.things:,} things, {state}>"
+        return f"<Distillation in {self.folder}: {self.start.things:,} objects, {state}>"
 
 
 def distill(
@@ -584,41 +588,41 @@ def distill(
     on_step: Callable[[DistillationProgress], None] | None = None,
     stop: Callable[[], bool] | None = None,
 ) -> Distillation:
-    """Learn how the primitives of a scene look as 3D Gaussians, from diffusion models.
+    """Optimize the primitives of a scene as 3D Gaussians with score distillation from diffusion models.
 
     Parameters
     ----------
     scene : Scene
-        What is to be learned.
+        Scene to distill.
     run : RunFolder
-        Where the run is kept, and whether it goes on with one that is there.
+        Run folder, and whether to resume an existing run.
     prompt, template, granularity, embeddings
         As in ``imagine``.
     settings : DistillationSettings, optional
         ``DistillationSettings.of(steps, gaussians, guidance, weighting, seed)``.
     networks : DistillationModels, optional
-        Names of the diffusion models.
+        Diffusion models.
     budget : float, optional
-        Seconds of optimisation at most; the annealing follows the time.
+        Maximum duration of the optimization in seconds; the timestep annealing is fitted to it.
     models : Models, optional
-        Where weights are, and what computes.
+        Location of the weights, and compute device.
     progress : callable, optional
-        Called with a fraction from 0 to 1. An exception that it raises cancels the work.
+        Called with a fraction from 0 to 1; an exception raised by it cancels the run.
     on_start, on_step : callable, optional
-        Told what is about to be done, and after each step its losses.
+        Called with the summary before the first step, and with the losses after each step.
     stop : callable, optional
-        Asked before each step; where it says True the run ends, with everything saved, so that it can go on.
+        Called before each step; if it returns True, the run is saved and ends, and can be resumed later.
 
     Raises
     ------
     SceneError
-        The folder holds a run that would be lost or none that can go on, weights are not to be had, nothing is left to
-        learn, or an argument makes no sense.
+        If the folder contains a run that would be overwritten or one that cannot be resumed, weights are unavailable,
+        nothing is left to optimize, or an argument is invalid.
 
     Examples
     --------
     >>> distill(scene, RunFolder("run"), models=Models("weights", device="cuda"))  # doctest: +SKIP
-    <Distillation in run: 3 things, finished>
+    <Distillation in run: 3 objects, finished>
     """
     from scenelang.backends.files import made_folder
     from scenelang.backends.neural.diffusion import memory_told
@@ -646,14 +650,14 @@ def distill(
             on_start(start)
         finished = run_steps(
             learning, folder, asked, seconds=0.0 if before is None else before.seconds, budget=budget,
-            tell=_tellers(progress, on_step), stopped=stop or (lambda: False),
+            tell=_step_callback(progress, on_step), stopped=stop or (lambda: False),
         )  # fmt: skip
     files = write_outcome(kept_in(folder), cast, folder) if finished else []
     return Distillation(folder, start, tuple(files), finished)
 
 
 def _before(run: RunFolder, folder: Path) -> SavedDistillation | None:
-    """The run that is to go on; raises SceneError where there is none, or one that would be lost."""
+    """Return the run to resume, or None; raises SceneError if it is missing, or would be overwritten."""
     from scenelang.backends.neural.distillation.run import STATE, kept_in
 
     if folder.exists() and not folder.is_dir():
@@ -661,8 +665,8 @@ def _before(run: RunFolder, folder: Path) -> SavedDistillation | None:
     if run.resume:
         return kept_in(folder)
     if (folder / STATE).exists() and not run.force:
-        hint = "--resume goes on with it, --force begins anew"
-        raise SceneError("file", f"{folder} holds a run already", hint=hint)
+        hint = "use --resume to continue it, or --force to overwrite it"
+        raise SceneError("file", f"{folder} already contains a run", hint=hint)
     return None
 
 
@@ -675,7 +679,7 @@ def _learning(
     before: SavedDistillation | None,
     asked: Mapping[str, Any],
 ) -> Learning:
-    """The optimisation at its beginning, or where ``before`` was left."""
+    """Create the optimization, restored from the saved run ``before`` if given."""
     from scenelang.backends.neural.distillation.learning import Learning
     from scenelang.backends.neural.distillation.run import check_same
 
@@ -688,14 +692,14 @@ def _learning(
 
 
 def _taken_over(run: RunFolder, cast: Cast) -> dict[int, Any]:
-    """The figures that an earlier run has learned; raises SceneError where that leaves nothing to do."""
+    """Return the objects already optimized by an earlier run; raises SceneError if nothing is left to optimize."""
     if run.start is None:
         return {}
     from scenelang.backends.neural.distillation.run import kept_in, same_figures
 
     found = same_figures(kept_in(Path(run.start)), cast)
     if len(found) == len(cast.figures):
-        raise SceneError("value", f"everything in the scene is as in {run.start}, so there is nothing to learn")
+        raise SceneError("value", f"nothing to optimize: all objects are unchanged since {run.start}")
     return found
 
 
@@ -726,15 +730,15 @@ def _start(cast: Cast, learning: Learning, folder: Path) -> DistillationStart:
     return DistillationStart(len(cast.actors), learning.learned, left, folder, sentences)
 
 
-def _tellers(
+def _step_callback(
     progress: Progress | None, on_step: Callable[[DistillationProgress], None] | None
 ) -> Callable[[DistillationProgress], None]:
-    """What is told of each step, one callback for both."""
+    """Combine both callbacks into one that is called after each step."""
 
-    def tell(told: DistillationProgress) -> None:
+    def report(state: DistillationProgress) -> None:
         if on_step is not None:
-            on_step(told)
+            on_step(state)
         if progress is not None:
-            progress(told.share)
+            progress(state.share)
 
-    return tell
+    return report

@@ -1,4 +1,4 @@
-"""The cell magic ``%%scene`` of Jupyter and IPython, which ``%load_ext scenelang`` adds (docs/python.md)."""
+"""Cell magic ``%%scene`` for Jupyter and IPython, registered by ``%load_ext scenelang`` (docs/python.md)."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ Read = TypeVar("Read")
 
 @dataclass(frozen=True, slots=True)
 class CellOptions:
-    """How a cell's scene is shown: ``variable`` is what the notebook calls it; ``is_interactive`` shows the viewer
-    instead of a picture."""
+    """Display options of a cell: ``variable`` is the notebook variable that receives the scene; ``is_interactive``
+    shows the viewer instead of an image."""
 
     variable: str = "scene"
     size: tuple[int, int] = (480, 360)
@@ -35,30 +35,30 @@ class CellOptions:
     is_interactive: bool = False
 
     def shown(self, scene: Scene) -> Any:
-        """What a notebook displays of ``scene``. Raises SceneError."""
+        """Return the displayable object of ``scene``. Raises SceneError."""
         if self.is_interactive:
             return scene.show()
         return scene.render(self.camera, size=self.size, quality=self.quality, frame=self.frame, warn=_warn)
 
 
 def register(shell: InteractiveShell) -> None:
-    """Add ``%%scene`` to a running IPython: the cell is evaluated and shown, and kept in a variable of the notebook."""
+    """Register ``%%scene`` with a running IPython: it evaluates and displays the cell, and assigns the scene."""
     from IPython.core.magic_arguments import MagicArgumentParser
 
     parser = MagicArgumentParser(
         "%%scene",
-        description="Evaluate the cell as a program of the Scene Language and show the scene, which a variable keeps. "
-        "Where ipywidgets is installed, params of the program become controls.",
+        description="Evaluate the cell as a scene program, display the scene, and assign it to a variable. "
+        "If ipywidgets is installed, params of the program become controls.",
     )
-    parser.add_argument("variable", nargs="?", default="scene", help="the variable of the scene (default: scene)")
-    parser.add_argument("--size", default="480x360", metavar="WxH", help="pixels of the picture")
-    parser.add_argument("--quality", default="draft", metavar="NAME", help="draft, final, or another that draws")
-    parser.add_argument("--camera", default=None, metavar="SPEC", help="such as azimuth=40,elevation=20")
-    parser.add_argument("--frame", type=int, default=None, metavar="N", help="the frame of a 4D scene, from 0")
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="the seed of the random streams")
-    parser.add_argument("--root", default=None, metavar="WORD", help="the word to evaluate")
+    parser.add_argument("variable", nargs="?", default="scene", help="variable to assign (default: scene)")
+    parser.add_argument("--size", default="480x360", metavar="WxH", help="image size in pixels")
+    parser.add_argument("--quality", default="draft", metavar="NAME", help="draft, final, or a rendering backend")
+    parser.add_argument("--camera", default=None, metavar="SPEC", help="camera, such as azimuth=40,elevation=20")
+    parser.add_argument("--frame", type=int, default=None, metavar="N", help="frame of a 4D scene, counted from 0")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="random seed")
+    parser.add_argument("--root", default=None, metavar="WORD", help="word to evaluate")
     parser.add_argument("--view", action="store_true", help="show the interactive viewer")
-    parser.add_argument("--no-widgets", action="store_true", help="show params with their defaults, without controls")
+    parser.add_argument("--no-widgets", action="store_true", help="use the defaults of params, without controls")
 
     def scene(line: str, cell: str) -> None:
         given = parser.parse_argstring(line)
@@ -71,7 +71,7 @@ def register(shell: InteractiveShell) -> None:
 def _run(given: Any, cell: str, variables: dict[str, Any]) -> None:
     camera = _checked(parse_viewpoint, given.camera) if given.camera else None
     if not given.variable.isidentifier():
-        raise UsageError("value", f"expected the name of a variable, got `{given.variable}`")
+        raise UsageError("value", f"expected a variable name, got `{given.variable}`")
     size = _checked(picture_size, given.size)
     options = CellOptions(given.variable, size, given.quality, camera, given.frame, given.view)
     made = evaluate(cell, _CELL, seed=given.seed, root=given.root)
@@ -79,7 +79,7 @@ def _run(given: Any, cell: str, variables: dict[str, Any]) -> None:
 
 
 def _checked(read: Callable[[str], Read], text: str) -> Read:
-    """``read(text)``; raises UsageError for a text that makes no sense."""
+    """Return ``read(text)``; raises UsageError for an invalid text."""
     with usage_errors():
         try:
             return read(text)
@@ -88,7 +88,7 @@ def _checked(read: Callable[[str], Read], text: str) -> Read:
 
 
 def with_errors(action: Callable[[], None]) -> None:
-    """Run ``action``; what is wrong with a program is told as a diagnostic, without a traceback."""
+    """Run ``action``; print SceneErrors as diagnostics without a traceback."""
     try:
         action()
     except SceneError as error:
@@ -96,7 +96,7 @@ def with_errors(action: Callable[[], None]) -> None:
 
 
 def show(scene: Scene, options: CellOptions, variables: dict[str, Any], has_widgets: bool = True) -> None:
-    """Keep ``scene`` in ``variables`` and display it, with controls for its params where ipywidgets is installed."""
+    """Assign ``scene`` in ``variables`` and display it, with controls for its params if ipywidgets is installed."""
     from IPython.display import display
 
     for line in scene.log:
@@ -117,7 +117,7 @@ def _controls(scene: Scene) -> tuple[ParamControl, ...]:
 
 
 def _panel(scene: Scene, options: CellOptions, variables: dict[str, Any], controls: list[ParamControl]) -> Any:
-    """Controls above the picture; each change evaluates the program anew, and a mistake leaves the scene as it was."""
+    """Display controls above the image; each change evaluates the program again, and an error keeps the last scene."""
     import ipywidgets
     from IPython.display import display
 
@@ -142,14 +142,14 @@ def _panel(scene: Scene, options: CellOptions, variables: dict[str, Any], contro
 
 
 def _with_defines(scene: Scene, texts: Mapping[str, str]) -> Scene:
-    """The scene under other values of its params, as literals of the language."""
+    """Evaluate the scene with other values of its params, given as literals of the language."""
     assert scene.program is not None
     assert scene.options is not None
     return scene_of(scene.program.main, replace(scene.options, defines=texts))
 
 
 def _widget(control: ParamControl) -> Any:
-    """The ipywidget of a param: a slider where it has both bounds."""
+    """Create the ipywidget of a param: a slider if it has both bounds."""
     import ipywidgets
 
     param = control.param

@@ -1,4 +1,4 @@
-"""The language on a few pages, for a model that is to write it: made of the records that the reference is made of."""
+"""Compact language reference for language-model prompts and help texts, generated from the reference's records."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from scenelang.interpreter.scene import primitives
 from scenelang.interpreter.scene.entity import Scene, count_words, descendants, primitive_count
 from scenelang.stdlib.reference import TOPICS, ReferenceRecord, lookup, records
 
-# What primitives and their attributes mean: one line on each, for help and completion.
+# One-line descriptions of primitives and their attributes, for help and completion.
 
 
 def attributes_of(word: str) -> tuple[str, ...]:
-    """The attributes that the primitive ``word`` reads, those of its geometry first. A word that names no primitive
-    of its own is a semantic one: a box."""
+    """Return the attributes that the primitive ``word`` reads, those of its geometry first. Other words are semantic
+    primitives, which are boxes."""
     own = primitives.attributes_read(word)
-    return (*own, *MATERIALS) if "color" in own else own  # without a colour there is nothing to see
+    return (*own, *MATERIALS) if "color" in own else own  # materials apply only to visible geometry
 
 
 def attribute_doc(word: str | None, name: str) -> str | None:
-    """What the attribute ``name`` means to the primitive ``word``, or to any primitive: meaning, range, default in one
-    line. None for an attribute that is not read."""
+    """Return the meaning, range and default of attribute ``name`` for the primitive ``word``, or for any primitive, in
+    one line; None for an unknown attribute."""
     if word is not None and name not in attributes_of(word):
         return None
     if word is None:
@@ -35,7 +35,7 @@ def attribute_doc(word: str | None, name: str) -> str | None:
 
 
 def attribute_names() -> tuple[str, ...]:
-    """Every attribute that some primitive reads."""
+    """Return the names of all attributes read by any primitive."""
     return (*primitives.docs_of_attributes(), *MATERIALS)
 
 
@@ -44,7 +44,7 @@ _SURFACE = ("color", "emission", "opacity", "metallic", "roughness", "ior")
 
 
 def primer(words: Sequence[str] | None = None, without: Collection[str] = ()) -> str:
-    """Primitives, forms and procedures as Markdown: the primitives ``words`` (None: all), no name that is in
+    """Return primitives, forms and procedures as Markdown: the primitives ``words`` (None: all), except names in
     ``without``."""
     chosen = tuple(primitives.docs_of_words()) if words is None else words
     return "\n".join([*_primitives(chosen), *_names(without), *_rest(without)])
@@ -58,7 +58,7 @@ def _primitives(words: Sequence[str]) -> Iterator[str]:
         own = (name for name in attributes_of(word) if name not in _SURFACE)
         yield from (f"  - `:{name}` {attribute_doc(word, name)}" for name in own)
     if not set(words) <= set(primitives.block_words()):
-        yield "\nAll that can be seen has the attributes of surfaces:\n"
+        yield "\nAll visible primitives have the material attributes:\n"
         yield from (f"- `:{name}` {attribute_doc(None, name)}" for name in _SURFACE)
 
 
@@ -75,7 +75,7 @@ def _names(without: Collection[str]) -> Iterator[str]:
 
 
 def _rest(without: Collection[str]) -> Iterator[str]:
-    """The other names, which are as in Scheme, Python or numpy."""
+    """Yield the remaining names, which work as in Scheme, Python or NumPy."""
     yield "\n## Other names\n"
     for topic, (title, _) in TOPICS.items():
         names = [record.name for record in _of_topic(topic, without)]
@@ -83,12 +83,12 @@ def _rest(without: Collection[str]) -> Iterator[str]:
             yield f"- {title}: {', '.join(f'`{name}`' for name in names)}"
 
 
-# What is to be said of a name that no program defines: of the library, a primitive, an attribute, a diagnostic.
+# Descriptions of names that a program does not define: library names, primitives, attributes, diagnostics.
 
 
 def description(name: str) -> list[str]:
-    """The lines that describe ``name``, which may be a name of the library, a primitive (in quotes or not), an
-    attribute with its colon, or a diagnostic's code or name; empty where nothing is known of it."""
+    """Return the description of ``name`` as lines: a library name, a primitive (quoted or not), an attribute with its
+    colon, or the code or name of a diagnostic; empty if unknown."""
     for lines in (_of_library(name), _of_primitive(name), _of_attribute(name), _of_diagnostic(name)):
         found = list(lines)
         if found:
@@ -97,7 +97,7 @@ def description(name: str) -> list[str]:
 
 
 def known_names() -> Iterator[str]:
-    """Everything that has a description; of diagnostics only the names."""
+    """Return all names that have a description, without the codes of diagnostics."""
     attributes = (f":{name}" for name in attribute_names())
     return chain((record.name for record in records()), primitives.words(), attributes, CODES)
 
@@ -109,7 +109,7 @@ def _of_library(name: str) -> Iterator[str]:
     yield record.signature
     yield f"  {record.doc}"
     if record.module is not None:
-        yield f'  It comes with (import "{record.module}").'
+        yield f'  Requires (import "{record.module}").'
     for example in record.examples:
         yield f"  {example.expression} gives {example.value}"
 
@@ -136,13 +136,13 @@ def _of_attribute(name: str) -> Iterator[str]:
 
 
 def _of_diagnostic(name: str) -> Iterator[str]:
-    """What `scenelang explain` says of a code or of a diagnostic's name."""
+    """Yield the explanation of a diagnostic, as printed by `scenelang explain`."""
     key = diagnostic_named(name)
     if key is not None:
         yield from explanation(key)
 
 
-# What the comment at the head of a program says that it shows.
+# Task description in the comment at the head of a program.
 
 
 _TASK = re.compile(r"task\s*:\s*(.+)", re.I)
@@ -150,8 +150,8 @@ _SENTENCE = re.compile(r"(?<=[.!?])\s+")
 
 
 def stated_task(text: str) -> str | None:
-    """What a program of the language is to show: the line `; task: ...` of its leading comment, else the first sentence
-    there, without its full stop; None where it begins with no comment."""
+    """Return the task of a program: the line `; task: ...` of its leading comment, else the comment's first sentence
+    without the full stop; None without a leading comment."""
     lines: list[str] = []
     for line in text.lstrip("\ufeff").splitlines():
         stripped = line.strip()
@@ -172,11 +172,12 @@ def stated_task(text: str) -> str | None:
     return first or None
 
 
-# What a scene is, in a few facts: its root, how much there is of everything, where it lies.
+# Summary of a scene: root, counts and bounds.
 
 
 def summary(scene: Scene) -> dict[str, Any]:
-    """The facts as plain data, of all frames of a 4D scene together; ``bounds`` is None where nothing has a box."""
+    """Return the summary as JSON data, accumulated over all frames of a 4D scene; ``bounds`` is None without
+    geometry."""
     from scenelang.interpreter.scene.bounds import word_box
 
     box = word_box(scene, None)
@@ -192,7 +193,7 @@ def summary(scene: Scene) -> dict[str, Any]:
 
 
 def summary_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """The facts as people read them: name and value."""
+    """Format the summary as rows of name and value."""
     rows = [
         (name, f"{value:,}" if isinstance(value, int) else str(value))
         for name, value in facts.items()

@@ -1,4 +1,4 @@
-"""What commands print: text in columns and colours, JSON, progress; no terminal acts on what it holds."""
+"""Console output: tables, colors, JSON and progress, with control characters removed."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _COLORS = {"+": "32", "-": "31", "@": "36"}
 
 
 def table(rows: Sequence[Sequence[str]], right: Sequence[bool]) -> str:
-    """Rows in aligned columns, of which some are set ``right``; a cell is one line."""
+    """Format rows as aligned columns, right-aligned where ``right`` is True; each cell is one line."""
     rows = [[printable(cell).replace("\n", "\\n") for cell in row] for row in rows]
     widths = [max((len(row[i]) for row in rows), default=0) for i in range(len(right))]
     lines = []
@@ -28,18 +28,18 @@ def table(rows: Sequence[Sequence[str]], right: Sequence[bool]) -> str:
 
 
 def colored(text: str, color: str | None) -> str:
-    """A text in one of a terminal's colours, by its number, or as it is."""
+    """Wrap a text in an ANSI color, given by its number, or return it unchanged."""
     return f"\x1b[{color}m{text}\x1b[0m" if color else text
 
 
 def painted(difference: Iterable[str], color: bool) -> Iterator[str]:
-    """The lines of a unified difference, in colours where ``color`` says so, each with its end."""
+    """Yield the lines of a unified diff with line ends, colored if ``color`` is True."""
     for line in difference:
         yield colored(line, _COLORS.get(line[:1]) if color else None) + "\n"
 
 
 def progress_line(stream: TextIO, label: str) -> Callable[[float], None]:
-    """What shows a share of the work, from 0 to 1, in a line of a terminal, once the work has taken a while."""
+    """Return a callback that shows a fraction from 0 to 1 as a progress bar, once the work has taken a second."""
     started = time.monotonic()
 
     def show(fraction: float) -> None:
@@ -56,19 +56,19 @@ def progress_line(stream: TextIO, label: str) -> Callable[[float], None]:
 
 
 def say(text: str, end: str = "\n", flush: bool = False) -> None:
-    """Print text that may hold words of a program: no terminal acts on it."""
+    """Print text that may originate from a program, with control characters removed."""
     print(printable(text), end=end, flush=flush)
 
 
 def print_json(data: Any) -> None:
-    """One JSON document on standard output, written in pieces."""
+    """Print one JSON document to standard output, written incrementally."""
     for piece in json.JSONEncoder().iterencode(data):
         sys.stdout.write(piece)
     sys.stdout.write("\n")
 
 
 def deliver(text: str, output: str | None) -> None:
-    """Write a text to a file, whole or not at all, or to standard output."""
+    """Write a text to a file atomically, or to standard output."""
     if output is None:
         sys.stdout.write(text)
     else:

@@ -1,8 +1,8 @@
-"""Scenes for Python: what ``scenelang.load`` and ``scenelang.evaluate`` return, and the results of their methods.
+"""Scenes of the Python API, as returned by ``scenelang.load`` and ``scenelang.evaluate``, and their results.
 
-A ``Scene`` is immutable and may be shared between threads. Arrays are numpy's, angles are degrees, lengths are the
-scene's units, and the world is right-handed with +y up. Methods raise ``SceneError``; its text shows the code, the
-place, the source line and a hint.
+A ``Scene`` is immutable and can be shared between threads. Arrays are NumPy arrays, angles are in degrees, lengths in
+scene units, and the world is right-handed with +y up. Methods raise ``SceneError``, whose text shows the code, the
+position, the source line and a hint.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ Warn = Callable[[Diagnostic], None]
 
 @dataclass(frozen=True, slots=True)
 class Camera(Viewpoint):
-    """A camera that looks at the scene; whatever is left out frames the whole scene.
+    """A camera; omitted parameters are chosen to frame the whole scene.
 
     Parameters
     ----------
@@ -51,15 +51,15 @@ class Camera(Viewpoint):
         Direction of the camera from its target, in degrees. At azimuth 0 it looks from +z towards -z; a positive
         azimuth moves it towards +x, a positive elevation upwards.
     distance : float, optional
-        From the eye to ``target``, in scene units.
+        Distance from the eye to ``target``, in scene units.
     fov : float
         Vertical field of view in degrees.
     target : (x, y, z), optional
-        The point at the centre of the picture.
+        Point at the center of the image.
     orthographic : bool
-        Parallel projection.
+        Use a parallel projection.
     aperture, focus : float
-        Radius of the lens (0: a pinhole) and the distance that is sharp, in scene units.
+        Lens radius (0: pinhole camera) and focus distance, in scene units.
 
     Examples
     --------
@@ -81,7 +81,7 @@ class Camera(Viewpoint):
         size: Size = (512, 512),
         convention: Literal["opengl", "opencv"] = "opengl",
     ) -> PlacedCamera:
-        """A camera at a given pose.
+        """Create a camera at a given pose.
 
         Parameters
         ----------
@@ -91,12 +91,12 @@ class Camera(Viewpoint):
         fov : float
             Vertical field of view in degrees.
         size : (width, height)
-            Pixels. A picture of another size shows as much of the scene as the height shows.
+            Image size in pixels. At another size the vertical field of view is preserved.
 
         Raises
         ------
         SceneError
-            The pose is not rigid, or the field of view is not between 0 and 180 degrees.
+            If the pose is not rigid, or the field of view is not between 0 and 180 degrees.
 
         Examples
         --------
@@ -109,13 +109,13 @@ class Camera(Viewpoint):
         pose = np.asarray(camera_to_world, np.float64)
         if pose.shape != (4, 4) or not np.isfinite(pose).all() or not (pose[3] == [0, 0, 0, 1]).all():
             raise SceneError("value", "expected a camera pose as a 4 x 4 matrix with the last row [0 0 0 1]")
-        turn = pose[:3, :3]
-        if np.abs(turn @ turn.T - np.eye(3)).max() > 1e-4 or np.linalg.det(turn) < 0.0:
+        rotation = pose[:3, :3]
+        if np.abs(rotation @ rotation.T - np.eye(3)).max() > 1e-4 or np.linalg.det(rotation) < 0.0:
             raise SceneError("value", "expected a rigid camera pose: a rotation and a translation")
         if not 0.0 < fov < 180.0:
-            raise SceneError("value", f"the field of view must lie between 0 and 180 degrees, not {fov:g}")
+            raise SceneError("value", f"expected a field of view between 0 and 180 degrees, got {fov:g}")
         sign = 1.0 if convention == "opengl" else -1.0
-        axes = (turn[:, 0], sign * turn[:, 1], -sign * turn[:, 2])
+        axes = (rotation[:, 0], sign * rotation[:, 1], -sign * rotation[:, 2])
         width, height = size
         focal = height / (2.0 * np.tan(np.radians(fov) / 2.0))
         return camera_at(pose[:3, 3], axes, float(focal), width, height)
@@ -123,16 +123,16 @@ class Camera(Viewpoint):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Image:
-    """A rendered picture.
+    """A rendered image.
 
     Attributes
     ----------
     pixels : (H, W, 4) uint8
         sRGB with an opaque alpha channel.
     radiance : (H, W, 3) float32
-        Linear sRGB, without labels.
+        Linear sRGB radiance, without labels.
     camera : PlacedCamera
-        The camera that took it: ``intrinsics`` (3, 3), ``world_to_camera`` (4, 4), ``project``.
+        Camera of the image: ``intrinsics`` (3, 3), ``world_to_camera`` (4, 4), ``project``.
     """
 
     pixels: npt.NDArray[np.uint8]
@@ -145,17 +145,17 @@ class Image:
         return self.pixels.shape[1], self.pixels.shape[0]
 
     def save(self, path: str | Path) -> Path:
-        """Write a .png, .jpg, .webp, or the radiance as .exr; the file is whole or not there. Returns its path."""
+        """Write a .png, .jpg or .webp, or the radiance as .exr, atomically. Returns the path."""
         from scenelang.backends.pictures import film
 
         film.save_image(film.Image(np.ascontiguousarray(self.pixels[:, :, :3]), self.radiance), path)
         return Path(path)
 
     def beside(self, *others: Image) -> Image:
-        """This picture and others of the same height in a row; ``camera`` stays this one's."""
+        """Concatenate this image with others of the same height in a row; ``camera`` is that of the first."""
         images = (self, *others)
         if len({image.size[1] for image in images}) > 1:
-            raise SceneError("value", "pictures beside each other must have the same height")
+            raise SceneError("value", "expected images of the same height")
         pixels = np.concatenate([image.pixels for image in images], axis=1)
         return Image(pixels, np.concatenate([image.radiance for image in images], axis=1), self.camera)
 
@@ -173,12 +173,12 @@ class Image:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Film:
-    """A film that is drawn when it is iterated or saved.
+    """A video that is rendered lazily, when it is iterated or saved.
 
     Attributes
     ----------
     cameras : tuple of PlacedCamera
-        One for each picture.
+        One camera for each frame.
     """
 
     scene: Scene = field(repr=False)
@@ -201,7 +201,7 @@ class Film:
             yield _image(paint_shot(painters, shot), shot.camera)
 
     def save(self, path: str | Path, fps: float = 24.0, progress: Progress | None = None) -> Path:
-        """Write an .mp4, .gif, .apng or .webp; the file is whole or not there. Returns its path."""
+        """Render and write an .mp4, .gif, .apng or .webp, atomically. Returns the path."""
         from scenelang.backends.pictures import film
 
         film.save_film(self._painters(), self._shots, Path(path), fps, progress)
@@ -223,15 +223,15 @@ class Primitives:
     Attributes
     ----------
     matrix : (N, 4, 4) float64
-        Each primitive's frame in the world.
+        World matrix of each primitive.
     word, handle, shape : (N,) object
-        Texts; ``shape`` is "cube", "sphere", ..., and "box" for a word without a geometry of its own.
+        Strings; ``shape`` is "cube", "sphere", ..., or "box" for a word without a defined geometry.
     path : (N,) object
-        Tuples of the words from the root down to the primitive's parent.
+        Tuples of words from the root to the primitive's parent.
     color : (N, 3) float64
         Linear sRGB.
     entity : tuple of Entity
-        The entity of each primitive; repeated primitives share one.
+        Entity of each primitive; repeated primitives share one.
     """
 
     matrix: FloatArray
@@ -246,7 +246,7 @@ class Primitives:
         return len(self.matrix)
 
     def attribute(self, name: str, default: Any = None) -> npt.NDArray[np.object_]:
-        """The attribute ``name`` of each primitive (N,), with the defaults of its geometry filled in.
+        """Return the attribute ``name`` of each primitive (N,), with the defaults of its geometry filled in.
 
         Examples
         --------
@@ -260,7 +260,7 @@ class Primitives:
         return _objects([found[id(entity)] for entity in self.entity])
 
     def __getitem__(self, mask: Any) -> Primitives:
-        """The primitives that a mask (N,) or indices select."""
+        """Return the primitives selected by a mask (N,) or by indices."""
         rows = np.arange(len(self))[mask].reshape(-1)
         entity = tuple(self.entity[i] for i in rows.tolist())
         return Primitives(
@@ -279,11 +279,12 @@ class Primitives:
 
 
 class Maps(Mapping[str, npt.NDArray[Any]]):
-    """What every pixel of a picture shows, as a mapping from names to arrays (H, W, ...).
+    """Ground-truth maps of a rendered image, as a mapping from names to arrays (H, W, ...).
 
-    ``color`` is the picture (H, W, 3) uint8. ``instance`` numbers instances (-1: nothing), ``semantic`` words (0:
-    nothing, see ``words``), ``depth`` is in scene units along the viewing axis (infinity: nothing), ``normal`` and
-    ``position`` are in the world, ``albedo`` is linear sRGB. ``list(maps)`` names the others (docs/maps.md).
+    ``color`` is the image (H, W, 3) uint8. ``instance`` contains instance ids (-1: background), ``semantic`` word ids
+    (0: background, see ``words``), ``depth`` the distance along the viewing axis in scene units (infinity: background),
+    ``normal`` and ``position`` are in world space, ``albedo`` is linear sRGB. ``list(maps)`` lists all of them
+    (docs/maps.md).
     """
 
     def __init__(self, scene: Scene, truth: Truth, image: Image) -> None:
@@ -305,7 +306,7 @@ class Maps(Mapping[str, npt.NDArray[Any]]):
 
     @property
     def words(self) -> dict[int, str]:
-        """The word of each number in ``semantic``."""
+        """Mapping from ids in ``semantic`` to words."""
         from scenelang.backends.labels.dataset import word_numbers
 
         return {number: word for word, number in word_numbers(self._truth).items()}
@@ -325,21 +326,23 @@ class Maps(Mapping[str, npt.NDArray[Any]]):
         return boxes_in(self._truth)
 
     def annotations(self, limit: int = 20_000) -> list[dict[str, Any]]:
-        """The visible instances in the fields of COCO: ``category``, ``bbox``, ``area``, ``segmentation``, ``box3d``,
-        ``handle``, ``path`` (docs/maps.md); at most ``limit``, highest in the hierarchy first."""
+        """Return the visible instances as COCO annotations, at most ``limit``, highest in the hierarchy first.
+
+        Fields: ``category``, ``bbox``, ``area``, ``segmentation``, ``box3d``, ``handle``, ``path`` (docs/maps.md).
+        """
         from scenelang.backends.labels.dataset import annotations_of
 
         return annotations_of(self._truth, self._boxes, self._handles, limit)
 
     def coco(self, limit: int = 20_000) -> dict[str, Any]:
-        """One COCO document for this picture; ``json.dumps`` takes it."""
+        """Return a COCO document of this image, as JSON-serializable data."""
         from scenelang.backends.labels.dataset import dataset
 
         image = {"file_name": "color.png", "width": self.camera.width, "height": self.camera.height}
         return dataset([image], [self.annotations(limit)])
 
     def mask(self, word: str) -> npt.NDArray[np.bool_]:
-        """The pixels (H, W) that show an entity of ``word`` or a part of one."""
+        """Return the mask (H, W) of the pixels that show an entity of ``word`` or one of its parts."""
         found = np.zeros(self["instance"].shape, bool)
         ancestry = self._truth.ancestry
         own = np.array([entity.word == word for entity in ancestry.nodes], bool)
@@ -348,20 +351,20 @@ class Maps(Mapping[str, npt.NDArray[Any]]):
         return found
 
     def crops(self, word: str | None = None, margin: float = 0.1) -> list[Image]:
-        """Square pictures of single instances, as CLIP expects them.
+        """Crop square images of single instances, as input for CLIP.
 
         Parameters
         ----------
         word : str, optional
-            Only instances of this word; None takes every visible instance below the root.
+            Word of the instances; None selects every visible instance below the root.
         margin : float
-            Space around the instance's box, as a share of its longer side.
+            Margin around the instance's box, as a fraction of its longer side.
         """
         found = [a for a in self.annotations() if (a["category"] == word if word else a["depth"] > 0)]
         return [_crop(self.image, annotation["bbox"], margin) for annotation in found]
 
     def save(self, folder: str | Path) -> Path:
-        """Write every map into a new or existing folder: PNG, NPZ, EXR, JSON (docs/maps.md). Returns its path."""
+        """Write all maps to a new or existing folder as PNG, NPZ, EXR and JSON (docs/maps.md). Returns it."""
         from scenelang.backends.files import write_json
         from scenelang.backends.labels.dataset import ShotMaps
 
@@ -377,13 +380,13 @@ class Maps(Mapping[str, npt.NDArray[Any]]):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ViewerPage:
-    """The interactive viewer as one page; a notebook shows it in a frame of its own."""
+    """The interactive viewer as a self-contained HTML page; notebooks display it in an iframe."""
 
     html: str
     height: int
 
     def save(self, path: str | Path) -> Path:
-        """Write the page as a file that needs no server. Returns its path."""
+        """Write the page to a file. Returns the path."""
         from scenelang.backends.files import write_text
 
         write_text(path, self.html)
@@ -400,10 +403,10 @@ class ViewerPage:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
-    """A scene: one root entity, or one for each frame of a 4D scene.
+    """A scene: one root entity, or one root entity per frame of a 4D scene.
 
-    ``graph`` is the entity graph, for code that walks it; ``log`` holds the lines that the program printed,
-    ``warnings`` what was found suspicious.
+    ``graph`` is the entity graph, ``log`` the lines printed by the program, and ``warnings`` the diagnostics of its
+    evaluation.
     """
 
     graph: SceneGraph = field(repr=False)
@@ -415,58 +418,58 @@ class Scene:
 
     @staticmethod
     def of(entity: Entity) -> Scene:
-        """An entity as a scene of its own, in its own frame."""
+        """Create a scene from an entity, in the entity's local frame."""
         return Scene(SceneGraph(entity.word, [entity], False))
 
     # --- facts -------------------------------------------------------------------------------------------------
 
     @property
     def word(self) -> str:
-        """The word of the root."""
+        """Word of the root."""
         return self.graph.word
 
     @property
     def root(self) -> Entity:
-        """The root entity of the first frame."""
+        """Root entity of the first frame."""
         return self.graph.root
 
     @property
     def frames(self) -> tuple[Entity, ...]:
-        """The root entity of each frame."""
+        """Root entity of each frame."""
         return self.graph.frames
 
     @property
     def animated(self) -> bool:
-        """True for a 4D scene."""
+        """Whether the scene is 4D."""
         return self.graph.animated
 
     @property
     def words(self) -> list[str]:
-        """The words of all entities, sorted."""
+        """Sorted words of all entities."""
         return sorted({entity.word for entity in descendants(*self.frames)})
 
     @property
     def params(self) -> dict[str, str]:
-        """The program's params with their defaults as they are written."""
+        """The program's params with the source text of their defaults."""
         return {} if self.program is None else {param.name: param.default for param in self.program.params}
 
     @property
     def bounds(self) -> FloatArray | None:
-        """The exact axis-aligned box (2, 3) of all frames, lowest corner first; None without geometry."""
+        """Exact axis-aligned bounding box (2, 3) of all frames, minimum corner first; None without geometry."""
         return self._box(None)
 
     @property
     def extents(self) -> FloatArray | None:
-        """The sizes (3,) of ``bounds``."""
+        """Extents (3,) of ``bounds``; None without geometry."""
         return None if (box := self.bounds) is None else box[1] - box[0]
 
     def bounds_of(self, word: str) -> FloatArray | None:
-        """The exact box (2, 3) in the world of all entities of ``word``; None where they have no geometry.
+        """Return the exact world-space bounding box (2, 3) of all entities of ``word``; None without geometry.
 
         Raises
         ------
         SceneError
-            No entity has the word.
+            If no entity has the word.
         """
         self._require(word)
         return self._box(word)
@@ -482,29 +485,29 @@ class Scene:
         return None if box is None else np.array(box, np.float64).reshape(2, 3)
 
     def count(self, frame: int = 0) -> dict[str, int]:
-        """Instances of every word in a frame, in depth-first order of appearance."""
+        """Return the number of instances of every word in a frame, in depth-first order of appearance."""
         return count_words(self._frame(frame))
 
     def tree(self, depth: int | None = None, *, poses: bool = False, every: bool = False) -> str:
-        """The hierarchy of the first frame as text, ``depth`` levels below the root; ``every`` lists repeated parts
-        one by one."""
+        """Return the hierarchy of the first frame as text, down to ``depth`` levels below the root; ``every`` lists
+        repeated parts individually."""
         from scenelang.interpreter.scene.outline import outline
 
         return "\n".join(outline(self.graph, depth, poses, every))
 
     def tree_data(self, depth: int | None = None) -> dict[str, Any]:
-        """The hierarchy of the first frame as plain data."""
+        """Return the hierarchy of the first frame as JSON data."""
         from scenelang.interpreter.scene.outline import outline_data
 
         return outline_data(self.graph, depth)
 
     def flatten(self, frame: int = 0, limit: int = 5_000_000) -> Primitives:
-        """The primitives of a frame with their world matrices.
+        """Return the primitives of a frame with their world matrices.
 
         Raises
         ------
         LimitError
-            The scene expands to more than ``limit`` primitives.
+            If the scene expands to more than ``limit`` primitives.
         """
         from scenelang.interpreter.scene.flatten import flatten
         from scenelang.interpreter.scene.numbering import frame_handles
@@ -530,15 +533,15 @@ class Scene:
     # --- variants ----------------------------------------------------------------------------------------------
 
     def with_params(self, values: Mapping[str, Any]) -> Scene:
-        """The scene of the same program with other values of its params, as plain Python values.
+        """Evaluate the same program again with other values of its params, given as plain Python values.
 
         Raises
         ------
         SceneError
-            The scene has no program, the program has no such param, or it fails under the new values.
+            If the scene has no program, the program has no such param, or the evaluation fails.
         """
         if self.program is None or self.options is None:
-            raise SceneError("unsupported", "a scene that was read from JSON has no params")
+            raise SceneError("unsupported", "scenes loaded from JSON have no params")
         texts = {name: literal(value) for name, value in values.items()}
         options = replace(self.options, defines={**self.options.defines, **texts})
         return scene_of(self.program.main, options)
@@ -554,21 +557,21 @@ class Scene:
         emission: Sequence[float] | float | None = None,
         ior: float | None = None,
     ) -> Scene:
-        """The scene with another look of every entity of ``word`` and of all its parts.
+        """Return a copy of the scene with another material for all entities of ``word`` and their parts.
 
         Parameters
         ----------
         word : str
             A word of the scene.
         color : (r, g, b) or str, optional
-            Linear sRGB from 0 to 1, or a colour's name or hex code.
+            Linear sRGB from 0 to 1, a color name or a hex code.
         roughness, metallic, opacity, emission, ior : float, optional
-            Attributes of surfaces (docs/language.md).
+            Material attributes (docs/language.md).
 
         Raises
         ------
         SceneError
-            No entity has the word.
+            If no entity has the word.
         """
         self._require(word)
         look = {"color": color, "roughness": roughness, "metallic": metallic, "opacity": opacity}
@@ -579,7 +582,7 @@ class Scene:
         return replace(self, graph=SceneGraph(self.word, frames, self.animated), program=None)
 
     def frame(self, number: int) -> Scene:
-        """One frame of a 4D scene as a scene of its own."""
+        """Return one frame of a 4D scene as a static scene."""
         return replace(self, graph=SceneGraph(self.word, [self._frame(number)], False))
 
     # --- results -----------------------------------------------------------------------------------------------
@@ -600,38 +603,38 @@ class Scene:
         progress: Progress | None = None,
         warn: Warn | None = None,
     ) -> Image:
-        """Render a picture.
+        """Render an image.
 
         Parameters
         ----------
         camera : Camera, optional
-            Where it is taken from; the default frames the whole scene.
+            Camera of the image; the default frames the whole scene.
         size : (width, height), optional
-            Pixels; default 512 x 512, or the size of a placed camera.
+            Image size in pixels; default: 512 x 512, or the size of a placed camera.
         quality : str or sequence of str
-            "draft", "final" (path traced), or the name of a backend that draws; several draw side by side.
+            "draft", "final" (path traced), or the name of a rendering backend; several render side by side.
         frame : int, optional
-            Frame of a 4D scene, from 0.
+            Frame of a 4D scene, counted from 0.
         environment, ground : str
-            The light ("studio", "overcast", "sunny", "sunset", "night", "flat") and the ground ("seamless", "none",
-            "white", "dark", "meadow", "earth", "checker"; the environment's own by default).
+            Environment light ("studio", "overcast", "sunny", "sunset", "night", "flat") and ground ("seamless",
+            "none", "white", "dark", "meadow", "earth", "checker"; default: that of the environment).
         labels : bool
-            Write the words of semantic primitives onto their boxes.
+            Draw the words of semantic primitives onto their boxes.
         seed : int
-            Of the sampling: the same seed gives the same picture.
+            Random seed of the sampling; the same seed gives the same image.
         settings : mapping, optional
-            Options of the backend by name, such as ``{"samples": 64}``; ``scenelang backends -v`` lists them.
+            Backend options by name, such as ``{"samples": 64}``; listed by ``scenelang backends -v``.
         limit : int
-            Most primitives that are expanded.
+            Maximum number of primitives to expand.
         progress : callable, optional
-            Called with a fraction from 0 to 1. An exception that it raises cancels the work.
+            Called with a fraction from 0 to 1; an exception raised by it cancels the rendering.
         warn : callable, optional
-            Called with a ``Diagnostic`` for what is not drawn as the program asks.
+            Called with a ``Diagnostic`` for content that cannot be rendered exactly.
 
         Raises
         ------
         SceneError
-            Nothing would be drawn, a package is missing, or an argument makes no sense.
+            If the scene is empty, a package is missing, or an argument is invalid.
         """
         options = _picture_options(
             camera, size, frame, environment, ground, labels, seed, settings, limit, progress, warn
@@ -639,7 +642,7 @@ class Scene:
         return _drawn(self.graph, options, quality)[0]
 
     def placed(self, camera: View | None = None, size: Size = (512, 512), frame: int = 0) -> PlacedCamera:
-        """The camera of a picture: where it stands, its intrinsics, what it projects where."""
+        """Return the camera that ``render`` would use, with its pose, intrinsics and projection."""
         from scenelang.backends.pictures.stage import still
 
         return still(self.graph, Viewpoint() if camera is None else camera, frame, *size).camera
@@ -660,10 +663,10 @@ class Scene:
         limit: int = 2_000_000,
         warn: Warn | None = None,
     ) -> Film:
-        """A film of ``frames`` pictures, drawn when it is saved or iterated.
+        """Create a video of ``frames`` frames, rendered when it is saved or iterated.
 
-        A static scene is filmed on a turntable, a 4D scene frame by frame; ``orbit`` says how many degrees the camera
-        goes round the scene. The other arguments are those of ``render``.
+        A static scene is shown on a turntable, a 4D scene frame by frame; ``orbit`` is the total camera rotation
+        in degrees. The other arguments are those of ``render``.
         """
         from scenelang.backends.pictures.film import check
         from scenelang.backends.pictures.stage import film
@@ -688,7 +691,7 @@ class Scene:
         progress: Progress | None = None,
         warn: Warn | None = None,
     ) -> Maps:
-        """What every pixel shows: instances, words, depth, normals and more. The arguments are those of ``render``."""
+        """Render ground-truth maps (instances, words, depth, normals ...). The arguments are those of ``render``."""
         from scenelang.backends.labels.ground_truth import truth_of
         from scenelang.backends.minecraft.models import as_cubes
         from scenelang.backends.pictures.stage import unit_size
@@ -696,7 +699,7 @@ class Scene:
         options = _picture_options(
             camera, size, frame, environment, ground, True, seed, settings, limit, progress, warn
         )
-        cubes = as_cubes(self.graph, limit, warn)  # the maps label what is drawn
+        cubes = as_cubes(self.graph, limit, warn)  # the maps must match the rendered geometry
         image, shot = _drawn(cubes, options, quality)
         truth = truth_of(cubes, shot, limit, *unit_size(cubes))
         return Maps(replace(self, graph=cubes), truth, image)
@@ -712,15 +715,15 @@ class Scene:
         progress: Progress | None = None,
         warn: Warn | None = None,
     ) -> list[Path]:
-        """Write the scene for another program, by the ending of ``path`` or with the named backend.
+        """Export the scene to a file, in the format given by the extension of ``path`` or with the named backend.
 
         Returns the files written: .glb .gltf .usda .usdz .obj .ply .stl .json .xml, Minecraft builds and more
-        (docs/exports.md). Each is whole or not there.
+        (docs/exports.md). Each file is written atomically.
 
         Raises
         ------
         SceneError
-            No backend writes such files, a package is missing, or the file cannot be written.
+            If no backend writes such files, a package is missing, or the file cannot be written.
         """
         from scenelang.backends import base
 
@@ -733,14 +736,14 @@ class Scene:
     def save_graph(
         self, path: str | Path, depth: int | None = None, frame: int | None = None, thumbnails: bool = False
     ) -> Path:
-        """Write what is made of what as an .svg drawing, as in the paper's Figure 2. Returns its path."""
+        """Write the dependency graph of words as an .svg drawing, as in the paper's Figure 2. Returns the path."""
         from scenelang.backends.pictures.call_graph import write_graph
 
         write_graph(self.graph, Path(path), frame, depth, thumbnails)
         return Path(path)
 
     def html(self) -> str:
-        """The interactive viewer as one page that needs no server."""
+        """Return the interactive viewer as a self-contained HTML page."""
         from scenelang.backends.viewer.packet import packet_of
         from scenelang.backends.viewer.page import SavedScene, self_contained
 
@@ -749,17 +752,18 @@ class Scene:
         return self_contained([SavedScene(self.word, state, packet_of(self.graph))])
 
     def show(self, height: int = 520) -> ViewerPage:
-        """The interactive viewer, for a notebook cell; ``height`` in pixels."""
+        """Return the interactive viewer for a notebook cell; ``height`` is in pixels."""
         return ViewerPage(self.html(), height)
 
     def diff(self, other: Scene, tolerance: float = 1e-5, limit: int = 2_000_000) -> Changes:
-        """What differs in ``other``; see ``scenelang.diff``."""
+        """Return the changes from this scene to ``other``; see ``scenelang.diff``."""
         from scenelang.scene_changes import changes_between, sheets_of
 
         return changes_between(sheets_of(self.graph, limit), sheets_of(other.graph, limit), tolerance)
 
     def to_json(self) -> dict[str, Any]:
-        """The scene in the schema of the JSON export (docs/exports.md); mesh files relative to the current folder."""
+        """Return the scene in the schema of the JSON export (docs/exports.md); mesh paths are relative to the current
+        folder."""
         from scenelang.backends.exports.scene_json import scene_text
 
         data: dict[str, Any] = json.loads("".join(scene_text(self.graph, Path.cwd())))
@@ -781,7 +785,7 @@ class Scene:
 
 
 def scene_of(source: Source, options: Options) -> Scene:
-    """The scene of a program; raises SceneError with its first mistake."""
+    """Evaluate a program to a scene; raises SceneError with its first error."""
     from scenelang.session import Session
 
     result = Session(options).evaluate(source)
@@ -790,18 +794,18 @@ def scene_of(source: Source, options: Options) -> Scene:
 
 
 def scene_from(result: Evaluated, name: str, options: Options) -> Scene:
-    """The scene of a program that was evaluated without a mistake."""
+    """Create the scene of a program that was evaluated without errors."""
     assert result.scene is not None
     return Scene(result.scene, name, result.log, result.diagnostics, result.program, options)
 
 
 def literal(value: Any) -> str:
-    """A plain Python value as a literal of the language, as ``defines`` takes it.
+    """Convert a plain Python value to a literal of the language, as accepted by ``defines``.
 
     Raises
     ------
     SceneError
-        The value is not a number, a boolean, a string or a sequence of these.
+        If the value is not a number, a boolean, a string or a sequence of these.
 
     Examples
     --------
@@ -814,7 +818,7 @@ def literal(value: Any) -> str:
         return atom_text(value)
     if isinstance(value, list | tuple):
         return f"[{' '.join(literal(item) for item in value)}]"
-    raise SceneError("param", f"a param takes a number, boolean, string or sequence, not {type(value).__name__}")
+    raise SceneError("param", f"expected a number, boolean, string or sequence for a param, got {type(value).__name__}")
 
 
 def _picture_options(
@@ -847,7 +851,7 @@ def _backends(quality: str | Sequence[str]) -> list[PictureBackend]:
 
 
 def _drawn(graph: SceneGraph, options: PictureOptions, quality: str | Sequence[str]) -> tuple[Image, Shot]:
-    """One picture, drawn by one backend or by several side by side, and the shot that it is."""
+    """Render one image, by one backend or by several side by side, and return it with its shot."""
     from scenelang.backends.pictures.film import check, paint_shot, painters
     from scenelang.backends.pictures.stage import still
 
@@ -865,7 +869,7 @@ def _image(drawn: Any, camera: PlacedCamera) -> Image:
 
 
 def _objects(values: Sequence[Any]) -> npt.NDArray[np.object_]:
-    """An array (N,) of anything, tuples included."""
+    """Create an object array (N,) of arbitrary values; unlike ``np.array`` it does not unpack tuples."""
     found = np.empty(len(values), object)
     for i, value in enumerate(values):
         found[i] = value
@@ -873,7 +877,7 @@ def _objects(values: Sequence[Any]) -> npt.NDArray[np.object_]:
 
 
 def _crop(image: Image, bbox: Sequence[float], margin: float) -> Image:
-    """The square around a box (x, y, width, height) of pixels, cut off at the picture's edges."""
+    """Crop a square around a pixel box (x, y, width, height), clipped to the image."""
     x, y, width, height = bbox
     half = max(width, height) * (0.5 + margin)
     columns, rows = image.size
@@ -896,8 +900,10 @@ def _look_value(name: str, value: Any) -> Any:
 
 
 def _restyled(entity: Entity, word: str, look: Mapping[str, Any], known: dict[tuple[int, bool], Entity]) -> Entity:
-    """A copy of the graph below ``entity`` in which everything at or below ``word`` has the attributes ``look``;
-    shared parts stay shared. Iterative, since graphs may be deep."""
+    """Copy the graph below ``entity`` and add the attributes ``look`` to everything at or below ``word``.
+
+    Shared parts stay shared. Iterative, since deep graphs would exceed the recursion limit.
+    """
     stack = [(entity, False)]
     while stack:
         top, inherited = stack[-1]

@@ -1,4 +1,4 @@
-"""What differs between two scenes, change by change: as data, and as people read it."""
+"""Comparison of two scenes as a list of changes, as data and as text."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from scenelang.interpreter.scene.entity import Scene
 
 
-TOLERANCE = 1e-5  # of the scene's size
+TOLERANCE = 1e-5  # relative to the scene's size
 _KINDS = ("moved", "recoloured", "resized", "missing", "extra")
 _PAIRED = "resized"  # the kind that only ``paired_by_path`` makes
 _AS_IT_IS: Mapping[str, str] = MappingProxyType({kind: kind for kind in _KINDS})
@@ -30,7 +30,7 @@ OF_AN_EDIT: Mapping[str, str] = MappingProxyType({**_AS_IT_IS, "missing": "remov
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """One difference. ``before`` and ``after`` say what there is on each side: place, colour or block, path."""
+    """A difference between two scenes. ``before`` and ``after`` describe each side: position, color or block, path."""
 
     kind: str
     frame: int
@@ -45,8 +45,11 @@ class Change:
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Changes:
-    """All differences between the scenes A and B: ``frames`` of each, primitives that ``matched``, changes in the
-    order of frames. Only frames that both have are compared."""
+    """All differences between the scenes A and B.
+
+    ``frames`` contains the number of frames of each, ``matched`` the number of equal primitives; ``changes`` are
+    ordered by frame. Only frames that exist in both scenes are compared.
+    """
 
     frames: tuple[int, int]
     matched: int
@@ -58,17 +61,17 @@ class Changes:
 
     @property
     def counts(self) -> Counter[str]:
-        """How many changes there are of each kind."""
+        """Number of changes of each kind."""
         return Counter(change.kind for change in self.changes)
 
     def __repr__(self) -> str:
         if self.equal:
             return f"<Changes: none, {self.matched:,} primitives match>"
         found = ", ".join(f"{count:,} {kind}" for kind, count in self.counts.items())
-        return f"<Changes: {found or 'the numbers of frames'}; {self.matched:,} primitives match>"
+        return f"<Changes: {found or 'number of frames'}; {self.matched:,} primitives match>"
 
     def data(self, limit: int | None = None) -> dict[str, Any]:
-        """The comparison as plain data, with at most ``limit`` changes, all where None."""
+        """Return the comparison as JSON data, with at most ``limit`` changes (None: all)."""
         counts = self.counts
         return {
             "equal": self.equal,
@@ -79,26 +82,26 @@ class Changes:
         }
 
 
-# --- what changed ------------------------------------------------------------------------------------------------
+# --- comparison --------------------------------------------------------------------------------------------------
 
 
 def sheets_of(scene: Scene, limit: int) -> list[Sheet]:
-    """The frames of a scene, to be compared; raises LimitError for more than ``limit`` primitives."""
+    """Flatten the frames of a scene for comparison; raises LimitError for more than ``limit`` primitives."""
     from scenelang.interpreter.scene.flatten import flatten
 
     return [sheet_of(frame) for frame in flatten(scene, limit).frames]
 
 
 def sheets_in(path: str, limit: int) -> list[Sheet] | None:
-    """The frames of a flattened scene in a JSON file, None for a file of another kind; raises SceneError."""
+    """Read the frames of a flattened scene from a JSON file; None for another kind of file; raises SceneError."""
     from scenelang.backends.exports.scene_json import holds_scene
 
     return read_sheets(path, limit) if path.lower().endswith(".json") and not holds_scene(path) else None
 
 
 def changes_between(frames_a: Sequence[Sheet], frames_b: Sequence[Sheet], tolerance: float = TOLERANCE) -> Changes:
-    """What differs; up to ``tolerance`` of the scene's size nothing does. Raises SceneError for a scene whose
-    coordinates are too large to compare."""
+    """Compare frames pairwise; differences up to ``tolerance``, relative to the scene's size, are ignored. Raises
+    SceneError if coordinates are too large to compare."""
     changes: list[Change] = []
     matched = 0
     for number, (a, b) in enumerate(zip(frames_a, frames_b)):
@@ -130,8 +133,8 @@ def _side(sheet: Sheet, row: int, label: str, place: Any) -> dict[str, Any]:
 
 
 def paired_by_path(found: Changes) -> Changes:
-    """The changes with a pair in place of what is missing and what is extra at one path, in order: a thing that has
-    another size, or another place and look as well."""
+    """Combine removed and added primitives at the same path, in order, into one change: an object whose size, or
+    position and look, changed."""
     left: dict[tuple[int, str, str], list[Change]] = {}
     for change in found.changes:
         if change.kind == "extra":
@@ -147,17 +150,17 @@ def paired_by_path(found: Changes) -> Changes:
 
 
 def _address(change: Change) -> tuple[int, str, str]:
-    """Frame, word and path, without the number among equal paths."""
+    """Return frame, word and path of a change, without the index among equal paths."""
     side = change.before or change.after or {}
     return change.frame, change.word, str(side.get("path", "")).partition("[")[0]
 
 
-# --- saying it ---------------------------------------------------------------------------------------------------
+# --- formatting --------------------------------------------------------------------------------------------------
 
 
 def change_lines(found: Changes, limit: int, names: Mapping[str, str] = _AS_IT_IS) -> Iterator[str]:
-    """The comparison as people read it, with at most ``limit`` changes, by word. ``names`` says what kinds of change
-    are called."""
+    """Format the comparison, with at most ``limit`` changes grouped by word. ``names`` maps kinds of changes to the
+    displayed verbs."""
     frames, changes, counts = found.frames, found.changes, found.counts
     of_frames = f" in {frames[0]} frames" if frames[0] == frames[1] > 1 else ""
     if found.equal:
@@ -184,7 +187,7 @@ def _s(count: int) -> str:
 
 
 def _told(change: Change, kind: str) -> str:
-    """A change in one line, such as ``moved tower/step[3]: [0 1 0] -> [0 2 0]``."""
+    """Format a change as one line, such as ``moved tower/step[3]: [0 1 0] -> [0 2 0]``."""
     side = change.before or change.after or {}
     start = f"{kind} {_clean(side['path'])}"
     if change.before is None or change.after is None:
@@ -195,7 +198,7 @@ def _told(change: Change, kind: str) -> str:
         return f"{start} at {_point(change.after['at'])}"
     before, after = change.before["at"], change.after["at"]
     if _point(before) == _point(after):
-        return f"{start} at {_point(before)}: turned"
+        return f"{start} at {_point(before)}: rotated"
     return f"{start}: {_point(before)} -> {_point(after)}"
 
 
@@ -212,24 +215,24 @@ def _unsigned_zero(x: float) -> float:
 
 
 def _clean(text: str) -> str:
-    """Text of a file as a terminal may see it."""
+    """Replace unprintable characters, so that text from files cannot control the terminal."""
     return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
 
 
-# Flattened scenes from JSON, as primitives to compare: golden files of the corpus, and what ``flatten --json``
-# prints.
+# Reader of flattened scenes in JSON: golden files of the corpus, and the output of ``flatten --json``.
 #
-# Both are ``{"frames": [{"primitives": [...]}, ...]}``. A primitive of a golden file has its attributes beside
-# ``shape`` and ``matrix`` (4x4), one of ``flatten`` has ``word``, ``attributes`` and ``matrix``; ``path`` may tell
-# the words from the root to its parent. Files are data from anywhere: whatever is wrong with one is a SceneError.
+# Both have the form ``{"frames": [{"primitives": [...]}, ...]}``. A primitive of a golden file has its attributes
+# beside ``shape`` and ``matrix`` (4x4); one of ``flatten`` has ``word``, ``attributes`` and ``matrix``. The optional
+# ``path`` lists the words from the root to the parent. Files are untrusted input: every defect is reported as a
+# SceneError.
 
 
-_LARGEST_FILE = 128_000_000  # bytes; as Python data a hostile one takes thirty times as much
+_LARGEST_FILE = 128_000_000  # bytes; parsed data can take thirty times as much memory
 _LONGEST_PATH = 1_000
 
 
 def read_sheets(path: str, limit: int) -> list[Sheet]:
-    """The frames of a file, at most ``limit`` primitives in all; raises SceneError for a file that holds none."""
+    """Read the frames of a file, with at most ``limit`` primitives in total; raises SceneError if it is malformed."""
     try:
         data = json.loads(_text(path), parse_constant=_refuse_constant)
         return _sheets(data, path, limit)
@@ -237,20 +240,20 @@ def read_sheets(path: str, limit: int) -> list[Sheet]:
         raise SceneError("file", f"{path} is nested too deeply for a flattened scene") from None
     except MemoryError:
         raise LimitError("memory", f"{path} does not fit into memory") from None
-    except ValueError as error:  # malformed JSON too
-        raise SceneError("file", f"{path} is no flattened scene: {error}", _HINT) from None
+    except ValueError as error:  # includes malformed JSON
+        raise SceneError("file", f"{path} is not a flattened scene: {error}", _HINT) from None
 
 
-_HINT = "`scenelang flatten FILE --json` prints one"
+_HINT = "create one with `scenelang flatten FILE --json`"
 
 
 def _text(path: str) -> str:
     try:
         data = read_regular(path, _LARGEST_FILE + 1)
     except (OSError, ValueError) as error:
-        raise SceneError("file", f"cannot read {path}: {getattr(error, 'strerror', None) or 'is no path'}") from None
+        raise SceneError("file", f"cannot read {path}: {getattr(error, 'strerror', None) or 'invalid path'}") from None
     if len(data) > _LARGEST_FILE:
-        raise SceneError("file", f"{path} is larger than {_LARGEST_FILE:,} bytes")
+        raise SceneError("file", f"{path} exceeds the maximum size of {_LARGEST_FILE:,} bytes")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -258,7 +261,7 @@ def _text(path: str) -> str:
 
 
 def _refuse_constant(name: str) -> NoReturn:
-    raise ValueError(f"it holds {name}, which is no number")
+    raise ValueError(f"invalid number {name}")
 
 
 def _member(data: Any, name: str, where: str) -> list[Any]:
@@ -273,7 +276,7 @@ def _sheets(data: Any, path: str, limit: int) -> list[Sheet]:
     lists = [_member(frame, "primitives", f"frames[{i}]") for i, frame in enumerate(frames)]
     total = sum(map(len, lists))
     if total > limit:
-        message = f"{path} holds {total:,} primitives, more than the limit of {limit:,}"
+        message = f"{path} contains {total:,} primitives, which exceeds the limit of {limit:,}"
         raise LimitError("primitives", message, hint="raise it with --max-primitives")
     return [_sheet(primitives, i) for i, primitives in enumerate(lists)]
 
@@ -297,20 +300,20 @@ def _sheet(primitives: Sequence[Any], frame: int) -> Sheet:
 
 def _solid(primitive: Any) -> ComparedSolid:
     if not isinstance(primitive, dict):
-        raise ValueError("is no primitive")
+        raise ValueError("is not a JSON object")
     attributes = primitive.get("attributes")
-    if not attributes:  # a golden file's: they stand beside the shape
+    if not attributes:  # golden files have the attributes beside the shape
         attributes = primitive
     if not isinstance(attributes, dict):
-        raise ValueError("has attributes that are no table")
+        raise ValueError("has `attributes` that are not a JSON object")
     word = primitive.get("shape") or primitive.get("word")
     if not isinstance(word, str):
-        raise ValueError('has no "shape" and no "word"')
+        raise ValueError('has neither "shape" nor "word"')
     return solid_of(word, attributes, scaled_blocks="block_type" not in primitive)
 
 
 def _matrix(value: Any) -> list[list[float]]:
-    """The upper three rows of a 4x4 matrix."""
+    """Return the upper three rows of a 4x4 matrix, given as rows or as 16 numbers; raises ValueError."""
     rows = value if isinstance(value, list) else []
     if len(rows) == 16:
         rows = [rows[i : i + 4] for i in range(0, 16, 4)]
@@ -319,9 +322,9 @@ def _matrix(value: Any) -> list[list[float]]:
     for row in rows:
         for number in row:
             if type(number) not in (int, float) or not math.isfinite(number):
-                raise ValueError("has a matrix that holds more than numbers")
+                raise ValueError("has a matrix with invalid numbers")
     if rows[3] != [0, 0, 0, 1]:
-        raise ValueError("has a matrix whose last row is not 0 0 0 1")
+        raise ValueError("has a matrix whose last row is not [0 0 0 1]")
     return rows[:3]
 
 
@@ -329,5 +332,5 @@ def _path(value: Any) -> tuple[str, ...]:
     if value is None:
         return ()
     if not isinstance(value, list) or len(value) > _LONGEST_PATH or not all(isinstance(word, str) for word in value):
-        raise ValueError("has a path that is no list of words")
+        raise ValueError("has a path that is not a list of strings")
     return tuple(value)

@@ -1,5 +1,6 @@
-"""One object that the command line, the REPL, editors and language-model loops all use: text in, value and diagnostics
-out. It puts library and interpreter together; meaning lives below."""
+"""Session shared by the command line, the REPL, editors and language-model loops: checks and evaluates programs.
+
+It combines the standard library with the interpreter; the semantics of the language are implemented there."""
 
 from __future__ import annotations
 
@@ -56,21 +57,41 @@ T = TypeVar("T")
 IMPORT_FORM = re.compile(r'\(import\s+"([^"\n]*)"')
 _REGISTERS = re.compile(r"^[ \t]*@register", re.M)
 _STACK = 512 * 1024 * 1024
-_STARTING = fork_safe_lock()  # the size of new threads' stacks is the process's
-_LARGEST_FILE = 16_000_000
+_STARTING = fork_safe_lock()  # threading.stack_size is a process-wide setting
+_MAX_FILE_SIZE = 16_000_000
 MACRO_LIMITS = Limits(steps=2_000_000, seconds=10.0, depth=20_000)
 EXPANSION_DEPTH = 60_000
-_KEPT_FRAMES = 400
+_MAX_FRAMES = 400
 _FIX_ROUNDS = 20
-_MOST_IMPORTERS = 300
-_LARGEST_IMPORTER = 500_000  # bytes
+_MAX_IMPORTERS = 300
+_MAX_IMPORTER_SIZE = 500_000  # bytes
 
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """How programs are read and run. ``defines`` overrides params, as text; ``project`` bounds what may be imported
-    (None: the main file's folder), and ``imports`` are the only files in it that may be, None for all; ``handles`` is Z
-    by handle name."""
+    """Options for reading and evaluating programs.
+
+    Parameters
+    ----------
+    root : str, optional
+        Word to evaluate.
+    seed : int
+        Random seed.
+    defines : mapping
+        Values that override params, as source text by name.
+    limits : Limits
+        Limits of time, memory and size.
+    project : Path, optional
+        Folder to which imports are restricted; default: the main file's folder.
+    allow_outside : bool
+        Allow imports from outside the project folder.
+    imports : set of Path, optional
+        Only files that may be imported; None allows all files in the project.
+    strict : bool
+        Require the paper's grammar.
+    z_entries : mapping
+        Embeddings by handle name.
+    """
 
     root: str | None = None
     seed: int = 0
@@ -84,16 +105,16 @@ class Options:
 
 
 def definition(item: str) -> tuple[str, str]:
-    """The name and the text of ``NAME=VALUE``; raises UsageError."""
+    """Split ``NAME=VALUE`` into name and text; raises UsageError."""
     name, sign, text = item.partition("=")
     if not sign or not name:
-        raise UsageError("param", f"--define wants NAME=VALUE, got `{item}`")
+        raise UsageError("param", f"expected NAME=VALUE for --define, got `{item}`")
     return name.strip(), text
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Checked:
-    """A program and what was found wrong with it, in reading order."""
+    """Result of a check: the program and its diagnostics in source order."""
 
     program: Program | None
     diagnostics: tuple[Diagnostic, ...]
@@ -105,7 +126,7 @@ class Checked:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Evaluated:
-    """``scene`` is None when something went wrong. ``log`` holds what the program printed."""
+    """Result of an evaluation. ``scene`` is None if there were errors; ``log`` contains the printed lines."""
 
     program: Program | None = field(repr=False)
     scene: Scene | None
@@ -118,7 +139,7 @@ class Evaluated:
         return self.scene is not None
 
     def require(self) -> Scene:
-        """The scene; raises SceneError with the first mistake where there is none."""
+        """Return the scene; raises SceneError with the first error if there is none."""
         if self.scene is None:
             raise error_of(next(d for d in self.diagnostics if d.is_error))
         return self.scene
@@ -127,14 +148,17 @@ class Evaluated:
 def run_with_room(
     action: Callable[[], T], depth: int, cancel: Callable[[], None] | None = None, folders: tuple[str, ...] = ()
 ) -> T:
-    """Run ``action`` in a thread whose stack allows deep recursion. Ctrl-C calls ``cancel``, then waits for the end. In
-    a watched process the thread may only read, and only ``folders``."""
+    """Run ``action`` in a thread with a large stack for deep recursion.
+
+    Ctrl-C calls ``cancel`` and then waits for the thread to end. In a supervised process the thread has read-only
+    access to ``folders`` and no other access to the file system.
+    """
     watched = link()
     if watched is not None:
         reader.prepare()
         ast.prepare()
     outcome: list[Any] = []
-    done = threading.Event()  # Ctrl-C during Thread.join makes Python 3.11 believe that the thread has ended
+    done = threading.Event()  # Thread.join cannot be used: in Python 3.11 Ctrl-C marks the thread as ended
 
     def target() -> None:
         try:
@@ -178,7 +202,7 @@ class Session:
     # --- sources ---------------------------------------------------------------------------------------------------
 
     def source(self, path: str) -> Source:
-        """The text of a file, ``-`` for standard input; raises SceneError when it cannot be read."""
+        """Read a file, or standard input for ``-``; raises SceneError if it cannot be read."""
         return _read_source(path, path)
 
     @staticmethod
@@ -186,22 +210,24 @@ class Session:
         return Path(main.name).parent if not main.name.startswith("<") else Path.cwd()
 
     def _project(self, main: Source) -> Path:
-        """The folder that programs may not leave: the one that was set, else the main file's."""
+        """Return the folder to which imports are restricted: the option's, else the main file's."""
         return (self.options.project or self._folder(main)).resolve()
 
     def _assets(self, main: Source) -> AssetFiles:
-        """Where the mesh files of a program are looked for."""
+        """Return the resolver of the program's mesh files."""
         from scenelang.backends.geometry.assets import AssetFiles
 
         return AssetFiles(self._folder(main), self._project(main), self.options.allow_outside)
 
     def folders(self, main: Source) -> tuple[str, ...]:
-        """What an evaluation may read beside the package."""
+        """Return the folders that an evaluation may read, in addition to the package."""
         return ("/",) if self.options.allow_outside else (str(self._project(main)), str(self._folder(main).resolve()))
 
     def importer(self, main: Source, texts: Mapping[Path, str] | None = None) -> Callable[[str, Source, Span], Source]:
-        """Finds imported files: relative to the importing one, inside the project folder. ``texts`` holds, by resolved
-        path, those that are open in an editor."""
+        """Return a function that loads imported files relative to the importing file, within the project folder.
+
+        ``texts`` contains the unsaved texts of files open in an editor, by resolved path.
+        """
         project = self._project(main)
 
         def load(path: str, importing: Source, span: Span) -> Source:
@@ -209,13 +235,15 @@ class Session:
             try:
                 target = (folder / path).resolve()
             except (OSError, ValueError, RuntimeError):
-                raise SceneError("file", f"`{path[:80]}` is no path", None, span) from None
+                raise SceneError("file", f"invalid path `{path[:80]}`", None, span) from None
             if not self.options.allow_outside and not target.is_relative_to(project):
-                hint = "files may import only from the project folder; --allow-outside lifts this"
-                raise SceneError("import-outside", f"`{path}` leads out of {project}", hint, span)
+                hint = "imports are restricted to the project folder; --allow-outside permits others"
+                raise SceneError("import-outside", f"`{path}` is outside the project folder {project}", hint, span)
             shown = os.path.relpath(target)
             if self.options.imports is not None and target not in self.options.imports:
-                raise SceneError("import-outside", f"this program may not import `{path[:80]}`", None, span)
+                raise SceneError(
+                    "import-outside", f"import of `{path[:80]}` is not allowed for this program", None, span
+                )
             if texts and target in texts:
                 return Source(shown, texts[target])
             try:
@@ -229,7 +257,7 @@ class Session:
     # --- checking ----------------------------------------------------------------------------------------------
 
     def check(self, source: Source) -> Checked:
-        """Read, expand and analyse; never raises for a mistake in a program."""
+        """Parse, expand and analyze a program; errors are returned as diagnostics and never raised."""
         if is_scene_file(source):
             return Checked(None, self._read_scene(source).diagnostics)
         try:
@@ -239,8 +267,9 @@ class Session:
         except RecursionError:
             return Checked(None, (Diagnostic("nesting", "the program is nested too deeply", Span(source, 0, 1)),))
 
-    def mended(self, source: Source) -> tuple[Source, int]:
-        """The source with every safe fix applied, and how many there were. One fix may bring forth another."""
+    def autofix(self, source: Source) -> tuple[Source, int]:
+        """Apply all safe fixes, repeatedly, since one fix may enable another. Returns the source and the number of
+        fixes."""
         total = 0
         for _ in range(_FIX_ROUNDS):
             text, number = apply_fixes(source, self.check(source).diagnostics)
@@ -250,15 +279,15 @@ class Session:
         return source, total
 
     def fix_file(self, path: str) -> tuple[Source, int]:
-        """As ``mended``, written back to the file; raises SceneError where it cannot be read or written."""
-        source, number = self.mended(self.source(path))
+        """Apply ``autofix`` to a file in place; raises SceneError if it cannot be read or written."""
+        source, number = self.autofix(self.source(path))
         if number:
             mark = "\ufeff" if read_regular(path, 3).startswith(BOM_UTF8) else ""
             rewrite(Path(path), mark + source.text)
         return source, number
 
     def expansion(self, program: Program) -> str:
-        """The text of a program after macro expansion."""
+        """Return the text of a program after macro expansion."""
         from scenelang.grammar.layout import layout
         from scenelang.interpreter.compile.analyse import mentioned
         from scenelang.interpreter.compile.unparse import unparse
@@ -269,9 +298,9 @@ class Session:
         imports = (f'(import "{module}")' for module in self.library_imports(program))
         datums: list[Datum] = list(read(Source("<expansion>", "\n".join(imports))).forms)
         spelling: dict[int, str] = {}
-        kept = frozenset(variable for form in forms if form.span in params for variable in mentioned(form))
-        for datum, form in zip(unparse(forms, kept), forms, strict=True):
-            if form.span in params:  # as written, so that the expansion can be overridden too
+        uninlined = frozenset(variable for form in forms if form.span in params for variable in mentioned(form))
+        for datum, form in zip(unparse(forms, uninlined), forms, strict=True):
+            if form.span in params:  # unchanged, so that --define works on the expansion too
                 (datum,) = read(Source(form.span.source.name, form.span.text)).forms
                 spelling |= {id(atom): atom.span.text for atom in walk(datum) if isinstance(atom, Atom)}
             elif form is program.scene and isinstance(datum, ListDatum):
@@ -280,7 +309,7 @@ class Session:
         return layout(datums, indents=INDENTS, spelling=spelling)
 
     def transpile(self, source: Source) -> Translation:
-        """A language model's response, or its Python, as a program, checked; never raises for a mistake in it."""
+        """Translate a language model's response, or its Python, and check the program; errors are never raised."""
         from scenelang.interpreter.transpile.translate import Translation, translate
 
         def work() -> Translation:
@@ -297,7 +326,7 @@ class Session:
 
     @staticmethod
     def _translation(source: Source) -> Translation | None:
-        """The forms of a language model's Python, None for a program of the language."""
+        """Translate a language model's Python to forms; returns None for a program of the language."""
         if not is_python(source):
             return None
         from scenelang.interpreter.transpile.translate import translate
@@ -334,8 +363,10 @@ class Session:
         return Checked(program, settled(diagnostics, program.sources))
 
     def warnings(self, program: Program, is_written: bool = True) -> list[Diagnostic]:
-        """What is suspicious about a program that has no errors, its root included. ``is_written``: somebody wrote it
-        in the language, rather than a model in Python, and cares for what is left over."""
+        """Return the lint warnings of a program without errors, including those about its root.
+
+        ``is_written`` is False for programs translated from Python, for which unused definitions are not reported.
+        """
         if not program.ok:
             return lint_of_forms(program) if is_written else []
         try:
@@ -350,12 +381,12 @@ class Session:
         return [*lint(program, lambda: has_one_root and not self._is_imported(program.main)), *root]
 
     def _is_imported(self, source: Source) -> bool:
-        """Whether a program beside this one, or in the folder around it, imports it."""
+        """Return whether a program in the same or the parent folder imports this one."""
         if source.name.startswith("<"):
             return False
         path = Path(source.name).resolve()
         names = {path.name, f"{path.parent.name}/{path.name}"}
-        around = [*path.parent.glob("*.scene"), *path.parent.parent.glob("*.scene")][:_MOST_IMPORTERS]
+        around = [*path.parent.glob("*.scene"), *path.parent.parent.glob("*.scene")][:_MAX_IMPORTERS]
         return any(other != path and _imports(other, names) for other in around)
 
     def _root(self, program: Program) -> tuple[str, list[Diagnostic]]:
@@ -364,19 +395,20 @@ class Session:
         return find_root(program)
 
     def library_imports(self, program: Program) -> list[str]:
-        """The modules of builtins that a program imports, such as ``std/python.scene``: its expansion needs them."""
+        """Return the standard library modules that a program imports, such as ``std/python.scene``, for its
+        expansion."""
         modules = {f"{STD}{module}" for module in self.library.imported}
         return [source.name for source in program.sources if source.name in modules]
 
     # --- evaluating --------------------------------------------------------------------------------------------
 
     def evaluate(self, source: Source) -> Evaluated:
-        """Check and run a program, or read the scene in a JSON file; never raises for a mistake in it."""
+        """Check and run a program, or read a JSON scene; errors are returned as diagnostics and never raised."""
         with limited(self.options.limits) as started:
             return self._evaluate(source, started)
 
     def _evaluate(self, source: Source, started: float) -> Evaluated:
-        """``started``: when the time that the limits give began."""
+        """Evaluate; ``started`` is the time at which the time limit began."""
         if is_scene_file(source):
             return self._read_scene(source)
         checked = self.check(source)
@@ -393,14 +425,14 @@ class Session:
             scene, problem = None, self.problem_of(error)
         if problem is not None and self.options.z_entries:
             used = ", ".join(f"<{name}>" for name in list(self.options.z_entries)[:8])
-            note = Note(f"a file of embeddings is in use, for {used}; `embeddings FILE set HANDLE --clear` forgets one")
+            note = Note(f"embeddings are applied to {used}; remove one with `embeddings FILE set HANDLE --clear`")
             problem = replace(problem, notes=(*problem.notes, note))
         warnings = not_allowed(runtime.warnings.values(), program.sources)
         diagnostics = [*checked.diagnostics, *warnings, *([problem] if problem else [])]
         return Evaluated(program, scene, tuple(diagnostics), tuple(runtime.log), runtime.meter.total)
 
     def check_geometry(self, source: Source) -> list[Diagnostic]:
-        """What ``evaluate`` says, and what is suspicious about the geometry of the scene."""
+        """Evaluate a program and run the geometry lint on its scene; returns the diagnostics of both."""
         from scenelang.backends.geometry.lint import check_geometry
 
         with limited(self.options.limits):
@@ -416,18 +448,18 @@ class Session:
 
     @property
     def _macro_limits(self) -> Limits:
-        """Those of macros' bodies: their own, and no more memory and hardly more time than the program has, whose limit
-        is told of first where processes hold it."""
-        most = self.options.limits
+        """Limits for running macro expanders: the macro limits, capped by the program's memory and by slightly more
+        than its time, so that the program's own time limit is reported first."""
+        program_limits = self.options.limits
         return replace(
             MACRO_LIMITS,
-            seconds=min(MACRO_LIMITS.seconds, most.seconds + 1.0),
-            memory=min(MACRO_LIMITS.memory, most.memory),
+            seconds=min(MACRO_LIMITS.seconds, program_limits.seconds + 1.0),
+            memory=min(MACRO_LIMITS.memory, program_limits.memory),
         )
 
     def top_level(self, main: Source, started: Callable[[Runtime], None]) -> TopLevel:
-        """A top level that goes on, form by form, beside the file ``main``. ``started`` is told of every runtime that
-        macros run in, so that they can be cancelled. Raises SceneError for a malformed ``--define``."""
+        """Create an interactive top level in the context of the file ``main``. ``started`` is called with each runtime
+        in which macros run, to make it cancellable. Raises SceneError for a malformed ``--define``."""
         options, library = self.options, self.library
         overrides = {name: _value_datum(name, text) for name, text in options.defines.items()}
         assets = self._assets(main)
@@ -436,18 +468,18 @@ class Session:
         return TopLevel(library, runtime, main, self.importer(main), new_macros, overrides)
 
     def problem_of(self, error: BaseException) -> Diagnostic | None:
-        """What users get to see of an error that ended an evaluation; None for one that is no fault of a program."""
+        """Convert an exception that ended an evaluation to a diagnostic; None if the program did not cause it."""
         if isinstance(error, SceneError):
             return _outside_library(error.diagnostic)
         if isinstance(error, RecursionError):
             return _too_deep(self.options.limits, error)
         if isinstance(error, MemoryError):
-            hint = "the machine has no more; lower the limit with --max-memory"
+            hint = "the machine has no more memory; set a lower limit with --max-memory"
             return Diagnostic("memory", "the program ran out of memory", None, hint)
         return None
 
     def _read_scene(self, source: Source) -> Evaluated:
-        """The scene that ``export`` wrote as JSON."""
+        """Read a scene exported as JSON."""
         from scenelang.backends.exports.scene_json import read_scene
 
         try:
@@ -463,7 +495,7 @@ class Session:
             try:
                 word, _ = self._root(program)
             except SceneError:
-                ProgramRun(self.library, runtime).run_forms(program)  # its own mistakes come first
+                ProgramRun(self.library, runtime).run_forms(program)  # errors of the program take precedence
                 raise
             scene = self._run_once(program, runtime, word)
             return self._with_entries(program, runtime, word, scene) if self.options.z_entries else scene
@@ -489,10 +521,11 @@ class Session:
         return run.run_root(program, word, self.options.seed)
 
     def _with_entries(self, program: Program, runtime: Runtime, word: str, scene: Scene) -> Scene:
-        """The scene with Z's entries for automatic numbers; the program runs again to keep the streams' states."""
+        """Apply embeddings to entities with automatic handles; the program runs again to restore the states of the
+        random streams."""
         entries, unused = automatic_entries(scene, self.options.z_entries)
         for name in unused:
-            runtime.warn("unused-entry", f"the entry `<{name}>` of Z names nothing in the scene")
+            runtime.warn("unused-entry", f"the embedding `<{name}>` matches no entity of the scene")
         if not entries:
             return scene
         again = self._runtime(program.main, serials_at(scene, entries))
@@ -502,7 +535,7 @@ class Session:
 
 
 def program_files(names: Iterable[str]) -> list[str]:
-    """The files that are meant, each once: of a folder those that end in .scene, hidden ones left out."""
+    """Return the program files that are named or located in a named folder (.scene, not hidden), without duplicates."""
     found: dict[str, str] = {}
     for name in names:
         programs = [name]
@@ -519,31 +552,31 @@ def _programs(folder: Path) -> list[Path]:
 
 
 def is_scene_file(source: Source) -> bool:
-    """Whether a source is a scene as JSON rather than a program."""
+    """Return whether a source is a scene in JSON rather than a program."""
     return source.name.endswith(".json")
 
 
 def is_python(source: Source) -> bool:
-    """Whether a source is a language model's Python: by its ending; standard input by what it holds."""
+    """Return whether a source is a language model's Python, by file extension, or by content for standard input."""
     if source.name.endswith((".py", ".txt")):
         return True
     return source.name.startswith("<") and bool(_REGISTERS.search(source.text))
 
 
 def _outside_library(diagnostic: Diagnostic) -> Diagnostic:
-    """An error inside a function of the standard library, shown where the program called it."""
+    """Move an error inside the standard library to the program's call."""
     if diagnostic.span is None or not diagnostic.span.source.name.startswith(STD):
         return diagnostic
     for _, place in diagnostic.chain:
         if place is not None and not place.source.name.startswith(STD):
-            note = Note("the standard library was here", diagnostic.span)
+            note = Note("in the standard library", diagnostic.span)
             return replace(diagnostic, span=place, notes=(note, *diagnostic.notes))
     return diagnostic
 
 
 def _too_deep(limits: Limits, error: RecursionError) -> Diagnostic:
-    """The error for a recursion without end; the innermost calls are read off Python's own stack."""
-    innermost: deque[FrameType] = deque(maxlen=_KEPT_FRAMES)
+    """Create the diagnostic of a stack overflow; the innermost calls are read from Python's traceback."""
+    innermost: deque[FrameType] = deque(maxlen=_MAX_FRAMES)
     traceback = error.__traceback__
     while traceback is not None:
         innermost.append(traceback.tb_frame)
@@ -555,15 +588,15 @@ def _too_deep(limits: Limits, error: RecursionError) -> Diagnostic:
         function, word, span = names.get("function"), names.get("name"), names.get("span")
         if frame.f_code.co_name == "call" and isinstance(word, str):
             running = f'"{word}"'
-        elif isinstance(function, Closure) and not function.code.name.startswith('"'):  # words are told by `call`
+        elif isinstance(function, Closure) and not function.code.name.startswith('"'):  # words are recorded by `call`
             running = f"`{function.code.name}`"
         if running is not None and isinstance(span, Span):
             chain.append((running, span))
             running = None
-    hint = "is there a recursion without end? raise the limit with --max-depth"
+    hint = "check for infinite recursion, or raise the limit with --max-depth"
     return Diagnostic(
         "depth",
-        f"calls were nested deeper than {limits.depth:,}",
+        f"maximum call depth of {limits.depth:,} exceeded",
         chain[0][1] if chain else None,
         hint,
         (),
@@ -572,14 +605,14 @@ def _too_deep(limits: Limits, error: RecursionError) -> Diagnostic:
 
 
 def settled(diagnostics: Iterable[Diagnostic], sources: Iterable[Source]) -> tuple[Diagnostic, ...]:
-    """What users get to see of what was found: each thing once, by place, without what comments allow."""
+    """Prepare diagnostics for display: sort by position, remove duplicates and those suppressed by comments."""
     return tuple(with_fixes(d) for d in _sorted(not_allowed(diagnostics, sources)))
 
 
 def _sorted(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
-    """Errors and warnings by place, each once."""
+    """Sort diagnostics by position and remove duplicates."""
     unique: dict[Any, Diagnostic] = {}
-    names: set[str] = set()  # reported as undefined: one line for a name, however often it is used
+    names: set[str] = set()  # report each unbound name only once
     for d in sorted(diagnostics, key=lambda d: d.span.start if d.span else -1):
         place = (d.span.source.name, d.span.start) if d.span else ("", -1)
         if d.name == "unbound":
@@ -591,34 +624,34 @@ def _sorted(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
 
 
 def _imports(path: Path, names: set[str]) -> bool:
-    """Whether a file says that it imports one of the files ``names``."""
+    """Return whether a file contains an import of one of the files ``names``."""
     try:
-        data = read_regular(path, _LARGEST_IMPORTER + 1)
-        text = data.decode("utf-8") if len(data) <= _LARGEST_IMPORTER else ""
+        data = read_regular(path, _MAX_IMPORTER_SIZE + 1)
+        text = data.decode("utf-8") if len(data) <= _MAX_IMPORTER_SIZE else ""
     except (OSError, ValueError):
         return False
     return any(match[1].removeprefix("./") in names for match in IMPORT_FORM.finditer(text))
 
 
 def _reading_hint(error: Exception) -> str | None:
-    """What to do about a file that cannot be read as a program."""
+    """Return a hint for an error while reading a program file."""
     number = getattr(error, "errno", None)
     if number == errno.EISDIR:
-        return "name a file in it; `check` and `fmt` take folders"
-    return "`-` reads standard input" if number == errno.EINVAL else None
+        return "name a file in the folder; only `check` and `fmt` accept folders"
+    return "use `-` for standard input" if number == errno.EINVAL else None
 
 
 def _read_source(path: str, shown: str) -> Source:
     try:
         if path == "-":
-            data = sys.stdin.buffer.read(_LARGEST_FILE + 1)
+            data = sys.stdin.buffer.read(_MAX_FILE_SIZE + 1)
         else:
-            data = read_regular(path, _LARGEST_FILE + 1)
+            data = read_regular(path, _MAX_FILE_SIZE + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or "it is not a path"
         raise SceneError("file", f"cannot read {shown}: {reason}", _reading_hint(error)) from None
-    if len(data) > _LARGEST_FILE:
-        raise SceneError("file", f"{shown} is larger than {_LARGEST_FILE:,} bytes, which no program is")
+    if len(data) > _MAX_FILE_SIZE:
+        raise SceneError("file", f"{shown} exceeds the maximum program size of {_MAX_FILE_SIZE:,} bytes")
     name = "<stdin>" if path == "-" else shown
     try:
         return Source(name, data.decode("utf-8-sig"))
@@ -630,7 +663,7 @@ def _read_source(path: str, shown: str) -> Source:
 
 
 def _value_datum(name: str, text: str) -> Datum:
-    """The literal that ``--define name=text`` gives; a bare word is a string."""
+    """Parse the value of ``--define name=text``; a bare word is a string."""
     result = read(Source(f"<--define {name}>", text))
     if len(result.forms) == 1 and not result.diagnostics:
         form = result.forms[0]
@@ -639,21 +672,21 @@ def _value_datum(name: str, text: str) -> Datum:
         if not isinstance(form, ListDatum):
             return form
     raise SceneError(
-        "param", f"--define {name}: `{text[:60]}` is no value", 'give a number, "string", #t, #f or [array]'
+        "param", f"--define {name}: invalid value `{text[:60]}`", 'write a number, "string", #t, #f or [array]'
     )
 
 
-# A program while somebody edits it: every version checked, only what changed looked at again.
+# --- incremental checking in an editor -------------------------------------------------------------------------------
 
 
-_MACRO_LIMITS = replace(MACRO_LIMITS, seconds=2.0, memory=1_000_000_000)  # somebody waits
-_TRIAL_LIMITS = replace(_MACRO_LIMITS, seconds=4.0)  # with what is checked beside the macros
+_MACRO_LIMITS = replace(MACRO_LIMITS, seconds=2.0, memory=1_000_000_000)  # interactive
+_TRIAL_LIMITS = replace(_MACRO_LIMITS, seconds=4.0)  # includes the rest of the check
 _PROCEDURAL = "define-macro"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class VersionAnalysis:
-    """A version of a text and what ``Session.check`` says of it. ``version`` is None when it is nested too deeply."""
+    """Diagnostics of a version of a text. ``version`` is None if the program is nested too deeply to analyze."""
 
     source: Source
     version: Version | None
@@ -661,17 +694,18 @@ class VersionAnalysis:
 
 
 class Editing:
-    """One file that is open in an editor. ``texts`` holds what other open files say, by resolved path."""
+    """Incremental checker of a file open in an editor. ``texts`` contains the texts of other open files, by resolved
+    path."""
 
     def __init__(self, session: Session, texts: dict[Path, str] | None = None) -> None:
         self.session = session
         self.texts = texts if texts is not None else {}
         self._versions = Versions(prelude_of(session.library))
-        self._imported: tuple[str, ...] | None = None  # the texts of imported files, None when not known
+        self._imported: tuple[str, ...] | None = None  # texts of imported files, None if unknown
 
     def check(self, source: Source) -> VersionAnalysis:
-        """Analyse the next version; never raises for a mistake in the program. Macros that are procedures run in a copy
-        of this process first, which can be ended."""
+        """Analyze the next version; errors are never raised. Procedural macros are first run in a forked process, which
+        can be killed if they do not terminate."""
         problem = trial(lambda: self._try(source)) if self._may_run_macros(source) else None
         if problem is not None:
             return VersionAnalysis(source, None, (_in_source(problem, source),))
@@ -683,7 +717,7 @@ class Editing:
             return VersionAnalysis(source, None, (problem,))
 
     def _may_run_macros(self, source: Source) -> bool:
-        """Whether the text, or a file that it imports, may define macros by procedures."""
+        """Return whether the text or a file that it imports may define procedural macros."""
         if _PROCEDURAL in source.text:
             return True
         if IMPORT_FORM.search(source.text) is None:
@@ -705,7 +739,7 @@ class Editing:
 
 
 def _in_source(problem: Diagnostic, source: Source) -> Diagnostic:
-    """A problem of another process at its place in our text, or at the beginning of it."""
+    """Map a diagnostic from another process to its position in our text, or to the start of the text."""
     span = problem.span
     if span is None or span.source.name != source.name:
         return replace(problem, span=Span(source, 0, 1), chain=())

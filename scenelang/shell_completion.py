@@ -1,4 +1,4 @@
-"""What shells are told when a command is to be completed: argcomplete asks the parser, and these know the values."""
+"""Shell completion with argcomplete, and completers for the values of arguments."""
 
 from __future__ import annotations
 
@@ -20,8 +20,13 @@ _BINDING = re.compile(r'\(bind\s+"([^"]*)"')
 
 
 def complete(build_parser: Callable[[str], argparse.ArgumentParser]) -> None:
-    """Answer the shell about the line in the environment, and end the process. ``build_parser`` gives the parser that
-    knows the arguments of one command."""
+    """Answer the shell's completion request from the environment and exit the process.
+
+    Parameters
+    ----------
+    build_parser
+        Creates the parser that has the arguments of one command, given its name.
+    """
     line = os.environ["COMP_LINE"][: int(os.environ["COMP_POINT"])]
     words = [word for word in re.findall(r"(\S+)\s", line)[1:] if not word.startswith("-")]
     parser = build_parser(words[0] if words else "")
@@ -30,7 +35,7 @@ def complete(build_parser: Callable[[str], argparse.ArgumentParser]) -> None:
 
 
 def subcommands(parser: argparse.ArgumentParser) -> dict[str, tuple[argparse.ArgumentParser, str]]:
-    """The parsers and the lines of help of a parser's commands."""
+    """Return the subparsers of a parser's commands with their one-line help."""
     found: dict[str, tuple[argparse.ArgumentParser, str]] = {}
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
@@ -40,7 +45,7 @@ def subcommands(parser: argparse.ArgumentParser) -> dict[str, tuple[argparse.Arg
 
 
 def _teach(parser: argparse.ArgumentParser) -> None:
-    """Tell argcomplete what the values of a parser's arguments are, as far as that is known."""
+    """Attach a completer to every argument whose values are known."""
     for action in parser._actions:
         if action.choices is None and action.nargs != 0:
             setattr(action, "completer", _completer(action))  # noqa: B010 - an attribute of argcomplete's
@@ -66,7 +71,7 @@ def _nothing(**_: Any) -> Iterable[str]:
 
 
 def _files(*endings: str) -> Completer:
-    """Folders, and files with one of the endings."""
+    """Return a completer for folders, and for files with one of the extensions."""
 
     def find(prefix: str, **_: Any) -> Iterator[str]:
         start = prefix.rpartition("/")[2]
@@ -88,7 +93,7 @@ def _files(*endings: str) -> Completer:
 
 
 def _words(**_: Any) -> Iterator[str]:
-    """The words that the programs on the line bind."""
+    """Yield the words bound by the programs on the command line."""
     line = os.environ["COMP_LINE"]
     try:
         names = shlex.split(line)

@@ -1,10 +1,9 @@
-"""Z as a file: embeddings by handle name, beside the program (docs/language.md, section 4).
+"""File format of embeddings (Z), stored by handle name beside the program (docs/language.md, section 4).
 
-A safetensors file. Its header's ``scenelang`` entry holds texts and attributes as JSON; a tensor called after a handle
-holds the learned vectors (K, width) that stand in its place, and ``scenelang-made`` says how they came to be. The
-``scenelang-wording`` entry holds what ``scenelang embed`` found, ``scenelang-encodings`` and the tensor ``/encodings``
-what ``scenelang embeddings encode`` did; evaluation reads neither (docs/embeddings.md). Writing one of these leaves the
-others as they are in the file.
+The format is safetensors. The header entry ``scenelang`` contains texts and attributes as JSON; a tensor named after a
+handle contains its learned token vectors (K, width), and ``scenelang-made`` their provenance. ``scenelang-wording``
+contains the result of ``scenelang embed``, ``scenelang-encodings`` and the tensor ``/encodings`` that of ``scenelang
+embeddings encode``; evaluation does not read these (docs/embeddings.md). Writing one of them preserves the others.
 """
 
 from __future__ import annotations
@@ -33,19 +32,19 @@ _KEY = "scenelang"
 _WORDING = "scenelang-wording"
 _MADE = "scenelang-made"
 _ENCODINGS = "scenelang-encodings"
-_MATRIX = "/encodings"  # no handle is called so
+_MATRIX = "/encodings"  # not a valid handle name
 _LARGEST_HEADER = 4_000_000  # bytes
 Vectors = Mapping[str, npt.NDArray[Any]]
 
 
 def beside(program: str) -> Path:
-    """Where Z of a program lives: ``chess.scene`` has ``chess.z.safetensors``."""
+    """Return the path of a program's embeddings file: ``chess.z.safetensors`` for ``chess.scene``."""
     path = Path(program)
     return path.with_suffix(_SUFFIX) if path.name else path / _SUFFIX
 
 
 def read_z(path: Path) -> tuple[dict[str, ZEntry], dict[str, npt.NDArray[Any]]]:
-    """Entries and vectors by handle name; raises SceneError for a file that is missing or malformed."""
+    """Read entries and vectors by handle name; raises SceneError if the file is missing or malformed."""
     with _faults(path):
         header, vectors = _contents(path)
         entries = {str(name): _named_entry(name, fields) for name, fields in _parsed(header, _KEY).items()}
@@ -56,7 +55,7 @@ def read_z(path: Path) -> tuple[dict[str, ZEntry], dict[str, npt.NDArray[Any]]]:
 
 
 def read_entries(path: Path) -> dict[str, ZEntry]:
-    """The entries alone by handle name, without reading vectors, which may be large; raises SceneError."""
+    """Read only the entries by handle name, without the potentially large vectors; raises SceneError."""
     from safetensors import safe_open
 
     with _faults(path):
@@ -71,14 +70,23 @@ def read_entries(path: Path) -> dict[str, ZEntry]:
 
 
 def write_z(path: Path, entries: Mapping[str, ZEntry], vectors: Vectors) -> None:
-    """Write Z atomically; a wording that the file holds stays, and how the vectors came to be that are written."""
+    """Write entries and vectors atomically; stored descriptions and the provenance of the vectors are preserved."""
     with alone_in(path.parent):
         _write_z(path, entries, vectors)
 
 
 def set_entry(path: Path, name: str, text: str | None, attributes: Mapping[str, Any], clear: bool = False) -> None:
-    """Change one entry of Z, a new file where there is none: another ``text`` (None: as it was) and more attributes, or
-    with ``clear`` these alone, vectors forgotten. Changes by other processes are not lost."""
+    """Change one entry, creating the file if necessary; concurrent changes by other processes are preserved.
+
+    Parameters
+    ----------
+    text : str, optional
+        New text; None leaves it unchanged.
+    attributes : mapping
+        Attributes to add.
+    clear : bool
+        First remove the existing text, attributes and vectors.
+    """
     with alone_in(path.parent):
         entries, vectors = read_z(path) if path.exists() else ({}, {})
         old = ZEntry() if clear else entries.get(name, ZEntry())
@@ -106,7 +114,7 @@ def _write_z(path: Path, entries: Mapping[str, ZEntry], vectors: Vectors) -> Non
 
 
 def read_wording(path: Path) -> Wording | None:
-    """The wording in Z; None where the file holds none. Raises SceneError for one that is missing or malformed."""
+    """Read the stored descriptions, or return None; raises SceneError if the file is missing or malformed."""
     from scenelang.backends.neural.wording import from_json
 
     with _faults(path):
@@ -115,7 +123,7 @@ def read_wording(path: Path) -> Wording | None:
 
 
 def write_wording(path: Path, wording: Wording) -> None:
-    """Write the wording into Z atomically, a new file where there is none; entries and vectors stay."""
+    """Write the descriptions atomically, creating the file if necessary; entries and vectors are preserved."""
     from scenelang.backends.neural.wording import to_json
 
     with alone_in(path.parent):
@@ -125,7 +133,7 @@ def write_wording(path: Path, wording: Wording) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Made:
-    """How vectors came to be: by what (``inversion``, ``style``, ``picture``), of what, by which model, and when (ISO
+    """Provenance of learned vectors: method (``inversion``, ``style``, ``picture``), source, model, and time (ISO
     8601)."""
 
     how: str
@@ -135,22 +143,22 @@ class Made:
 
 
 def read_made(path: Path) -> dict[str, Made]:
-    """How the vectors of each handle came to be, where the file tells; raises SceneError."""
+    """Read the provenance of the vectors by handle, as far as it is recorded; raises SceneError."""
     with _faults(path):
         found = _parsed(_contents(path)[0], _MADE)
         return {str(name): _made(name, fields) for name, fields in found.items()}
 
 
 def _made(name: str, fields: Any) -> Made:
-    """How a vector came to be. Raises ValueError that names the handle."""
+    """Parse a provenance record; raises ValueError that names the handle."""
     try:
         return Made(**{key: str(value) for key, value in fields.items()})
     except (TypeError, AttributeError) as error:
-        raise ValueError(f"how <{name[:40]}> came to be: {error}") from None
+        raise ValueError(f"provenance of <{name[:40]}>: {error}") from None
 
 
 def write_vectors(path: Path, vectors: Vectors, made: Mapping[str, Made]) -> None:
-    """Add learned vectors to Z atomically, a new file where there is none; those of the same handles are replaced."""
+    """Add or replace learned vectors atomically, creating the file if necessary."""
     with alone_in(path.parent):
         header, old = _old(path)
         told = _table(path, header, _MADE) | {name: asdict(each) for name, each in made.items()}
@@ -158,8 +166,8 @@ def write_vectors(path: Path, vectors: Vectors, made: Mapping[str, Made]) -> Non
 
 
 def swap_handles(path: Path, one: str, other: str) -> bool:
-    """Exchange what Z says of two handles: texts, attributes, vectors and how these came to be; False where it says
-    nothing of either. Encodings of the old sentences are dropped."""
+    """Swap text, attributes, vectors and provenance of two handles. Encodings of the old prompts are removed. Returns
+    False if the file has no entry of either."""
     with alone_in(path.parent):
         return _swap_handles(path, one, other)
 
@@ -182,7 +190,7 @@ def _swapped(table: Mapping[str, Any], one: str, other: str) -> dict[str, Any]:
 
 
 def read_encodings(path: Path) -> Encodings | None:
-    """The encoded conditions in Z; None where it holds none. Raises SceneError for what is malformed."""
+    """Read the stored encodings, or return None; raises SceneError if the file is malformed."""
     from scenelang.backends.neural.sentences import from_json
 
     with _faults(path):
@@ -191,7 +199,7 @@ def read_encodings(path: Path) -> Encodings | None:
 
 
 def write_encodings(path: Path, encodings: Encodings) -> None:
-    """Write encoded conditions into Z atomically, a new file where there is none."""
+    """Write the encodings atomically, creating the file if necessary."""
     from scenelang.backends.neural.sentences import to_json
 
     with alone_in(path.parent):
@@ -201,7 +209,7 @@ def write_encodings(path: Path, encodings: Encodings) -> None:
 
 
 def _old(path: Path) -> tuple[dict[str, str], dict[str, npt.NDArray[Any]]]:
-    """Header and tensors of the file; none where there is no file."""
+    """Return header and tensors of the file, both empty if it does not exist."""
     if not path.exists():
         return {}, {}
     with _faults(path):
@@ -209,7 +217,7 @@ def _old(path: Path) -> tuple[dict[str, str], dict[str, npt.NDArray[Any]]]:
 
 
 def _table(path: Path, header: Mapping[str, str], key: str) -> dict[str, Any]:
-    """What the header says by handle name under a key; raises SceneError where that is malformed."""
+    """Parse a header entry as a table by handle name; raises SceneError if it is malformed."""
     with _faults(path):
         return _parsed(header, key)
 
@@ -224,7 +232,7 @@ def _contents(path: Path) -> tuple[dict[str, str], dict[str, npt.NDArray[Any]]]:
 
 
 def _check_header(path: Path) -> None:
-    """Raise ValueError for a header that would take long to read, OSError for what is no regular file."""
+    """Raise ValueError if the header is too large to read, OSError if the file is not a regular file."""
     start = read_regular(path, 8)
     if len(start) == 8 and int.from_bytes(start, "little") > _LARGEST_HEADER:
         raise ValueError(f"its header is longer than {_LARGEST_HEADER:,} bytes")
@@ -232,7 +240,7 @@ def _check_header(path: Path) -> None:
 
 @contextmanager
 def _faults(path: Path) -> Iterator[None]:
-    """Failures to read the file as SceneErrors."""
+    """Convert exceptions while reading the file to SceneError."""
     from safetensors import SafetensorError
 
     try:
@@ -240,7 +248,7 @@ def _faults(path: Path) -> Iterator[None]:
     except FileNotFoundError:
         raise SceneError("file", f"cannot read {path}: No such file or directory") from None
     except (SafetensorError, OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
-        raise SceneError("z-file", f"{path} is not a file of embeddings: {str(error)[:200]}") from None
+        raise SceneError("z-file", f"{path} is not a valid embeddings file: {str(error)[:200]}") from None
 
 
 def _write(path: Path, header: Mapping[str, str], vectors: Vectors) -> None:
@@ -252,33 +260,33 @@ def _write(path: Path, header: Mapping[str, str], vectors: Vectors) -> None:
 
 
 def _parsed(header: Mapping[str, str], key: str) -> dict[str, Any]:
-    """A table of the header, which is JSON. Raises ValueError that names it."""
+    """Parse a JSON table of the header; raises ValueError that names the entry."""
     try:
         found = json.loads(header.get(key, "{}"))
     except ValueError as error:
-        raise ValueError(f"`{key}` of its header is not JSON ({error})") from None
+        raise ValueError(f"header entry `{key}` is not valid JSON ({error})") from None
     if not isinstance(found, dict):
-        raise ValueError(f"`{key}` of its header is not a table")
+        raise ValueError(f"header entry `{key}` is not a JSON object")
     return found
 
 
 def _named_entry(name: str, fields: Any) -> ZEntry:
-    """An entry. Raises ValueError that names what of which entry is wrong."""
+    """Parse an entry; raises ValueError that names the entry and the malformed field."""
     try:
         if not isinstance(fields, dict):
-            raise ValueError("it is not a table with a text and attributes")
+            raise ValueError("expected a JSON object with `text` and `attributes`")
         return _entry(fields)
     except (ValueError, TypeError, AttributeError, KeyError) as error:
-        raise ValueError(f"the entry <{name[:40]}>: {error}") from None
+        raise ValueError(f"entry <{name[:40]}>: {error}") from None
 
 
 def _entry(fields: Mapping[str, Any]) -> ZEntry:
     text = fields.get("text")
     if text is not None and not isinstance(text, str):
-        raise ValueError("a text must be a string")
+        raise ValueError("`text` must be a string")
     attributes = fields.get("attributes") or {}
     if not isinstance(attributes, dict):
-        raise ValueError("its attributes are not a table")
+        raise ValueError("`attributes` must be a JSON object")
     return ZEntry(text, {str(name): _attribute(str(name), value) for name, value in attributes.items()})
 
 
@@ -286,11 +294,11 @@ def _attribute(name: str, value: Any) -> Any:
     try:
         return value_of(value)
     except (ValueError, TypeError, KeyError) as error:
-        raise ValueError(f"the attribute `{name[:40]}`: {error}") from None
+        raise ValueError(f"attribute `{name[:40]}`: {error}") from None
 
 
 def _to_json(value: Any) -> Any:
     try:
         return plain_value(value, tagged=True)
     except NotPlain:
-        raise SceneError("value", "an attribute cannot be stored in a file") from None
+        raise SceneError("value", "attribute value cannot be stored in a file") from None

@@ -65,12 +65,12 @@ def test_a_group_that_fails_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> Non
     assert any(check.name == "numpy" for check in found)
 
 
-@pytest.mark.parametrize("name", doctor.trials())
+@pytest.mark.parametrize("name", doctor.tests())
 def test_every_trial_does_what_it_says(name: str, tmp_path: Path) -> None:
     for package, needs in (("av", name == "film .mp4"), ("pxr", name == "usd")):
         if needs:
             pytest.importorskip(package)
-    assert doctor.trials()[name](tmp_path)
+    assert doctor.tests()[name](tmp_path)
 
 
 def test_trials_that_fail_or_crash_leave_the_others(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -214,7 +214,7 @@ class References:
         size = target.stat().st_size
         self._room -= size
         if self._room < 0:
-            message = f"the files that the asset {self.file_name} refers to exceed the limit of {MAX_FILE_BYTES:,} bytes"
+            message = f"the files that the asset {self.file_name} refers to exceed {MAX_FILE_BYTES:,} bytes"
             raise SceneError("file", f"{message} in total")
         with target.open("rb") as file:
             data = file.read(size)
@@ -511,9 +511,7 @@ class _Gltf:
         meshes = [node["mesh"] for node in self._all("nodes") if "mesh" in node]
         parts = sum(sizes[mesh][0] for mesh in meshes) + sum(count for count, _ in sizes)
         if parts > MAX_NODES:
-            message = (
-                f"the nodes of the asset {self._name} place {parts:,} parts, more than the limit of {MAX_NODES:,}"
-            )
+            message = f"the nodes of the asset {self._name} place {parts:,} parts, more than the limit of {MAX_NODES:,}"
             raise SceneError("file", message)
         triangles = sum(sizes[mesh][1] for mesh in meshes)
         if triangles > MAX_TRIANGLES:

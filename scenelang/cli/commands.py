@@ -1,4 +1,4 @@
-"""The commands, and the parser of their arguments."""
+"""Table of commands, and the argument parser."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from scenelang.cli.options import add_common, add_file, add_output
 
 
 class Kind(NamedTuple):
-    """What commands of a kind share: a FILE before their own arguments, ``groups`` of options behind them, and whether
-    they evaluate programs, which is done under hard limits."""
+    """Properties shared by commands: a leading FILE argument, ``groups`` of options, and whether the command evaluates
+    programs, which requires hard limits."""
 
     takes_file: bool = False
     groups: Callable[[argparse.ArgumentParser], None] | None = None
@@ -22,79 +22,79 @@ class Kind(NamedTuple):
 PROGRAM = Kind(True, add_common)
 EVALUATION = Kind(False, add_common)
 OUTPUT = Kind(False, add_output)
-TEXT = Kind(False, add_output, False)  # reads and writes, and runs nothing
+TEXT = Kind(False, add_output, False)  # does not evaluate programs
 FILE = Kind(True)
-OWN = Kind()  # declares all its arguments itself
+OWN = Kind()  # declares all of its arguments
 SERVER = Kind(evaluates=False)
 
 
 class Command(NamedTuple):
-    """A command: ``run_NAME`` of ``module`` does the work, ``add_NAME`` declares its own arguments, where it has any;
-    ``help`` is one line."""
+    """A command: ``run_NAME`` in ``module`` runs it, ``add_NAME`` (optional) declares its arguments, ``help`` is its
+    one-line summary."""
 
     kind: Kind
     module: str
     help: str
 
     def part(self, name: str, prefix: str) -> Any:
-        """A function of the command, None where there is none."""
+        """Return a function of the command's module, or None if it is not defined."""
         return getattr(import_module(f"scenelang.cli.{self.module}"), f"{prefix}_{name}", None)
 
 
-# In the order in which help and the reference list them.
+# In the order of the help listing and the reference.
 GROUPS: dict[str, dict[str, Command]] = {
     "Write programs": {
         "check": Command(EVALUATION, "programs", "find mistakes without running the program"),
-        "run": Command(PROGRAM, "programs", "evaluate a program and say what the scene is"),
-        "repl": Command(EVALUATION, "servers", "the language interactively"),
+        "run": Command(PROGRAM, "programs", "evaluate a program and summarize its scene"),
+        "repl": Command(EVALUATION, "servers", "start an interactive session (REPL)"),
         "fmt": Command(TEXT, "programs", "format programs: line breaks and indentation"),
-        "explain": Command(TEXT, "programs", "why an error or warning arises, and how to mend it"),
-        "diff": Command(EVALUATION, "programs", "what differs between the geometry of two scenes"),
+        "explain": Command(TEXT, "programs", "explain an error or warning and how to fix it"),
+        "diff": Command(EVALUATION, "programs", "compare the geometry of two scenes"),
         "expand": Command(PROGRAM, "programs", "print the program after macro expansion"),
-        "transpile": Command(OWN, "programs", "turn a language model's Python into a program"),
-        "import": Command(OUTPUT, "programs", "make a program of a Minecraft build: .schem .litematic .nbt"),
+        "transpile": Command(OWN, "programs", "convert Python written by a language model to a program"),
+        "import": Command(OUTPUT, "programs", "convert a Minecraft build to a program: .schem .litematic .nbt"),
     },
-    "Look at scenes": {
-        "render": Command(PROGRAM, "pictures", "draw a picture or a film of the scene"),
-        "view": Command(EVALUATION, "pictures", "show programs in a browser, live"),
-        "maps": Command(EVALUATION, "pictures", "write labelled pictures: words, depth, boxes, motion"),
-        "graph": Command(PROGRAM, "pictures", "draw what is made of what, as the paper's Figure 2 does"),
+    "Inspect scenes": {
+        "render": Command(PROGRAM, "pictures", "render an image or a video of the scene"),
+        "view": Command(EVALUATION, "pictures", "show programs in a browser with live reload"),
+        "maps": Command(EVALUATION, "pictures", "render labeled images: segmentation, depth, boxes, motion"),
+        "graph": Command(PROGRAM, "pictures", "draw the dependency graph of words (paper, Figure 2)"),
         "tree": Command(PROGRAM, "programs", "print the entity hierarchy"),
         "count": Command(PROGRAM, "programs", "count the instances of every word"),
-        "bounds": Command(PROGRAM, "programs", "the exact bounding box of the scene, or of a word's entities"),
-        "flatten": Command(PROGRAM, "programs", "the primitives with their world matrices"),
+        "bounds": Command(PROGRAM, "programs", "print the exact bounding box of the scene or of a word"),
+        "flatten": Command(PROGRAM, "programs", "list the primitives with their world matrices"),
     },
-    "Make files for other programs": {
-        "export": Command(PROGRAM, "pictures", "write the scene as a file for other programs"),
-        "backends": Command(OUTPUT, "pictures", "list what scenes can be turned into"),
+    "Export": {
+        "export": Command(PROGRAM, "pictures", "export the scene to another file format"),
+        "backends": Command(OUTPUT, "pictures", "list the backends and their output formats"),
     },
-    "Ask a language model": {
-        "generate": Command(OWN, "models", "make a scene of words and pictures, by a language model"),
-        "edit": Command(OWN, "models", "change a scene by an instruction, by a language model"),
+    "Generate with language models": {
+        "generate": Command(OWN, "models", "generate a scene from text and images with a language model"),
+        "edit": Command(OWN, "models", "edit a scene by an instruction with a language model"),
         "runs": Command(TEXT, "models", "list the runs of generate and edit, or the attempts of one"),
     },
     "Embeddings and neural models": {
-        "embeddings": Command(FILE, "neural", "the embeddings of a scene: list, change, encode, compare"),
+        "embeddings": Command(FILE, "neural", "list, change, encode and compare the embeddings of a scene"),
         "embed": Command(PROGRAM, "models", "describe every primitive in words, for neural backends"),
-        "imagine": Command(PROGRAM, "neural", "a picture of the scene by a text-to-image model"),
-        "invert": Command(PROGRAM, "neural", "learn the embeddings of entities from a picture of them"),
-        "style": Command(PROGRAM, "neural", "learn a style from a picture, for a scene or a part of it"),
-        "distill": Command(PROGRAM, "neural", "learn how primitives look as Gaussians, from diffusion models"),
-        "eval": Command(EVALUATION, "evaluation", "metrics of scenes in the paper's tables, and its user study"),
+        "imagine": Command(PROGRAM, "neural", "generate an image of the scene with a text-to-image model"),
+        "invert": Command(PROGRAM, "neural", "learn embeddings of entities from a photo (textual inversion)"),
+        "style": Command(PROGRAM, "neural", "learn a style embedding from an image"),
+        "distill": Command(PROGRAM, "neural", "optimize 3D Gaussians with score distillation (SDS)"),
+        "eval": Command(EVALUATION, "evaluation", "compute the paper's metrics, and run its user study"),
     },
-    "Editors, agents, this machine": {
-        "lsp": Command(SERVER, "servers", "serve an editor over standard input and output (docs/editors.md)"),
-        "mcp": Command(SERVER, "servers", "serve an agent over standard input and output (docs/mcp.md)"),
-        "grammar": Command(TEXT, "programs", "write the language's grammar for another program"),
-        "completion": Command(SERVER, "servers", "print a script that completes commands in a shell"),
-        "doctor": Command(TEXT, "programs", "what is installed, which backends work and what is missing"),
+    "Integrations and diagnostics": {
+        "lsp": Command(SERVER, "servers", "start the language server on standard input and output"),
+        "mcp": Command(SERVER, "servers", "start the MCP server on standard input and output"),
+        "grammar": Command(TEXT, "programs", "export the grammar of the language"),
+        "completion": Command(SERVER, "servers", "print a shell completion script"),
+        "doctor": Command(TEXT, "programs", "check the installation and report what is missing"),
     },
 }
 COMMANDS = {name: command for group in GROUPS.values() for name, command in group.items()}
 
 
 class _Version(argparse.Action):
-    """Prints the version; looked up only when asked for, since that takes a while."""
+    """Print the version and exit; the metadata lookup is slow, so it runs only on request."""
 
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
         from importlib.metadata import version
@@ -104,7 +104,7 @@ class _Version(argparse.Action):
 
 
 def build_parser(only: str | None = None) -> argparse.ArgumentParser:
-    """The parser of all commands; of those that are not ``only`` it knows no arguments, which saves their imports."""
+    """Create the argument parser; with ``only``, commands other than that one get no arguments, which saves imports."""
     parser = argparse.ArgumentParser(
         prog="scenelang",
         usage="scenelang [-h] [--version] COMMAND ...",
@@ -122,12 +122,12 @@ def build_parser(only: str | None = None) -> argparse.ArgumentParser:
 
 
 def _listing() -> str:
-    """All commands with their lines, by group."""
+    """Return the help listing of all commands by group."""
     groups = [
         "\n".join([f"{title}:", *(f"  {name:<11} {command.help}" for name, command in group.items())])
         for title, group in GROUPS.items()
     ]
-    return "\n\n".join([*groups, "`scenelang COMMAND --help` explains one of them."])
+    return "\n\n".join([*groups, "See `scenelang COMMAND --help` for the options of a command."])
 
 
 def _add_arguments(parser: argparse.ArgumentParser, name: str, command: Command) -> None:

@@ -1,4 +1,4 @@
-"""The command eval: metrics of scenes in the paper's tables, and its user study."""
+"""The command `eval`: computes metrics in the layout of the paper's tables, and runs its user study."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.backends.files import made_folder
 from scenelang.cli.options import UsageError, add_fields, add_models, fields_of, models_of, opened, session_limit
-from scenelang.cli.output import check_folder, done, progress, report, tell, warnings
+from scenelang.cli.output import check_folder, done, print_result, progress, report, warnings
 from scenelang.evaluation.running import entries_of
 from scenelang.evaluation.study import preferences
 from scenelang.evaluation.subjects import MetricOptions, measured, study_of, subjects_of
@@ -27,20 +27,27 @@ if TYPE_CHECKING:
 def add_eval(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "files", metavar="FILE", nargs="*",
-        help='programs, or a JSON list of {"scene" or "film": FILE, "prompt": TEXT, "method": NAME, "image": FILE, '
-        '"count": {WORD: N}, "distilled": DIR}',
+        help='programs, or a JSON manifest: a list of {"scene" or "film": FILE, "prompt": TEXT, "method": NAME, '
+        '"image": FILE, "count": {WORD: N}, "distilled": DIR}',
     )  # fmt: skip
-    parser.add_argument("-o", "--output", metavar="DIR", help="keep results here, and go on with those that are there")
+    parser.add_argument("-o", "--output", metavar="DIR", help="results folder; results already in it are reused")
     add_fields(parser, MetricOptions, ("metrics",))
     drawing = [name for name in settings_in(MetricOptions) if name != "metrics"]
-    add_fields(parser.add_argument_group("drawing"), MetricOptions, drawing)
+    add_fields(parser.add_argument_group("rendering"), MetricOptions, drawing)
     layout = parser.add_mutually_exclusive_group()
-    layout.add_argument("--markdown", dest="layout", action="store_const", const="markdown", help="tables as Markdown")
-    layout.add_argument("--latex", dest="layout", action="store_const", const="latex", help="tables for LaTeX")
+    layout.add_argument(
+        "--markdown", dest="layout", action="store_const", const="markdown", help="print tables as Markdown"
+    )
+    layout.add_argument("--latex", dest="layout", action="store_const", const="latex", help="print tables as LaTeX")
     study = parser.add_argument_group("user study")
-    study.add_argument("--study", metavar="PAGE", help="write a page that asks which result fits its text best: .html")
     study.add_argument(
-        "--study-results", nargs="+", metavar="ANSWERS", help="what files of answers say, also in the tables"
+        "--study", metavar="PAGE", help="write a questionnaire that compares results with their prompts (.html)"
+    )
+    study.add_argument(
+        "--study-results",
+        nargs="+",
+        metavar="ANSWERS",
+        help="answer files of the user study to evaluate and add to the tables",
     )
     add_models(parser)
     parser.set_defaults(layout="text")
@@ -50,16 +57,18 @@ def run_eval(arguments: argparse.Namespace) -> int:
     options = _checked(arguments)
     if not arguments.files:
         answered = preferences([Path(name) for name in arguments.study_results])
-        return tell(arguments, answered.data(), answered)
+        return print_result(arguments, answered.data(), answered)
     drawings = options.drawings()
     failed: list[str] = []
     subjects = subjects_of(entries_of(arguments.files), drawings, lambda entry: _opened(arguments, entry, failed))
     if arguments.study is not None:
         check_folder(Path(arguments.study))
-        told = list(subjects)
+        evaluated_subjects = list(subjects)
         if failed:
             return 1
-        page = study_of(told, arguments.seed, lambda each: progress(arguments, f"drawing {each.entry.place}"))
+        page = study_of(
+            evaluated_subjects, arguments.seed, lambda each: progress(arguments, f"drawing {each.entry.place}")
+        )
         deliver(page, arguments.study)
         done(arguments, Path(arguments.study))
         return 0
@@ -79,13 +88,13 @@ def run_eval(arguments: argparse.Namespace) -> int:
 
 
 def _checked(arguments: argparse.Namespace) -> MetricOptions:
-    """What is to be measured; raises UsageError for what makes no sense, whatever the scenes."""
+    """Check the options and return those of the metrics; raises UsageError for invalid combinations."""
     if not arguments.files and not arguments.study_results:
-        raise UsageError("value", "name the programs to evaluate, or `--study-results`")
+        raise UsageError("value", "expected programs to evaluate, or `--study-results`")
     if arguments.study is not None and Path(arguments.study).suffix.lower() not in (".html", ".htm"):
-        raise UsageError("backend", f"`{arguments.study}` is no .html file")
+        raise UsageError("backend", f"expected an .html file for `--study`, got `{arguments.study}`")
     if arguments.study is not None and (arguments.study_results or not arguments.files):
-        raise UsageError("value", "`--study` wants programs or films, and comes before `--study-results`")
+        raise UsageError("value", "`--study` requires programs or films, and cannot be combined with `--study-results`")
     options = fields_of(
         arguments, MetricOptions, seed=arguments.seed, limit=session_limit(arguments), warn=warnings(arguments)
     )
@@ -94,7 +103,8 @@ def _checked(arguments: argparse.Namespace) -> MetricOptions:
 
 
 def _opened(arguments: argparse.Namespace, entry: EvaluationEntry, failed: list[str]) -> Opened | None:
-    """The scene of an entry and its text; None where the program is wrong, which is told and added to ``failed``."""
+    """Return the scene and the source text of an entry. If the program has errors, report them, add the entry to
+    ``failed`` and return None."""
     own = argparse.Namespace(**{**vars(arguments), "file": str(entry.scene)})
     try:
         result, source, _ = opened(own)
@@ -108,11 +118,11 @@ def _opened(arguments: argparse.Namespace, entry: EvaluationEntry, failed: list[
 
 
 def _show(arguments: argparse.Namespace, found: MetricReport) -> None:
-    """The tables, or all that is known as JSON."""
+    """Print the tables, or all records as JSON."""
     tables = found.tables
     if arguments.json:
-        told = [asdict(record) for record in found.records]
-        print_json({"tables": [as_data(t) for t in tables], "records": told, "left_out": list(found.left_out)})
+        records = [asdict(record) for record in found.records]
+        print_json({"tables": [as_data(t) for t in tables], "records": records, "left_out": list(found.left_out)})
         return
     say("\n\n".join(LAYOUTS[arguments.layout](each) for each in tables))
     if not tables:

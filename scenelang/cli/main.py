@@ -1,4 +1,4 @@
-"""The command line: parses it, runs one command, turns every failure into one clear message.
+"""Command-line entry point: parses arguments, runs one command, and reports every failure as a diagnostic.
 
 Exit codes: 0 success, 1 a wrong program or file, 2 wrong usage, 130 interrupted.
 """
@@ -11,22 +11,29 @@ import sys
 from collections.abc import Sequence
 
 from scenelang.cli.commands import COMMANDS, build_parser
-from scenelang.cli.options import Told
+from scenelang.cli.options import ReportedError
 from scenelang.cli.output import report
 from scenelang.grammar.diagnostics import SceneError, UsageError, printable, suggest
 from scenelang.sandbox.supervision import INTERRUPTED, is_supported, supervise
 
 
 def main(argv: Sequence[str] | None = None, supervised: bool = False) -> int:
-    """Run one command and return its exit code; argparse exits with 2 for wrong usage. ``supervised``: commands that
-    evaluate programs do so in a child process under hard limits; the child returns from here as well."""
+    """Run one command and return its exit code.
+
+    Parameters
+    ----------
+    argv
+        Arguments without the program name (default: those of the process). On wrong usage argparse exits with 2.
+    supervised
+        Run commands that evaluate programs in a child process under hard limits. The child also returns from here.
+    """
     words = sys.argv[1:] if argv is None else list(argv)
     if not words:
         build_parser("").print_help()
         return 0
     if words[0] not in COMMANDS and not words[0].startswith("-"):
-        near = suggest(words[0], COMMANDS) or "`scenelang --help` lists all"
-        print(f"scenelang: error: there is no command `{printable(words[0])[:60]}`; {near}", file=sys.stderr)
+        near = suggest(words[0], COMMANDS) or "see `scenelang --help` for a list of commands"
+        print(f"scenelang: error: unknown command `{printable(words[0])[:60]}`; {near}", file=sys.stderr)
         return 2
     arguments = build_parser(words[0] if words else "").parse_args(words)
     if supervised and COMMANDS[arguments.command].kind.evaluates and is_supported():
@@ -64,7 +71,7 @@ def _worked(arguments: argparse.Namespace) -> int:
     try:
         code: int = COMMANDS[arguments.command].part(arguments.command, "run")(arguments)
         return code
-    except Told:
+    except ReportedError:
         return 1
 
 
@@ -74,7 +81,7 @@ def _report_interruption() -> int:
 
 
 def _was_interrupted(error: BaseException) -> bool:
-    """Whether Ctrl-C is behind an error: native libraries turn it into errors of their own."""
+    """Return whether Ctrl-C caused an error: native libraries wrap the interruption in their own exceptions."""
     found: BaseException | None = error
     while found is not None:
         if isinstance(found, KeyboardInterrupt) or "KeyboardInterrupt" in str(found):
@@ -84,14 +91,14 @@ def _was_interrupted(error: BaseException) -> bool:
 
 
 def _report_fault(error: Exception) -> int:
-    """A fault of ours, not of the program: one line, and where the whole story is to be had."""
+    """Report an internal error in one line that says how to get the traceback."""
     if os.environ.get("SCENELANG_TRACEBACK"):
         raise error
-    said = f"{type(error).__name__}: {error}"
-    print(f"internal error: {said} (SCENELANG_TRACEBACK=1 shows where; please report it)", file=sys.stderr)
+    message = f"{type(error).__name__}: {error}"
+    print(f"internal error: {message} (set SCENELANG_TRACEBACK=1 for a traceback; please report it)", file=sys.stderr)
     return 1
 
 
 def _silence_stdout() -> None:
-    """Whoever read our output is gone: what is still buffered goes nowhere instead of failing at exit."""
+    """Redirect stdout to /dev/null after a broken pipe, so that flushing at exit does not fail."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -1,4 +1,4 @@
-"""Commands that ask language models: generate, edit, runs."""
+"""Commands that call language models: generate, edit, runs, embed."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from scenelang.cli.options import (
     whole,
     z_path,
 )
-from scenelang.cli.output import check_folder, done, progress, report, report_run, tell, use_color
+from scenelang.cli.output import check_folder, done, print_result, progress, report, report_run, use_color
 from scenelang.embeddings import (
     Embeddings,
     check_program,
@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     from scenelang.repl.loop import ModelRequest
 
 _SERVICE = ("provider", "max_cost", "price", "prompt_dir", "timeout")
-# What a run has once and for all.
+# Properties of a run that cannot change when it is resumed: option -> attribute.
 _SETTLED = {
     "the task": "task", "FILE": "file", "--image": "image", "--animate": "animate", "--minecraft": "minecraft",
     "--dsl": "dsl", "--ablate": "ablate", "--model": "model", "--effort": "effort", "--price": "price",
@@ -63,18 +63,18 @@ _SETTLED = {
 
 
 def add_model_options(parser: argparse.ArgumentParser) -> None:
-    """What every command that asks a model understands."""
+    """Add the options shared by all commands that call a language model."""
     model = parser.add_argument_group("language model")
     add_fields(model, InferenceSettings, ("model", "effort", "max_tokens", *_SERVICE, "uses_replies"))
-    loop = parser.add_argument_group("tries")
+    loop = parser.add_argument_group("sampling and repair")
     add_fields(loop, InferenceSettings, ("samples", "repairs", "critiques", "side_by_side", "is_batch"))
-    ablated = "without programs, words or both, as the paper's ablations"
+    ablated = "ablation of the paper: without programs (P), words (W) or both (PW)"
     loop.add_argument("--ablate", choices=("P", "W", "PW"), help=ablated)
     runs = parser.add_argument_group("runs")
-    runs.add_argument("--dry-run", action="store_true", help="print what would be sent, and send nothing")
     runs.add_argument(
-        "--resume", metavar="RUN", help="continue a run that was interrupted: its name, `last` for the last one"
+        "--dry-run", action="store_true", help="print the first request and its maximum cost without sending it"
     )
+    runs.add_argument("--resume", metavar="RUN", help="name of an interrupted run to resume, or `last`")
     _add_runs_folder(runs)
     add_seed(parser.add_argument_group("evaluation"))
     add_output(parser)
@@ -82,23 +82,23 @@ def add_model_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_runs_folder(group: Any) -> None:
-    group.add_argument("--runs", metavar="DIR", help="where runs are kept (default: the user's state folder)")
+    group.add_argument("--runs", metavar="DIR", help="folder of the runs (default: in the user's state folder)")
 
 
 def add_spending(parser: argparse.ArgumentParser) -> None:
-    """What a command that may ask a model on the side understands."""
+    """Add the options of a command that calls a language model as a secondary step."""
     group = parser.add_argument_group("language model")
-    add_fields(group, InferenceSettings, _SERVICE, max_cost="what it may cost (default 1)")
+    add_fields(group, InferenceSettings, _SERVICE, max_cost="maximum cost in US dollars (default 1)")
     parser.set_defaults(max_cost=1.0)
 
 
 def service_of(arguments: argparse.Namespace) -> InferenceSettings:
-    """The service that options name, and the model."""
+    """Return the provider settings and the model that the options select."""
     return fields_of(arguments, InferenceSettings, model=arguments.model or None)
 
 
 def settings_from(arguments: argparse.Namespace) -> InferenceSettings:
-    """The settings that a command's options give. Raises UsageError for those that make no sense."""
+    """Return the settings that a command's options give; raises UsageError for invalid values."""
     settings = service_of(arguments)
     with usage_errors():
         family(settings.provider)
@@ -107,25 +107,25 @@ def settings_from(arguments: argparse.Namespace) -> InferenceSettings:
 
 
 def _options_of(arguments: argparse.Namespace) -> Options:
-    """How answers are evaluated."""
+    """Return the evaluation options for the model's programs."""
     return Options(seed=arguments.seed % (1 << 32), limits=limits_of(arguments))
 
 
 def live_stream(arguments: argparse.Namespace) -> TextIO | None:
-    """Where answers are counted as they arrive: a terminal, unless quiet."""
+    """Return the stream for live token counts: standard error on a terminal, else None."""
     return sys.stderr if sys.stderr.isatty() and not arguments.quiet and not arguments.json else None
 
 
 def _add_kind(parser: argparse.ArgumentParser) -> None:
-    """What sort of scene is asked for, and in what notation."""
+    """Add the options for the kind of scene and its notation."""
     parser.add_argument(
         "--image", action="append", default=[], metavar="FILE",
-        help="a picture to reconstruct; may be given several times",
+        help="input image to reconstruct; may be repeated",
     )  # fmt: skip
     kind = parser.add_mutually_exclusive_group()
-    kind.add_argument("--animate", action="store_true", help="a scene that moves")
-    kind.add_argument("--minecraft", action="store_true", help="a build of Minecraft's blocks")
-    parser.add_argument("--dsl", action="store_true", help="ask for the language itself in place of Python")
+    kind.add_argument("--animate", action="store_true", help="generate an animated (4D) scene")
+    kind.add_argument("--minecraft", action="store_true", help="generate a Minecraft build")
+    parser.add_argument("--dsl", action="store_true", help="prompt for Scene Language code instead of Python")
 
 
 def _task_of(arguments: argparse.Namespace) -> Task:
@@ -136,14 +136,14 @@ def _task_of(arguments: argparse.Namespace) -> Task:
 
 
 class _LineParser(argparse.ArgumentParser):
-    """Says what is wrong with options as every other mistake is said."""
+    """Argument parser that raises SceneError instead of exiting, for use in the REPL."""
 
     def error(self, message: str) -> NoReturn:
-        raise SceneError("value", message, f"`,help {self.prog}` says how it is used")
+        raise SceneError("value", message, f"see `,help {self.prog}` for its usage")
 
 
 def model_request(command: str, line: str) -> ModelRequest:
-    """The options of a REPL command, which are those of the command line, and the text behind them."""
+    """Parse a REPL command's line: the options of the command-line command, then free text."""
     from scenelang.repl.loop import ModelRequest
 
     parser = _LineParser(prog=command, add_help=False, allow_abbrev=False)
@@ -153,13 +153,13 @@ def model_request(command: str, line: str) -> ModelRequest:
     parser.add_argument("text", nargs="*")
     try:
         words = shlex.split(line)
-    except ValueError:  # an apostrophe
+    except ValueError:  # an unbalanced quote, such as an apostrophe
         words = line.split()
     arguments = parser.parse_args(words)
     arguments.task = " ".join(arguments.text)
     for name in ("resume", "dry_run", "json"):
         if getattr(arguments, name):
-            raise SceneError("value", f"`--{name.replace('_', '-')}` is for the command line")
+            raise SceneError("value", f"`--{name.replace('_', '-')}` is only supported on the command line")
     task = _task_of(arguments) if command == "generate" and arguments.task else None
     return ModelRequest(
         arguments.task, settings_from(arguments), task, Ablation(arguments.ablate or ""), arguments.seed,
@@ -167,24 +167,26 @@ def model_request(command: str, line: str) -> ModelRequest:
     )  # fmt: skip
 
 
-# --- runs that go on -------------------------------------------------------------------------------------------------
+# --- resuming runs ---------------------------------------------------------------------------------------------------
 
 
 def _resumed(arguments: argparse.Namespace) -> tuple[Inference, Run]:
-    """The run to continue, with new limits where options give some."""
+    """Load the run to resume, with the limits that the options change."""
     settled = [option for option, name in _SETTLED.items() if getattr(arguments, name, None)]
     if settled:
-        raise UsageError("value", f"{settled[0]} cannot be changed when a run goes on", "begin a new run for that")
+        raise UsageError("value", f"{settled[0]} cannot be changed for a resumed run", "start a new run instead")
     inference, run = generation.resumed(arguments.resume, arguments.command, arguments.runs)
-    asked = given(arguments, InferenceSettings)
-    return generation.renewed(inference, {name: asked[name] for name in RENEWABLE if name in asked}, as_flags=True), run
+    given_settings = given(arguments, InferenceSettings)
+    return generation.renewed(
+        inference, {name: given_settings[name] for name in RENEWABLE if name in given_settings}, as_flags=True
+    ), run
 
 
 @contextmanager
-def _told(arguments: argparse.Namespace, run: Run) -> Iterator[None]:
-    """Says how a run that ends early goes on."""
+def _resume_hint(arguments: argparse.Namespace, run: Run) -> Iterator[None]:
+    """Print how to resume the run if it ends early."""
     runs = f" --runs {arguments.runs}" if arguments.runs else ""
-    continuation = f"; to continue: scenelang {arguments.command} --resume {run.name}{runs}"
+    continuation = f"; to resume: scenelang {arguments.command} --resume {run.name}{runs}"
     try:
         with generation.recorded(run):
             yield
@@ -195,18 +197,18 @@ def _told(arguments: argparse.Namespace, run: Run) -> Iterator[None]:
         if isinstance(error, NoProgram) and not arguments.json:
             report(arguments, error.verdict.diagnostics)
         if run.facts.get("state") == "failed" and not arguments.quiet and not arguments.json:
-            print(f"the run is kept in {run.path}{continuation}", file=sys.stderr)
+            print(f"the run is saved in {run.path}{continuation}", file=sys.stderr)
         raise
 
 
 def _show_estimate(arguments: argparse.Namespace, inference: Inference) -> int:
-    """Print the first request and what it costs at most."""
+    """Print the first request and an upper bound of its cost."""
     found = generation.first_estimate(inference)
-    return tell(arguments, found.data(), found)
+    return print_result(arguments, found.data(), found)
 
 
 def _report_result(arguments: argparse.Namespace, result: Generated) -> None:
-    """Say what the run came to: warnings, errors of other samples, tokens and money."""
+    """Report the result of a run: warnings, errors of other samples, tokens and cost."""
     if arguments.quiet or arguments.json:
         return
     report(arguments, result.warnings)
@@ -216,7 +218,7 @@ def _report_result(arguments: argparse.Namespace, result: Generated) -> None:
 
 
 def _say_written(arguments: argparse.Namespace, path: Path) -> None:
-    """Say what was written; with ``--json`` standard output is one document."""
+    """Report the file that was written; with ``--json`` standard output is reserved for one document."""
     if not arguments.json:
         done(arguments, path)
 
@@ -226,20 +228,16 @@ def _say_written(arguments: argparse.Namespace, path: Path) -> None:
 
 def add_generate(parser: argparse.ArgumentParser) -> None:
     parser.description = (
-        "Ask a language model for a scene, check and evaluate its program, have mistakes mended, and "
-        "write the program. What the model answers is never executed as Python."
+        "Generate a scene with a language model: sample programs, check and evaluate them, repair errors, and "
+        "write the program. Generated Python is translated, never executed."
     )
-    parser.add_argument(
-        "task", metavar="TASK", nargs="?", help='what the scene shows, such as "a chessboard at game start"'
-    )
-    parser.add_argument(
-        "-o", "--output", metavar="OUT.scene", help="where to write the program (default: standard output)"
-    )
+    parser.add_argument("task", metavar="TASK", nargs="?", help='text prompt, such as "a chessboard at game start"')
+    parser.add_argument("-o", "--output", metavar="OUT.scene", help="output program (default: standard output)")
     _add_kind(parser)
-    parser.add_argument("--render", action="store_true", help="also draw it, beside the program")
+    parser.add_argument("--render", action="store_true", help="also render the scene to an image beside the program")
     parser.add_argument(
         "--invert", action="store_true",
-        help="also learn the embeddings of its parts from the pictures, into Z beside it",
+        help="also learn embeddings of its parts from the input images (textual inversion)",
     )  # fmt: skip
     add_model_options(parser)
     add_models(parser)
@@ -249,14 +247,14 @@ def run_generate(arguments: argparse.Namespace) -> int:
     if arguments.output is not None:
         check_folder(Path(arguments.output))
         if Path(arguments.output).suffix != ".scene":
-            raise UsageError("file", f"{arguments.output} is to hold a program of the language: name it .scene")
+            raise UsageError("file", f"expected a .scene file for the output, got {arguments.output}")
     if arguments.resume is not None:
         return _finish(arguments, *_resumed(arguments))
     if arguments.invert:
         _check_inversion(arguments)
     inference = Inference(_task_of(arguments), settings_from(arguments), _options_of(arguments))
     if arguments.render and arguments.output is None:
-        raise UsageError("value", "--render draws beside the program: say where that is with -o")
+        raise UsageError("value", "--render writes the image beside the program and requires -o")
     if arguments.dry_run:
         return _show_estimate(arguments, inference)
     output = str(Path(arguments.output).resolve()) if arguments.output else None
@@ -266,19 +264,19 @@ def run_generate(arguments: argparse.Namespace) -> int:
 
 
 def _check_inversion(arguments: argparse.Namespace) -> None:
-    """Raises UsageError where there is nothing to learn from or no place for it, and SceneError without the packages:
-    before the language model costs money."""
+    """Check the prerequisites of ``--invert`` before the language model costs money; raises UsageError without an input
+    image or output, SceneError without the packages."""
     from scenelang.inversion import check_installed
 
     if not arguments.image or arguments.output is None:
-        raise UsageError("value", "--invert learns from a picture, beside the program: give --image and -o")
+        raise UsageError("value", "--invert requires an input image and an output program: give --image and -o")
     check_installed()
 
 
 def _finish(arguments: argparse.Namespace, inference: Inference, run: Run) -> int:
-    """Run to the end, write the program and draw it."""
+    """Run to completion, write the program and render it."""
 
-    with _told(arguments, run):
+    with _resume_hint(arguments, run):
         result = generation.generated(run, generation.play(inference, run, live_stream(arguments)), inference.options)
     facts = run.facts
     chosen = arguments.output or facts.get("output")
@@ -303,21 +301,24 @@ def _finish(arguments: argparse.Namespace, inference: Inference, run: Run) -> in
 
 def add_edit(parser: argparse.ArgumentParser) -> None:
     parser.description = (
-        "Send a program and an instruction to a language model, check and evaluate what comes back, and "
-        "show what the edit did: to the text, to the things of the scene, in pictures. Nothing is overwritten without "
+        "Edit a program by an instruction with a language model: check and evaluate the edited program, and "
+        "show the differences in the text, in the scene and in pictures. Nothing is overwritten without "
         "--apply."
     )
-    parser.add_argument("file", metavar="FILE", nargs="?", help="the program: .scene, or a model's .txt or .py")
     parser.add_argument(
-        "instruction", metavar="INSTRUCTION", nargs="?", help='such as "shrink the staircase radius by 80%%"'
-    )
-    parser.add_argument("-o", "--output", metavar="NEW", help="where to write the edited program")
-    parser.add_argument("--apply", action="store_true", help="write it over FILE")
-    parser.add_argument(
-        "--picture", metavar="OUT.png", help="where to draw the scene before and after (default: in the run's folder)"
+        "file", metavar="FILE", nargs="?", help="program to edit: .scene, or a model's response (.txt, .py)"
     )
     parser.add_argument(
-        "--limit", type=whole, default=20, metavar="N", help="changes of the scene to print (default 20)"
+        "instruction",
+        metavar="INSTRUCTION",
+        nargs="?",
+        help='edit instruction, such as "shrink the staircase radius by 80%%"',
+    )
+    parser.add_argument("-o", "--output", metavar="NEW", help="output file of the edited program")
+    parser.add_argument("--apply", action="store_true", help="overwrite FILE with the edited program")
+    parser.add_argument("--picture", metavar="OUT.png", help="before-and-after image (default: in the run's folder)")
+    parser.add_argument(
+        "--limit", type=whole, default=20, metavar="N", help="maximum number of scene changes to print (default 20)"
     )
     add_model_options(parser)
 
@@ -328,7 +329,7 @@ def run_edit(arguments: argparse.Namespace) -> int:
         inference, run = _resumed(arguments)
         return _finish_edit(arguments, inference, run, Path(str(run.facts["file"])))
     if arguments.file is None or not (arguments.instruction or "").strip():
-        raise UsageError("value", "say which program is to be edited, and how")
+        raise UsageError("value", "expected a program and an instruction")
     path = Path(arguments.file)
     settings, ablation = settings_from(arguments), Ablation(arguments.ablate or "")
     result, found = generation.editing(path, arguments.instruction, settings, _options_of(arguments), ablation)
@@ -345,21 +346,21 @@ def run_edit(arguments: argparse.Namespace) -> int:
 
 
 def _check_outputs(arguments: argparse.Namespace) -> None:
-    """Raises UsageError or SceneError for places that cannot be written: before the work, so that typos are cheap."""
+    """Check the outputs before the expensive work; raises UsageError or SceneError if one cannot be written."""
     if arguments.apply and arguments.output:
-        raise UsageError("value", "--apply writes over the file; leave -o out")
+        raise UsageError("value", "--apply overwrites FILE and cannot be combined with -o")
     if arguments.file == "-":
-        raise UsageError("file", "edit wants a file: what it holds is compared with what comes back")
+        raise UsageError("file", "cannot edit standard input; expected a file")
     for chosen in (arguments.output, arguments.picture):
         if chosen is not None:
             check_folder(Path(chosen))
     if arguments.picture is not None and Path(arguments.picture).suffix.lower() not in (".png", ".jpg", ".webp"):
-        raise UsageError("backend", f"no picture can be written to `{arguments.picture}`", "it can be a .png")
+        raise UsageError("backend", f"cannot write an image to `{arguments.picture}`", "use .png, .jpg or .webp")
 
 
 def _finish_edit(arguments: argparse.Namespace, inference: Inference, run: Run, path: Path) -> int:
-    """Run to the end, show what the edit did, and write it where that is asked for."""
-    with _told(arguments, run):
+    """Run to completion, show the effect of the edit, and write the program if requested."""
+    with _resume_hint(arguments, run):
         found = generation.edited(inference, run, path, live_stream(arguments))
     picture = _pictured(found, Path(arguments.picture) if arguments.picture else run.path / "before-after.png")
     if arguments.json:
@@ -372,12 +373,14 @@ def _finish_edit(arguments: argparse.Namespace, inference: Inference, run: Run, 
     if arguments.apply or arguments.output:
         _say_written(arguments, found.apply() if arguments.apply else found.save(arguments.output))
     elif not arguments.quiet and not arguments.json:
-        print(f"nothing is overwritten; to take it: scenelang edit --resume {run.name} --apply", file=sys.stderr)
+        print(
+            f"nothing was overwritten; to apply the edit: scenelang edit --resume {run.name} --apply", file=sys.stderr
+        )
     return 0
 
 
 def _pictured(found: Edited, path: Path) -> Path | None:
-    """The picture of before and after; None where a scene cannot be drawn."""
+    """Save the before-and-after image; returns None if a scene cannot be rendered."""
     try:
         return found.picture().save(path)
     except SceneError:
@@ -396,10 +399,10 @@ def _show_edit(arguments: argparse.Namespace, found: Edited) -> None:
 
 def add_runs(parser: argparse.ArgumentParser) -> None:
     parser.description = (
-        "List the runs of generate and edit, with how they ended and what they cost; of one run every "
-        "attempt. `generate --resume RUN` and `edit --resume RUN` continue one."
+        "List the runs of generate and edit with their state and cost, or all attempts of one run. "
+        "`generate --resume RUN` and `edit --resume RUN` continue a run."
     )
-    parser.add_argument("run_name", metavar="RUN", nargs="?", help="a run: its name, `last`, or its folder")
+    parser.add_argument("run_name", metavar="RUN", nargs="?", help="name or folder of a run, or `last`")
     _add_runs_folder(parser)
 
 
@@ -414,34 +417,38 @@ def run_runs(arguments: argparse.Namespace) -> int:
         text = run_report(run, facts, attempts)
     else:
         data = [each.summary() for each in all_runs(folder)]
-        text = list_of_runs(data) if data else f"there are no runs in {folder}"
-    return tell(arguments, data, text)
+        text = list_of_runs(data) if data else f"no runs in {folder}"
+    return print_result(arguments, data, text)
 
 
 def add_embed(parser: argparse.ArgumentParser) -> None:
     parser.description = (
-        "Turn colours, surfaces, proportions and other numbers of every primitive into words, and store "
-        "these texts, with the templates that use them, in Z beside the program."
+        "Describe the color, material, proportions and other attributes of every primitive in words, and store "
+        "the texts and their prompt templates in the embeddings file beside the program."
     )
     parser.add_argument(
         "--template", metavar="TEXT",
-        help="the sentence about a primitive; {embedding}, {word} and {style} stand for its handle, what it is and the "
+        help="prompt template of a primitive; {embedding}, {word} and {style} are its handle, its word and the "
         "root's handle (default: a {embedding} {word}, in the style of {style}, 3D model)",
     )  # fmt: skip
-    words = "let a language model find the words (default: a table)"
+    words = "let a language model choose the words (default: a fixed table)"
     parser.add_argument("--model", nargs="?", const="", metavar="NAME", help=words)
     add_spending(parser)
-    parser.add_argument("--force", action="store_true", help="describe anew what Z describes already")
-    parser.add_argument("--print", action="store_true", dest="only_print", help="show the words, write nothing")
+    parser.add_argument("--force", action="store_true", help="overwrite existing descriptions")
+    parser.add_argument(
+        "--print", action="store_true", dest="only_print", help="print the descriptions without writing them"
+    )
 
 
 def run_embed(arguments: argparse.Namespace) -> int:
     with usage_errors():
         check_template(DEFAULT if arguments.template is None else arguments.template)
     if not arguments.only_print and arguments.file != "-":
-        check_program(arguments.file, "embed the program that made it, or look at the words with --print")
+        check_program(arguments.file, "embed the source program instead, or use --print")
     if not arguments.only_print and z_path(arguments) is None and arguments.file == "-":
-        raise UsageError("file", "say where Z is: --z FILE", "or look at the words with --print")
+        raise UsageError(
+            "file", "a program from standard input requires --z FILE", "or use --print to only show the words"
+        )
     z = Embeddings(z_path(arguments)) if arguments.only_print else z_of(arguments)
     scene = scene_of(arguments, fresh=not arguments.only_print and not z.exists)
     if arguments.model is not None and not arguments.force:
@@ -456,8 +463,8 @@ def run_embed(arguments: argparse.Namespace) -> int:
     elif arguments.only_print:
         say(wording_table(found.wording))
     elif not arguments.quiet:
-        before = f"; {found.known:,} were there before (--force describes them anew)" if found.known else ""
+        before = f"; {found.known:,} already described (--force overwrites them)" if found.known else ""
         say(f"wrote {z.path}: {found}{before}")
     if describe is not None and not arguments.quiet:
-        print(f"asking cost ${describe.spent:.4f}", file=sys.stderr)
+        print(f"language model cost: ${describe.spent:.4f}", file=sys.stderr)
     return 0

@@ -1,4 +1,4 @@
-"""The commands of neural models, and the options that they share."""
+"""Commands of neural models (imagine, invert, style, distill, embeddings), and their shared options."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from scenelang.cli.options import (
     whole,
     z_path,
 )
-from scenelang.cli.output import check_folder, done, progress, tell, warnings
+from scenelang.cli.output import check_folder, done, print_result, progress, warnings
 from scenelang.embeddings import (
     Embeddings,
     attribute_of,
@@ -59,16 +59,16 @@ if TYPE_CHECKING:
 
 
 Learned = TypeVar("Learned", "Inversion", "Distillation")
-_ENTITY_HELP = "a word, words down to it (tower/roof), places of children (0/2), or a handle"
+_ENTITY_HELP = "entity to learn: a word, a path of words (tower/roof) or of child indices (0/2), or a handle"
 
 
 # --- shared options --------------------------------------------------------------------------------------------------
 
 
 def add_granularity(parser: Any) -> None:
-    """Which entities are taken as one, and the sentence of each."""
+    """Add the options for grouping entities and for the prompt template."""
     add_fields(parser, Granularity)
-    parser.add_argument("--template", metavar="TEXT", help="the sentence, with {embedding}, {word} and {style}")
+    parser.add_argument("--template", metavar="TEXT", help="prompt template with {embedding}, {word} and {style}")
 
 
 def granularity_of(arguments: argparse.Namespace) -> Granularity:
@@ -76,57 +76,61 @@ def granularity_of(arguments: argparse.Namespace) -> Granularity:
 
 
 def z_of(arguments: argparse.Namespace) -> Embeddings:
-    """The file of embeddings to write: the one named, else that beside the program, which may not be there yet."""
+    """Return the embeddings file to write: the given one, else the one beside the program, which may not exist yet."""
     return Embeddings(z_path(arguments) or (None if arguments.file == "-" else beside(arguments.file)))
 
 
 def finished(arguments: argparse.Namespace, learn: Callable[..., Learned]) -> Learned:
-    """What a run comes to that tells of its start and its steps; one that Ctrl-C ends is kept, and ends the command."""
+    """Train with progress output; Ctrl-C saves the run and ends the command."""
     with interruptions() as stop:
         found = learn(
             models=models_of(arguments), on_start=_say_start(arguments), on_step=_say_step(arguments), stop=stop
         )
     if not found.finished:
-        print(f"{found.folder} is kept; `--resume` goes on", file=sys.stderr)
+        print(f"saved to {found.folder}; continue with `--resume`", file=sys.stderr)
         raise KeyboardInterrupt
     return found
 
 
 def _say_start(arguments: argparse.Namespace) -> Callable[[Any], None] | None:
-    """What tells what is about to be learned."""
+    """Return a callback that prints what will be trained, or None when quiet."""
 
-    def tell(start: Any) -> None:
+    def show(start: Any) -> None:
         sentences = getattr(start, "sentences", ())
         for line in (str(start), *(f"  {sentence}" for sentence in sentences if arguments.verbose)):
             print(line, end="\n" if line else "", file=sys.stderr)
 
-    return None if arguments.quiet else tell
+    return None if arguments.quiet else show
 
 
 def _say_step(arguments: argparse.Namespace) -> Callable[[Any], None] | None:
-    """What shows the losses on a terminal, in a line that the next step writes over."""
+    """Return a callback that updates the line of losses on a terminal, or None elsewhere."""
 
-    def tell(told: Any) -> None:
-        sys.stderr.write(f"\r{told}\033[K" + ("\n" if told.share >= 1.0 else ""))
+    def show(state: Any) -> None:
+        sys.stderr.write(f"\r{state}\033[K" + ("\n" if state.share >= 1.0 else ""))
         sys.stderr.flush()
 
-    return None if arguments.quiet or not sys.stderr.isatty() else tell
+    return None if arguments.quiet or not sys.stderr.isatty() else show
 
 
 # --- imagine ---------------------------------------------------------------------------------------------------------
 
 
 def add_imagine(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("-o", "--output", metavar="OUT", required=True, help=".png; .json for a layout")
-    count = "so many pictures, OUT-1.png, OUT-2.png ..."
+    parser.add_argument(
+        "-o", "--output", metavar="OUT", required=True, help="output image (.png), or layout (.png, .json)"
+    )
+    count = "number of images, written to OUT-1.png, OUT-2.png ..."
     parser.add_argument("--count", type=whole, default=1, metavar="N", help=count)
-    parser.add_argument("--frame", type=whole, metavar="N", help="this frame of a 4D scene, from 0")
-    add_camera(parser.add_argument_group("view"), "pixels (default: what the model was made for)")
+    parser.add_argument("--frame", type=whole, metavar="N", help="frame of a 4D scene, counted from 0")
+    add_camera(parser.add_argument_group("view"), "image size in pixels (default: the model's native size)")
     layout = parser.add_argument_group("layout")
-    layout.add_argument("--layout-only", action="store_true", help="write the layout as .png or .json, use no model")
+    layout.add_argument(
+        "--layout-only", action="store_true", help="only write the layout as .png or .json, without using a model"
+    )
     add_granularity(layout)
-    drawing = parser.add_argument_group("drawing")
-    drawing.add_argument("--prompt", help="what it shows (default: as the file's first comment says, or the root)")
+    drawing = parser.add_argument_group("generation")
+    drawing.add_argument("--prompt", help="text prompt (default: the file's first comment, or the root word)")
     add_fields(drawing, ImagineSettings, ("negative",))
     add_fields(drawing, ImagineSettings, [name for name in settings_in(ImagineSettings) if name != "negative"])
     add_models(parser)
@@ -142,18 +146,18 @@ def run_imagine(arguments: argparse.Namespace) -> int:
         neural.check_size(camera, arguments.size)
     check_folder(output)
     scene = scene_of(arguments)
-    asked = {
+    kwargs = {
         "size": arguments.size, "frame": arguments.frame, "prompt": arguments.prompt, "template": arguments.template,
         "granularity": granularity_of(arguments), "embeddings": Embeddings(z_path(arguments)),
         "limit": session_limit(arguments), "warn": warnings(arguments),
     }  # fmt: skip
     if arguments.layout_only:
-        layout = neural.imagine_layout(scene, camera, method=settings.method, **asked)
+        layout = neural.imagine_layout(scene, camera, method=settings.method, **kwargs)
         done(arguments, layout.save(output))
         return 0
     pictures = neural.imagine(
         scene, camera, seed=arguments.seed, count=arguments.count, settings=settings, models=models_of(arguments),
-        progress=progress(arguments, "imagining"), **asked,
+        progress=progress(arguments, "imagining"), **kwargs,
     )  # fmt: skip
     for picture, path in zip(pictures, pictures.paths(output)):
         done(arguments, picture.save(path))
@@ -164,24 +168,24 @@ def run_imagine(arguments: argparse.Namespace) -> int:
 
 
 def add_invert(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--from", dest="picture", metavar="PICTURE", required=True, help="what shows them")
-    entities = f"{_ENTITY_HELP}; may be repeated (default: all parts with names that can be seen in the picture)"
+    parser.add_argument("--from", dest="picture", metavar="PICTURE", required=True, help="input image of the entities")
+    entities = f"{_ENTITY_HELP}; may be repeated (default: all named parts that are visible in the image)"
     parser.add_argument("--entity", action="append", default=[], metavar="WORD|'<z4>'", help=entities)
     add_fields(parser, PictureSubject, ("whole",))
     _add_inversion(parser)
 
 
 def add_style(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--from", dest="picture", metavar="PICTURE", required=True, help="what has the style")
+    parser.add_argument("--from", dest="picture", metavar="PICTURE", required=True, help="input image with the style")
     parser.add_argument("--entity", metavar="WORD|'<z4>'", help=f"{_ENTITY_HELP} (default: the whole scene)")
     _add_inversion(parser)
 
 
 def _add_inversion(parser: argparse.ArgumentParser) -> None:
-    """The picture's part, the work, and the models."""
-    part = parser.add_argument_group("what of the picture")
+    """Add the options for the image region, the optimization and the models."""
+    part = parser.add_argument_group("image region")
     add_fields(part, PictureSubject, ("text", "mask"))
-    work = parser.add_argument_group("the optimisation")
+    work = parser.add_argument_group("optimization")
     add_fields(work, PictureSubject, ("class_word", "style_word"))
     add_fields(work, InversionSettings)
     add_fields(work, RunFolder, ("folder", "resume", "force"))
@@ -200,11 +204,11 @@ def run_style(arguments: argparse.Namespace) -> int:
 def _inverted(
     arguments: argparse.Namespace, learn: Callable[..., Inversion], entities: Sequence[str] | None = None
 ) -> int:
-    """Learn from a picture; ``entities`` are those that the options about one entity may mean."""
+    """Learn from an image; ``entities`` are the entities that the single-entity options could apply to."""
     with usage_errors():
         run = fields_of(arguments, RunFolder)
         if arguments.file == "-" and (arguments.output is None or arguments.z is None):
-            raise SceneError("value", "for a program from standard input say where the run and Z are: -o DIR --z FILE")
+            raise SceneError("value", "a program from standard input requires -o DIR and --z FILE")
         subject = fields_of(arguments, PictureSubject)
         if entities is not None:
             subject.check_single(entities)
@@ -212,15 +216,15 @@ def _inverted(
     scene = scene_of(arguments, fresh=not z.exists)
     settings = fields_of(arguments, InversionSettings, seed=arguments.seed)
     networks = fields_of(arguments, InversionModels)
-    asked = {"subject": subject, "settings": settings, "networks": networks, "run": run, "embeddings": z}
-    _tell(arguments, finished(arguments, partial(learn, scene, arguments.picture, **asked)))
+    kwargs = {"subject": subject, "settings": settings, "networks": networks, "run": run, "embeddings": z}
+    _tell(arguments, finished(arguments, partial(learn, scene, arguments.picture, **kwargs)))
     return 0
 
 
 def invert_generated(
     arguments: argparse.Namespace, scene: Scene, pictures: Sequence[ImageContent], program: Path
 ) -> None:
-    """Learn the named parts of a scene from the pictures that it was made of, into Z beside ``program``."""
+    """Learn the named parts of a generated scene from its input images, into the embeddings file of ``program``."""
     from io import BytesIO
 
     from scenelang.backends.neural.clip import open_picture
@@ -237,7 +241,7 @@ def invert_generated(
 
 
 def _tell(arguments: argparse.Namespace, found: Inversion) -> None:
-    """Say what was stored, and how much better the sentences fit the pictures."""
+    """Report where the embeddings were stored, and how much better the prompts match the images."""
     if arguments.json:
         print_json(found.data())
     elif not arguments.quiet:
@@ -248,16 +252,18 @@ def _tell(arguments: argparse.Namespace, found: Inversion) -> None:
 
 
 def add_distill(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("-o", "--output", metavar="DIR", required=True, help="the folder of the run")
-    parser.add_argument("--prompt", metavar="TEXT", help="what the scene is (default: what the file's head says)")
+    parser.add_argument("-o", "--output", metavar="DIR", required=True, help="run folder")
+    parser.add_argument("--prompt", metavar="TEXT", help="text prompt (default: the comment at the head of the file)")
     add_granularity(parser)
-    work = parser.add_argument_group("the optimisation")
+    work = parser.add_argument_group("optimization")
     add_fields(work, DistillationSettings, ("steps",))
-    work.add_argument("--budget", type=reader(amount), metavar="MINUTES", help="end by then, the annealing with it")
+    work.add_argument(
+        "--budget", type=reader(amount), metavar="MINUTES", help="time budget; the timestep annealing is fitted to it"
+    )
     add_fields(work, DistillationSettings, ("most",))
     add_fields(work, Guiding)
-    add_fields(work, RunFolder, ("start", "resume", "force"), force="begin anew where the folder holds a run")
-    work.add_argument("--film", metavar="OUT", help="also write a film of what was learned: .mp4 .gif .webp .apng")
+    add_fields(work, RunFolder, ("start", "resume", "force"), force="overwrite an existing run")
+    work.add_argument("--film", metavar="OUT", help="also render the result to a video: .mp4 .gif .webp .apng")
     add_models(parser)
     add_fields(parser, DistillationModels)
 
@@ -265,11 +271,11 @@ def add_distill(parser: argparse.ArgumentParser) -> None:
 def run_distill(arguments: argparse.Namespace) -> int:
     with usage_errors():
         run = fields_of(arguments, RunFolder)
-        asked = given(arguments, DistillationSettings) | given(arguments, Guiding)
-        if "most" in asked:
-            asked["gaussians"] = asked.pop("most")
-        settings = DistillationSettings.of(seed=arguments.seed, **asked)
-    if arguments.film is not None:  # before the work, so that typos are cheap
+        kwargs = given(arguments, DistillationSettings) | given(arguments, Guiding)
+        if "most" in kwargs:
+            kwargs["gaussians"] = kwargs.pop("most")
+        settings = DistillationSettings.of(seed=arguments.seed, **kwargs)
+    if arguments.film is not None:  # fail early, before the expensive work
         check_film(Path(arguments.film), FPS)
         check_folder(Path(arguments.film))
     scene = scene_of(arguments)
@@ -285,13 +291,13 @@ def run_distill(arguments: argparse.Namespace) -> int:
     return 0
 
 
-# The commands embeddings and embed: what Z says of a scene's embeddings, and what numbers say in words.
+# --- embeddings ------------------------------------------------------------------------------------------------------
 
 
 def add_embeddings(parser: argparse.ArgumentParser) -> None:
     actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
-    for name, (told, add, _) in _ACTIONS.items():
-        action = actions.add_parser(name, help=told)
+    for name, (summary, add, _) in _ACTIONS.items():
+        action = actions.add_parser(name, help=summary)
         add(action)
         add_common(action)
 
@@ -302,23 +308,23 @@ def run_embeddings(arguments: argparse.Namespace) -> int:
 
 
 def _add_list(parser: argparse.ArgumentParser) -> None:
-    """Nothing of its own."""
+    """Add no arguments."""
 
 
 def _add_set(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("handle", metavar="'<z5>'", help="a handle as `tree` shows it")
-    parser.add_argument("--text", help="the text of the embedding")
-    named = "an attribute, such as color=[1,0,0]"
+    parser.add_argument("handle", metavar="'<z5>'", help="handle, as printed by `tree`")
+    parser.add_argument("--text", help="text of the embedding")
+    named = "attribute value, such as color=[1,0,0]"
     parser.add_argument("--attribute", action="append", default=[], metavar="NAME=VALUE", help=named)
-    parser.add_argument("--image", metavar="FILE", help="a picture, which gives the handle a vector (a pseudo-word)")
-    parser.add_argument("--start", metavar="TEXT", help="the word that the picture's vector starts from (object)")
-    parser.add_argument("--model", metavar="NAME", help="architecture/weights of OpenCLIP, or a folder, for --image")
-    parser.add_argument("--clear", action="store_true", help="forget what Z says of the handle first")
+    parser.add_argument("--image", metavar="FILE", help="image from which to learn a token embedding (pseudo-word)")
+    parser.add_argument("--start", metavar="TEXT", help="word that initializes the token embedding (default: object)")
+    parser.add_argument("--model", metavar="NAME", help="OpenCLIP model for --image: architecture/weights, or a folder")
+    parser.add_argument("--clear", action="store_true", help="first remove the handle's existing entry")
     add_models(parser)
 
 
 def _add_encode(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--model", metavar="NAME", help="architecture/weights of OpenCLIP, or a folder")
+    parser.add_argument("--model", metavar="NAME", help="OpenCLIP model: architecture/weights, or a folder")
     add_granularity(parser)
     add_models(parser)
 
@@ -330,18 +336,18 @@ def _add_swap(parser: argparse.ArgumentParser) -> None:
 
 def _add_similar(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("query", metavar="'<z2>'|TEXT|PICTURE")
-    parser.add_argument("-n", "--number", type=whole, default=10, metavar="N", help="how many (default 10)")
+    parser.add_argument("-n", "--number", type=whole, default=10, metavar="N", help="number of results (default 10)")
     add_models(parser)
 
 
 def _add_export(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("-o", "--output", metavar="OUT", required=True, help=".npz .safetensors .json")
+    parser.add_argument("-o", "--output", metavar="OUT", required=True, help="output file: .npz .safetensors .json")
 
 
 def _list(arguments: argparse.Namespace) -> int:
     scene = scene_of(arguments)
     rows = Embeddings(z_path(arguments)).table(scene)
-    return tell(arguments, [row.data() for row in rows], rows_table(rows))
+    return print_result(arguments, [row.data() for row in rows], rows_table(rows))
 
 
 def _set(arguments: argparse.Namespace) -> int:
@@ -354,23 +360,23 @@ def _set(arguments: argparse.Namespace) -> int:
     if arguments.text is arguments.image is None and not arguments.attribute and not arguments.clear:
         raise UsageError("value", "nothing to set", "give --text, --attribute or --image")
     if arguments.start is not None and arguments.image is None:
-        raise UsageError("value", "`--start` is the word that a picture's vector starts from: give one with --image")
+        raise UsageError("value", "`--start` requires --image")
     attributes = dict(map(_attribute, arguments.attribute))
     word = z.set(
         name, text=arguments.text, attributes=attributes, image=arguments.image, start=arguments.start,
         model=arguments.model, clear=arguments.clear, models=models_of(arguments),
     )  # fmt: skip
     if not arguments.quiet:
-        told = f"; cosine {word.before:.3f} -> {word.cosine:.3f}" if word is not None else ""
-        say(f"wrote {path}: <{name}>{told}")
+        change = f"; cosine {word.before:.3f} -> {word.cosine:.3f}" if word is not None else ""
+        say(f"wrote {path}: <{name}>{change}")
     return 0
 
 
 def _attribute(item: str) -> tuple[str, Any]:
-    """The name and value of `NAME=VALUE`; raises UsageError."""
+    """Split `NAME=VALUE` into name and value; raises UsageError."""
     key, sign, text = item.partition("=")
     if not sign or not key or not text.strip():
-        raise UsageError("value", f"--attribute wants NAME=VALUE, got `{item}`")
+        raise UsageError("value", f"expected NAME=VALUE for --attribute, got `{item}`")
     return key.lstrip(":").strip(), attribute_of(text)
 
 
@@ -380,7 +386,7 @@ def _swap(arguments: argparse.Namespace) -> int:
     z = Embeddings(z_path(arguments))
     z.swap(one, other)
     if not arguments.quiet:
-        say(f"wrote {z.path}: <{one}> and <{other}> swapped; `encode` again if their sentences are needed")
+        say(f"wrote {z.path}: <{one}> and <{other}> swapped; run `encode` again to update their prompt embeddings")
     return 0
 
 
@@ -393,13 +399,13 @@ def _encode(arguments: argparse.Namespace) -> int:
     )  # fmt: skip
     if not arguments.quiet:
         count = sum(len(row.handles) for row in found.rows)
-        say(f"wrote {z.path}: {len(found.rows):,} sentences of {count:,} embeddings, by {found.model}")
+        say(f"wrote {z.path}: {len(found.rows):,} prompts of {count:,} embeddings encoded with {found.model}")
     return 0
 
 
 def _similar(arguments: argparse.Namespace) -> int:
     found = Embeddings(z_path(arguments)).similar(arguments.query, arguments.number, models=models_of(arguments))
-    return tell(arguments, [row.data() for row in found], similar_table(found))
+    return print_result(arguments, [row.data() for row in found], similar_table(found))
 
 
 def _export(arguments: argparse.Namespace) -> int:
@@ -411,12 +417,12 @@ def _export(arguments: argparse.Namespace) -> int:
     return 0
 
 
-# The actions of ``embeddings``: help, what declares their arguments, and the work.
+# The actions of ``embeddings``: help, function that adds the arguments, function that runs it.
 _ACTIONS: Mapping[str, tuple[str, Callable[[argparse.ArgumentParser], None], Callable[[argparse.Namespace], int]]] = {
-    "list": ("every entity's handle, word, text and attributes", _add_list, _list),
-    "set": ("give a handle a text, attributes or the vector of a picture", _add_set, _set),
-    "encode": ("encode every primitive's sentence by OpenCLIP, and keep that in Z", _add_encode, _encode),
-    "swap": ("exchange what Z says of two handles", _add_swap, _swap),
-    "similar": ("what is most like a handle, a text or a picture", _add_similar, _similar),
-    "export": ("write the vectors in Z for other programs", _add_export, _export),
+    "list": ("list every entity's handle, word, text and attributes", _add_list, _list),
+    "set": ("set the text, attributes or token embedding of a handle", _add_set, _set),
+    "encode": ("encode every primitive's prompt with OpenCLIP and store the vectors", _add_encode, _encode),
+    "swap": ("swap the entries of two handles", _add_swap, _swap),
+    "similar": ("find the embeddings most similar to a handle, a text or an image", _add_similar, _similar),
+    "export": ("export the vectors to another file format", _add_export, _export),
 }

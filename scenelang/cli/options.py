@@ -1,4 +1,4 @@
-"""Options that commands share, and how they become a session."""
+"""Command-line options shared by several commands, and their conversion to a session."""
 
 from __future__ import annotations
 
@@ -27,31 +27,42 @@ if TYPE_CHECKING:
 Fields = TypeVar("Fields")
 
 
-class Told(Exception):
-    """A mistake that is told already; the command ends with 1."""
+class ReportedError(Exception):
+    """An error that has already been reported; the command exits with status 1."""
 
 
 def reader(read: Callable[[str], Any]) -> Callable[[str], Any]:
-    """``read`` as a converter of argparse, which then tells what ``read`` says of a text."""
+    """Wrap ``read`` as an argparse type whose ValueError becomes argparse's error message."""
     if read in (int, float):
         return read
 
     @wraps(read)
-    def told(text: str) -> Any:
+    def convert(text: str) -> Any:
         try:
             return read(text)
         except ValueError as error:
             raise argparse.ArgumentTypeError(str(error)) from None
 
-    return told
+    return convert
 
 
 whole, picture_size = reader(settings.whole), reader(settings.picture_size)
 
 
 def add_settings(group: Any, known: Mapping[str, Setting], prefix: str = "", **helps: str) -> None:
-    """An option for each setting; None stands for what is not given. ``prefix`` keeps the values of strangers' options
-    apart, ``helps`` are other texts for settings that mean something else to a command."""
+    """Add an option for each setting; an option that is not given has the value None.
+
+    Parameters
+    ----------
+    group
+        Parser or argument group to add the options to.
+    known
+        Settings by field name.
+    prefix
+        Prefix of the namespace attributes, which keeps the options of different backends apart.
+    helps
+        Help texts that replace a setting's own, by field name.
+    """
     for name, each in known.items():
         more: dict[str, Any] = {"help": helps.get(name, each.help).replace("%", "%%"), "dest": prefix + _long(each)}
         if type(each.default) is bool:
@@ -64,7 +75,7 @@ def add_settings(group: Any, known: Mapping[str, Setting], prefix: str = "", **h
 
 
 def given_settings(arguments: argparse.Namespace, known: Mapping[str, Setting], prefix: str = "") -> dict[str, Any]:
-    """The values of the settings that options give, by name."""
+    """Return the values of the settings that were given as options, by field name."""
     found = {}
     for name, each in known.items():
         value = getattr(arguments, prefix + _long(each), None)
@@ -74,71 +85,71 @@ def given_settings(arguments: argparse.Namespace, known: Mapping[str, Setting], 
 
 
 def _long(each: Setting) -> str:
-    """What argparse calls a setting."""
+    """Return the namespace attribute that argparse derives from a setting's long option."""
     return next(flag for flag in each.flags if flag.startswith("--"))[2:].replace("-", "_")
 
 
 def add_fields(group: Any, kind: type, names: Iterable[str] | None = None, **helps: str) -> None:
-    """An option for each field of a data class of settings, or for those in ``names``."""
+    """Add an option for each field of a settings dataclass, or only for those in ``names``."""
     known = settings_in(kind)
     add_settings(group, {name: known[name] for name in (known if names is None else names)}, **helps)
 
 
 def given(arguments: argparse.Namespace, kind: type) -> dict[str, Any]:
-    """The fields of a data class that options give, by name."""
+    """Return the dataclass fields that were given as options, by name."""
     return given_settings(arguments, settings_in(kind))
 
 
 def fields_of(arguments: argparse.Namespace, kind: type[Fields], **more: Any) -> Fields:
-    """The data class of settings that options and ``more`` give."""
+    """Construct a settings dataclass from the options that were given and the values in ``more``."""
     return kind(**given(arguments, kind) | more)
 
 
 def add_camera(group: Any, size_help: str, several: bool = False) -> None:
-    """How large pictures are, and where they are taken from: by one camera or ``several``."""
+    """Add the options for image size and camera; ``several`` allows the camera to be repeated."""
     group.add_argument("--size", type=picture_size, metavar="WxH", help=size_help)
     group.add_argument(
         "--camera",
         metavar="VIEW",
         action="append" if several else "store",
-        help="turntable, top, isometric, follow; azimuth=40,elevation=20,distance=5,fov=35,target=0:1:0,aperture=.1,"
-        "focus=4; or a camera's JSON file; what is left out frames the scene",
+        help="preset (turntable, top, isometric, follow), parameters (azimuth=40,elevation=20,distance=5,fov=35,"
+        "target=0:1:0,aperture=.1,focus=4), or a JSON file; omitted parameters are chosen to frame the scene",
     )
 
 
 def add_file(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("file", metavar="FILE", help="a program, `-` for standard input")
+    parser.add_argument("file", metavar="FILE", help="program file, or `-` for standard input")
 
 
 def add_output(parser: argparse.ArgumentParser) -> None:
-    """How much is said, and how."""
+    """Add the options that control verbosity and output format."""
     group = parser.add_argument_group("output")
-    group.add_argument("-q", "--quiet", action="store_true", help="no warnings, no log, no progress")
-    group.add_argument("-v", "--verbose", action="store_true", help="also steps and times")
-    group.add_argument("--no-color", action="store_true", help="no colours in diagnostics")
+    group.add_argument("-q", "--quiet", action="store_true", help="suppress warnings, logs and progress")
+    group.add_argument("-v", "--verbose", action="store_true", help="also report steps and times")
+    group.add_argument("--no-color", action="store_true", help="disable colored diagnostics")
     group.add_argument("--json", action="store_true", help="machine-readable output")
 
 
 def add_common(parser: argparse.ArgumentParser) -> None:
-    """What every command that evaluates understands."""
+    """Add the options shared by all commands that evaluate programs."""
     add_output(parser)
     group = parser.add_argument_group("evaluation")
-    group.add_argument("--root", metavar="WORD", help="the word to evaluate (default: see docs/language.md)")
+    group.add_argument("--root", metavar="WORD", help="word to evaluate (default: see docs/language.md)")
     add_seed(group)
     group.add_argument(
         "--define", action="append", default=[], metavar="NAME=VALUE", help="override a `param` of the program"
     )
-    group.add_argument("--z", metavar="FILE", help="embeddings (default: FILE.z.safetensors beside the program)")
-    group.add_argument("--allow-outside", action="store_true", help="let files import from outside the project folder")
+    group.add_argument("--z", metavar="FILE", help="embeddings file (default: FILE.z.safetensors beside the program)")
+    group.add_argument("--allow-outside", action="store_true", help="allow imports from outside the project folder")
     add_limits(parser)
 
 
 def add_seed(group: Any) -> None:
-    group.add_argument("--seed", type=int, default=0, metavar="N", help="seed of the random streams (default 0)")
+    group.add_argument("--seed", type=int, default=0, metavar="N", help="random seed (default 0)")
 
 
 def add_limits(parser: argparse.ArgumentParser) -> None:
-    """What bounds an evaluation."""
+    """Add the options for the resource limits of an evaluation."""
     add_fields(parser.add_argument_group("limits"), Limits)
 
 
@@ -147,7 +158,7 @@ def limits_of(arguments: argparse.Namespace) -> Limits:
 
 
 def add_models(parser: argparse.ArgumentParser) -> None:
-    """Where weights are, and what computes."""
+    """Add the options for model weights and the compute device."""
     from scenelang.backends.neural.weights import Models
 
     add_fields(parser.add_argument_group("neural models"), Models)
@@ -160,7 +171,7 @@ def models_of(arguments: argparse.Namespace) -> Models:
 
 
 def z_path(arguments: argparse.Namespace) -> Path | None:
-    """The file of embeddings to use: the one named, else the one beside the program if it exists."""
+    """Return the embeddings file to use: the given one, else the one beside the program if it exists."""
     from scenelang.zfile import beside
 
     if arguments.z is not None or arguments.file == "-":
@@ -177,7 +188,13 @@ def z_entries(arguments: argparse.Namespace) -> dict[str, ZEntry]:
 
 
 def session_of(arguments: argparse.Namespace) -> Session:
-    """The session that a command works with; raises SceneError for a malformed option."""
+    """Create the session of a command.
+
+    Raises
+    ------
+    SceneError
+        If an option is malformed.
+    """
     from scenelang.session import Options, Session, definition
 
     options = Options(
@@ -193,7 +210,7 @@ def session_of(arguments: argparse.Namespace) -> Session:
 
 
 def opened(arguments: argparse.Namespace, session: Session | None = None) -> tuple[Evaluated, Source, Session]:
-    """Evaluate the command's file and print what the run said."""
+    """Evaluate the command's file, and print the log and diagnostics of the run."""
     session = session or session_of(arguments)
     source = session.source(arguments.file)
     result = session.evaluate(source)
@@ -202,32 +219,32 @@ def opened(arguments: argparse.Namespace, session: Session | None = None) -> tup
 
 
 def evaluated(arguments: argparse.Namespace) -> EntityScene:
-    """The entity graph of the command's file; raises Told for a wrong program."""
+    """Return the entity graph of the command's file; raises Told if the program has errors."""
     scene = opened(arguments)[0].scene
     if scene is None:
-        raise Told
+        raise ReportedError
     return scene
 
 
 def scene_of(arguments: argparse.Namespace, fresh: bool = False) -> Scene:
-    """The scene of the command's file; raises Told for a wrong program. ``fresh``: the file of embeddings is only to be
-    made."""
+    """Return the scene of the command's file; raises Told if the program has errors. With ``fresh``, the embeddings
+    file does not exist yet and is not read."""
     from scenelang.scene import scene_from
 
     own = argparse.Namespace(**{**vars(arguments), "z": None, "file": "-"}) if fresh else arguments
     result, source, session = opened(arguments, session_of(own))
     if result.scene is None:
-        raise Told
+        raise ReportedError
     return scene_from(result, source.name, session.options)
 
 
 def bounded(arguments: argparse.Namespace) -> AbstractContextManager[object]:
-    """The work of a command that its limits bound."""
+    """Apply the time and memory limits of a command to the work inside the context."""
     from scenelang.sandbox.supervision import limited
 
     return limited(limits_of(arguments))
 
 
 def session_limit(arguments: argparse.Namespace) -> int:
-    """How many primitives may be expanded."""
+    """Return the maximum number of primitives to expand."""
     return limits_of(arguments).primitives

@@ -1,4 +1,4 @@
-"""What commands say: diagnostics as text or JSON, the program's log, progress on a terminal."""
+"""Output of commands: diagnostics as text or JSON, the program's log, progress on a terminal."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def use_color(arguments: argparse.Namespace, stream: TextIO) -> bool:
 
 
 def report(arguments: argparse.Namespace, diagnostics: Iterable[Diagnostic], stream: TextIO | None = None) -> None:
-    """Print diagnostics: errors always, warnings unless quiet; with ``--json`` one list."""
+    """Print diagnostics: errors always, warnings unless quiet; as one JSON list with ``--json``."""
     quiet = getattr(arguments, "quiet", False)
     shown = capped([d for d in diagnostics if d.is_error or not quiet])
     if any(d.name == "interrupted" for d in shown):
@@ -35,12 +35,12 @@ def report(arguments: argparse.Namespace, diagnostics: Iterable[Diagnostic], str
     for diagnostic in shown:
         print(render_text(diagnostic, use_color(arguments, stream)), file=stream)
     without_hint = sorted({diagnostic.code for diagnostic in shown if not diagnostic.hint})
-    if without_hint and stream.isatty() and not quiet:  # people read here, not programs
+    if without_hint and stream.isatty() and not quiet:  # only for interactive use
         print(f"  more: scenelang explain {' '.join(without_hint)}", file=stream)
 
 
 def report_run(arguments: argparse.Namespace, result: Evaluated) -> None:
-    """Print what a run said: its log, then diagnostics. Both go to standard error, data to standard output."""
+    """Print the log and the diagnostics of a run to standard error; standard output is for data."""
     if not arguments.quiet:
         for line in result.log:
             print(printable(line) if sys.stderr.isatty() else line, file=sys.stderr)
@@ -50,8 +50,8 @@ def report_run(arguments: argparse.Namespace, result: Evaluated) -> None:
         print(f"{result.steps:,} steps", file=sys.stderr)
 
 
-def tell(arguments: argparse.Namespace, data: Any, text: object) -> int:
-    """Print what a command found, as JSON or for people; gives the exit code of success."""
+def print_result(arguments: argparse.Namespace, data: Any, text: object) -> int:
+    """Print a command's result as JSON or text, and return exit code 0."""
     if arguments.json:
         print_json(data)
     else:
@@ -60,26 +60,26 @@ def tell(arguments: argparse.Namespace, data: Any, text: object) -> int:
 
 
 def warnings(arguments: argparse.Namespace) -> Callable[[Diagnostic], None]:
-    """What tells the user of a warning that comes up while backends work, once for all of them."""
-    told: set[str] = set()
+    """Return a callback that reports warnings of backends, each message only once."""
+    reported: set[str] = set()
 
-    def tell(diagnostic: Diagnostic) -> None:
-        if diagnostic.message not in told:
-            told.add(diagnostic.message)
+    def warn(diagnostic: Diagnostic) -> None:
+        if diagnostic.message not in reported:
+            reported.add(diagnostic.message)
             report(arguments, [diagnostic])
 
-    return tell
+    return warn
 
 
 def progress(arguments: argparse.Namespace, label: str) -> Callable[[float], None] | None:
-    """A progress line on standard error, on a terminal only, once the work has taken a while."""
+    """Return a callback for a progress line on standard error, or None without a terminal or when quiet."""
     if arguments.quiet or not sys.stderr.isatty():
         return None
     return progress_line(sys.stderr, label)
 
 
 def done(arguments: argparse.Namespace, *written: Path) -> None:
-    """Say what was written."""
+    """Report the files that were written."""
     if not arguments.quiet:
         for output in written:
             say(f"wrote {output}")

@@ -1,4 +1,4 @@
-"""Commands that draw scenes and write files of them: render, export, maps, graph, view, backends."""
+"""Commands that render, export and view scenes: render, export, maps, graph, view, backends."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from scenelang.cli.options import (
     usage_errors,
     whole,
 )
-from scenelang.cli.output import check_folder, done, progress, report, tell
+from scenelang.cli.output import check_folder, done, print_result, progress, report
 from scenelang.cli.output import warnings as warnings_of
 from scenelang.grammar.settings import port
 from scenelang.reports import deliver, table
@@ -48,30 +48,30 @@ _SIZE = (512, 512)
 
 
 def _add_view(parser: argparse.ArgumentParser, several: bool = False) -> None:
-    """What tells where pictures are taken from, by one camera or ``several``, and in what light."""
+    """Add the options for cameras (``several`` allows repeats) and lighting."""
     group = parser.add_argument_group("view")
     add_camera(group, "pixels (default 512x512)", several)
     add_fields(group, film.PictureOptions, ("environment", "ground"))
 
 
 def _add_quality(parser: argparse.ArgumentParser, what: str) -> None:
-    told = "; ".join(f"{quality.name}: {quality.doc}" for quality in film.QUALITIES.every())
-    parser.add_argument("--quality", choices=film.QUALITIES.names(), default="draft", help=f"{what} ({told})")
+    summaries = "; ".join(f"{quality.name}: {quality.doc}" for quality in film.QUALITIES.every())
+    parser.add_argument("--quality", choices=film.QUALITIES.names(), default="draft", help=f"{what} ({summaries})")
 
 
 def _add_backend_options(parser: argparse.ArgumentParser, work: base.Work) -> None:
-    """The options of the backends that do ``work``; ``_settings_of`` reads them back."""
+    """Add the options of the backends that do ``work``; read them with ``_settings_of``."""
     add_settings(parser.add_argument_group("options of backends"), base.settings_for(work), "backend_")
     parser.set_defaults(work=work)
 
 
 def _settings_of(arguments: argparse.Namespace) -> dict[str, Any]:
-    """The options of backends that were given, by name."""
+    """Return the backend options that were given, by name."""
     return given_settings(arguments, base.settings_for(arguments.work), "backend_")
 
 
 def _picture_options(arguments: argparse.Namespace, camera: str | None) -> film.PictureOptions:
-    """What the options of a command that draws ask for; raises SceneError."""
+    """Return the rendering options of a command; raises SceneError for an invalid camera."""
     view = parse_viewpoint(camera) if camera else Viewpoint()
     own = (view.width, view.height) if isinstance(view, Camera) else _SIZE
     width, height = arguments.size or own
@@ -89,11 +89,11 @@ def add_render(parser: argparse.ArgumentParser) -> None:
     endings = ".png .jpg .webp .exr .gif .apng .mp4"
     parser.add_argument("-o", "--output", metavar="OUT", help=f"{endings} (default: FILE.png, FILE.gif for films)")
     _add_quality(parser, "of the picture")
-    parser.add_argument("--backend", metavar="NAME,...", help="backends that draw, side by side, instead of a quality")
-    add_fields(parser, film.PictureOptions, ("frame",), frame="a picture of this frame of a 4D scene, from 0")
+    parser.add_argument("--backend", metavar="NAME,...", help="render with these backends side by side")
+    add_fields(parser, film.PictureOptions, ("frame",), frame="frame of a 4D scene to render, counted from 0")
     _add_view(parser)
     add_fields(parser, film.PictureOptions, ("labels",))
-    add_fields(parser.add_argument_group("films"), film.FilmOptions)
+    add_fields(parser.add_argument_group("video"), film.FilmOptions)
     _add_backend_options(parser, base.Work.PICTURE)
 
 
@@ -120,7 +120,7 @@ def _wrote_mesh(path: Path) -> bool:
 
 
 def run_render(arguments: argparse.Namespace) -> int:
-    with usage_errors():  # before the work, so that typos are cheap
+    with usage_errors():  # fail early, before the expensive work
         shots = fields_of(arguments, film.FilmOptions)
         output = _output_of(arguments, ".gif" if shots.is_wanted else ".png", film.wrote_picture)
         names = arguments.backend.split(",") if arguments.backend else [arguments.quality]
@@ -136,8 +136,8 @@ def run_render(arguments: argparse.Namespace) -> int:
 
 
 def add_export(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("-o", "--output", metavar="OUT", help="the file to write (default: FILE.glb)")
-    parser.add_argument("--backend", metavar="NAME", help="the backend (default: by file ending)")
+    parser.add_argument("-o", "--output", metavar="OUT", help="output file (default: FILE.glb)")
+    parser.add_argument("--backend", metavar="NAME", help="export backend (default: from the file extension)")
     add_fields(parser, base.BackendOptions, ("frame",))
     _add_backend_options(parser, base.Work.EXPORT)
 
@@ -163,11 +163,11 @@ def run_export(arguments: argparse.Namespace) -> int:
 def add_maps(parser: argparse.ArgumentParser) -> None:
     from scenelang.backends.labels.dataset import MapOptions
 
-    parser.add_argument("files", metavar="FILE", nargs="+", help="programs, `-` for standard input")
-    parser.add_argument("-o", "--output", metavar="DIR", required=True, help="the folder to write to")
-    _add_quality(parser, "of the colour pictures")
+    parser.add_argument("files", metavar="FILE", nargs="+", help="programs, or `-` for standard input")
+    parser.add_argument("-o", "--output", metavar="DIR", required=True, help="output folder")
+    _add_quality(parser, "quality of the color images")
     add_fields(parser, base.BackendOptions, ("frame",))
-    parser.add_argument("--views", type=whole, metavar="N", help="so many random cameras, by the seed")
+    parser.add_argument("--views", type=whole, metavar="N", help="number of random cameras")
     add_fields(parser, MapOptions)
     _add_view(parser, several=True)
     _add_backend_options(parser, base.Work.PICTURE)
@@ -189,7 +189,7 @@ def run_maps(arguments: argparse.Namespace) -> int:
 
     def skipped(item: DatasetItem) -> None:
         if not arguments.quiet:
-            print(f"{item.folder} is there already", file=sys.stderr)
+            print(f"{item.folder} already exists; skipped", file=sys.stderr)
 
     items = write_set(
         _labelled(arguments, failed), folder, settings, backend, alone=len(arguments.files) == 1,
@@ -201,7 +201,7 @@ def run_maps(arguments: argparse.Namespace) -> int:
 
 
 def _labelled(arguments: argparse.Namespace, failed: list[str]) -> Iterator[LabelledScene]:
-    """The scenes of the files, one after the other; those that have none are told and added to ``failed``."""
+    """Yield the scenes of the files in order; report those with errors and add them to ``failed``."""
     from scenelang.backends.labels.dataset import LabelledScene, names_of
 
     for path, name in zip(arguments.files, names_of(arguments.files), strict=True):
@@ -219,16 +219,16 @@ def _labelled(arguments: argparse.Namespace, failed: list[str]) -> Iterator[Labe
 
 
 def add_graph(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("-o", "--output", metavar="OUT.svg", required=True, help="the drawing to write")
-    parser.add_argument("--depth", type=whole, metavar="N", help="levels below the root")
+    parser.add_argument("-o", "--output", metavar="OUT.svg", required=True, help="output file")
+    parser.add_argument("--depth", type=whole, metavar="N", help="maximum depth below the root")
     parser.add_argument("--frame", type=whole, metavar="N", help="frame of a 4D scene (default 0)")
-    parser.add_argument("--thumbnails", action="store_true", help="a small picture of every node")
+    parser.add_argument("--thumbnails", action="store_true", help="render a thumbnail of every node")
 
 
 def run_graph(arguments: argparse.Namespace) -> int:
     output = Path(arguments.output)
     if output.suffix.lower() != ".svg":
-        raise UsageError("backend", f"a graph cannot be written as `{output.name}`", "use .svg")
+        raise UsageError("backend", f"cannot write a graph to `{output.name}`", "use .svg")
     check_folder(output)
     scene = scene_of(arguments)
     done(arguments, scene.save_graph(output, arguments.depth, arguments.frame, arguments.thumbnails))
@@ -239,25 +239,27 @@ def run_graph(arguments: argparse.Namespace) -> int:
 
 
 def add_view(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("files", metavar="FILE", nargs="+", help="programs; their files are watched")
-    parser.add_argument("--html", metavar="OUT.html", help="write one page that works offline, and serve nothing")
-    parser.add_argument("--minecraft", action="store_true", help="the blocks of one program with the game's own looks")
-    parser.add_argument("--textures", metavar="PATH", help="where these looks are (default: the installed game)")
-    parser.add_argument("--splats", action="store_true", help="show Gaussians in place of solids")
-    parser.add_argument("--distilled", metavar="DIR", help="show what a run of `distill` learned")
-    parser.add_argument("--port", type=reader(port), default=0, metavar="N", help="the port (default: a free one)")
-    parser.add_argument("--no-browser", action="store_true", help="only print the address")
+    parser.add_argument("files", metavar="FILE", nargs="+", help="programs; the view reloads when they change")
+    parser.add_argument(
+        "--html", metavar="OUT.html", help="write a self-contained HTML page instead of starting a server"
+    )
+    parser.add_argument("--minecraft", action="store_true", help="show a Minecraft build with the game's block models")
+    parser.add_argument("--textures", metavar="PATH", help="resource pack or game file (default: the installed game)")
+    parser.add_argument("--splats", action="store_true", help="show Gaussian splats instead of solids")
+    parser.add_argument("--distilled", metavar="DIR", help="show the Gaussians of a `distill` run")
+    parser.add_argument("--port", type=reader(port), default=0, metavar="N", help="port (default: any free port)")
+    parser.add_argument("--no-browser", action="store_true", help="do not open a browser")
 
 
 def run_view(arguments: argparse.Namespace) -> int:
     if "-" in arguments.files:
-        raise UsageError("file", "`view` watches files, so it cannot show standard input")
+        raise UsageError("file", "`view` watches files and cannot read standard input")
     if arguments.textures is not None and not arguments.minecraft:
-        raise UsageError("value", "`--textures` goes with `--minecraft`")
+        raise UsageError("value", "`--textures` requires `--minecraft`")
     if arguments.distilled is not None and len(arguments.files) > 1:
-        raise UsageError("value", "`--distilled` shows one program")
+        raise UsageError("value", "`--distilled` accepts only one program")
     if arguments.minecraft and (arguments.splats or arguments.distilled is not None):
-        raise UsageError("value", "`--minecraft` shows blocks, `--splats` and `--distilled` Gaussians: choose one")
+        raise UsageError("value", "`--minecraft` cannot be combined with `--splats` or `--distilled`")
     if arguments.minecraft:
         return _view_build(arguments)
     from scenelang.sandbox.worker import Worker
@@ -280,13 +282,13 @@ def _evaluator(arguments: argparse.Namespace) -> Evaluate:
         return session_of(chosen)
 
     arguments.file = arguments.files[0]
-    session_of(arguments)  # mistakes of the command line come first
+    session_of(arguments)  # report errors of the command line first
     limit = arguments.max_primitives
     return evaluator(open_session, LIMIT if limit is None else int(limit), _splats(arguments))
 
 
 def _splats(arguments: argparse.Namespace) -> SplatsOf | None:
-    """The Gaussians that are shown in place of solids, None for solids."""
+    """Return the Gaussians to show in place of solids, or None to show solids."""
     if arguments.distilled is None and not arguments.splats:
         return None
     from scenelang.backends.viewer.packet import distilled_splats, own_splats
@@ -295,29 +297,29 @@ def _splats(arguments: argparse.Namespace) -> SplatsOf | None:
 
 
 def _serve(arguments: argparse.Namespace, workspace: Workspace) -> int:
-    """Serve until Ctrl-C."""
+    """Serve until interrupted by Ctrl-C."""
     from scenelang.viewer.server import ViewServer
 
     with ViewServer(workspace, arguments.port) as server:
-        _open(arguments, server.address, "Ctrl-C ends it.")
+        _open(arguments, server.address, "Press Ctrl-C to stop.")
         with suppress(KeyboardInterrupt):
             server.serve_forever(0.2)
     return 0
 
 
-def _open(arguments: argparse.Namespace, address: str, said: str) -> None:
-    """Print an address, and show it in a browser where there is a screen and the user wants one."""
+def _open(arguments: argparse.Namespace, address: str, note: str) -> None:
+    """Print an address, and open it in a browser unless the user disabled that or there is no display."""
     from scenelang.backends.viewer.page import open_in_browser
 
     print(address, flush=True)
     if not arguments.quiet:
-        print(said, file=sys.stderr)
+        print(note, file=sys.stderr)
     if not arguments.no_browser:
         open_in_browser(address)
 
 
 def _save(arguments: argparse.Namespace, workspace: Workspace) -> int:
-    """Write the page with all files' scenes; nothing is written when one of them has a mistake."""
+    """Write the page with the scenes of all files; write nothing if one of them has errors."""
     from scenelang.backends.viewer.page import page_path
     from scenelang.viewer.workspace import saved_page
 
@@ -331,12 +333,12 @@ def _save(arguments: argparse.Namespace, workspace: Workspace) -> int:
 
 
 def _view_build(arguments: argparse.Namespace) -> int:
-    """Write the page of ``--html``, or show one in a browser until Ctrl-C; the files are not watched."""
+    """Write the page of ``--html``, or show it in a browser until Ctrl-C; files are not watched."""
     from scenelang.backends.deepslate.backend import page_of_scene
     from scenelang.backends.viewer.page import page_path
 
     if len(arguments.files) > 1:
-        raise UsageError("file", "`view --minecraft` shows one program")
+        raise UsageError("file", "`view --minecraft` accepts only one program")
     output = page_path(arguments.html) if arguments.html else None
     (arguments.file,) = arguments.files
     scene = scene_of(arguments)
@@ -349,7 +351,7 @@ def _view_build(arguments: argparse.Namespace) -> int:
     with tempfile.TemporaryDirectory(prefix="scenelang-page-") as folder:
         path = Path(folder) / "build.html"
         deliver(page.text, str(path))
-        _open(arguments, path.as_uri(), "Ctrl-C ends it and removes the page.")
+        _open(arguments, path.as_uri(), "Press Ctrl-C to stop and to delete the page.")
         with suppress(KeyboardInterrupt):
             threading.Event().wait()
     return 0
@@ -363,4 +365,4 @@ def run_backends(arguments: argparse.Namespace) -> int:
     rows = [("backend", "command", "writes", "installed", ""), *(backend.row for backend in found)]
     options = [f"{b.name} --{option.name}: {option.doc}" for b in found for option in b.options]
     text = "\n".join([table(rows, (False,) * 5), *(options if arguments.verbose else ())])
-    return tell(arguments, [backend.facts() for backend in found], text)
+    return print_result(arguments, [backend.facts() for backend in found], text)

@@ -24,7 +24,7 @@ from scenelang.cli.options import (
     usage_errors,
     whole,
 )
-from scenelang.cli.output import check_folder, done, report, report_run, tell, use_color
+from scenelang.cli.output import check_folder, done, print_result, report, report_run, use_color
 from scenelang.grammar.diagnostics import (
     Diagnostic,
     SceneError,
@@ -50,11 +50,17 @@ _FIRST_LINES = 10_000
 
 
 def add_check(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("files", metavar="FILE", nargs="+", help="programs, folders of them, `-` for standard input")
-    parser.add_argument("--strict", action="store_true", help="hold the program to the paper's grammar")
-    parser.add_argument("--run", action="store_true", dest="evaluate", help="evaluate the programs as well")
-    parser.add_argument("--geometry", action="store_true", help="evaluate, and look for odd overlaps, gaps and faces")
-    parser.add_argument("--fix", action="store_true", help="mend what can be mended without changing what programs do")
+    parser.add_argument(
+        "files", metavar="FILE", nargs="+", help="programs, folders of programs, or `-` for standard input"
+    )
+    parser.add_argument("--strict", action="store_true", help="require the paper's grammar")
+    parser.add_argument("--run", action="store_true", dest="evaluate", help="also evaluate the programs")
+    parser.add_argument(
+        "--geometry", action="store_true", help="also evaluate, and run the geometry lint (overlaps, gaps, faces)"
+    )
+    parser.add_argument(
+        "--fix", action="store_true", help="apply safe fixes, which do not change the meaning of programs"
+    )
 
 
 def run_check(arguments: argparse.Namespace) -> int:
@@ -64,7 +70,7 @@ def run_check(arguments: argparse.Namespace) -> int:
     session: Session | None = None
     files = program_files(arguments.files)
     if arguments.fix and not all(path.endswith(".scene") for path in files):
-        raise UsageError("value", "--fix mends files of the language (.scene)")
+        raise UsageError("value", "--fix supports only .scene files")
     for path in files:
         arguments.file = path
         session = session or session_of(arguments)
@@ -77,7 +83,7 @@ def run_check(arguments: argparse.Namespace) -> int:
 
 
 def _found_in(arguments: argparse.Namespace, session: Session, path: str) -> Sequence[Diagnostic]:
-    """What is wrong with one file, after its fixes."""
+    """Return the diagnostics of one file, after its fixes if requested."""
     if arguments.fix:
         source, number = session.fix_file(path)
         if number and not arguments.quiet:
@@ -103,14 +109,14 @@ def run_run(arguments: argparse.Namespace) -> int:
     if facts is None:
         return 1
     text = table([*summary_rows(facts), ("time", f"{seconds:.3f} s")], (False, False))
-    return tell(arguments, facts | {"seconds": seconds}, text)
+    return print_result(arguments, facts | {"seconds": seconds}, text)
 
 
 def run_expand(arguments: argparse.Namespace) -> int:
     session = session_of(arguments)
     checked = session.check(session.source(arguments.file))
     if checked.ok and checked.program is None:
-        raise SceneError("unsupported", f"{arguments.file} is a scene, not a program, so there is nothing to expand")
+        raise SceneError("unsupported", f"nothing to expand: {arguments.file} is a scene, not a program")
     if not checked.ok or checked.program is None:
         report(arguments, checked.diagnostics)
         return 1
@@ -122,9 +128,9 @@ def run_expand(arguments: argparse.Namespace) -> int:
 
 
 def add_tree(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--depth", type=whole, metavar="N", help="levels below the root")
-    parser.add_argument("--poses", action="store_true", help="also the pose of every part")
-    parser.add_argument("--all", action="store_true", help="every instance: no counts of repeated parts")
+    parser.add_argument("--depth", type=whole, metavar="N", help="maximum depth below the root")
+    parser.add_argument("--poses", action="store_true", help="also print the pose of every entity")
+    parser.add_argument("--all", action="store_true", help="list every instance instead of counts of repeated entities")
 
 
 def run_tree(arguments: argparse.Namespace) -> int:
@@ -140,7 +146,7 @@ def run_tree(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json(data)
         return 0
-    for line in chain(first, lines):  # who reads them may take their time
+    for line in chain(first, lines):  # outside the time limit, since the reader may be a pager
         say(line)
     return 0
 
@@ -172,15 +178,17 @@ def run_count(arguments: argparse.Namespace) -> int:
         scene = evaluated(arguments)
         frames = scene.frames
         if arguments.frame >= len(frames):
-            said = f"there is no frame {arguments.frame}; the scene has {len(frames)}, counted from 0"
-            raise SceneError("value", said)
+            message = f"frame {arguments.frame} is out of range; the scene has {len(frames)}, counted from 0"
+            raise SceneError("value", message)
         counts = count_words(frames[arguments.frame])
     head = f"frame {arguments.frame} of {len(frames)}:\n" if scene.animated else ""
-    return tell(arguments, counts, head + table([(f"{n:,}", word) for word, n in counts.items()], (True, False)))
+    return print_result(
+        arguments, counts, head + table([(f"{n:,}", word) for word, n in counts.items()], (True, False))
+    )
 
 
 def add_bounds(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--word", help="only the entities of this word, in the world's frame")
+    parser.add_argument("--word", help="word whose entities to measure, in world coordinates")
 
 
 def run_bounds(arguments: argparse.Namespace) -> int:
@@ -191,23 +199,23 @@ def run_bounds(arguments: argparse.Namespace) -> int:
         box = word_box(scene, arguments.word)
     if box is None:
         what = f'"{arguments.word}"' if arguments.word else "the scene"
-        raise SceneError("empty-scene", f"{what} has no geometry, so it has no bounding box")
+        raise SceneError("empty-scene", f"{what} has no geometry and therefore no bounding box")
     facts = box_facts(box)
     rows = [(name, *(f"{x:.6g}" for x in values)) for name, values in facts.items()]
-    return tell(arguments, facts, table(rows, (False, True, True, True)))
+    return print_result(arguments, facts, table(rows, (False, True, True, True)))
 
 
 # --- fmt -------------------------------------------------------------------------------------------------------------
 
 
 def add_fmt(parser: argparse.ArgumentParser) -> None:
-    parser.description = "Format programs in one style. Only white space changes. Without options files are rewritten."
+    parser.description = "Format programs in a uniform style, in place. Only white space changes."
     parser.add_argument(
-        "files", metavar="FILE", nargs="+", help="programs, folders of them, `-` for standard input to output"
+        "files", metavar="FILE", nargs="+", help="programs, folders of programs, or `-` to filter standard input"
     )
-    parser.add_argument("--check", action="store_true", help="change nothing; exit 1 if a file would change")
-    parser.add_argument("--diff", action="store_true", help="change nothing; show what would change")
-    span = "only the forms on lines A to B of one file"
+    parser.add_argument("--check", action="store_true", help="do not write files; exit 1 if a file would change")
+    parser.add_argument("--diff", action="store_true", help="do not write files; print the changes as a diff")
+    span = "range of lines to format; accepts only one file"
     parser.add_argument("--lines", metavar="A:B", type=reader(line_range), help=span)
 
 
@@ -217,7 +225,7 @@ def run_fmt(arguments: argparse.Namespace) -> int:
 
     names = program_files(arguments.files)
     if arguments.lines is not None and len(names) != 1:
-        raise UsageError("value", f"--lines is for one file, got {len(names)}")
+        raise UsageError("value", f"--lines accepts only one file, got {len(names)}")
     files: list[FormattedFile] = []
     for name in names:
         file = format_file(name, arguments.lines)
@@ -256,46 +264,48 @@ def _report_formatted(arguments: argparse.Namespace, files: Sequence[FormattedFi
         report(arguments, found)
     for file in files:
         if file.fault is not None:
-            print(f"internal error: {file.fault} (the file is as it was; please report it)", file=sys.stderr)
+            print(f"internal error: {file.fault} (the file is unchanged; please report it)", file=sys.stderr)
 
 
 # --- diff ------------------------------------------------------------------------------------------------------------
 
 
 def add_diff(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("a", metavar="A", help="a program, or a flattened scene (.json)")
-    parser.add_argument("b", metavar="B", help="a program, or a flattened scene (.json)")
+    parser.add_argument("a", metavar="A", help="first program, or flattened scene (.json)")
+    parser.add_argument("b", metavar="B", help="second program, or flattened scene (.json)")
     parser.add_argument(
         "--tolerance", type=reader(part_of_one), default=1e-5, metavar="T",
-        help="differences up to this part of the scene's size do not count (default 1e-5)",
+        help="relative tolerance, as a fraction of the scene's size (default 1e-5)",
     )  # fmt: skip
-    parser.add_argument("--limit", type=whole, default=20, metavar="N", help="changes to print (default 20)")
+    parser.add_argument(
+        "--limit", type=whole, default=20, metavar="N", help="maximum number of changes to print (default 20)"
+    )
 
 
 def run_diff(arguments: argparse.Namespace) -> int:
     from scenelang.scene_changes import change_lines, changes_between
 
     if arguments.a == arguments.b == "-":
-        raise UsageError("file", "only one of the two can be standard input")
+        raise UsageError("file", "only one of the two inputs can be standard input")
     sides: list[Sequence[Sheet]] = []
     for path in (arguments.a, arguments.b):
         with bounded(arguments):
             sides.append(_sheets(arguments, path))
     with bounded(arguments):
         found = changes_between(sides[0], sides[1], arguments.tolerance)
-    tell(arguments, found.data(), "\n".join(change_lines(found, arguments.limit)))
+    print_result(arguments, found.data(), "\n".join(change_lines(found, arguments.limit)))
     return 0 if found.equal else 1
 
 
 def _sheets(arguments: argparse.Namespace, path: str) -> Sequence[Sheet]:
-    """The frames of a program or a JSON file; raises Told for a wrong program."""
+    """Return the frames of a program or a JSON file; raises Told if the program has errors."""
     from scenelang.scene_changes import sheets_in, sheets_of
 
     limit = session_limit(arguments)
     sheets = sheets_in(path, limit)
     if sheets is not None:
         return sheets
-    arguments.file = path  # what the shared options look at: embeddings lie beside it
+    arguments.file = path  # used to locate the embeddings beside the program
     return sheets_of(evaluated(arguments), limit)
 
 
@@ -303,11 +313,11 @@ def _sheets(arguments: argparse.Namespace, path: str) -> Sequence[Sheet]:
 
 
 def add_transpile(parser: argparse.ArgumentParser) -> None:
-    parser.description = "Turn the Python of a language model's response into a program. The Python is never run."
-    parser.add_argument(
-        "file", metavar="FILE", help="a response (.txt), a Python program (.py), `-` for standard input"
+    parser.description = (
+        "Translate the Python of a language model's response to a program. The Python is never executed."
     )
-    parser.add_argument("-o", "--output", metavar="OUT.scene", help="where to write it (default: standard output)")
+    parser.add_argument("file", metavar="FILE", help="response (.txt), Python program (.py), or `-` for standard input")
+    parser.add_argument("-o", "--output", metavar="OUT.scene", help="output program (default: standard output)")
     add_output(parser)
     add_limits(parser)
 
@@ -316,7 +326,7 @@ def run_transpile(arguments: argparse.Namespace) -> int:
     from scenelang.session import Options, Session
 
     if arguments.output is not None and Path(arguments.output).resolve() == Path(arguments.file).resolve():
-        raise UsageError("file", "the output would replace the Python that it is made of")
+        raise UsageError("file", "the output would overwrite the input")
     session = Session(Options(limits=limits_of(arguments)))
     translation = session.transpile(session.source(arguments.file))
     report(arguments, translation.diagnostics)
@@ -327,8 +337,8 @@ def run_transpile(arguments: argparse.Namespace) -> int:
 
 
 def add_import(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("file", metavar="FILE", help="the build: .schem, .litematic or .nbt")
-    parser.add_argument("-o", "--output", metavar="OUT.scene", help="the program to write (default: standard output)")
+    parser.add_argument("file", metavar="FILE", help="build to import: .schem, .litematic or .nbt")
+    parser.add_argument("-o", "--output", metavar="OUT.scene", help="output program (default: standard output)")
 
 
 def run_import(arguments: argparse.Namespace) -> int:
@@ -337,7 +347,7 @@ def run_import(arguments: argparse.Namespace) -> int:
     output = Path(arguments.output) if arguments.output else None
     if output is not None:
         if output.suffix != ".scene":
-            raise UsageError("backend", f"a program cannot be written as `{output.name}`", "use .scene")
+            raise UsageError("backend", f"cannot write a program to `{output.name}`", "use .scene")
         check_folder(output)
     text, warnings = imported(Path(arguments.file))
     deliver(text, arguments.output)
@@ -351,12 +361,12 @@ def add_grammar(parser: argparse.ArgumentParser) -> None:
     from scenelang.stdlib.reference import GRAMMARS
 
     parser.description = (
-        "Write the grammar of programs: text that reads and whose special forms have the right shape. "
-        "Given to a decoder, it makes a local model write nothing else (docs/grammar.md)."
+        "Export the grammar of syntactically valid programs with well-formed special forms. "
+        "A local model can use it for grammar-constrained decoding (docs/grammar.md)."
     )
-    parser.add_argument("--format", required=True, choices=GRAMMARS, help="who is to read it")
-    parser.add_argument("--strict", action="store_true", help="exactly the paper's grammar, as check --strict has it")
-    parser.add_argument("-o", "--output", metavar="FILE", help="where to write it (default: standard output)")
+    parser.add_argument("--format", required=True, choices=GRAMMARS, help="grammar format")
+    parser.add_argument("--strict", action="store_true", help="the paper's grammar, as enforced by check --strict")
+    parser.add_argument("-o", "--output", metavar="FILE", help="output file (default: standard output)")
 
 
 def run_grammar(arguments: argparse.Namespace) -> int:
@@ -372,19 +382,19 @@ def run_grammar(arguments: argparse.Namespace) -> int:
 
 
 def add_explain(parser: argparse.ArgumentParser) -> None:
-    parser.description = "Explain codes such as E301, or names such as unbound; without any, list them all."
-    parser.add_argument("codes", metavar="CODE", nargs="*", help="codes or names of errors and warnings")
+    parser.description = "Explain diagnostics by code (E301) or name (unbound); without arguments, list all of them."
+    parser.add_argument("codes", metavar="CODE", nargs="*", help="code or name of an error or warning")
 
 
 def run_explain(arguments: argparse.Namespace) -> int:
-    names = [diagnostic_asked(asked) for asked in arguments.codes]
-    return tell(arguments, [explanation_data(name) for name in names or by_code()], explained(names))
+    names = [diagnostic_asked(code) for code in arguments.codes]
+    return print_result(arguments, [explanation_data(name) for name in names or by_code()], explained(names))
 
 
 def add_doctor(parser: argparse.ArgumentParser) -> None:
     parser.description = (
-        "Try all that scenelang can do, each for a moment, and say what is missing and how to get it. "
-        "The exit code is 1 only where something that needs no extra is broken."
+        "Run a quick test of every feature, and report what is missing and how to install it. "
+        "The exit code is 1 only if a feature that needs no extra is broken."
     )
 
 

@@ -1,4 +1,4 @@
-"""Commands that stay: repl, lsp, mcp; and completion, which prints a script for a shell."""
+"""Interactive commands and servers (repl, lsp, mcp), and completion, which prints a shell script."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ SHELLS = ("bash", "zsh", "fish")
 
 def add_repl(parser: argparse.ArgumentParser) -> None:
     parser.description = (
-        "Type forms and see their values. `,help` lists the commands. Without a terminal forms are read "
-        "from standard input, values go to standard output and diagnostics to standard error."
+        "Enter forms and print their values. `,help` lists the commands. Without a terminal, forms are read "
+        "from standard input, values are written to standard output and diagnostics to standard error."
     )
-    parser.add_argument("file", metavar="FILE", nargs="?", help="a program to begin with")
-    parser.add_argument("--plain", action="store_true", help="no terminal features; so too without a terminal")
-    parser.add_argument("--prompt", metavar="TEXT", help="in plain mode, what is written before each line is read")
-    parser.add_argument("--strict-errors", action="store_true", help="in plain mode, exit 1 when an input was wrong")
+    parser.add_argument("file", metavar="FILE", nargs="?", help="program to load at startup")
+    parser.add_argument("--plain", action="store_true", help="disable terminal features (implied without a terminal)")
+    parser.add_argument("--prompt", metavar="TEXT", help="prompt written before each line is read, in plain mode")
+    parser.add_argument("--strict-errors", action="store_true", help="exit 1 if an input had errors, in plain mode")
 
 
 def _model_request(command: str, line: str) -> ModelRequest:
@@ -44,7 +44,7 @@ def run_repl(arguments: argparse.Namespace) -> int:
     file = arguments.file
     is_terminal = sys.stdin.isatty() and sys.stdout.isatty() and os.environ.get("TERM") != "dumb"
     is_plain = arguments.plain or arguments.json or not is_terminal
-    arguments.file = file or "-"  # where embeddings are looked for
+    arguments.file = file or "-"  # locates the embeddings file
     evaluation = ReplEvaluation(session_of(arguments), file)
     if not is_plain:
         from scenelang.repl.console import run
@@ -64,7 +64,9 @@ def run_repl(arguments: argparse.Namespace) -> int:
 
 
 def add_lsp(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--stdio", action="store_true", help="what editors add; the only way there is")
+    parser.add_argument(
+        "--stdio", action="store_true", help="use standard input and output (the only transport; for compatibility)"
+    )
 
 
 def run_lsp(arguments: argparse.Namespace) -> int:
@@ -74,17 +76,20 @@ def run_lsp(arguments: argparse.Namespace) -> int:
     from scenelang.lsp.server import serve
 
     serve(version("scenelang"))
-    sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - the protocol's end has closed the real one
+    sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - the server has closed the original stdout
     return 0
 
 
 def add_mcp(parser: argparse.ArgumentParser) -> None:
     parser.description = (
-        "A server of the Model Context Protocol: an agent checks, runs, counts, renders and compares "
-        "programs, its own or files of the project folder. It writes no files."
+        "Start a server of the Model Context Protocol: agents check, run, count, render and compare "
+        "programs, passed as text or as files of the project folder. It writes no files."
     )
     parser.add_argument(
-        "--project", metavar="DIR", default=".", help="the only folder whose files are read (default: the current one)"
+        "--project",
+        metavar="DIR",
+        default=".",
+        help="project folder; no other files are read (default: the current folder)",
     )
     add_limits(parser)
 
@@ -92,7 +97,7 @@ def add_mcp(parser: argparse.ArgumentParser) -> None:
 def run_mcp(arguments: argparse.Namespace) -> int:
     folder = Path(arguments.project)
     if not folder.is_dir():
-        raise UsageError("file", f"there is no folder {arguments.project}")
+        raise UsageError("file", f"not a folder: {arguments.project}")
     need("mcp", "'scenelang[mcp]'")
     from importlib.metadata import version
 
@@ -107,11 +112,11 @@ def run_mcp(arguments: argparse.Namespace) -> int:
 
 def add_completion(parser: argparse.ArgumentParser) -> None:
     parser.description = (
-        "Print a script that completes commands, options, choices, files and a program's words. For bash "
-        'put `eval "$(scenelang completion bash)"` into ~/.bashrc, for zsh the same with zsh into ~/.zshrc behind '
+        "Print a completion script for commands, options, choices, files and a program's words. For bash "
+        'add `eval "$(scenelang completion bash)"` to ~/.bashrc, for zsh the same with zsh to ~/.zshrc after '
         "`compinit`; for fish write it to ~/.config/fish/completions/scenelang.fish."
     )
-    parser.add_argument("shell", metavar="SHELL", choices=SHELLS, help="bash, zsh or fish")
+    parser.add_argument("shell", metavar="SHELL", choices=SHELLS, help="shell: bash, zsh or fish")
 
 
 def run_completion(arguments: argparse.Namespace) -> int:

@@ -1,6 +1,6 @@
-"""What the installed commands call: the command line, from its first moment without a traceback.
+"""Console-script entry points: run the command line so that no failure at startup shows a traceback.
 
-Importing the commands takes a while, and Ctrl-C may come in the middle of it; streams may be closed from the start.
+Importing the commands takes a while and may be interrupted by Ctrl-C; standard streams may be closed from the start.
 """
 
 from __future__ import annotations
@@ -15,36 +15,36 @@ from typing import NoReturn
 
 
 def entry() -> NoReturn:
-    """Run the command line, and end the process with its exit status."""
-    heeds = getsignal(SIGINT) is default_int_handler  # not so in the background of a script
-    if heeds:
+    """Run the command line, and exit the process with its status."""
+    handles_sigint = getsignal(SIGINT) is default_int_handler  # SIGINT is ignored in background jobs of a script
+    if handles_sigint:
         signal(SIGINT, _leave)
     _open_streams()
-    if "_ARGCOMPLETE" in os.environ:  # a shell asks, and waits
+    if "_ARGCOMPLETE" in os.environ:  # called by the shell's completion
         from scenelang.cli.commands import build_parser
         from scenelang.shell_completion import complete
 
         complete(build_parser)
-    if not sys.warnoptions:  # those of libraries are for developers; what users must know is a diagnostic
+    if not sys.warnoptions:  # library warnings are for developers
         warnings.simplefilter("ignore")
     from scenelang.cli.main import main
     from scenelang.sandbox.supervision import INTERRUPTED
 
-    if heeds:
+    if handles_sigint:
         signal(SIGINT, default_int_handler)
     try:
         status = main(supervised=True)
-    except KeyboardInterrupt:  # between two commands' own handling of it
+    except KeyboardInterrupt:  # outside the handlers of the command itself
         _leave()
-    signal(SIGINT, SIG_IGN)  # the work is done
+    signal(SIGINT, SIG_IGN)  # the work is done: ignore late interruptions
     _end(status, waits=status != INTERRUPTED)
 
 
 def _end(status: int, waits: bool) -> NoReturn:
-    """End the process without giving back its memory piece by piece: after a deep recursion that takes a second, and
-    threads of native libraries may still be at work, which Python's own end does not survive."""
+    """Exit the process without freeing its memory object by object: that takes a second after deep recursion, and
+    the interpreter's finalization can crash while threads of native libraries still run."""
     if waits:
-        threading._shutdown()  # type: ignore[attr-defined]  # what Python's own end does first: waits for threads
+        threading._shutdown()  # type: ignore[attr-defined]  # joins threads, as normal finalization does first
     atexit._run_exitfuncs()
     try:
         sys.stdout.flush()
@@ -60,7 +60,7 @@ def _leave(*_: object) -> NoReturn:
 
 
 def _open_streams() -> None:
-    """Nothing takes the numbers of streams that were closed, and what is written to them goes nowhere."""
+    """Open /dev/null in place of closed standard streams, so that no file is assigned their descriptors."""
     for number, name, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
         if getattr(sys, name) is None:
             try:

@@ -1,4 +1,4 @@
-"""A task as the turns of a conversation: what is said first, and what is said of an answer."""
+"""Prompts of a task: the initial request to the model, and the replies to its answers."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from scenelang.primer import primer
 from scenelang.session import Session
 from scenelang.stdlib.reference import helper_header, in_json
 
-# The texts of prompts: files with places to fill, ``{{name}}``, each of which a file of the user's may replace.
+# Prompt templates: files with placeholders ``{{name}}``. A user's file of the same name overrides the package's file.
 
 
 _PLACE = re.compile(r"\{\{(\w+)\}\}")
@@ -36,25 +36,28 @@ _LARGEST = 1_000_000  # bytes
 
 
 class Prompts:
-    """Prompts from ``folder`` where it has a file of the name, else the package's own. Raises SceneError for files that
-    nothing reads, and for places that nothing fills or that must be there: before anything is paid for."""
+    """Prompt templates from ``folder``, with the package's templates as fallback.
+
+    All templates are validated on construction, before any request costs money: SceneError is raised for unknown files
+    and for unknown or missing placeholders.
+    """
 
     def __init__(self, folder: Path | None = None) -> None:
         self._texts = {name: _own(name) for name in prompt_names()}
         self._replaced = _replaced(folder, self._texts) if folder is not None else {}
 
     def text(self, name: str, **values: str) -> str:
-        """The text of the file ``name`` with its places filled."""
+        """Return the template ``name`` with its placeholders filled."""
         template = self._replaced.get(name, self._texts[name])
         return _PLACE.sub(lambda match: values[match[1]], template.strip("\n"))
 
     def is_replaced(self, name: str) -> bool:
-        """Whether a prompt is the user's."""
+        """Return whether a template is overridden by the user."""
         return name in self._replaced
 
 
 def prompt_names() -> tuple[str, ...]:
-    """The files that there are."""
+    """Return the file names of all templates."""
     folder = files("scenelang.inference") / "prompts"
     return tuple(sorted(entry.name for entry in folder.iterdir() if entry.name.endswith(".md")))
 
@@ -64,14 +67,14 @@ def _own(name: str) -> str:
 
 
 def _replaced(folder: Path, own: Mapping[str, str]) -> dict[str, str]:
-    """The prompts that a folder has, checked."""
+    """Read and validate the templates in a user's folder."""
     if not folder.is_dir():
-        raise SceneError("prompt", f"--prompt-dir: there is no folder {folder}")
+        raise SceneError("prompt", f"--prompt-dir: not a folder: {folder}")
     found: dict[str, str] = {}
     for path in sorted(folder.glob("*.md")):
         if path.name not in own:
-            hint = suggest(path.name, own) or f"there are {' '.join(own)}"
-            raise SceneError("prompt", f"{path} is no prompt that is read", hint)
+            hint = suggest(path.name, own) or f"expected one of {' '.join(own)}"
+            raise SceneError("prompt", f"unknown prompt template {path}", hint)
         found[path.name] = _file_text(path)
         _check_places(path, found[path.name], own[path.name])
     return found
@@ -80,28 +83,28 @@ def _replaced(folder: Path, own: Mapping[str, str]) -> dict[str, str]:
 def _check_places(path: Path, text: str, own: str) -> None:
     places, known = set(_PLACE.findall(text)), set(_PLACE.findall(own))
     for place in sorted(places - known):
-        message = f"the prompt {path} has the place {{{{{place}}}}}, for which there is no text"
+        message = f"unknown placeholder {{{{{place}}}}} in the prompt template {path}"
         listed = ", ".join(sorted(known)) or "none"
-        raise SceneError("prompt", message, suggest(place, known) or f"it may have: {listed}")
+        raise SceneError("prompt", message, suggest(place, known) or f"known placeholders: {listed}")
     for place in sorted((known & _NEEDED) - places):
-        raise SceneError("prompt", f"the prompt {path} lacks the place {{{{{place}}}}}: the model would not see it")
+        raise SceneError("prompt", f"missing placeholder {{{{{place}}}}} in the prompt template {path}")
 
 
 def _file_text(path: Path) -> str:
     try:
         if path.stat().st_size > _LARGEST:
-            raise SceneError("prompt", f"{path} is too large for a prompt")
+            raise SceneError("prompt", f"the prompt template {path} is too large")
         return read_regular(path).decode("utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "it is no UTF-8 text"
-        raise SceneError("prompt", f"cannot read the prompt {path}: {reason}") from None
+        reason = getattr(error, "strerror", None) or "not UTF-8 text"
+        raise SceneError("prompt", f"cannot read the prompt template {path}: {reason}") from None
 
 
-# What is asked for: a scene of some kind, in some notation, anew or as an edit.
+# Tasks: the kind of scene, the notation, and whether a scene is generated or edited.
 
 
 class TaskKind(Enum):
-    """What a scene is: still, a film, or made of Minecraft's blocks."""
+    """Kind of a scene: static, animated, or a Minecraft build."""
 
     STILL = "3d"
     FILM = "4d"
@@ -109,8 +112,8 @@ class TaskKind(Enum):
 
 
 class Notation(Enum):
-    """What the model writes: Python against the helper API, the language, or a list of primitives (the paper's
-    ablation "No-P")."""
+    """Notation of the model's output: Python with the helper API, the Scene Language, or a list of primitives (the
+    paper's ablation "No-P")."""
 
     PYTHON = "python"
     LANGUAGE = "language"
@@ -118,7 +121,7 @@ class Notation(Enum):
 
 
 class Ablation(Enum):
-    """What is taken from the model (the paper, appendix "Ablations"): the program, words, or both."""
+    """Ablation of the paper's appendix "Ablations": without programs, words, or both."""
 
     NONE = ""
     P = "P"
@@ -136,8 +139,8 @@ class Ablation(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """``text`` describes the scene, or says how ``program`` is to be changed. ``seed`` makes the random names that
-    stand for words."""
+    """A task for the model. ``text`` describes the scene, or the edit of ``program``. ``seed`` generates the random
+    names that replace words in an ablation."""
 
     text: str
     kind: TaskKind = TaskKind.STILL
@@ -153,12 +156,12 @@ class Task:
 
 
 NO_CHANGES = "NO CHANGES"
-_GAP = re.compile(r"\n{3,}")  # what an empty place leaves
-_SHOWN = 9  # lines of a list that serves as an example
+_GAP = re.compile(r"\n{3,}")  # left by empty placeholders
+_SHOWN = 9  # maximum number of lines of an example list
 _FENCES = {Notation.PYTHON: "python", Notation.LANGUAGE: "scene", Notation.LIST: "json"}
-_TURNED = ("rotation_matrix", "reflection_matrix")  # what blocks cannot do
+_TURNED = ("rotation_matrix", "reflection_matrix")  # not supported for blocks
 _TURNED_HERE = ("rotate", "reflect", "ring", "mirror", "jitter", "scatter")
-# What a program of one scene has no use for: macros, files, the inside of entities, the streams of translated Python.
+# Omitted from the primer: macros, files, entity internals, and the random streams of translated Python.
 _UNTOLD = (
     "define-syntax", "syntax-rules", "define-macro", "let-syntax", "letrec-syntax", "quasiquote", "define-record",
     "import", "param", "let/ec", "guard", "assert", "begin0", "while", "let*-values", "for/table", "for/set",
@@ -178,7 +181,7 @@ _FIELDS = {
 
 
 def helpers_of(kind: TaskKind) -> tuple[str, ...]:
-    """The helpers that programs of a kind are told of."""
+    """Return the helper functions documented for programs of a kind."""
     left_out = {"identity_matrix"}
     if kind is not TaskKind.FILM:
         left_out.add("register_animation")
@@ -188,25 +191,24 @@ def helpers_of(kind: TaskKind) -> tuple[str, ...]:
 
 
 def words_of(kind: TaskKind) -> tuple[str, ...]:
-    """The primitives that programs of a kind are told of."""
+    """Return the primitives documented for programs of a kind."""
     return block_words() if kind is TaskKind.BLOCKS else solid_words()
 
 
 def untold(kind: TaskKind) -> tuple[str, ...]:
-    """The names of the language that programs of a kind are not told of."""
+    """Return the names of the language that are omitted from the primer for programs of a kind."""
     turned = _TURNED_HERE if kind is TaskKind.BLOCKS else ()
     return (*_UNTOLD, *turned) if kind is TaskKind.FILM else (*_UNTOLD, *turned, "frames")
 
 
 def fenced(text: str, notation: Notation) -> str:
-    """A program as a model is shown it."""
+    """Return a program as a fenced code block."""
     return f"```{_FENCES[notation]}\n{text.strip()}\n```"
 
 
 @dataclass(frozen=True)
 class Brief:
-    """What is said to the model about one task, from the prompts' files. ``is_bare``: a grammar allows nothing around
-    the program."""
+    """Prompts of one task, from the templates. ``is_bare``: a grammar allows only the program, without a fence."""
 
     task: Task
     prompts: Prompts
@@ -214,7 +216,7 @@ class Brief:
 
     @cached_property
     def system(self) -> str:
-        """The system prompt: the notation and the rules. An edit has the same as what it edits."""
+        """System prompt with notation and rules; the same for generating and editing."""
         task = self.task
         rules = self.prompts.text(f"rules.{task.kind.value}.md", **self._of_frames())
         if task.ablation is Ablation.W and not task.is_edit:
@@ -246,7 +248,8 @@ class Brief:
 
     @cached_property
     def first(self) -> Turn:
-        """The task. Its end is fixed: samples, repairs and critiques all say the same up to here."""
+        """First user turn, which states the task. It is a fixed prefix shared by samples, repairs and critiques, for
+        prompt caching."""
         task, pictures = self.task, self.task.pictures
         if task.program is not None:
             program = fenced(self.renamed.text if self.renamed else task.program, task.notation)
@@ -258,13 +261,15 @@ class Brief:
 
     @cached_property
     def example(self) -> str:
-        """A program that is right, in the task's notation; of a list, its first primitives."""
+        """Example program in the task's notation; of a list, the first primitives."""
         task = self.task
         name = f"example.{task.kind.value}.md"
         answer = self.prompts.text(name)
         source = Source("example.txt", answer)
         if self.prompts.is_replaced(name) and not Session().check(source).ok:
-            raise SceneError("prompt", f"the prompt {name} holds no program that is right", "`scenelang check` tells")
+            raise SceneError(
+                "prompt", f"the prompt template {name} contains no valid program", "run `scenelang check` on it"
+            )
         if task.notation is Notation.LIST:
             return f'An example, "{_docstring(answer)}":\n\n{fenced(_example_list(source, task), task.notation)}'
         text = code_of(answer) if task.notation is Notation.PYTHON else Session().transpile(source).text
@@ -275,14 +280,14 @@ class Brief:
 
     @cached_property
     def renamed(self) -> Renamed | None:
-        """The program that is edited under random names, None where it keeps its words."""
+        """Program to edit with random names; None if its words are kept."""
         task = self.task
         if task.program is None or task.ablation is not Ablation.W:
             return None
         return (rename_python if task.notation is Notation.PYTHON else rename_language)(task.program, task.seed)
 
     def restored(self, answer: str) -> str:
-        """An answer with words in place of the random names that it was given."""
+        """Replace the random names in an answer by the original words."""
         return self.renamed.restored(answer) if self.renamed is not None else answer
 
     # --- about an answer ------------------------------------------------------------------------------------------
@@ -294,7 +299,7 @@ class Brief:
         return said("user", self.prompts.text("cut.md", tokens=f"{tokens:,}"))
 
     def critique(self, views: Sequence[tuple[str, ImageContent]], findings: str) -> Turn:
-        """Pictures with a caption each, then what to do with them."""
+        """Return the critique turn: captioned images, then the instructions."""
         parts = [part for caption, picture in views for part in (TextContent(caption), picture)]
         notes = [self.prompts.text("blocks.md")] if self.task.kind is TaskKind.BLOCKS else []
         notes += [f"The checker noticed:\n\n{findings}"] if findings else []
@@ -303,7 +308,7 @@ class Brief:
 
 
 def _read(word: str) -> list[str]:
-    """The attributes of a primitive that a list is told of; blocks have the colours of their kind."""
+    """Return the attributes of a primitive that are documented for lists; blocks have the color of their type."""
     return [name for name in attributes_read(word) if not (name == "color" and word in block_words())]
 
 
@@ -314,7 +319,7 @@ def _docstring(answer: str) -> str:
 
 def _example_list(source: Source, task: Task) -> str:
     scene = Session().evaluate(source).scene
-    assert scene is not None, "the example of the prompts is a right program"
+    assert scene is not None, "the example in the prompt template must be valid"
     lines = listing(scene, not task.ablation.takes_words).splitlines()
     ends = ["...", "],", "...", "]"] if scene.animated else ["...", "]"]
     return "\n".join([*lines[:_SHOWN], *ends]) if len(lines) > _SHOWN + len(ends) else "\n".join(lines)

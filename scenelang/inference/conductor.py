@@ -1,4 +1,4 @@
-"""Drives samples: sends what they ask, side by side or as batches, records everything, and answers from the records."""
+"""Runs samples: sends their requests concurrently or in batches, records everything, and replays recorded answers."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ if TYPE_CHECKING:
     pass
 
 
-# What would be sent, for people to read.
+# Display of a request.
 
 
 def payload_text(payload: Mapping[str, Any]) -> str:
-    """What would be sent, for people: texts as they are, pictures by their size."""
+    """Format a request for display: texts unchanged, images by size."""
     lines = [f"{name}: {json.dumps(value)}" for name, value in payload.items() if name not in ("system", "messages")]
     system = payload.get("system")
     if system is not None:
@@ -58,10 +58,10 @@ def _parts(content: Any) -> list[Any]:
 def _part_text(part: Mapping[str, Any]) -> str:
     if part.get("type") == "text":
         return str(part["text"])
-    return f"[a picture, {len(json.dumps(part)) * 3 // 4:,} bytes]"
+    return f"[image, {len(json.dumps(part)) * 3 // 4:,} bytes]"
 
 
-# A line that tells, while answers arrive, how much there is of them; on a terminal only.
+# Progress line on a terminal while answers arrive.
 
 
 _BETWEEN = 0.1  # seconds between changes of the line
@@ -69,8 +69,8 @@ _LETTERS_PER_TOKEN = 3.5
 
 
 class LiveCount:
-    """Counts the tokens, estimated, and the lines of the answers that arrive side by side. Without ``stream`` it
-    writes nothing."""
+    """Progress line with the estimated tokens and the lines of concurrent answers. Without ``stream`` nothing is
+    written."""
 
     def __init__(self, stream: TextIO | None) -> None:
         self._stream = stream
@@ -80,7 +80,7 @@ class LiveCount:
         self._width = 0
 
     def counting(self, sample: int, number: int, purpose: str) -> Callable[[str], None]:
-        """Begin an answer; what it gives is told of every piece that arrives."""
+        """Register an answer and return the callback for its chunks."""
         label = f"sample {sample} {purpose}" if sample else purpose
         letters, lines = 0, 0
 
@@ -98,12 +98,12 @@ class LiveCount:
         return count
 
     def waiting(self, count: int) -> None:
-        """Say that a batch is under way."""
+        """Show that a batch is in progress."""
         with self._lock:
-            self._show(f"waiting for a batch: {count} not done yet")
+            self._show(f"waiting for a batch: {count} requests left")
 
     def end(self) -> None:
-        """Take the line away."""
+        """Clear the line."""
         with self._lock:
             self._counts.clear()
             if self._width:
@@ -126,18 +126,18 @@ class LiveCount:
         self._width = len(line)
 
 
-_GLANCE = 0.1  # seconds between looks at Ctrl-C
-_FIRST_WAIT, _LONGEST_WAIT, _LONGER = 0.5, 30.0, 1.5  # seconds between looks at a batch
-_LONGEST_BATCH = 25 * 3600.0  # a day, after which batches expire, and an hour
+_GLANCE = 0.1  # polling interval for Ctrl-C, in seconds
+_FIRST_WAIT, _LONGEST_WAIT, _LONGER = 0.5, 30.0, 1.5  # polling intervals of a batch, in seconds
+_LONGEST_BATCH = 25 * 3600.0  # batches expire after a day; plus an hour
 Ended = SampleOutcome | SceneError
 
 
 class Cancelled(BaseException):
-    """Ctrl-C reached a sample's thread."""
+    """Raised in a sample's thread to stop it after Ctrl-C."""
 
 
 class _Progress:
-    """One sample under way: its generator and what it waits for."""
+    """A running sample: its generator and its pending request."""
 
     def __init__(self, sample: int, steps: Steps) -> None:
         self.sample = sample
@@ -156,7 +156,7 @@ class _Progress:
         self._go(run, lambda: self._steps.throw(error))
 
     def _go(self, run: Run, first: Callable[[], Ask | SampleProgress]) -> None:
-        """Go on to the next question, or to the end."""
+        """Advance to the next request, or to the end."""
         try:
             step = first()
             while isinstance(step, SampleProgress):
@@ -172,7 +172,7 @@ class _Progress:
 
 
 class Conductor:
-    """Runs samples of one run with one client."""
+    """Runs the samples of one run with one client."""
 
     def __init__(self, client: Client, run: Run, live: LiveCount, side_by_side: int = 4) -> None:
         self._client = client
@@ -184,7 +184,7 @@ class Conductor:
     # --- single requests -------------------------------------------------------------------------------------------
 
     def singly(self, samples: Mapping[int, Steps]) -> dict[int, Ended]:
-        """Run samples side by side, each with its own requests. Ctrl-C ends them and leaves the records."""
+        """Run samples concurrently with separate requests. Ctrl-C ends them; the records are preserved."""
         waiting = [_Progress(sample, steps) for sample, steps in samples.items()]
         done: dict[int, Ended] = {}
         faults: list[BaseException] = []
@@ -229,7 +229,7 @@ class Conductor:
         return progress.ended
 
     def _answer(self, progress: _Progress, ask: Ask) -> Answer:
-        """From the records, else from the service."""
+        """Return the answer from the records, else from the service."""
         sample, number, purpose = progress.sample, progress.number, ask.purpose.value
         key = self._client.key(ask.request, sample, number)
         answer = self._run.recorded(sample, number, key)
@@ -251,7 +251,7 @@ class Conductor:
     # --- batches ---------------------------------------------------------------------------------------------------
 
     def in_batches(self, samples: Mapping[int, Steps]) -> dict[int, Ended]:
-        """Run samples in rounds: what all of them ask goes out as one batch."""
+        """Run samples in rounds: the pending requests of all samples are sent as one batch."""
         going = [_Progress(sample, steps) for sample, steps in samples.items()]
         for progress in going:
             progress.begin(self._run)
@@ -260,7 +260,7 @@ class Conductor:
         return {progress.sample: progress.ended for progress in going if progress.ended is not None}
 
     def _round(self, going: Sequence[_Progress]) -> None:
-        """Answer every question of a round: from the records, from earlier runs, and the rest by one batch."""
+        """Answer all requests of a round: from the records, from the cache, and the rest in one batch."""
         left: dict[str, tuple[_Progress, Ask, str]] = {}
         for progress in going:
             ask = progress.ask
@@ -287,7 +287,7 @@ class Conductor:
                 progress.fail(self._run, error)
             return
         for name, (progress, ask, key) in left.items():
-            answer = answers.get(name, SceneError("model-request", "the batch has no answer to this question"))
+            answer = answers.get(name, SceneError("model-request", "the batch contains no answer to this request"))
             if isinstance(answer, SceneError):
                 progress.fail(self._run, answer)
             else:
@@ -296,8 +296,8 @@ class Conductor:
         self._run.note(batch=None)
 
     def _submitted(self, keys: Mapping[str, str], asks: Mapping[str, Ask]) -> tuple[str, dict[str, float]]:
-        """A batch under way: the one that was sent before the run was interrupted, maybe amid its answers, else a new
-        one; and the dollars that are set aside for each question."""
+        """Return the batch in progress and the dollars reserved for each request: the batch submitted before the run
+        was interrupted, if it covers the requests, else a new one."""
         sent = self._sent(keys)
         if sent is not None:
             self._client.spending.reserve(sum(sent[1].values()))
@@ -310,7 +310,7 @@ class Conductor:
         return batch, reserved
 
     def _sent(self, keys: Mapping[str, str]) -> tuple[str, dict[str, float]] | None:
-        """The batch that the run's records say is under way, where it holds all these questions."""
+        """Return the recorded batch in progress if it contains all of these requests."""
         sent = self._run.facts.get("batch")
         if sent is None:
             return None
@@ -319,15 +319,17 @@ class Conductor:
                 return None
             return str(sent["id"]), {name: float(sent["reserved"][name]) for name in keys}
         except (KeyError, TypeError, ValueError, AttributeError):
-            raise SceneError("run", f"the run {self._run.name} is damaged: its batch cannot be read") from None
+            raise SceneError("run", f"the run {self._run.name} is damaged: cannot read its batch") from None
 
     def _wait(self, batch: str) -> None:
-        """Wait until a batch is done. Raises SceneError for one that never is."""
+        """Wait until a batch is finished. Raises SceneError if it exceeds the maximum time."""
         provider, wait, started = self._client.batches(), _FIRST_WAIT, time.monotonic()
         try:
             while count := provider.pending(batch):
                 if time.monotonic() - started > _LONGEST_BATCH:
-                    raise SceneError("model-request", "the batch is not done after a day", "look again with --resume")
+                    raise SceneError(
+                        "model-request", "the batch is not finished after a day", "check again with --resume"
+                    )
                 self._live.waiting(count)
                 time.sleep(wait)
                 wait = min(_LONGEST_WAIT, wait * _LONGER)
@@ -335,12 +337,12 @@ class Conductor:
             self._live.end()
 
     def _take(self, progress: _Progress, ask: Ask, key: str, answer: Answer) -> None:
-        """Record an answer that came otherwise than by a single request, and go on with it."""
+        """Record an answer that was not requested singly, and continue the sample with it."""
         self._run.answered(progress.sample, progress.number, ask.purpose.value, key, answer)
         progress.answer(self._run, answer.reply)
 
 
-# How things look, in a language model's words (the paper, section 5: a colour's value described as a word).
+# Descriptions of appearance by a language model (the paper, section 5: a color value described as a word).
 
 
 _IN_ONE_REQUEST = 60
@@ -349,7 +351,7 @@ _DIGITS = 3
 
 
 class Describer:
-    """Asks a model for words, some things at a time. What it does not answer comes back empty."""
+    """Describes primitives with a language model, several per request. Missing answers are empty."""
 
     def __init__(self, client: Client, prompts: Prompts, speaker: Speaker, live: LiveCount) -> None:
         self._client = client
@@ -359,11 +361,11 @@ class Describer:
 
     @property
     def spent(self) -> float:
-        """US dollars."""
+        """Cost in US dollars."""
         return self._client.spending.spent
 
     def __call__(self, questions: Sequence[AppearanceQuestion]) -> list[str]:
-        """A text for each question. Raises SceneError where the model cannot be asked."""
+        """Return a text for each question. Raises SceneError if the model cannot be reached."""
         try:
             pieces = range(0, len(questions), _IN_ONE_REQUEST)
             return [text for at in pieces for text in self._asked(questions[at : at + _IN_ONE_REQUEST], at)]
@@ -380,7 +382,7 @@ class Describer:
 
 
 def _told(question: AppearanceQuestion) -> str:
-    """A question in a line: the thing, its numbers, what the table of colours calls it."""
+    """Format a question as one line: the word, its attributes, and the nearest color name."""
     attributes = {name: _short(value) for name, value in question.attributes.items()}
     color = f", about {question.color}" if question.color else ""
     return f"{json.dumps(question.word, ensure_ascii=False)}{color}: {json.dumps(attributes, ensure_ascii=False)[:300]}"
@@ -392,15 +394,15 @@ def _short(value: object) -> object:
     return [_short(item) for item in value] if isinstance(value, list) else value
 
 
-# One run: a task goes to the model, samples are mended and improved, the best is chosen (the paper, section 5).
+# A run: samples are generated, repaired and refined, and the best is selected (the paper, section 5).
 
 
-_JUDGE = 0  # the sample under which the judge's question is recorded
+_JUDGE = 0  # sample number under which the judge's request is recorded
 
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What a run came to. ``best`` is the verdict of ``sample``; ``stopped`` are the errors of samples that ended
+    """Result of a run. ``best`` is the verdict of ``sample``; ``stopped`` contains the errors of samples that ended
     early."""
 
     best: Verdict
@@ -412,8 +414,8 @@ class Result:
 
 @dataclass(frozen=True)
 class Inference:
-    """A task and how it is to be asked. ``options`` bound the evaluation of answers; ``name`` is what diagnostics
-    call a program."""
+    """A task with its settings. ``options`` limit the evaluation of answers; ``name`` is the file name in
+    diagnostics."""
 
     task: Task
     settings: InferenceSettings
@@ -426,17 +428,17 @@ class Inference:
         object.__setattr__(self, "brief", Brief(self.task, Prompts(self.settings.prompts_folder), is_bare))
 
     def reader(self, run: Run) -> AnswerReader:
-        """Reads answers. Their programs import only what ``options`` names, and find assets in its folder, else in the
-        run's."""
+        """Return the reader of answers. Programs may only import the files in ``options``, and load assets from its
+        project folder, else from the run folder."""
         project, imports = self.options.project or run.path, self.options.imports or frozenset()
         return AnswerReader(self.brief, replace(self.options, project=project, imports=imports), self.name)
 
     def first_request(self, speaker: Speaker) -> Any:
-        """The request that every sample begins with."""
+        """Return the first request of every sample."""
         return speaker.request(self.brief.system, (self.brief.first,))
 
     def begin(self, run: Run, command: str, **facts: Any) -> None:
-        """Write down what is asked for, so that the run can go on after a kill."""
+        """Save task and settings, so that the run can be resumed."""
         endings = [ENDINGS[picture.media_type] for picture in self.task.pictures]
         for number, (picture, ending) in enumerate(zip(self.task.pictures, endings), 1):
             run.keep(f"input-{number}.{ending}", picture.data)
@@ -448,8 +450,8 @@ class Inference:
         run.note(command=command, state="running", settings=settings, task=task, evaluation=evaluation, **facts)
 
     def run(self, run: Run, client: Client, live: TextIO | None) -> Result:
-        """Ask, mend, improve and choose. Raises SceneError where no sample came to a program, or to one that works;
-        the run folder then holds all that there is."""
+        """Generate, repair, refine and select. Raises SceneError if no sample yields a valid program; the run folder
+        then contains all attempts."""
         speaker = self.settings.speaker(client.model, self.task.notation)
         conductor = Conductor(client, run, LiveCount(live), self.settings.side_by_side)
         play = conductor.in_batches if self.settings.is_batch else conductor.singly
@@ -465,7 +467,7 @@ class Inference:
         return Result(outcomes[sample].verdict, sample, client.spending.spent, usage, stopped)
 
     def _best(self, outcomes: Mapping[int, SampleOutcome], conductor: Conductor, speaker: Speaker) -> int | None:
-        """The best sample, chosen by the model's eye where nothing else tells them apart."""
+        """Return the best sample; ties are decided by the model from rendered images."""
         found = candidates(outcomes)
         if len(found) < 2:
             return found[0] if found else None
@@ -475,15 +477,15 @@ class Inference:
         steps = judge_steps(self.brief.prompts, speaker, self.task, verdicts)
         chosen = conductor.singly({_JUDGE: steps})[_JUDGE]
         if isinstance(chosen, SceneError):
-            return found[0]  # no judge, no choice: the first is as good as any
+            return found[0]  # without a judge, ties are decided by order
         return next(sample for sample, verdict in zip(found, verdicts) if verdict is chosen.verdict)
 
 
 class NoProgram(SceneError):
-    """No sample came to a program that works; ``verdict`` is on the last try of the first."""
+    """Raised if no sample yields a valid program; ``verdict`` is that of the first sample's last attempt."""
 
     def __init__(self, verdict: Verdict) -> None:
-        super().__init__("model-answer", "no answer came to a program that works", "allow more tries with --repair")
+        super().__init__("model-answer", "no sample produced a valid program", "allow more repairs with --repair")
         self.verdict = verdict
 
 
@@ -493,7 +495,7 @@ def _errors(ended: Mapping[int, Ended]) -> list[SceneError]:
 
 
 def _nothing(outcomes: Mapping[int, SampleOutcome], stopped: tuple[SceneError, ...]) -> SceneError:
-    """Why there is no program: what stopped the first sample, else what is wrong with the last try."""
+    """Return the reason for a failed run: the error that stopped the first sample, else its last verdict."""
     if not outcomes and stopped:
         return stopped[0]
     return NoProgram(next(iter(outcomes.values())).verdict)
@@ -504,7 +506,7 @@ def _usage(facts: Mapping[str, Any]) -> Usage:
 
 
 def inference_of(run: Run) -> Inference:
-    """What a run asks for, to go on with it. Raises SceneError for a run folder that is damaged."""
+    """Load the inference of a run, to resume it. Raises SceneError if the run folder is damaged."""
     facts = run.facts
     try:
         evaluation = facts["evaluation"]
@@ -517,11 +519,11 @@ def inference_of(run: Run) -> Inference:
         raise SceneError("run", f"the run {run.name} is damaged: {type(error).__name__} {error}") from None
 
 
-# --- a task as data ------------------------------------------------------------------------------------------------
+# --- serialization of tasks ----------------------------------------------------------------------------------------
 
 
 def task_data(task: Task) -> dict[str, Any]:
-    """A task as JSON data; its pictures are files of the run."""
+    """Return a task as JSON data; its images are files of the run."""
     return {
         "text": task.text,
         "kind": task.kind.value,
@@ -534,7 +536,7 @@ def task_data(task: Task) -> dict[str, Any]:
 
 
 def task_of(run: Run) -> Task:
-    """The task of a run. Raises SceneError for a run folder that is damaged."""
+    """Load the task of a run. Raises SceneError if the run folder is damaged."""
     data = run.facts.get("task", {})
     try:
         pictures = tuple(

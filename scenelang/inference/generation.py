@@ -1,4 +1,4 @@
-"""Scenes that a language model makes or changes: what ``scenelang.generate`` and ``scenelang.edit`` do."""
+"""Generation and editing of scenes by language models: ``scenelang.generate`` and ``scenelang.edit``."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ _SIZE = 512
 _DRAFT_SIZE = 768
 
 
-# --- what is asked for -----------------------------------------------------------------------------------------------
+# --- tasks -----------------------------------------------------------------------------------------------------------
 
 
 def task_of(
@@ -58,25 +58,25 @@ def task_of(
     ablation: Ablation = Ablation.NONE,
     seed: int = 0,
 ) -> Task:
-    """The task of making a scene of words and pictures. Raises UsageError, and SceneError for a bad picture."""
+    """Create the task of generating a scene. Raises UsageError, and SceneError for an unreadable image."""
     text = text.strip()
     if not text and not images:
-        raise UsageError("value", "say what the scene shows, or give a picture with --image")
+        raise UsageError("value", "expected a text prompt, or an image with --image")
     if len(text) > _LONGEST_TASK or len(images) > _MOST_PICTURES:
-        raise UsageError("value", f"a task has at most {_LONGEST_TASK:,} characters and {_MOST_PICTURES} pictures")
+        raise UsageError("value", f"the task exceeds {_LONGEST_TASK:,} characters or {_MOST_PICTURES} images")
     if ablation.takes_program:
         if notation is Notation.LANGUAGE:
-            raise UsageError("value", "--dsl asks for a program, which --ablate P takes away")
+            raise UsageError("value", "--dsl cannot be combined with --ablate P")
         notation = Notation.LIST
     return Task(text, kind, notation, ablation, tuple(read_picture(str(path)) for path in images), None, seed)
 
 
 def edit_task(source: Source, scene: SceneGraph, instruction: str, ablation: Ablation, seed: int) -> Task:
-    """The task of changing the program ``source``, which makes ``scene``. Raises SceneError for a scene that is no
-    program, or too large for a list."""
+    """Create the task of editing the program ``source`` of ``scene``. Raises SceneError if the source is not a program,
+    or the scene is too large for a list."""
     if is_scene_file(source):
-        hint = "edit the program that made it, or try --ablate P on that"
-        raise SceneError("unsupported", f"{source.name} is a finished scene, which has no program to edit", hint)
+        hint = "edit its source program instead, possibly with --ablate P"
+        raise SceneError("unsupported", f"{source.name} is a flattened scene, not a program", hint)
     if ablation.takes_program:
         program, notation = listing(scene, not ablation.takes_words), Notation.LIST
     elif is_python(source):
@@ -87,22 +87,25 @@ def edit_task(source: Source, scene: SceneGraph, instruction: str, ablation: Abl
 
 
 def kind_of(scene: SceneGraph) -> TaskKind:
-    """What a scene is."""
+    """Return the kind of a scene."""
     if scene.animated:
         return TaskKind.FILM
     return TaskKind.BLOCKS if has_blocks(scene) else TaskKind.STILL
 
 
 def imported_files(program: Program | None) -> frozenset[Path]:
-    """The files that a program imports: an edit of it may import these and no others."""
+    """Return the files that a program imports; an edited program may import only these."""
     sources = program.sources if program is not None else ()
     return frozenset(Path(source.name).resolve() for source in sources if not source.name.startswith((STD, "<")))
 
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """The first request as the service takes it, without sending it: ``tokens`` and ``cost`` (US dollars) are upper
-    bounds before repairs and critiques; ``grammar`` is what answers are held to, where the server can."""
+    """The first request of a run, without sending it.
+
+    ``tokens`` and ``cost`` (US dollars) are upper bounds before repairs and critiques; ``grammar`` constrains the
+    answers if the server supports it.
+    """
 
     address: str
     payload: Mapping[str, Any] = field(repr=False)
@@ -111,9 +114,9 @@ class Estimate:
     cost: float
 
     def __str__(self) -> str:
-        """The request and what it costs, as people read them."""
+        """Format the request and its maximum cost."""
         grammar = (
-            f"\ngrammar: {len(self.grammar):,} characters, where the server takes one\n"
+            f"\ngrammar: {len(self.grammar):,} characters, if supported by the server\n"
             if self.grammar is not None
             else ""
         )
@@ -126,7 +129,7 @@ class Estimate:
 
 
 def first_estimate(inference: Inference) -> Estimate:
-    """What a run would send first and cost at most; needs neither key nor network. Raises UsageError."""
+    """Return the first request of a run and its maximum cost, without key or network. Raises UsageError."""
     from scenelang.backends.language_models.openai_chat import upper_estimate
     from scenelang.backends.language_models.provider import unconnected
 
@@ -143,7 +146,7 @@ def first_estimate(inference: Inference) -> Estimate:
 
 
 def describer(settings: InferenceSettings, live: TextIO | None = None) -> Describer:
-    """What asks a model how things look. Raises SceneError."""
+    """Connect a describer of primitives to the model. Raises SceneError."""
     from scenelang.inference.brief import Prompts
 
     settings = replace(settings, max_tokens=settings.max_tokens or _TOKENS_OF_WORDS)
@@ -156,7 +159,7 @@ def describer(settings: InferenceSettings, live: TextIO | None = None) -> Descri
 
 
 def begin(inference: Inference, command: str, name: str, runs: str | None = None, **facts: Any) -> Run:
-    """A new run's folder. Raises UsageError for what the model or the provider cannot do."""
+    """Create a run. Raises UsageError for settings that the model or the provider does not support."""
     client = inference.settings.client()
     with usage_errors():
         inference.settings.speaker(client.model, inference.task.notation)
@@ -168,25 +171,27 @@ def begin(inference: Inference, command: str, name: str, runs: str | None = None
 
 
 def resumed(name: str, command: str, runs: str | None = None) -> tuple[Inference, Run]:
-    """The run to continue: its name, "last", or its folder. Raises UsageError for one of another command."""
+    """Load the run to resume by name, "last" or folder. Raises UsageError if another command created it."""
     folder = runs_folder(runs)
     run = find_run(folder, name)
     if run.path.resolve().parent != folder.resolve():
-        hint = f"--runs {run.path.parent} says that you trust it"
-        raise UsageError("run", f"{run.path} is not among your runs; it may overwrite files and spend money", hint)
+        hint = f"if you trust it, add --runs {run.path.parent}"
+        raise UsageError(
+            "run", f"{run.path} is outside the folder of runs; resuming it may overwrite files and cost money", hint
+        )
     made_by = run.facts.get("command")
     if made_by == "repl":
-        hint = f"what it came to is in {run.path / 'best.scene'}"
-        raise UsageError("run", f"the run {run.name} was made in the REPL, which alone could go on with it", hint)
+        hint = f"its result is in {run.path / 'best.scene'}"
+        raise UsageError("run", f"the run {run.name} was created in the REPL and cannot be resumed", hint)
     if made_by != command:
         hint = f"scenelang {made_by} --resume {run.name}"
-        raise UsageError("run", f"the run {run.name} was made by `{made_by}`", hint)
+        raise UsageError("run", f"the run {run.name} was created by `{made_by}`", hint)
     return inference_of(run), run
 
 
 @contextmanager
 def recorded(run: Run) -> Iterator[None]:
-    """Holds a run, and notes in its folder how it ends."""
+    """Lock a run, and record its final state."""
     with run.claimed():
         try:
             run.note(state="running")
@@ -200,7 +205,7 @@ def recorded(run: Run) -> Iterator[None]:
 
 
 def play(inference: Inference, run: Run, live: TextIO | None = None) -> Result:
-    """Ask until the run is done; what its records hold is not asked again. Raises SceneError."""
+    """Run or resume inference to its end; recorded answers are reused. Raises SceneError."""
     client = inference.settings.client(run.spent)
     run = Run(run.path, client.clean)
     run.note(settings=inference.settings.data())
@@ -215,11 +220,11 @@ def play(inference: Inference, run: Run, live: TextIO | None = None) -> Result:
 
 @dataclass(frozen=True, slots=True)
 class Generated:
-    """A scene that a language model made.
+    """A scene generated by a language model.
 
-    ``program`` is its text, ``scene`` what it evaluates to, ``warnings`` what is odd about both, ``sample`` the number
-    of the best sample, ``stopped`` the errors of samples that ended early, ``cost`` in US dollars, ``run`` the folder
-    with every question and answer.
+    ``program`` is the source text, ``scene`` its evaluation, ``warnings`` the diagnostics of both, ``sample`` the
+    number of the best sample, ``stopped`` the errors of samples that ended early, ``cost`` in US dollars, ``run`` the
+    folder with all requests and answers.
     """
 
     program: str = field(repr=False)
@@ -232,16 +237,16 @@ class Generated:
     stopped: tuple[SceneError, ...] = field(default=(), repr=False)
 
     def save(self, path: str | Path) -> Path:
-        """Write the program; returns its path."""
+        """Write the program; returns the path."""
         return _write(Path(path), self.program)
 
     def __str__(self) -> str:
-        """Which sample it is, what it cost and where the run is, in a line."""
-        sent, answered = f"{self.usage.prompt:,} tokens sent", f"{self.usage.answered:,} answered"
-        return f"sample {self.sample}; {sent}, {answered}, ${self.cost:.4f}; kept in {self.run}"
+        """Return sample, tokens, cost and run folder as one line."""
+        sent, answered = f"{self.usage.prompt:,} input tokens", f"{self.usage.answered:,} output tokens"
+        return f"sample {self.sample}; {sent}, {answered}, ${self.cost:.4f}; saved in {self.run}"
 
     def data(self) -> dict[str, Any]:
-        """The result as JSON data."""
+        """Return the result as JSON data."""
         return {
             "run": str(self.run),
             "sample": self.sample,
@@ -254,7 +259,7 @@ class Generated:
 
 
 def draw_draft(scene: Scene, beside: Path, progress: Progress | None = None) -> Path:
-    """Draw a scene beside its program, and give the file: a picture, of a film a GIF."""
+    """Render a scene beside its program, to a PNG, or to a GIF if it is animated. Returns the path."""
     size = _DRAFT_SIZE
     if scene.animated:
         return scene.film(size=(size // 2, size // 2)).save(beside.with_suffix(".gif"), progress=progress)
@@ -263,8 +268,8 @@ def draw_draft(scene: Scene, beside: Path, progress: Progress | None = None) -> 
 
 @dataclass(frozen=True, slots=True)
 class SceneEdit:
-    """What an edit did: ``text`` is the unified difference of the programs, as the model was sent and as it wrote
-    them; ``changes`` what that did to the scene."""
+    """Effect of an edit: ``text`` is the unified diff of the programs as sent and as received, ``changes`` the changes
+    of the scene."""
 
     text: str
     changes: Changes
@@ -272,8 +277,8 @@ class SceneEdit:
 
 @dataclass(frozen=True, slots=True)
 class Edited:
-    """A program that a language model changed: ``diff`` and ``changes`` say how, ``before`` is the scene as it was;
-    ``result`` is what came back. Nothing is overwritten before ``save`` or ``apply``."""
+    """A program edited by a language model: ``diff`` and ``changes`` describe the edit, ``before`` is the original
+    scene, ``result`` the edited one. Nothing is overwritten before ``save`` or ``apply``."""
 
     path: Path
     diff: str = field(repr=False)
@@ -286,31 +291,31 @@ class Edited:
 
     @property
     def scene(self) -> Scene:
-        """The scene as it is now."""
+        """The edited scene."""
         return self.result.scene
 
     def picture(self) -> Image:
-        """Both scenes from one camera, side by side. Raises SceneError for a scene that cannot be drawn."""
+        """Render both scenes side by side from one camera. Raises SceneError if a scene cannot be rendered."""
         return before_and_after(self.before, self.result.scene)
 
     def save(self, path: str | Path) -> Path:
-        """Write the changed program, in the notation that the ending of ``path`` says; returns its path."""
+        """Write the edited program, in the notation given by the extension of ``path``; returns the path."""
         return _write(Path(path), written_as(Path(path), self.task, self.verdict))
 
     def apply(self) -> Path:
-        """Write it over the file that was edited; raises SceneError for one that somebody changed meanwhile."""
+        """Overwrite the original file; raises SceneError if it changed in the meantime."""
         if digest_of(self.path) != self.digest:
-            hint = "write the edit elsewhere with -o"
-            raise SceneError("file", f"{self.path} has changed since its program was sent", hint)
+            hint = "write the edit to another file with -o"
+            raise SceneError("file", f"{self.path} was modified since its program was sent", hint)
         return self.save(self.path)
 
     def data(self) -> dict[str, Any]:
-        """The result as JSON data."""
+        """Return the result as JSON data."""
         return self.result.data() | {"diff": self.diff, "changes": self.changes.data()}
 
 
 def digest_of(path: Path) -> str:
-    """What tells whether a file has changed."""
+    """Return a hash of a file, to detect changes."""
     return sha256(read_regular(path)).hexdigest()
 
 
@@ -323,7 +328,7 @@ def _write(target: Path, text: str) -> Path:
 
 
 def generated(run: Run, result: Result, options: Options) -> Generated:
-    """What a run came to."""
+    """Return the result of a run as a scene."""
     from scenelang.scene import Scene
 
     best = result.best
@@ -334,7 +339,7 @@ def generated(run: Run, result: Result, options: Options) -> Generated:
 
 
 def edited(inference: Inference, run: Run, path: Path, live: TextIO | None = None) -> Edited:
-    """Play the run of an edit to its end, and work out what the edit did. Raises SceneError."""
+    """Run the edit to its end, and compute its effect. Raises SceneError."""
     from scenelang.scene import Scene
 
     result = play(inference, run, live)
@@ -349,7 +354,7 @@ def edited(inference: Inference, run: Run, path: Path, live: TextIO | None = Non
 
 
 def scene_before(path: Path, task: Task, options: Options) -> SceneGraph:
-    """The scene of the program that is edited, as it was sent. Raises SceneError where that makes none any more."""
+    """Return the scene of the program to edit, as it was sent. Raises SceneError if it no longer evaluates."""
     assert task.program is not None
     if task.notation is Notation.LIST:
         source = Source(str(path), program_of(task.program, task.text))
@@ -357,12 +362,14 @@ def scene_before(path: Path, task: Task, options: Options) -> SceneGraph:
         source = Source(str(path.with_suffix(".py") if task.notation is Notation.PYTHON else path), task.program)
     scene = Session(options).evaluate(source).scene
     if scene is None:
-        raise SceneError("run", f"the program of {path} makes no scene any more, so there is nothing to compare with")
+        raise SceneError(
+            "run", f"the original program of {path} no longer evaluates, so the edit cannot be compared with it"
+        )
     return scene
 
 
 def edit_of(name: str, task: Task, before: SceneGraph, after: Verdict, limit: int) -> SceneEdit:
-    """What an edit did. Raises SceneError for scenes of more than ``limit`` primitives."""
+    """Compute the effect of an edit. Raises SceneError for scenes of more than ``limit`` primitives."""
     assert after.scene is not None
     assert task.program is not None
     written = listing(after.scene, task.ablation is Ablation.P) if task.notation is Notation.LIST else after.code
@@ -374,14 +381,14 @@ def edit_of(name: str, task: Task, before: SceneGraph, after: Verdict, limit: in
 
 
 def without_known(result: Result, before: SceneGraph) -> Result:
-    """A result without what was odd about the scene's geometry before the edit already."""
+    """Remove geometry warnings from a result that already applied before the edit."""
     known = {finding.message for finding in geometry_findings(before)}
     findings = tuple(finding for finding in result.best.findings if finding.message not in known)
     return replace(result, best=replace(result.best, findings=findings))
 
 
 def written_as(path: Path, task: Task, after: Verdict) -> str:
-    """The edited program as the file ``path`` holds it: in the notation of the edit where its ending says so."""
+    """Return the edited program for the file ``path``: in the notation of the edit if the extension matches."""
     if task.notation is Notation.LANGUAGE:
         return after.code
     if task.notation is Notation.PYTHON and path.suffix == ".py":
@@ -392,7 +399,7 @@ def written_as(path: Path, task: Task, after: Verdict) -> str:
 
 
 def _in_response(path: Path, code: str) -> str:
-    """The response that a file holds with other code in it; a new file has the code alone."""
+    """Replace the code in the response that a file contains; a new file contains only the code."""
     text = path.read_text("utf-8") if path.exists() else ""
     found = find_code(text)
     if not text[: found.start].strip():
@@ -401,8 +408,8 @@ def _in_response(path: Path, code: str) -> str:
 
 
 def before_and_after(before: Scene, after: Scene) -> Image:
-    """Both scenes from one camera, side by side: from where the larger one is seen whole. Raises SceneError for a
-    scene that cannot be drawn."""
+    """Render both scenes side by side from one camera, which frames the larger one. Raises SceneError if a scene cannot
+    be rendered."""
     larger = max((before, after), key=_largest_side)
     camera = larger.placed(size=(_SIZE, _SIZE))
     frame = min(len(before.frames), len(after.frames)) // 2
@@ -417,13 +424,13 @@ def _largest_side(scene: Scene) -> float:
     return float((high - low).max())
 
 
-# --- the whole of it -------------------------------------------------------------------------------------------------
+# --- public functions ------------------------------------------------------------------------------------------------
 
 
 def editing(
     path: Path, instruction: str, settings: InferenceSettings, options: Options, ablation: Ablation = Ablation.NONE
 ) -> tuple[Evaluated, Inference | None]:
-    """The edit to ask for, None for a program that is wrong already, and what evaluating the program said."""
+    """Evaluate a program and prepare its edit; the inference is None if the program has errors."""
     options = replace(options, project=path.resolve().parent)
     session = Session(options)
     source = session.source(str(path))
@@ -449,46 +456,46 @@ def generate(
     runs: str | None = None,
     live: TextIO | None = None,
 ) -> Generated:
-    """Make a scene of words and pictures, by a language model.
+    """Generate a scene from text and images with a language model.
 
-    The model's program is checked and evaluated, mistakes go back to it, the best of several samples is taken. What
-    the model answers is never executed as Python.
+    The model's program is checked and evaluated, errors are sent back for repair, and the best of several samples is
+    selected. Python written by the model is translated, never executed.
 
     Parameters
     ----------
     task : str
-        What the scene shows; may be empty where there are pictures.
+        Description of the scene; may be empty if there are images.
     model : str, optional
-        The model's name; that of ``settings``, or the provider's default, where there is none.
+        Name of the model; default: that of ``settings``, else the provider's default.
     images : sequence of path
-        Pictures to reconstruct.
+        Input images to reconstruct.
     kind : str
-        "3d", "4d" (a scene that moves) or "minecraft" (a build of blocks).
+        "3d", "4d" (an animated scene) or "minecraft" (a build of blocks).
     notation : str
-        What the model writes: "python" against the helper API, or the "language" itself.
+        Notation of the model's output: "python" with the helper API, or "language" for the Scene Language.
     ablation : str
-        What is taken from the model, as in the paper's ablations: "P" programs, "W" words.
+        Ablation of the paper: without programs "P", words "W" or both "PW".
     settings : InferenceSettings, optional
-        Provider, model, samples, repairs, critiques and the limit of cost (default 5 US dollars).
+        Provider, model, samples, repairs, critiques and cost limit (default 5 US dollars).
     seed : int
-        Seed of the random streams of the program.
+        Random seed of the program.
     limits : Limits, optional
-        Bounds of each evaluation.
+        Limits of each evaluation.
     runs : str, optional
-        The folder that keeps runs; the user's state folder by default.
+        Folder of runs; default: in the user's state folder.
     live : text stream, optional
-        Where answers are counted as they arrive. Ctrl-C ends the run, which `scenelang generate --resume` continues.
+        Stream for live token counts. Ctrl-C ends the run; resume it with `scenelang generate --resume`.
 
     Raises
     ------
     UsageError
-        An argument makes no sense.
+        If an argument is invalid.
     SceneError
-        The model cannot be asked, or no answer came to a program that works.
+        If the model cannot be reached, or no sample produced a valid program.
 
     Examples
     --------
-    A key and a connection are needed::
+    Requires an API key and a network connection::
 
         made = sl.generate("a chess board", model="claude-opus-5-5", settings=sl.InferenceSettings(samples=3))
         made.scene.render().save("board.png")
@@ -514,20 +521,20 @@ def edit(
     runs: str | None = None,
     live: TextIO | None = None,
 ) -> Edited:
-    """Change a program by an instruction, by a language model. The arguments are those of ``generate``; nothing is
-    overwritten before ``Edited.save`` or ``apply``.
+    """Edit a program by an instruction with a language model. Nothing is overwritten before ``Edited.save`` or
+    ``apply``; the other arguments are those of ``generate``.
 
     Parameters
     ----------
     path : path
-        The program: .scene, or a model's .txt or .py.
+        Program to edit: .scene, or a model's response (.txt, .py).
     instruction : str
-        Such as "make the tower twice as high".
+        Edit instruction, such as "make the tower twice as high".
 
     Raises
     ------
     SceneError
-        The program is wrong already, the model cannot be asked, or no answer came to a program that works.
+        If the program has errors, the model cannot be reached, or no sample produced a valid program.
     """
     file = Path(path)
     inference = _edit_of(file, instruction, _settings(settings, model), ablation, seed, limits)
@@ -548,12 +555,12 @@ def estimate(
     ablation: Literal["", "P", "W", "PW"] = "",
     settings: InferenceSettings | None = None,
 ) -> Estimate:
-    """What ``generate`` would send first and cost at most, or ``edit`` where ``path`` names a program; nothing is sent.
+    """Return the first request of ``generate``, or of ``edit`` with ``path``, and its maximum cost; nothing is sent.
 
     Raises
     ------
     UsageError
-        An argument makes no sense, or the price of the model is not known.
+        If an argument is invalid, or the price of the model is unknown.
 
     Examples
     --------
@@ -574,23 +581,23 @@ def resume(
     runs: str | None = None,
     live: TextIO | None = None,
 ) -> Generated | Edited:
-    """Go on with a run of ``generate`` or ``edit`` that was interrupted or failed; what it was told is not asked again.
+    """Resume an interrupted or failed run of ``generate`` or ``edit``; recorded answers are reused.
 
     Parameters
     ----------
     name : str
-        The run's name, the beginning of one, its folder, or "last".
+        Name, prefix of a name or folder of the run, or "last".
     settings : mapping, optional
-        New values of limits, such as ``{"max_cost": 10.0}``; what decides the answers cannot change.
+        New limits, such as ``{"max_cost": 10.0}``; other settings are fixed.
     runs : str, optional
-        The folder that keeps runs; the user's state folder by default.
+        Folder of runs; default: in the user's state folder.
     live : text stream, optional
-        Where answers are counted as they arrive.
+        Stream for live token counts.
 
     Raises
     ------
     UsageError
-        There is no such run, or a setting cannot change.
+        If the run does not exist, or a setting cannot change.
     SceneError
         As ``generate``.
     """
@@ -604,16 +611,16 @@ def resume(
 
 
 def runs(folder: str | None = None) -> list[Run]:
-    """The runs of ``generate`` and ``edit`` in a folder (the user's state folder by default), oldest first."""
+    """Return the runs of ``generate`` and ``edit`` in a folder (default: in the user's state folder), oldest first."""
     return all_runs(runs_folder(folder))
 
 
 def renewed(inference: Inference, settings: Mapping[str, Any], as_flags: bool = False) -> Inference:
-    """With new limits for a run that goes on. Raises UsageError for settings that cannot change."""
+    """Apply new limits to a resumed run. Raises UsageError for settings that cannot change."""
     fixed = [name for name in settings if name not in RENEWABLE]
     if fixed:
-        hint = f"these can: {', '.join(sorted(RENEWABLE))}"
-        raise UsageError("value", f"`{fixed[0]}` cannot change when a run goes on", hint)
+        hint = f"settings that can change: {', '.join(sorted(RENEWABLE))}"
+        raise UsageError("value", f"`{fixed[0]}` cannot be changed for a resumed run", hint)
     check_limits(settings, as_flags)
     return replace(inference, settings=replace(inference.settings, **settings))
 
@@ -627,9 +634,9 @@ def _settings(settings: InferenceSettings | None, model: str | None) -> Inferenc
 def _edit_of(
     path: Path, instruction: str, settings: InferenceSettings, ablation: str, seed: int, limits: Limits | None
 ) -> Inference:
-    """The edit to ask for. Raises SceneError for a program that is wrong already."""
+    """Prepare the edit of a program. Raises SceneError if the program has errors."""
     if not instruction.strip():
-        raise UsageError("value", "say which program is to be edited, and how")
+        raise UsageError("value", "expected a program and an instruction")
     options = Options(seed=seed, limits=limits or Limits())
     result, inference = editing(path, instruction, settings, options, Ablation(ablation))
     result.require()

@@ -1,7 +1,7 @@
-"""A scene as the flat list of its primitives with words and poses, and such a list as a scene (the paper's No-P).
+"""Conversion between scenes and flat lists of primitives with words and poses (the paper's ablation "No-P").
 
-One item is ``{"word": ..., "shape": ..., "attributes": {...}, "pose": [[...], [...], [...]]}``: ``word`` names what the
-primitive belongs to, ``pose`` are the upper three rows of its matrix in the world. A film is a list of such lists.
+An item is ``{"word": ..., "shape": ..., "attributes": {...}, "pose": [[...], [...], [...]]}``: ``word`` is the entity
+to which the primitive belongs, ``pose`` the upper three rows of its world matrix. A film is a list of such lists.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ from scenelang.interpreter.transpile.python_text import HELPERS
 MOST_ITEMS = 5_000
 _FENCE = re.compile(r"^[ \t]*+```[ \t]*+(?:json)?[ \t]*+\n(.*?)^[ \t]*+```", re.M | re.S)
 _DIGITS = 6
-_NOTHING = 1e-12  # what turning by a quarter leaves of a zero
+_NOTHING = 1e-12  # rounding residue of a quarter rotation
 _DEEPEST = 20
 _ROOT = "scene"
 
 
 def listing(scene: Scene, with_words: bool) -> str:
-    """The primitives of a scene as JSON, one in a line. Raises SceneError for more than ``MOST_ITEMS``."""
+    """Return the primitives of a scene as JSON, one per line. Raises SceneError for more than ``MOST_ITEMS``."""
     flat = flatten(scene, MOST_ITEMS)
     frames = [_frame(frame, with_words) for frame in flat.frames]
     return _lines(frames[0]) if not flat.animated else "[\n" + ",\n".join(map(_lines, frames)) + "\n]"
@@ -66,13 +66,13 @@ def _item(entity: Entity, path: tuple[str, ...], matrix: list[list[float]], with
 
 
 def _table(name: str, value: Any) -> Any:
-    """The states of a block as an object: the language has them as a list of pairs."""
+    """Convert the states of a block from a list of pairs to a JSON object."""
     is_states = name == "block-kwargs" and isinstance(value, list)
     return dict(value) if is_states and all(isinstance(pair, list) and len(pair) == 2 for pair in value) else value
 
 
 def _rounded(value: Any) -> Any:
-    """Numbers with few digits: the model reads every one."""
+    """Round numbers to save tokens."""
     if isinstance(value, float):
         value = 0.0 if abs(value) < _NOTHING else value
         return int(value) if value == round(value) and abs(value) < 1e9 else float(f"{value:.{_DIGITS}g}")
@@ -81,11 +81,11 @@ def _rounded(value: Any) -> Any:
     return {name: _rounded(item) for name, item in value.items()} if isinstance(value, dict) else value
 
 
-# --- reading a list back -------------------------------------------------------------------------------------------
+# --- parsing a list ------------------------------------------------------------------------------------------------
 
 
 def program_of(answer: str, task: str) -> str:
-    """The program of the scene that a list describes, in an answer that may hold more. Raises SceneError("listing")."""
+    """Extract the list from an answer and convert it to a program. Raises SceneError("listing")."""
     frames = _frames(_parsed(answer))
     header = "".join(f"; {line}\n" for line in task.splitlines() if line.strip())
     scenes = ["(union" + "".join(f"\n  {line}" for line in map(_part, frame)) + ")" for frame in frames]
@@ -99,13 +99,13 @@ def _parsed(answer: str) -> Any:
     try:
         return json.loads(text, parse_constant=_refuse, parse_int=_whole)
     except json.JSONDecodeError as error:
-        raise SceneError("listing", f"the answer holds no list in JSON: {error.msg} (line {error.lineno})") from None
+        raise SceneError("listing", f"no valid JSON list in the answer: {error.msg} (line {error.lineno})") from None
     except (ValueError, RecursionError) as error:
-        raise SceneError("listing", f"the list cannot be read: {str(error)[:80]}") from None
+        raise SceneError("listing", f"cannot parse the list: {str(error)[:80]}") from None
 
 
 def _refuse(constant: str) -> NoReturn:
-    raise ValueError(f"{constant} is no number of JSON")
+    raise ValueError(f"{constant} is not a JSON number")
 
 
 def _whole(text: str) -> int:
@@ -116,7 +116,7 @@ def _whole(text: str) -> int:
 
 def _frames(data: Any) -> list[list[Any]]:
     if not isinstance(data, list) or not data:
-        raise SceneError("listing", "the answer is no list of primitives")
+        raise SceneError("listing", "the answer is not a list of primitives")
     frames = data if all(isinstance(item, list) for item in data) else [data]
     if sum(map(len, frames)) > MOST_ITEMS:
         raise SceneError("listing", f"the list has more than {MOST_ITEMS:,} primitives")
@@ -124,12 +124,12 @@ def _frames(data: Any) -> list[list[Any]]:
 
 
 def _part(item: Any) -> str:
-    """An item as a form: its primitive under its pose, inside an entity of its word."""
+    """Convert an item to a form: the primitive with its pose, inside an entity of its word."""
     if not isinstance(item, dict):
-        raise SceneError("listing", f"an item of the list is no object: {json.dumps(item)[:60]}")
+        raise SceneError("listing", f"expected a JSON object as an item of the list, got: {json.dumps(item)[:60]}")
     shape, word = item.get("shape"), item.get("word")
     if not isinstance(shape, str) or not shape or not (word is None or isinstance(word, str)):
-        raise SceneError("listing", f"an item lacks `shape`, a name: {json.dumps(item)[:80]}")
+        raise SceneError("listing", f"expected a name as the `shape` of an item: {json.dumps(item)[:80]}")
     is_semantic = not is_word(shape)
     name = word if is_semantic and word else shape
     text = f" {string_text(item['text'])}" if isinstance(item.get("text"), str) else ""
@@ -142,23 +142,23 @@ def _part(item: Any) -> str:
 def _attributes(item: Mapping[str, Any]) -> Iterator[str]:
     attributes = item.get("attributes", {})
     if not isinstance(attributes, dict):
-        raise SceneError("listing", f"`attributes` of an item is no object: {json.dumps(item)[:80]}")
+        raise SceneError("listing", f"expected a JSON object as the `attributes` of an item: {json.dumps(item)[:80]}")
     for name, value in attributes.items():
         if not _is_name(name):
-            raise SceneError("listing", f"`{name[:40]}` is no name of an attribute")
+            raise SceneError("listing", f"invalid attribute name `{name[:40]}`")
         if value is not None:
             yield f" :{name} {_literal(value)}"
 
 
 @lru_cache(1024)
 def _is_name(text: str) -> bool:
-    """Whether ``:text`` reads as one keyword."""
+    """Return whether ``:text`` parses as one keyword."""
     result = read(Source("<attribute>", f":{text}"))
     return len(result.forms) == 1 and not result.diagnostics and result.forms[0].span.end == len(text) + 1
 
 
 def _literal(value: Any, depth: int = 0) -> str:
-    """JSON data as an expression of the language: arrays of numbers, lists, association lists."""
+    """Convert JSON data to an expression of the language: arrays of numbers, lists, association lists."""
     if depth > _DEEPEST:
         raise SceneError("listing", "an attribute of the list is nested too deeply")
     if value is None:
@@ -187,13 +187,15 @@ def _number(value: float) -> str:
 def _pose(item: Mapping[str, Any]) -> str:
     rows = item.get("pose")
     if not isinstance(rows, list) or not _is_matrix(rows):
-        raise SceneError("listing", f"`pose` of an item is not three rows of four numbers: {json.dumps(item)[:80]}")
+        raise SceneError(
+            "listing", f"expected three rows of four numbers as the `pose` of an item: {json.dumps(item)[:80]}"
+        )
     written = [f"[{' '.join(map(_number, row))}]" for row in [*rows[:3], [0, 0, 0, 1]]]
     return f"(pose [{' '.join(written)}])"
 
 
 def _is_matrix(rows: list[Any]) -> bool:
-    """Whether rows are the upper three of a pose's matrix, or all four."""
+    """Return whether rows are the upper three or all four rows of a pose matrix."""
     if len(rows) not in (3, 4) or not all(isinstance(row, list) and len(row) == 4 for row in rows):
         return False
     if not all(isinstance(x, (int, float)) and not isinstance(x, bool) for row in rows for x in row):
@@ -201,7 +203,7 @@ def _is_matrix(rows: list[Any]) -> bool:
     return len(rows) == 3 or rows[3] == [0, 0, 0, 1]
 
 
-# Random names in place of words (the paper, appendix "Ablations": No-W), and the words back again.
+# Random names in place of words (the paper, appendix "Ablations": No-W), and their inverse.
 
 
 _LENGTH = 8
@@ -211,19 +213,19 @@ _DEFINERS = ("define", "bind", "define-record")
 
 @dataclass(frozen=True, slots=True)
 class Renamed:
-    """A program under other names. ``words`` leads from each random name back to what it stands for."""
+    """A program with random names. ``words`` maps each random name to the original."""
 
     text: str
     words: Mapping[str, str]
 
     def restored(self, text: str) -> str:
-        """A text of a model's with the words back in place of the random names."""
+        """Replace the random names in a model's text by the original words."""
         return _LETTER_RUN.sub(lambda match: self.words.get(match[0], match[0]), text)
 
 
 def rename_python(text: str, seed: int) -> Renamed:
-    """Python with random names for its functions, without comments and docstrings. Raises SyntaxError, ValueError or
-    RecursionError for text that is no Python; it is not run."""
+    """Replace function names in Python by random names, and remove comments and docstrings; nothing is executed. Raises
+    SyntaxError, ValueError or RecursionError for invalid Python."""
     tree = ast.parse(text)
     names = _random_names(_functions(tree), seed, text)
     return Renamed(ast.unparse(ast.fix_missing_locations(_Renaming(names).visit(tree))) + "\n", _turned(names))
@@ -235,7 +237,7 @@ def _functions(tree: ast.Module) -> list[str]:
 
 
 class _Renaming(ast.NodeTransformer):
-    """Renames functions where they are defined, named and called by word; docstrings are left out."""
+    """Rename functions at definitions, references and calls by word; remove docstrings."""
 
     def __init__(self, names: Mapping[str, str]) -> None:
         self._names = names
@@ -255,7 +257,7 @@ class _Renaming(ast.NodeTransformer):
         return None if is_docstring else self.generic_visit(node)
 
     def visit_Call(self, node: ast.Call) -> ast.AST:
-        """A primitive's word and the names of its attributes stay, also where a function is called the same."""
+        """Preserve the primitive's word and attribute names, even if a function has the same name."""
         if not (isinstance(node.func, ast.Name) and node.func.id == "primitive_call"):
             return self.generic_visit(node)
         node.args = [node.args[0], *map(self._value, node.args[1:])] if node.args else []
@@ -277,7 +279,7 @@ class _Renaming(ast.NodeTransformer):
 
 
 def rename_language(text: str, seed: int) -> Renamed:
-    """A program of the language with random names for its words and definitions, without comments."""
+    """Replace words and definitions of a program by random names, and remove comments."""
     forms = read(Source("<program>", text)).forms
     names = _random_names(_defined(forms), seed, text)
     lines = [print_datum(_renamed_datum(form, names)) for form in forms]
@@ -285,7 +287,7 @@ def rename_language(text: str, seed: int) -> Renamed:
 
 
 def _defined(forms: Iterable[Datum]) -> list[str]:
-    """Words that are bound and names that are defined at the top level."""
+    """Return the words and names defined at the top level."""
     found: list[str] = []
     for form in forms:
         if not isinstance(form, ListDatum) or len(form.items) < 2 or _symbol(form.items[0]) not in _DEFINERS:
@@ -314,7 +316,7 @@ def _renamed_datum(datum: Datum, names: Mapping[str, str]) -> Datum:
 
 
 def _random_names(names: Iterable[str], seed: int, text: str) -> dict[str, str]:
-    """A name of eight letters for each, none of which the text holds."""
+    """Return a random name of eight letters for each name, chosen not to occur in the text."""
     letters = random.Random(seed)
     taken: set[str] = set()
     found: dict[str, str] = {}

@@ -1,9 +1,9 @@
-"""Run folders: every question, answer and verdict of one run, so that it can be read and continued.
+"""Run folders: record every request, answer and evaluation of a run, so that it can be inspected and resumed.
 
-run.json                  what was asked for, how it stands
-input-1.png               pictures that came with the task
+run.json                  task, settings and state
+input-1.png               input images of the task
 sample-1/01-draft/        request.json, picture-1.png ..., reply.json, answer.txt, program.scene, diagnostics.txt
-best.scene                what the run came to
+best.scene                resulting program
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ _ATTEMPT = re.compile(r"(\d+)-([a-z]+)\Z")
 
 
 def runs_folder(chosen: str | None) -> Path:
-    """Where runs are kept: the folder that was chosen, SCENELANG_RUNS, else the user's state folder."""
+    """Return the folder of runs: ``chosen``, else $SCENELANG_RUNS, else the user's state folder."""
     given = chosen or os.environ.get("SCENELANG_RUNS")
     if given:
         return Path(given)
@@ -60,7 +60,7 @@ def runs_folder(chosen: str | None) -> Path:
 
 @dataclass(frozen=True, slots=True)
 class Attempt:
-    """One question of a run as it is recorded."""
+    """A recorded request of a run."""
 
     sample: int
     number: int
@@ -72,7 +72,7 @@ class Attempt:
         return float(self.facts.get("cost", 0.0))
 
     def data(self) -> dict[str, Any]:
-        """What became of the question, as JSON data; ``usable`` is None where nothing was judged."""
+        """Return the request's result as JSON data; ``usable`` is None if the answer was not evaluated."""
         usage = self.facts.get("usage", {})
         sent = sum(int(usage.get(name, 0)) for name in ("sent", "cache_read", "cache_written"))
         return {
@@ -90,8 +90,10 @@ class Attempt:
 
 
 class Run:
-    """One run of ``generate`` or ``edit``: its folder, with every question and answer. ``summary()`` is JSON data,
-    ``attempts()`` what was asked. ``clean`` takes secrets out of all that is written."""
+    """A run of ``generate`` or ``edit``: its folder with every request and answer.
+
+    ``summary()`` returns JSON data, ``attempts()`` the requests. ``clean`` removes secrets from everything written.
+    """
 
     def __init__(self, path: Path, clean: Callable[[str], str] = str) -> None:
         self.path = path
@@ -108,48 +110,48 @@ class Run:
 
     @property
     def facts(self) -> dict[str, Any]:
-        """What run.json says. Raises SceneError for a folder that is no run."""
+        """Contents of run.json. Raises SceneError if the folder is not a run."""
         try:
             data = json.loads((self.path / "run.json").read_text("utf-8"))
         except (OSError, ValueError, RecursionError):
-            raise SceneError("run", f"{self.path} is no folder of a run") from None
+            raise SceneError("run", f"{self.path} is not a run folder") from None
         if not isinstance(data, dict) or data.get("version") != _VERSION:
-            raise SceneError("run", f"{self.path} was written by another version")
+            raise SceneError("run", f"{self.path} was written by an incompatible version")
         return data
 
     def note(self, **facts: Any) -> None:
-        """Change what run.json says."""
+        """Update fields of run.json."""
         path = self.path / "run.json"
         old = self.facts if path.exists() else {"version": _VERSION}
         write_json(path, json.loads(self._clean(json.dumps({**old, **facts}))))
 
     def keep(self, name: str, data: bytes) -> None:
-        """Write a file of the run, whole or not at all."""
+        """Write a file of the run atomically."""
         path = self.path / name
         path.parent.mkdir(parents=True, exist_ok=True)
         with written_whole(path) as temporary:
             temporary.write_bytes(data)
 
     def keep_text(self, name: str, text: str) -> None:
-        """Write a text of the run without secrets."""
+        """Write a text file of the run, with secrets removed."""
         self.keep(name, self._clean(text).encode("utf-8", "replace"))
 
     # --- attempts --------------------------------------------------------------------------------------------------
 
     def recorded(self, sample: int, number: int, key: str) -> Answer | None:
-        """The answer that this run got to a question already."""
+        """Return the recorded answer to a request with the same key, or None."""
         facts = self._reply_facts(sample, number)
         if facts is None or facts.get("key") != key:
             return None
         return _answer_of(facts)
 
     def _reply_facts(self, sample: int, number: int) -> dict[str, Any] | None:
-        """What is recorded of a question, None where it has no answer or a damaged one."""
+        """Return the record of a request's answer, or None if it is missing or damaged."""
         found = map(_reply_in, self._folder(sample).glob(f"{number:02d}-*"))
         return next((facts for facts in found if facts is not None), None)
 
     def asked(self, sample: int, number: int, purpose: str, payload: Mapping[str, Any]) -> None:
-        """Record a question before it is sent; its pictures become files."""
+        """Record a request before it is sent; images are saved as files."""
         folder = self._attempt(sample, number, purpose)
         pictures: list[bytes] = []
         data = _without_pictures(payload, pictures)
@@ -159,8 +161,8 @@ class Run:
 
     @contextmanager
     def sending(self, sample: int, number: int, purpose: str) -> Iterator[Callable[[float], None]]:
-        """For the time of a request: note what it can cost. A kill leaves the note, which then counts as spent; so does
-        Ctrl-C, since the service may charge for it."""
+        """Record the maximum cost of a request while it is in flight. If the process is killed or interrupted the
+        record remains and counts as spent, since the service may charge for the request."""
         path = f"{self._attempt(sample, number, purpose)}/sent.json"
         before = _lost(self.path / path)
         amounts: list[float] = []
@@ -188,7 +190,7 @@ class Run:
         self.keep_text(f"{folder}/reply.json", json.dumps(facts))
 
     def judged(self, sample: int, number: int, purpose: str, verdict: Verdict) -> None:
-        """Record what became of an answer."""
+        """Record the evaluation of an answer."""
         folder = self._attempt(sample, number, purpose)
         self.keep_text(f"{folder}/program.scene", verdict.program)
         self.keep_text(f"{folder}/diagnostics.txt", verdict.told())
@@ -200,7 +202,7 @@ class Run:
         self.keep_text(f"{folder}/verdict.json", json.dumps(facts))
 
     def attempts(self) -> Iterator[Attempt]:
-        """All that was answered, by sample and number."""
+        """Yield all answered requests, ordered by sample and number."""
         for folder in sorted(self.path.glob("sample-*/*")):
             match = _ATTEMPT.fullmatch(folder.name)
             sample = folder.parent.name.removeprefix("sample-")
@@ -210,12 +212,12 @@ class Run:
 
     @property
     def spent(self) -> float:
-        """US dollars, with what interrupted requests may have cost."""
+        """Cost in US dollars, including the possible cost of interrupted requests."""
         lost = sum(_lost(path) for path in self.path.glob("sample-*/*/sent.json"))
         return lost + sum(attempt.cost for attempt in self.attempts())
 
     def summary(self) -> dict[str, Any]:
-        """The run in a few facts, as JSON data; the ``state`` of a folder that cannot be read is "damaged"."""
+        """Return a summary as JSON data; the ``state`` of an unreadable folder is "damaged"."""
         found = {"name": self.name, "path": str(self.path)}
         try:
             facts = self.facts
@@ -236,11 +238,11 @@ class Run:
     def _attempt(sample: int, number: int, purpose: str) -> str:
         return f"sample-{sample}/{number:02d}-{purpose}"
 
-    # --- one process at a time -------------------------------------------------------------------------------------
+    # --- locking: one process at a time ----------------------------------------------------------------------------
 
     @property
     def state(self) -> str:
-        """How the run stands: one that says that it is running, and that no process holds, was interrupted."""
+        """State of the run; a run recorded as running that no process has locked was interrupted."""
         state = str(self.facts.get("state", "?"))
         if state != "running":
             return state
@@ -252,7 +254,7 @@ class Run:
 
     @contextmanager
     def claimed(self) -> Iterator[None]:
-        """Hold the run for this block. Raises SceneError where another process has it."""
+        """Lock the run. Raises SceneError if another process has locked it."""
         try:
             import fcntl
         except ImportError:
@@ -263,20 +265,20 @@ class Run:
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError:
-                raise SceneError("run", f"another process is at work on the run {self.name}") from None
+                raise SceneError("run", f"another process is using the run {self.name}") from None
             yield
         finally:
             os.close(file)
 
 
 def _reply_in(folder: Path) -> dict[str, Any] | None:
-    """What is recorded of the answer in an attempt's folder, None where there is none or a damaged one."""
+    """Return the recorded answer in an attempt's folder, or None if it is missing or damaged."""
     found = _json_object(folder / "reply.json")
     return found if found and _answer_of(found) is not None else None
 
 
 def _answer_of(facts: Mapping[str, Any]) -> Answer | None:
-    """A recorded answer, None where it is damaged."""
+    """Parse a recorded answer; returns None if it is damaged."""
     try:
         answer = Answer(reply_of(facts), float(facts["cost"]), bool(facts["was_kept"]))
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError):
@@ -285,7 +287,7 @@ def _answer_of(facts: Mapping[str, Any]) -> Answer | None:
 
 
 def _lost(path: Path) -> float:
-    """What requests that had no answer may have cost, in US dollars."""
+    """Return the possible cost of unanswered requests in US dollars."""
     try:
         amount = float(_json_object(path).get("lost", 0.0))
     except (TypeError, ValueError, OverflowError):
@@ -294,7 +296,7 @@ def _lost(path: Path) -> float:
 
 
 def _json_object(path: Path) -> dict[str, Any]:
-    """What a file says, nothing where it cannot be read."""
+    """Read a JSON object; returns an empty one if the file cannot be read."""
     try:
         found = json.loads(path.read_text("utf-8"))
     except (OSError, ValueError, RecursionError):
@@ -303,7 +305,7 @@ def _json_object(path: Path) -> dict[str, Any]:
 
 
 def _without_pictures(data: Any, pictures: list[bytes]) -> Any:
-    """A payload with the name of a file in place of each picture's data."""
+    """Replace the image data in a payload by file names, and collect the images."""
     if isinstance(data, Mapping):
         return {name: _without_pictures(value, pictures) for name, value in data.items()}
     if isinstance(data, list):
@@ -319,11 +321,11 @@ def _without_pictures(data: Any, pictures: list[bytes]) -> Any:
     return data
 
 
-# --- many runs -----------------------------------------------------------------------------------------------------
+# --- run folders ---------------------------------------------------------------------------------------------------
 
 
 def new_run(folder: Path, text: str, clean: Callable[[str], str]) -> Run:
-    """A new folder for a run, named by the time and its task. Raises SceneError where it cannot be made."""
+    """Create a run folder named by time and task. Raises SceneError if that fails."""
     slug = _SLUG.sub("-", clean(text).lower()).strip("-")[:_LONGEST_SLUG].rstrip("-") or "run"
     stamp = datetime.now().strftime("%Y%m%d-%H%M%S-%f")[:-3]  # milliseconds, so that names sort by time
     try:
@@ -336,19 +338,19 @@ def new_run(folder: Path, text: str, clean: Callable[[str], str]) -> Run:
                 continue
             return Run(path, clean)
     except OSError as error:
-        raise SceneError("file", f"no run can be kept in {folder}: {error.strerror or error}") from None
-    raise SceneError("file", f"no run can be kept in {folder}: too many begin at once")
+        raise SceneError("file", f"cannot create a run in {folder}: {error.strerror or error}") from None
+    raise SceneError("file", f"cannot create a run in {folder}: too many runs started at once")
 
 
 def all_runs(folder: Path) -> list[Run]:
-    """The runs in a folder, oldest first."""
+    """Return the runs in a folder, oldest first."""
     if not folder.is_dir():
         return []
     return [Run(path) for path in sorted(folder.iterdir()) if (path / "run.json").is_file()]
 
 
 def find_run(folder: Path, name: str, clean: Callable[[str], str] = str) -> Run:
-    """The run of a name, of an unambiguous beginning of one, of a path, or the ``last`` one. Raises SceneError."""
+    """Find a run by name, unambiguous prefix, path, or ``last``. Raises SceneError."""
     if (Path(name) / "run.json").is_file():
         return Run(Path(name), clean)
     runs = all_runs(folder)
@@ -359,16 +361,16 @@ def find_run(folder: Path, name: str, clean: Callable[[str], str] = str) -> Run:
     if len(found) == 1:
         return Run(found[0].path, clean)
     if found:
-        raise SceneError("run", f"`{name[:60]}` could be {', '.join(run.name for run in found[:5])}")
-    hint = suggest(name, [run.name for run in runs]) or f"`scenelang runs` lists those in {folder}"
-    raise SceneError("run", f"there is no run `{name[:60]}`", hint)
+        raise SceneError("run", f"ambiguous run name `{name[:60]}`: {', '.join(run.name for run in found[:5])}")
+    hint = suggest(name, [run.name for run in runs]) or f"see `scenelang runs` for the runs in {folder}"
+    raise SceneError("run", f"unknown run `{name[:60]}`", hint)
 
 
-# How a run asks: model, limits, number of samples; as data that a run folder keeps, so that it can go on.
+# Settings of a run: model, limits, number of samples; saved in the run folder for resuming.
 
 
 _DEFAULT_TOKENS = 32_000
-# What settings may be, both ends included.
+# Inclusive ranges of settings.
 LIMITS: Mapping[str, tuple[float, float]] = MappingProxyType({
     "samples": (1, 64),
     "repairs": (0, 20),
@@ -378,41 +380,46 @@ LIMITS: Mapping[str, tuple[float, float]] = MappingProxyType({
     "max_cost": (1e-9, 1e9),
     "timeout": (0.1, 86_400),
 })  # fmt: skip
-RENEWABLE = ("samples", "repairs", "critiques", "side_by_side", "max_cost")  # a run that goes on may have new ones
+RENEWABLE = ("samples", "repairs", "critiques", "side_by_side", "max_cost")  # may change when a run is resumed
 Typed = TypeVar("Typed")
 
 
 @dataclass(frozen=True, slots=True)
 class InferenceSettings:
-    """``max_cost`` in US dollars; ``price`` as "INPUT,OUTPUT" in dollars per million tokens."""
+    """Settings of language-model inference.
+
+    ``max_cost`` is in US dollars; ``price`` has the form "INPUT,OUTPUT", in dollars per million tokens.
+    """
 
     provider: str = setting(
-        "anthropic", "anthropic (default), openai: any server of chat completions, or a package's own", metavar="NAME"
+        "anthropic",
+        "provider: anthropic (default), openai (any chat completions server), or a plug-in's",
+        metavar="NAME",
     )
-    model: str | None = setting(None, "the model (default: the provider's)", metavar="NAME")
+    model: str | None = setting(None, "model (default: the provider's)", metavar="NAME")
     price: str | None = setting(
-        None, "dollars per million tokens, for a model whose price is not known", metavar="IN,OUT"
+        None, "dollars per million input and output tokens, for a model of unknown price", metavar="IN,OUT"
     )
     effort: str | None = setting(
-        None, "how much the model works: low, medium, high, xhigh, max, as it allows", metavar="LEVEL"
+        None, "reasoning effort: low, medium, high, xhigh or max, as supported by the model", metavar="LEVEL"
     )
     max_tokens: int | None = setting(
-        None, "tokens of one answer (default 32,000, or what the model has)", metavar="N", read=whole
+        None, "maximum tokens of one answer (default 32,000, or the model's maximum)", metavar="N", read=whole
     )
-    max_cost: float = setting(5.0, "what the run may cost (default 5)", metavar="DOLLARS", read=dollars)
+    max_cost: float = setting(5.0, "maximum cost of the run (default 5)", metavar="DOLLARS", read=dollars)
     samples: int = setting(
-        1, "samples, of which the best is taken (default 1)", "-n", "--samples", metavar="N", read=whole
+        1, "number of samples, of which the best is selected (default 1)", "-n", "--samples", metavar="N", read=whole
     )
-    repairs: int = setting(
-        3, "times that mistakes go back to the model (default 3)", "--repair", metavar="N", read=whole
+    repairs: int = setting(3, "maximum number of repairs per sample (default 3)", "--repair", metavar="N", read=whole)
+    critiques: int = setting(
+        0, "number of critiques by rendered images (default 0)", "--critique", metavar="N", read=whole
     )
-    critiques: int = setting(0, "times that pictures go back to it (default 0)", "--critique", metavar="N", read=whole)
-    side_by_side: int = setting(4, "samples side by side (default 4)", "--jobs", metavar="N", read=whole)
-    is_batch: bool = setting(False, "by batches: half the price, within a day", "--batch")
-    uses_replies: bool = setting(True, "ask anew what was asked before", "--no-cache")
-    prompt_dir: str | None = setting(None, "prompts that replace the package's, file by file", metavar="DIR")
+    side_by_side: int = setting(4, "number of concurrent samples (default 4)", "--jobs", metavar="N", read=whole)
+    is_batch: bool = setting(False, "use the batch API: half the price, up to a day", "--batch")
+    uses_replies: bool = setting(True, "disable the cache of answers", "--no-cache")
+    prompt_dir: str | None = setting(None, "folder of prompt templates that override the package's", metavar="DIR")
     timeout: float = setting(
-        TIMEOUT, "seconds without a word from the service, at each of three tries (default 120)",
+        TIMEOUT, "timeout without data from the service, for each of three attempts (default 120)",
         metavar="SECONDS", read=seconds,
     )  # fmt: skip
 
@@ -429,64 +436,63 @@ class InferenceSettings:
 
     @property
     def model_name(self) -> str:
-        """The model to ask. Raises SceneError where none is chosen and the provider has no default."""
+        """Name of the model. Raises SceneError if none is selected and the provider has no default."""
         name = self.model or family(self.provider).default_model
         if name is None:
-            raise SceneError("value", f"the provider `{self.provider}` has no default model", "name one with --model")
+            raise SceneError("value", f"the provider `{self.provider}` has no default model", "select one with --model")
         return name
 
     def known_model(self, provider: Provider | None) -> catalogue.Model:
-        """What is known of the model; one on this machine costs nothing. Raises SceneError for an unknown price."""
+        """Return the properties of the model; local models are free. Raises SceneError for an unknown price."""
         is_free = self.provider != "anthropic" and provider is not None and is_local(provider.address)
         return catalogue.model(self.model_name, self.price, is_free)
 
     def client(self, spent: float = 0.0) -> Client:
-        """Connected to the provider, with ``spent`` dollars of the limit gone. Raises SceneError."""
+        """Connect to the provider; ``spent`` dollars of the cost limit are already used. Raises SceneError."""
         provider = connect(self.provider, self.timeout)
         replies = Replies(reply_folder()) if self.uses_replies else None
         return Client(provider, self.known_model(provider), Spending(self.max_cost, spent), replies)
 
     def sends_grammar(self, notation: Notation) -> bool:
-        """Whether answers are held to the language's grammar, where the server can."""
+        """Return whether answers are constrained by the language's grammar, if the server supports it."""
         return notation is Notation.LANGUAGE and self.provider != "anthropic"
 
     def speaker(self, model: catalogue.Model, notation: Notation) -> Speaker:
-        """How requests to the model are made. Raises SceneError for an effort that it does not know."""
+        """Return the request parameters of the model. Raises SceneError for an unsupported effort."""
         wanted = self.max_tokens or min(_DEFAULT_TOKENS, model.max_output)
         if wanted > model.max_output:
-            hint = f"its answers have at most {model.max_output:,}"
-            raise SceneError("value", f"`{model.name}` does not answer with {wanted:,} tokens", hint)
+            hint = f"its maximum is {model.max_output:,}"
+            raise SceneError("value", f"`{model.name}` does not support answers of {wanted:,} tokens", hint)
         grammar = _grammar() if self.sends_grammar(notation) else None
         most = self.max_tokens or model.max_output
         return Speaker(model.name, wanted, most, model.thinking, model.effort(self.effort), grammar)
 
 
 def check_limits(given: Mapping[str, Any], as_flags: bool = False) -> None:
-    """Raises UsageError for a field of settings that is out of its limits; ``as_flags``: named as the command line's
-    options."""
+    """Raise UsageError for a setting out of its range; ``as_flags`` names it by its command-line option."""
     flags = {name: each.flags[0] for name, each in settings_in(InferenceSettings).items()}
     for name, (low, high) in LIMITS.items():
         value = given.get(name)
         if value is not None and not low <= value <= high:
             shown = flags[name] if as_flags else f"`{name}`"
-            raise UsageError("value", f"{shown} may be {low:,} to {high:,}, not {value:,}")
+            raise UsageError("value", f"expected {shown} between {low:,} and {high:,}, got {value:,}")
 
 
 def settings_of(data: Mapping[str, Any]) -> InferenceSettings:
-    """The inverse of ``Settings.data``. Raises SceneError for data that is none."""
+    """Parse saved settings, the inverse of ``InferenceSettings.data``. Raises SceneError for invalid data."""
     try:
         found = typed(InferenceSettings, data)
     except TypeError:
-        raise SceneError("run", "the settings of the run cannot be read") from None
+        raise SceneError("run", "cannot read the settings of the run") from None
     for name, (low, high) in LIMITS.items():
         value = getattr(found, name)
         if value is not None and not low <= value <= high:
-            raise SceneError("run", f"the settings of the run cannot be read: `{name}` is {value}")
+            raise SceneError("run", f"cannot read the settings of the run: `{name}` is {value}")
     return found
 
 
 def typed(kind: type[Typed], data: Mapping[str, Any]) -> Typed:
-    """A data class of JSON data. Raises TypeError for fields that it has not, or of another type."""
+    """Construct a dataclass from JSON data. Raises TypeError for unknown fields or wrong types."""
     found = kind(**data)
     for name, hint in get_type_hints(kind).items():
         wanted = (int, float) if hint is float else hint
@@ -496,7 +502,7 @@ def typed(kind: type[Typed], data: Mapping[str, Any]) -> Typed:
 
 
 def is_local(address: str) -> bool:
-    """Whether an address is this machine's own."""
+    """Return whether an address refers to this machine."""
     host = urlsplit(address).hostname or ""
     try:
         return ip_address(host).is_loopback
@@ -511,14 +517,14 @@ def _grammar() -> str:
     return gbnf_text(full_grammar())
 
 
-# Runs as people read them: a list of all, and every attempt of one.
+# Formatting: a list of runs, and the attempts of one run.
 
 
 _LONGEST_TASK = 60
 
 
 def list_of_runs(summaries: Iterable[Mapping[str, Any]]) -> str:
-    """A table of what ``Run.summary`` says of each run."""
+    """Format the summaries of runs as a table."""
     rows = [
         (f["name"], f["command"], f["state"], str(f["attempts"]), f"${f['cost']:.4f}", _short(f["task"]))
         for f in summaries
@@ -528,7 +534,7 @@ def list_of_runs(summaries: Iterable[Mapping[str, Any]]) -> str:
 
 
 def run_facts(run: Run) -> tuple[dict[str, Any], list[Attempt]]:
-    """What a run says of itself, and its attempts; raises SceneError for one that is damaged."""
+    """Return the summary of a run and its attempts; raises SceneError if the run is damaged."""
     facts = run.summary()
     if facts["state"] == "damaged":
         raise SceneError("run", f"the run {run.name} is damaged")
@@ -536,8 +542,8 @@ def run_facts(run: Run) -> tuple[dict[str, Any], list[Attempt]]:
 
 
 def run_report(run: Run, facts: Mapping[str, Any], attempts: Sequence[Attempt]) -> str:
-    """A run and its attempts."""
-    header = ("sample", "attempt", "why", "ended", "sent", "answered", "cost", "came to")
+    """Format a run and its attempts."""
+    header = ("sample", "attempt", "purpose", "stop", "input", "output", "cost", "result")
     rows = [header, *map(_attempt_row, attempts)]
     return "\n".join((
         f"{facts['name']}: {facts['command']}, {facts['state']}, ${facts['cost']:.4f}",
@@ -553,7 +559,7 @@ def _short(text: str) -> str:
 
 def _attempt_row(attempt: Attempt) -> tuple[str, ...]:
     data = attempt.data()
-    cost = "kept" if data["was_kept"] else f"${data['cost']:.4f}"
+    cost = "cached" if data["was_kept"] else f"${data['cost']:.4f}"
     sample = str(attempt.sample) if attempt.sample else "-"
     sent, answered = f"{data['tokens']['sent']:,}", f"{data['tokens']['answered']:,}"
     return sample, str(attempt.number), attempt.purpose, data["ended"], sent, answered, cost, _came_to(data)

@@ -1,6 +1,6 @@
-"""The loop of one sample as a conversation: a draft, repairs, critiques. Whoever drives it sends what it yields.
+"""Generation loop of one sample: draft, repairs, critiques, as a generator of requests.
 
-Written as generators, so that the same loop runs with single requests, with batches, and from a run's records.
+As a generator, the same loop runs with single requests, in batches, and from recorded answers.
 """
 
 from __future__ import annotations
@@ -37,21 +37,24 @@ if TYPE_CHECKING:
     from scenelang.backends.pictures.film import Picture
 
 
-# A model's answer on its way to a scene: read, checked, evaluated with limits; nothing of it is executed as Python.
+# Evaluation of answers: extracted, checked and evaluated under limits; nothing is executed as Python.
 
 
 _FENCE = re.compile(r"^[ \t]*+(?:```|~~~)[ \t]*+([\w+-]*+)[^\n]*+\n(.*?)(?:^[ \t]*(?:```|~~~)[ \t]*$|\Z)", re.M | re.S)
-_MOST_LOOKED_AT = 200_000  # primitives of a film that is looked at for motion
-_MOST_TOLD = 12  # diagnostics that go back to the model
-_LONGEST_ANSWER = 500_000  # characters; the longest answers of models have fewer
-_LONGEST_LINE = 500  # characters of a line that goes back
-_EVALUATING = Lock()  # evaluation sets limits of the whole interpreter, so answers are read one at a time
+_MOST_LOOKED_AT = 200_000  # primitives; larger films are not checked for motion
+_MOST_TOLD = 12  # diagnostics sent to the model
+_LONGEST_ANSWER = 500_000  # characters; more than the longest answers of models
+_LONGEST_LINE = 500  # characters per line sent to the model
+_EVALUATING = Lock()  # evaluation sets process-wide limits, so answers are evaluated one at a time
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Verdict:
-    """What an answer came to. ``program`` is its program in the language, formatted where it works, empty where there
-    is none; ``findings`` are what is odd about the scene's geometry. ``code`` is the program as the model wrote it."""
+    """Evaluation of an answer.
+
+    ``program`` is the program in the language, formatted if valid, empty if none was found; ``findings`` are warnings
+    of the geometry lint. ``code`` is the program as written by the model.
+    """
 
     program: str
     scene: Scene | None
@@ -64,7 +67,7 @@ class Verdict:
         return self.scene is not None and not any(d.is_error for d in self.diagnostics)
 
     def told(self) -> str:
-        """The diagnostics as people see them: errors first, a few of many."""
+        """Render the diagnostics for the model: errors first, with a maximum number."""
         ordered = sorted(self.diagnostics, key=lambda d: not d.is_error)
         texts = [_shortened(render_text(d, color=False)) for d in ordered[:_MOST_TOLD]]
         if len(ordered) > _MOST_TOLD:
@@ -78,22 +81,22 @@ def _shortened(text: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class AnswerReader:
-    """Reads answers to one brief. ``name`` is what diagnostics call the program, a file beside which it may import;
-    ``options`` bound its evaluation."""
+    """Reader of the answers to one brief. ``name`` is the file name in diagnostics, relative to which imports are
+    resolved; ``options`` limit the evaluation."""
 
     brief: Brief
     options: Options
     name: str = "answer.scene"
 
     def read(self, answer: str) -> Verdict:
-        """The verdict on an answer; never raises for a mistake in it."""
+        """Evaluate an answer; errors in it are returned as diagnostics and never raised."""
         if len(answer) > _LONGEST_ANSWER:
-            return _refused("model-answer", f"the answer is longer than {_LONGEST_ANSWER:,} characters")
+            return _refused("model-answer", f"the answer exceeds {_LONGEST_ANSWER:,} characters")
         if not answer.strip():
             return _refused("model-answer", "the answer is empty")
         with _EVALUATING:
             restored = self.brief.restored(answer)
-            problem = trial(lambda: self._read(restored))  # what does not stay within its limits there is not read here
+            problem = trial(lambda: self._read(restored))  # run in a forked process first, which can be killed
             return self._read(restored) if problem is None else Verdict("", None, (problem,))
 
     def _read(self, answer: str) -> Verdict:
@@ -122,15 +125,15 @@ class AnswerReader:
 
 
 def _code(answer: str, notation: Notation, task: str) -> str:
-    """The program of an answer as the model wrote it; of a list, the program that it stands for. Raises SceneError for
-    a list that is none."""
+    """Extract the program of an answer; a list is converted to a program. Raises SceneError for an invalid list."""
     if notation is Notation.PYTHON:
         return code_of(answer)
     return program_of(answer, task) if notation is Notation.LIST else program_text(answer)
 
 
 def program_text(answer: str) -> str:
-    """The program in an answer: its longest block that is fenced as one or as nothing, else all of it."""
+    """Extract the program from an answer: the longest block fenced as a program or without a language, else all of
+    it."""
     blocks = [(match[1].lower(), match[2]) for match in _FENCE.finditer(answer)]
     named = [text for name, text in blocks if name in ("scene", "scenelang", "lisp", "scheme", "")]
     chosen = named or [text for _, text in blocks] or [answer]
@@ -145,27 +148,27 @@ def _formatted(text: str) -> str:
 
 
 def _unlike(scene: Scene, task: Task) -> list[Diagnostic]:
-    """What a scene lacks to be what was asked for. An edit may well make another kind of scene."""
+    """Return errors for properties of the task that a scene lacks. Edits may change the kind of scene."""
     if not any(primitive_count(frame) for frame in scene.frames):
         return [Diagnostic("empty-scene", "the scene has no primitives", None)]
     kind = None if task.is_edit else task.kind
     if kind is TaskKind.FILM and not scene.animated:
-        hint = "a film's last function yields one shape for every frame"
-        return [Diagnostic("model-answer", "the scene does not move: it has one frame", None, hint)]
+        hint = "the last function must yield one shape per frame"
+        return [Diagnostic("model-answer", "the scene is not animated: it has only one frame", None, hint)]
     if kind is TaskKind.FILM and _stands_still(scene):
-        return [Diagnostic("model-answer", "the scene does not move: all its frames are the same", None)]
+        return [Diagnostic("model-answer", "the scene is not animated: all frames are equal", None)]
     if kind is TaskKind.BLOCKS and not has_blocks(scene):
-        return [Diagnostic("model-answer", "the scene has no blocks", None, "blocks are made by set_cuboid")]
+        return [Diagnostic("model-answer", "the scene has no blocks", None, "create blocks with set_cuboid")]
     return []
 
 
 def has_blocks(scene: Scene) -> bool:
-    """Whether a scene has blocks of Minecraft in it."""
+    """Return whether a scene contains Minecraft blocks."""
     return any(word in count_words(frame) for frame in scene.frames for word in block_words())
 
 
 def _stands_still(scene: Scene) -> bool:
-    """Whether all frames show the same; a film too large to look at is taken to move."""
+    """Return whether all frames are equal; films too large to compare count as animated."""
     try:
         first, *others = sheets_of(scene, _MOST_LOOKED_AT)
     except SceneError:
@@ -174,7 +177,7 @@ def _stands_still(scene: Scene) -> bool:
 
 
 def geometry_findings(scene: Scene) -> tuple[Diagnostic, ...]:
-    """What is odd about a scene's geometry; nothing for one that cannot be looked at."""
+    """Return the warnings of the geometry lint; empty if the scene cannot be checked."""
     from scenelang.backends.geometry.lint import check_geometry
 
     try:
@@ -187,24 +190,24 @@ def _refused(name: str, message: str) -> Verdict:
     return Verdict("", None, (Diagnostic(name, message, None),))
 
 
-# Pictures of users, as models take them.
+# Input images, converted for language models.
 
 
-ENDINGS = {"image/png": "png", "image/jpeg": "jpg", "image/webp": "webp", "image/gif": "gif"}  # what models take
-_LARGEST_SIDE = 1568  # pixels; services make larger ones smaller
-_LARGEST_FILE = 3_500_000  # bytes, before they are written in base 64
+ENDINGS = {"image/png": "png", "image/jpeg": "jpg", "image/webp": "webp", "image/gif": "gif"}  # supported by models
+_LARGEST_SIDE = 1568  # pixels; services downscale larger images
+_LARGEST_FILE = 3_500_000  # bytes, before base64 encoding
 _MOST_BYTES = 100_000_000
-_ORIENTATION = 0x0112  # in EXIF: how a camera was held
+_ORIENTATION = 0x0112  # EXIF tag of the camera's orientation
 
 
 def read_picture(path: str) -> ImageContent:
-    """A picture file as models take it: as it is where its format and size allow, else upright, smaller, on white
-    and as JPEG. Raises SceneError for a file that is none."""
+    """Read an image file for a model: unchanged if format and size are supported, else rotated upright, downscaled,
+    flattened onto white and encoded as JPEG. Raises SceneError if the file is not an image."""
     from PIL import Image, ImageOps, UnidentifiedImageError
 
     try:
         if Path(path).stat().st_size > _MOST_BYTES:
-            raise SceneError("file", f"the picture {path} is larger than {_MOST_BYTES:,} bytes")
+            raise SceneError("file", f"the image {path} exceeds {_MOST_BYTES:,} bytes")
         data = read_regular(path)
         with Image.open(BytesIO(data)) as image:
             image.load()
@@ -215,8 +218,8 @@ def read_picture(path: str) -> ImageContent:
                 return ImageContent(media_type, data)
             upright = ImageOps.exif_transpose(image).convert("RGBA")
     except (OSError, ValueError, UnidentifiedImageError, Image.DecompressionBombError, SyntaxError) as error:
-        reason = getattr(error, "strerror", None) or "it is no picture"
-        raise SceneError("file", f"cannot read the picture {path}: {reason}") from None
+        reason = getattr(error, "strerror", None) or "not an image"
+        raise SceneError("file", f"cannot read the image {path}: {reason}") from None
     upright.thumbnail((_LARGEST_SIDE, _LARGEST_SIDE))
     flat = Image.new("RGBA", upright.size, "white")
     flat.alpha_composite(upright)
@@ -225,7 +228,7 @@ def read_picture(path: str) -> ImageContent:
     return ImageContent("image/jpeg", buffer.getvalue())
 
 
-# Pictures of a scene for a model to look at: several views of one, one view of several.
+# Renderings of a scene for a model: several views of one scene, or one view of several scenes.
 
 
 _SIZE = 448
@@ -236,13 +239,13 @@ _STILL = (
     ("from above", "top"),
 )
 _FILM_VIEW = "azimuth=30,elevation=20"
-_MOMENTS = (0.0, 0.13, 0.41, 0.77)  # of a film; no fractions at which things that go round look as they began
+_MOMENTS = (0.0, 0.13, 0.41, 0.77)  # of a film; avoids fractions at which periodic motion repeats
 _MARGIN = 8
 
 
 def views(scene: Scene) -> list[tuple[str, Encoded]]:
-    """Several pictures with their captions: of a still scene from around, of a film at several times. Empty for a
-    scene that cannot be drawn."""
+    """Render several images with captions: a static scene from several directions, a film at several times. Empty if
+    the scene cannot be rendered."""
     shown: list[tuple[str, str, int | None]] = [(caption, view, None) for caption, view in _STILL]
     if scene.animated:
         count = len(scene.frames)
@@ -255,7 +258,7 @@ def views(scene: Scene) -> list[tuple[str, Encoded]]:
 
 
 def picture(scene: Scene, view: str, frame: int | None = None, size: int = _SIZE) -> Picture:
-    """A draft of a scene, (size, size, 3). Raises SceneError for a scene that cannot be drawn."""
+    """Render a draft of a scene, (size, size, 3). Raises SceneError if it cannot be rendered."""
     from scenelang.backends.pictures.camera import parse_viewpoint
     from scenelang.backends.pictures.film import PictureOptions, render
 
@@ -264,12 +267,12 @@ def picture(scene: Scene, view: str, frame: int | None = None, size: int = _SIZE
 
 
 def best_view(scene: Scene) -> Picture:
-    """One picture that shows most: of a film its middle."""
+    """Render the most informative view; of a film, the middle frame."""
     return picture(scene, _STILL[1][1], len(scene.frames) // 2 if scene.animated else None)
 
 
 def contact_sheet(scenes: Sequence[Scene]) -> Encoded:
-    """One view of each scene in a grid, with its number from 1."""
+    """Render one view of each scene in a grid, numbered from 1."""
     from PIL import Image as Pillow
     from PIL import ImageDraw, ImageFont
 
@@ -288,18 +291,18 @@ def contact_sheet(scenes: Sequence[Scene]) -> Encoded:
 
 
 def encoded(picture: Picture) -> Encoded:
-    """A picture as models take it."""
+    """Encode an image for a model."""
     from scenelang.backends.pictures.film import png_of
 
     return Encoded("image/png", png_of(picture))
 
 
-_MOST_BROKEN = 2  # answers in a row that may break off before a sample is given up
+_MOST_BROKEN = 2  # consecutive incomplete answers before a sample fails
 _MOST_FINDINGS = 6
 
 
 class Purpose(Enum):
-    """Why something is asked."""
+    """Purpose of a request."""
 
     DRAFT = "draft"
     REPAIR = "repair"
@@ -309,7 +312,7 @@ class Purpose(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Ask:
-    """A question to send; its answer comes back into the generator."""
+    """A request to send; its answer is sent back into the generator."""
 
     purpose: Purpose
     request: Request
@@ -317,14 +320,14 @@ class Ask:
 
 @dataclass(frozen=True, slots=True)
 class SampleProgress:
-    """What became of the last answer, for the records."""
+    """Evaluation of the last answer, for the records."""
 
     verdict: Verdict
 
 
 @dataclass(frozen=True, slots=True)
 class SampleOutcome:
-    """The best that a sample came to, usable or not. ``stopped`` says what kept it from being improved further."""
+    """Best result of a sample, usable or not. ``stopped`` is the error that prevented further refinement."""
 
     verdict: Verdict
     stopped: SceneError | None = None
@@ -336,7 +339,7 @@ Steps = Generator[Step, Reply | None, SampleOutcome]
 
 @dataclass(frozen=True, slots=True)
 class Speaker:
-    """How requests are made: the model and its settings. ``most_tokens`` is as long as its answers can be."""
+    """Request parameters: the model and its settings. ``most_tokens`` is the maximum length of its answers."""
 
     model: str
     max_tokens: int
@@ -352,15 +355,15 @@ class Speaker:
 
 @dataclass(frozen=True, slots=True)
 class SamplePlan:
-    """How often a sample is mended and improved."""
+    """Maximum numbers of repairs and critiques of a sample."""
 
     repairs: int = 3
     critiques: int = 0
 
 
 def sample_steps(brief: Brief, reader: AnswerReader, speaker: Speaker, plan: SamplePlan) -> Steps:
-    """One sample. Raises SceneError, such as ``model-refusal`` and what is thrown in for a request that cannot be
-    answered, where that leaves it without a program that works."""
+    """Generate one sample. Raises SceneError, such as ``model-refusal`` or one thrown in for a failed request, if no
+    valid program results."""
     best, answer = yield from _mended(brief, reader, speaker, plan, Purpose.DRAFT, (brief.first,))
     for _ in range(plan.critiques):
         shown = views(best.scene) if best.is_usable and best.scene is not None else []
@@ -390,8 +393,8 @@ def _mended(
     turns: tuple[Turn, ...],
     kept: Verdict | None = None,
 ) -> Generator[Step, Reply | None, tuple[Verdict, str]]:
-    """Ask, then have what is wrong mended; the last verdict and its answer. ``kept`` is the verdict that stays where
-    the model says that nothing needs to change."""
+    """Send a request, and repair requests while the answer has errors. Returns the last verdict and its answer;
+    ``kept`` is the verdict to return if the model replies that no changes are needed."""
     asked = turns
     for repair in range(plan.repairs + 1):
         reply, speaker = yield from _complete(speaker, brief.system, purpose if repair == 0 else Purpose.REPAIR, asked)
@@ -412,7 +415,7 @@ def _mended(
 
 
 def _shown(answer: str) -> tuple[Turn, ...]:
-    """An answer as a turn; services take no empty ones."""
+    """Convert an answer to a turn; services reject empty turns."""
     return (said("assistant", answer),) if answer.strip() else (said("assistant", "(no text)"),)
 
 
@@ -423,22 +426,24 @@ def _wants_nothing(answer: str) -> bool:
 def _complete(
     speaker: Speaker, system: str, purpose: Purpose, turns: tuple[Turn, ...]
 ) -> Generator[Step, Reply | None, tuple[Reply, Speaker]]:
-    """An answer that is complete, or cut at the greatest length that the model has; and the speaker that got it. One
-    that broke off is asked for anew, one that was cut is asked for with more room."""
+    """Request an answer until it is complete, or truncated at the model's maximum length. Incomplete answers are
+    requested again, truncated ones with a higher token limit. Returns the answer and the updated speaker."""
     broken = 0
     while True:
         reply = yield Ask(purpose, speaker.request(system, turns))
         assert reply is not None
         if reply.stop is Stop.REFUSED:
             note = f": {' '.join(reply.note.split())}" if reply.note else ""
-            raise SceneError("model-refusal", f"the model declines to answer{note}", "word the task differently")
+            raise SceneError("model-refusal", f"the model refused to answer{note}", "rephrase the task")
         if reply.stop is Stop.FULL:
-            raise SceneError("model-answer", "the model's context is full", "give fewer pictures or a smaller program")
+            raise SceneError(
+                "model-answer", "the model's context window is full", "use fewer images or a smaller program"
+            )
         if reply.stop is Stop.BROKEN:
             broken += 1
             if broken > _MOST_BROKEN:
                 why = f": {reply.note}" if reply.note else ""
-                raise SceneError("model-answer", f"the answer broke off {broken} times{why}")
+                raise SceneError("model-answer", f"the answer was incomplete {broken} times{why}")
             continue
         if reply.stop is Stop.CUT and speaker.max_tokens < speaker.most_tokens:
             speaker = replace(speaker, max_tokens=min(speaker.most_tokens, 2 * speaker.max_tokens))
@@ -447,10 +452,10 @@ def _complete(
 
 
 def _cut(speaker: Speaker) -> Diagnostic:
-    return Diagnostic("model-answer", f"the answer was cut off after {speaker.max_tokens:,} tokens", None)
+    return Diagnostic("model-answer", f"the answer was truncated after {speaker.max_tokens:,} tokens", None)
 
 
-# The best of several samples: no errors, then the fewest findings in its geometry, then the model's eye.
+# Selection among samples: no errors, then the fewest geometry warnings, then the model's judgement of renderings.
 
 
 _MOST_JUDGED = 9
@@ -458,7 +463,7 @@ _ANSWER = re.compile(r"BEST:\s*#?(\d+)", re.I)
 
 
 def candidates(outcomes: Mapping[int, SampleOutcome]) -> list[int]:
-    """The samples that are equally good by what can be counted."""
+    """Return the samples that are equally good by errors and warnings."""
     usable = {sample: outcome.verdict for sample, outcome in outcomes.items() if outcome.verdict.is_usable}
     if not usable:
         return []
@@ -467,14 +472,14 @@ def candidates(outcomes: Mapping[int, SampleOutcome]) -> list[int]:
 
 
 def judge_steps(prompts: Prompts, speaker: Speaker, task: Task, verdicts: Sequence[Verdict]) -> Steps:
-    """Asks the model which scene fulfils a task best, as a sample of its own, with the task's pictures; the outcome has
-    the verdict that it chose, the first where it names none."""
+    """Ask the model which rendered scene fulfills the task best, as a separate sample. The outcome is the selected
+    verdict, or the first one if the answer names none."""
     judged = verdicts[:_MOST_JUDGED]
     scenes = [verdict.scene for verdict in judged if verdict.scene is not None]
     try:
         sheet = contact_sheet(scenes)
     except SceneError:
-        return SampleOutcome(judged[0])  # what cannot be drawn cannot be judged
+        return SampleOutcome(judged[0])  # scenes that cannot be rendered cannot be compared
     wanted = f"Reconstruct the scene of the pictures before. {task.text}".strip() if task.pictures else task.text
     text = prompts.text("judge.md", count=str(len(scenes)), task=wanted)
     turn = Turn("user", (*task.pictures, sheet, TextContent(text)))

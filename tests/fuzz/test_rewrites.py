@@ -49,7 +49,7 @@ def outcome(name: str, text: str) -> Outcome:
 
 
 def _fixed(text: str) -> str:
-    return SESSION.mended(Source("<program>", text))[0].text
+    return SESSION.autofix(Source("<program>", text))[0].text
 
 
 def _formatted(text: str) -> str:

@@ -178,7 +178,7 @@ def test_forms_are_looked_at_although_others_are_wrong() -> None:
 
 
 def fixed(text: str) -> str:
-    return Session().mended(Source("<a>", text))[0].text
+    return Session().autofix(Source("<a>", text))[0].text
 
 
 @pytest.mark.parametrize(
