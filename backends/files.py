@@ -10,7 +10,7 @@ import stat
 import sys
 import tempfile
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
@@ -28,6 +28,23 @@ def check_folder(output: Path) -> None:
         raise SceneError("file", f"cannot write {output}: the folder {output.parent} does not exist")
     if output.is_dir():
         raise SceneError("file", f"cannot write {output}: it is a directory")
+
+
+def output_of(program: str, output: str | None, ending: str, is_ours: Callable[[Path], bool]) -> Path:
+    """Return the path to write: ``output``, or by default that of ``program`` with another file extension.
+
+    Raises SceneError("file") for a program from standard input, and if the default is a file that another program
+    wrote, as ``is_ours`` finds out.
+    """
+    if output:
+        return Path(output)
+    if program == "-":
+        raise SceneError("file", "a program from standard input needs `-o`", hint=f"add `-o out{ending}`")
+    default = Path(program).with_suffix(ending)
+    if default.exists() and not is_ours(default):
+        message = f"`{default}` exists and was not written by scenelang"
+        raise SceneError("file", message, hint=f"add `-o` with another name, or `-o {default}` to replace it")
+    return default
 
 
 def user_folder(purpose: str) -> Path:

@@ -7,10 +7,18 @@ for users.
 
 from __future__ import annotations
 
+import ast
+import inspect
+import math
+import numbers
+import os
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import Any
+from functools import wraps
+from typing import Any, TypeVar, cast
+
+from scenelang.grammar.diagnostics import SceneError
 
 _SUFFIXES = {"k": 10**3, "m": 10**6, "g": 10**9}
 _MAX_SIDE = 16_384
@@ -147,3 +155,89 @@ def port(text: str) -> int:
 def names(text: str) -> tuple[str, ...]:
     """Parse a comma-separated list of names."""
     return tuple(name.strip() for name in text.split(","))
+
+
+# --- arguments of the Python API -------------------------------------------------------------------------------------
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+
+
+def typed(function: _Function) -> _Function:
+    """Decorate a public function so that it checks its arguments by their annotations before it does anything.
+
+    Numbers, texts, paths, sizes, literals and classes are checked; other annotations are not. The decorated function
+    raises SceneError("value") for an argument of another type, so that a mistake is reported in the caller's terms.
+    """
+    found: list[tuple[inspect.Signature, dict[str, str]]] = []
+
+    @wraps(function)
+    def checked(*arguments: Any, **named: Any) -> Any:
+        if not found:  # at the first call: inspection is slow
+            signature = inspect.signature(function)
+            found.append((signature, {p.name: str(p.annotation) for p in signature.parameters.values()}))
+        signature, annotations = found[0]
+        try:
+            bound = signature.bind(*arguments, **named)
+        except TypeError as error:
+            raise SceneError("value", f"`{function.__name__}`: {error}") from None
+        for name, value in bound.arguments.items():
+            if not fits(value, annotations[name]):
+                kind = annotations[name].removesuffix(" | None")
+                expected = _EXPECTED.get(kind) or kind.removeprefix("Literal[").rstrip("]").replace("', '", "' or '")
+                raise SceneError("value", f"`{name}`: expected {expected}, got {_shown(value)}")
+        return function(*arguments, **named)
+
+    return cast(_Function, checked)
+
+
+_EXPECTED = {
+    "int": "a whole number", "float": "a finite number", "str": "a string", "bool": "True or False",
+    "str | Path": "a path", "Size": "a size (width, height) in pixels, such as (640, 480)",
+    "str | Sequence[str]": "a name or several", "Mapping[str, Any]": "a mapping from names to values",
+    "View": "a camera, such as `Camera(azimuth=40)`", "Progress": "a function of one number", "Scene": "a Scene",
+    "Limits": "Limits(...)", "Options": "Options(...)",
+}  # fmt: skip
+
+
+def fits(value: Any, annotation: str) -> bool:
+    """Return whether a value fits an annotation, as far as it is one of those that are checked."""
+    if annotation.endswith(" | None"):
+        return value is None or fits(value, annotation.removesuffix(" | None"))
+    match annotation:
+        case "int":
+            return hasattr(type(value), "__index__") and not isinstance(value, bool)
+        case "float":
+            return isinstance(value, numbers.Real) and not isinstance(value, bool) and math.isfinite(value)
+        case "str":
+            return isinstance(value, str)
+        case "bool":
+            return isinstance(value, bool) or type(value).__name__ == "bool_"
+        case "str | Path":
+            return isinstance(value, str | os.PathLike)
+        case "Size":
+            parts = tuple(value) if isinstance(value, Sequence) and not isinstance(value, str) else ()
+            return len(parts) == 2 and all(fits(side, "int") and 0 < side <= _MAX_SIDE for side in parts)
+        case "str | Sequence[str]":
+            several = isinstance(value, Sequence) and len(value) > 0 and all(isinstance(each, str) for each in value)
+            return isinstance(value, str) or several
+        case "Mapping[str, Any]":
+            return isinstance(value, Mapping) and all(isinstance(name, str) for name in value)
+        case "Progress":
+            return callable(value)
+        case "View":
+            return bool({"Viewpoint", "Camera", "PlacedCamera"} & _classes(value))
+        case "Scene" | "Limits" | "Options":
+            return annotation in _classes(value)
+    if annotation.startswith("Literal["):
+        return value in ast.literal_eval(annotation.removeprefix("Literal"))
+    return True
+
+
+def _classes(value: Any) -> set[str]:
+    """Return the names of a value's classes; the classes themselves would have to be imported."""
+    return {cls.__name__ for cls in type(value).__mro__}
+
+
+def _shown(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."

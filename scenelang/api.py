@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from scenelang.grammar.datum import Source
-from scenelang.grammar.diagnostics import Diagnostic, diagnostic_asked, error_of, explained
+from scenelang.grammar.diagnostics import Diagnostic, SceneError, diagnostic_asked, error_of, explained
 from scenelang.grammar.reader import ReadResult, read
+from scenelang.grammar.settings import typed
 from scenelang.interpreter.runtime.limits import Limits
 from scenelang.interpreter.runtime.runtime import ZEntry
 from scenelang.scene import Scene, literal, scene_of
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from scenelang.scene_changes import Changes
 
 
+@typed
 def parse(text: str, name: str = "<text>") -> ReadResult:
     """Parse text into datums with spans; errors are collected in ``.diagnostics`` and never raised.
 
@@ -32,6 +34,7 @@ def parse(text: str, name: str = "<text>") -> ReadResult:
     return read(Source(name, text))
 
 
+@typed
 def check(text: str, name: str = "<text>", options: Options | None = None) -> Checked:
     """Check a program without running it; errors are returned as diagnostics and never raised.
 
@@ -43,6 +46,7 @@ def check(text: str, name: str = "<text>", options: Options | None = None) -> Ch
     return Session(options).check(Source(name, text))
 
 
+@typed
 def load(
     path: str | Path,
     *,
@@ -94,6 +98,7 @@ def load(
     return scene_of(Session(options).source(str(path)), options)
 
 
+@typed
 def evaluate(
     text: str,
     name: str = "<text>",
@@ -119,6 +124,7 @@ def evaluate(
     return scene_of(Source(name, text), options)
 
 
+@typed
 def transpile(text: str, name: str = "<response>.py") -> Translation:
     """Translate a language model's response, or its Python, to a program of the language; Python is never executed.
 
@@ -133,6 +139,7 @@ def transpile(text: str, name: str = "<response>.py") -> Translation:
     return Session().transpile(Source(name, text))
 
 
+@typed
 def format(text: str) -> str:
     """Format a program in the uniform style of the language; only white space changes.
 
@@ -151,6 +158,7 @@ def format(text: str) -> str:
     return formatted(text)
 
 
+@typed
 def diff(a: Scene, b: Scene, tolerance: float = 1e-5, limit: int = 2_000_000) -> Changes:
     """Compare two scenes and return the list of changes.
 
@@ -172,6 +180,7 @@ def diff(a: Scene, b: Scene, tolerance: float = 1e-5, limit: int = 2_000_000) ->
     return a.diff(b, tolerance, limit)
 
 
+@typed
 def expand(text: str, name: str = "<text>", options: Options | None = None) -> str:
     """Return the text of a program after macro expansion.
 
@@ -194,6 +203,7 @@ def expand(text: str, name: str = "<text>", options: Options | None = None) -> s
     return session.expansion(checked.program)
 
 
+@typed
 def import_build(path: str | Path, warn: Callable[[Diagnostic], None] | None = None) -> str:
     """Convert a Minecraft build to a program with merged cuboids and one word per block state.
 
@@ -218,6 +228,7 @@ def import_build(path: str | Path, warn: Callable[[Diagnostic], None] | None = N
     return text
 
 
+@typed
 def explain(code: str) -> str:
     """Explain the cause of a diagnostic and how to fix it, by its code or name.
 
@@ -229,6 +240,7 @@ def explain(code: str) -> str:
     return explained([diagnostic_asked(code)])
 
 
+@typed
 def grammar_text(form: Literal["lark", "llguidance", "gbnf", "ebnf", "textmate"], strict: bool = False) -> str:
     """Return the grammar of programs for constrained decoding and editors (docs/grammar.md).
 
@@ -279,9 +291,11 @@ def _options(
     allow_outside: bool,
     strict: bool,
 ) -> Options:
+    if not 0 <= seed < 1 << 32:
+        raise SceneError("value", f"`seed`: expected a whole number from 0 to {(1 << 32) - 1}, got {seed}")
     return Options(
         root=root,
-        seed=seed,
+        seed=int(seed),
         defines={name: literal(value) for name, value in (defines or {}).items()},
         limits=limits or Limits(),
         project=Path(project) if project is not None else None,

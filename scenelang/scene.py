@@ -22,6 +22,7 @@ from scenelang.backends.pictures.camera import Camera as PlacedCamera
 from scenelang.backends.pictures.camera import Viewpoint, camera_at
 from scenelang.grammar.datum import Source, atom_text
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, suggest
+from scenelang.grammar.settings import fits, typed
 from scenelang.interpreter.runtime.values import Embedding, Pair, Vector
 from scenelang.interpreter.scene.entity import Entity, count_words, descendants, primitive_count
 from scenelang.interpreter.scene.entity import Scene as SceneGraph
@@ -38,6 +39,10 @@ if TYPE_CHECKING:
 FloatArray = npt.NDArray[np.float64]
 Size = tuple[int, int]
 View = Viewpoint | PlacedCamera
+_VIEW_NUMBERS = {
+    "azimuth": "float", "elevation": "float", "fov": "float", "aperture": "float",
+    "distance": "float | None", "orbit": "float | None", "focus": "float | None",
+}  # fmt: skip
 Warn = Callable[[Diagnostic], None]
 
 
@@ -67,6 +72,14 @@ class Camera(Viewpoint):
     Camera(azimuth=40, elevation=20)
     """
 
+    def __post_init__(self) -> None:
+        for name, annotation in _VIEW_NUMBERS.items():
+            value = getattr(self, name)
+            if not fits(value, annotation):
+                raise SceneError("value", f"`{name}`: expected a finite number, got {value!r}")
+        if self.target is not None and (len(self.target) != 3 or not all(fits(x, "float") for x in self.target)):
+            raise SceneError("value", f"`target`: expected three finite numbers, got {self.target!r}")
+
     def __repr__(self) -> str:
         default = Viewpoint()
         names = Viewpoint.__dataclass_fields__
@@ -74,6 +87,7 @@ class Camera(Viewpoint):
         return f"Camera({', '.join(given)})"
 
     @staticmethod
+    @typed
     def from_pose(
         camera_to_world: npt.ArrayLike,
         fov: float = 35.0,
@@ -144,6 +158,7 @@ class Image:
         """Width and height in pixels."""
         return self.pixels.shape[1], self.pixels.shape[0]
 
+    @typed
     def save(self, path: str | Path) -> Path:
         """Write a .png, .jpg or .webp, or the radiance as .exr, atomically. Returns the path."""
         from scenelang.backends.pictures import film
@@ -200,6 +215,7 @@ class Film:
         for shot in self._shots:
             yield _image(paint_shot(painters, shot), shot.camera)
 
+    @typed
     def save(self, path: str | Path, fps: float = 24.0, progress: Progress | None = None) -> Path:
         """Render and write an .mp4, .gif, .apng or .webp, atomically. Returns the path."""
         from scenelang.backends.pictures import film
@@ -325,6 +341,7 @@ class Maps(Mapping[str, npt.NDArray[Any]]):
 
         return boxes_in(self._truth)
 
+    @typed
     def annotations(self, limit: int = 20_000) -> list[dict[str, Any]]:
         """Return the visible instances as COCO annotations, at most ``limit``, highest in the hierarchy first.
 
@@ -334,6 +351,7 @@ class Maps(Mapping[str, npt.NDArray[Any]]):
 
         return annotations_of(self._truth, self._boxes, self._handles, limit)
 
+    @typed
     def coco(self, limit: int = 20_000) -> dict[str, Any]:
         """Return a COCO document of this image, as JSON-serializable data."""
         from scenelang.backends.labels.dataset import dataset
@@ -341,8 +359,10 @@ class Maps(Mapping[str, npt.NDArray[Any]]):
         image = {"file_name": "color.png", "width": self.camera.width, "height": self.camera.height}
         return dataset([image], [self.annotations(limit)])
 
+    @typed
     def mask(self, word: str) -> npt.NDArray[np.bool_]:
         """Return the mask (H, W) of the pixels that show an entity of ``word`` or one of its parts."""
+        self._scene._require(word)
         found = np.zeros(self["instance"].shape, bool)
         ancestry = self._truth.ancestry
         own = np.array([entity.word == word for entity in ancestry.nodes], bool)
@@ -350,6 +370,7 @@ class Maps(Mapping[str, npt.NDArray[Any]]):
             found |= (level >= 0) & own[ancestry.node[np.maximum(level, 0)]]
         return found
 
+    @typed
     def crops(self, word: str | None = None, margin: float = 0.1) -> list[Image]:
         """Crop square images of single instances, as input for CLIP.
 
@@ -360,16 +381,24 @@ class Maps(Mapping[str, npt.NDArray[Any]]):
         margin : float
             Margin around the instance's box, as a fraction of its longer side.
         """
+        if word is not None:
+            self._scene._require(word)
+        if margin < 0.0:
+            raise SceneError("value", f"`margin`: expected at least 0, got {margin:g}")
         found = [a for a in self.annotations() if (a["category"] == word if word else a["depth"] > 0)]
         return [_crop(self.image, annotation["bbox"], margin) for annotation in found]
 
+    @typed
     def save(self, folder: str | Path) -> Path:
         """Write all maps to a new or existing folder as PNG, NPZ, EXR and JSON (docs/maps.md). Returns it."""
         from scenelang.backends.files import write_json
         from scenelang.backends.labels.dataset import ShotMaps
 
         target = Path(folder)
-        target.mkdir(parents=True, exist_ok=True)
+        try:
+            target.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise SceneError("file", f"cannot create the folder `{target}`: {error.strerror}") from error
         ShotMaps(self._truth, np.ascontiguousarray(self["color"])).write(target, self._handles, 20_000)
         write_json(target / "coco.json", self.coco())
         return target
@@ -385,6 +414,7 @@ class ViewerPage:
     html: str
     height: int
 
+    @typed
     def save(self, path: str | Path) -> Path:
         """Write the page to a file. Returns the path."""
         from scenelang.backends.files import write_text
@@ -463,6 +493,7 @@ class Scene:
         """Extents (3,) of ``bounds``; None without geometry."""
         return None if (box := self.bounds) is None else box[1] - box[0]
 
+    @typed
     def bounds_of(self, word: str) -> FloatArray | None:
         """Return the exact world-space bounding box (2, 3) of all entities of ``word``; None without geometry.
 
@@ -484,10 +515,12 @@ class Scene:
         box = word_box(self.graph, word)
         return None if box is None else np.array(box, np.float64).reshape(2, 3)
 
+    @typed
     def count(self, frame: int = 0) -> dict[str, int]:
         """Return the number of instances of every word in a frame, in depth-first order of appearance."""
         return count_words(self._frame(frame))
 
+    @typed
     def tree(self, depth: int | None = None, *, poses: bool = False, every: bool = False) -> str:
         """Return the hierarchy of the first frame as text, down to ``depth`` levels below the root; ``every`` lists
         repeated parts individually."""
@@ -495,12 +528,14 @@ class Scene:
 
         return "\n".join(outline(self.graph, depth, poses, every))
 
+    @typed
     def tree_data(self, depth: int | None = None) -> dict[str, Any]:
         """Return the hierarchy of the first frame as JSON data."""
         from scenelang.interpreter.scene.outline import outline_data
 
         return outline_data(self.graph, depth)
 
+    @typed
     def flatten(self, frame: int = 0, limit: int = 5_000_000) -> Primitives:
         """Return the primitives of a frame with their world matrices.
 
@@ -532,6 +567,7 @@ class Scene:
 
     # --- variants ----------------------------------------------------------------------------------------------
 
+    @typed
     def with_params(self, values: Mapping[str, Any]) -> Scene:
         """Evaluate the same program again with other values of its params, given as plain Python values.
 
@@ -581,12 +617,14 @@ class Scene:
         frames = [_restyled(root, word, attributes, known) for root in self.frames]
         return replace(self, graph=SceneGraph(self.word, frames, self.animated), program=None)
 
+    @typed
     def frame(self, number: int) -> Scene:
         """Return one frame of a 4D scene as a static scene."""
         return replace(self, graph=SceneGraph(self.word, [self._frame(number)], False))
 
     # --- results -----------------------------------------------------------------------------------------------
 
+    @typed
     def render(
         self,
         camera: View | None = None,
@@ -641,12 +679,14 @@ class Scene:
         )
         return _drawn(self.graph, options, quality)[0]
 
+    @typed
     def placed(self, camera: View | None = None, size: Size = (512, 512), frame: int = 0) -> PlacedCamera:
         """Return the camera that ``render`` would use, with its pose, intrinsics and projection."""
         from scenelang.backends.pictures.stage import still
 
         return still(self.graph, Viewpoint() if camera is None else camera, frame, *size).camera
 
+    @typed
     def film(
         self,
         camera: View | None = None,
@@ -676,6 +716,7 @@ class Scene:
         shots = film(self.graph, options.camera, options.width, options.height, frames, orbit)
         return Film(self, options, quality, tuple(shots))
 
+    @typed
     def maps(
         self,
         camera: View | None = None,
@@ -704,6 +745,7 @@ class Scene:
         truth = truth_of(cubes, shot, limit, *unit_size(cubes))
         return Maps(replace(self, graph=cubes), truth, image)
 
+    @typed
     def export(
         self,
         path: str | Path,
@@ -733,6 +775,7 @@ class Scene:
         base.check_settings(options, [chosen])
         return list(chosen.run(self.graph, target, options) or [target])
 
+    @typed
     def save_graph(
         self, path: str | Path, depth: int | None = None, frame: int | None = None, thumbnails: bool = False
     ) -> Path:
@@ -751,10 +794,12 @@ class Scene:
         state |= {"diagnostics": [], "params": []}
         return self_contained([SavedScene(self.word, state, packet_of(self.graph))])
 
+    @typed
     def show(self, height: int = 520) -> ViewerPage:
         """Return the interactive viewer for a notebook cell; ``height`` is in pixels."""
         return ViewerPage(self.html(), height)
 
+    @typed
     def diff(self, other: Scene, tolerance: float = 1e-5, limit: int = 2_000_000) -> Changes:
         """Return the changes from this scene to ``other``; see ``scenelang.diff``."""
         from scenelang.scene_changes import changes_between, sheets_of
@@ -894,9 +939,11 @@ def _look_value(name: str, value: Any) -> Any:
         from scenelang.stdlib.colors import color_of
 
         return color_of(value)
-    if isinstance(value, (int, float)):
+    if fits(value, "float"):
         return float(value)
-    return Vector(float(x) for x in value)
+    if isinstance(value, Sequence | np.ndarray) and all(fits(x, "float") for x in value):
+        return Vector(float(x) for x in value)
+    raise SceneError("value", f"`{name}`: expected a number or a vector, got {value!r}")
 
 
 def _restyled(entity: Entity, word: str, look: Mapping[str, Any], known: dict[tuple[int, bool], Entity]) -> Entity:

@@ -102,6 +102,8 @@ def sheets_in(path: str, limit: int) -> list[Sheet] | None:
 def changes_between(frames_a: Sequence[Sheet], frames_b: Sequence[Sheet], tolerance: float = TOLERANCE) -> Changes:
     """Compare frames pairwise; differences up to ``tolerance``, relative to the scene's size, are ignored. Raises
     SceneError if coordinates are too large to compare."""
+    if not tolerance >= 0.0:
+        raise SceneError("value", f"`tolerance`: expected a number of at least 0, got {tolerance:g}")
     changes: list[Change] = []
     matched = 0
     for number, (a, b) in enumerate(zip(frames_a, frames_b)):

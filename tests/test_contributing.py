@@ -21,7 +21,7 @@ TEXT = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
 # The copy is imported even where the repository is installed in editable mode.
 _START = (
     "import sys; sys.meta_path[:] = [f for f in sys.meta_path if 'editable' not in repr(f).lower()]; "
-    "from scenelang.cli.start import entry; entry()"
+    "from scenelang.__main__ import entry; entry()"
 )
 _BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.M | re.S)
 _TARGET = re.compile(r"[#;] (?:(append to|create) )?(\S+\.\w+)$")

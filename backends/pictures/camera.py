@@ -45,6 +45,10 @@ class Camera:
     aperture: float = 0.0
     focus: float = 1.0
 
+    def __repr__(self) -> str:
+        eye, forward = (" ".join(f"{x:.3g}" for x in v) for v in (self.eye, self.forward))
+        return f"<PlacedCamera {self.width} x {self.height} at [{eye}], looking along [{forward}]>"
+
     @property
     def is_parallel(self) -> bool:
         return self.projection == "orthographic"

@@ -18,8 +18,11 @@ from scenelang.backends.base import (
     BackendOptions,
     PluginRegistry,
     Progress,
+    Work,
     check_settings,
+    every,
     find,
+    names,
     need,
     part_of,
 )
@@ -98,6 +101,10 @@ QUALITIES = PluginRegistry("scenelang.qualities", "quality", Quality)
 def picture_backend(name: str) -> PictureBackend:
     """Return the picture backend for a backend name or a quality preset; raises SceneError("backend")."""
     quality = QUALITIES.get(name) or Quality(name, "", name)
+    if QUALITIES.get(name) is None and name not in names():
+        known = [*QUALITIES.names(), *(each.name for each in every(Work.PICTURE))]
+        hint = suggest(name.lower(), known)
+        raise SceneError("backend", f"unknown quality or backend `{name}` (available: {', '.join(known)})", hint=hint)
     backend = find(quality.backend)
     if not isinstance(backend, PictureBackend) or backend.painter is None:
         raise SceneError(

@@ -12,7 +12,7 @@ from itertools import chain, repeat
 from operator import length_hint
 from typing import Any, ClassVar
 
-from scenelang.grammar.diagnostics import LimitError
+from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.grammar.settings import amount, setting, whole_amount
 
 _CHUNK = 2048
@@ -43,6 +43,12 @@ class Limits:
     memory: int = _limit(4_000_000_000, "bytes of memory (suffixes k, M, G)", "--max-memory")
     seconds: float = _limit(60.0, "wall time", "--max-seconds")
     log: int = 100_000
+
+    def __post_init__(self) -> None:
+        for name in self.__dataclass_fields__:
+            value = getattr(self, name)
+            if isinstance(value, bool) or not isinstance(value, int | float) or not value >= 0:
+                raise SceneError("value", f"`{name}`: expected a limit of at least 0, got {value!r}")
 
 
 def resident_bytes() -> int:

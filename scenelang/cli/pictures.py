@@ -7,12 +7,13 @@ import copy
 import sys
 import tempfile
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scenelang.backends import base
+from scenelang.backends.files import output_of
 from scenelang.backends.pictures import film
 from scenelang.backends.pictures.camera import Camera, Viewpoint, parse_viewpoint
 from scenelang.cli.options import (
@@ -97,32 +98,10 @@ def add_render(parser: argparse.ArgumentParser) -> None:
     _add_backend_options(parser, base.Work.PICTURE)
 
 
-def _output_of(arguments: argparse.Namespace, ending: str, is_ours: Callable[[Path], bool]) -> Path:
-    """Return the path of ``--output``, or that of the program with ``ending``.
-
-    Raises UsageError for standard input, and where the default is a file that another program wrote.
-    """
-    if arguments.output:
-        return Path(arguments.output)
-    if arguments.file == "-":
-        raise UsageError("file", "a program from standard input needs `-o`", f"add `-o out{ending}`")
-    output = Path(arguments.file).with_suffix(ending)
-    if output.exists() and not is_ours(output):
-        message = f"`{output}` exists and was not written by scenelang"
-        raise UsageError("file", message, f"add `-o` with another name, or `-o {output}` to replace it")
-    return output
-
-
-def _wrote_mesh(path: Path) -> bool:
-    from scenelang.backends.exports.gltf import wrote_glb
-
-    return wrote_glb(path)
-
-
 def run_render(arguments: argparse.Namespace) -> int:
     with usage_errors():  # fail early, before the expensive work
         shots = fields_of(arguments, film.FilmOptions)
-        output = _output_of(arguments, ".gif" if shots.is_wanted else ".png", film.wrote_picture)
+        output = output_of(arguments.file, arguments.output, ".gif" if shots.is_wanted else ".png", film.wrote_picture)
         names = arguments.backend.split(",") if arguments.backend else [arguments.quality]
         backends = [film.picture_backend(name.strip()) for name in names]
         options = _picture_options(arguments, arguments.camera)
@@ -143,9 +122,11 @@ def add_export(parser: argparse.ArgumentParser) -> None:
 
 
 def run_export(arguments: argparse.Namespace) -> int:
+    from scenelang.backends.exports.gltf import wrote_glb
+
     limit, shown, warn = session_limit(arguments), progress(arguments, "exporting"), warnings_of(arguments)
     with usage_errors():
-        output = _output_of(arguments, ".glb", _wrote_mesh)
+        output = output_of(arguments.file, arguments.output, ".glb", wrote_glb)
         backend = base.find(arguments.backend) if arguments.backend else base.for_file(output, base.Work.EXPORT)
         options = fields_of(
             arguments, base.BackendOptions, limit=limit, progress=shown, settings=_settings_of(arguments), warn=warn

@@ -194,7 +194,7 @@ def test_an_interruption_ends_the_browser_and_removes_its_profile(
 ) -> None:
     program = tmp_path / "a.scene"
     program.write_text('(bind "b" (lambda () (call "set-cuboid" :block-type "stone" :scale \'(2 2 2))))')
-    command = [sys.executable, "-P", "-c", "from scenelang.cli.start import entry; entry()", "render", str(program),
+    command = [sys.executable, "-P", "-c", "from scenelang.__main__ import entry; entry()", "render", str(program),
                "--backend", "deepslate", "--textures", str(pack), "-o", str(tmp_path / "a.gif"), "--frames", "400",
                "--size", "900x900"]  # fmt: skip
     temporary = Path(tempfile.mkdtemp(prefix="b-"))  # short: browsers put sockets there

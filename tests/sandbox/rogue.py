@@ -78,6 +78,6 @@ def rogue(rt: Any, what: str) -> str:
 
 
 if __name__ == "__main__":
-    from scenelang.cli.start import entry
+    from scenelang.__main__ import entry
 
     sys.exit(entry())
