@@ -1,4 +1,4 @@
-"""``python -m scenelang`` and the console scripts: run the command line so that no failure at startup shows a traceback.
+"""``python -m scenelang`` and the console scripts: run the command line; no failure at startup shows a traceback.
 
 Importing the commands takes a while and may be interrupted by Ctrl-C; standard streams may be closed from the start.
 """
