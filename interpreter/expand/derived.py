@@ -258,7 +258,7 @@ def expand_do(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
     again: Datum = ListDatum((Atom(loop, span), *steps), None, span)
     if len(datum.items) > 3:
         again = core("BODY", [expander.expand_body(datum.items[3:], inner, span), again], span)
-    head = opaque("PARAMETERS", ("do", tuple(parameters), "those of the loop"), specs.span)
+    head = opaque("PARAMETERS", ("do", tuple(parameters), "the variables of the loop"), specs.span)
     function = core("LAMBDA", [head, ListDatum((), None, span), core("IF", [test, result, again], span)], span)
     return _loop(loop, function, inits, span)
 

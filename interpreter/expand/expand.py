@@ -529,7 +529,7 @@ def _is_keyword(datum: Datum) -> bool:
 
 def _usage(parameters: Datum) -> str:
     text = " ".join(parameters.span.text.split())
-    return text if parameters.span.expansion is None and len(text) < 200 else "those of its definition"
+    return text if parameters.span.expansion is None and len(text) < 200 else "see its definition"
 
 
 def _outermost(span: Span) -> Span:
