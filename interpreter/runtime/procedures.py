@@ -47,7 +47,7 @@ class Tail:
 
 
 TAIL = Tail()
-_FEW = 32  # longer argument lists are charged
+_MIN_CHARGED = 32  # longer argument lists are charged
 
 
 class Undefined:
@@ -182,7 +182,7 @@ def bind_arguments(runtime: Runtime, closure: Closure, arguments: Sequence[Any])
     Keywords are treated as keyword arguments if the closure has keyword parameters, otherwise as plain values.
     """
     code = closure.code
-    if len(arguments) > _FEW:
+    if len(arguments) > _MIN_CHARGED:
         runtime.charge(len(arguments) >> 2)
     if code.keyword_names is None:
         return _fill(runtime, closure, arguments, {})
@@ -316,7 +316,7 @@ def convert(runtime: Runtime, builtin: Builtin, parameter: BuiltinParameter, val
 def call_builtin(runtime: Runtime, builtin: Builtin, arguments: Sequence[Any]) -> Any:
     """Call a builtin with arbitrary arguments; arithmetic errors of Python are converted to diagnostics."""
     signature = builtin.signature
-    if len(arguments) > _FEW:
+    if len(arguments) > _MIN_CHARGED:
         runtime.charge(len(arguments) >> 1)
     keywords: dict[str, Any] = {}
     if signature.keywords:

@@ -108,7 +108,7 @@ class Streams:
 
 _NEVER = 1 << 62
 _MAX_PLACES = 16
-_FEW = 32  # keys with more items are charged
+_MIN_CHARGED = 32  # keys with more items are charged
 
 
 class WordCell(Mutable):
@@ -309,7 +309,7 @@ class Runtime:
     def show(self, value: Any, limit: int = LONGEST) -> str:
         """Return ``value`` as text for the program, recording reads of its mutable parts."""
         text = show(value, limit, self.read)
-        if len(text) > _FEW:
+        if len(text) > _MIN_CHARGED:
             self.charge(len(text) >> 3)
         return text
 
@@ -391,7 +391,7 @@ class Runtime:
         if key is False or rest_key is None or not self._memoise:
             key = False
         else:
-            if len(key) + len(rest_key) > _FEW:
+            if len(key) + len(rest_key) > _MIN_CHARGED:
                 self.charge((len(key) + len(rest_key)) >> 6)  # cost of hashing and comparing the key
             key = (function, word, key, rest_key)
             entry = self._recall(key)
@@ -522,7 +522,7 @@ class Runtime:
         key: Any = z.key if z.key is not None else embedding_key(z, self.charge)
         if key is False:
             return self._new_primitive(word, z, True, span)
-        if len(key) > _FEW:
+        if len(key) > _MIN_CHARGED:
             self.charge(len(key) >> 6)
         entity = self._primitives.get((word, key))
         if entity is None:

@@ -235,7 +235,7 @@ _CHARGE = 1024
 _PLAIN = frozenset((int, str, bool, type(None), Symbol))
 _pack_three = Struct("3d").pack
 _MAX_KEY = 200_000
-_FEW = 32  # longer sequences are charged
+_MIN_CHARGED = 32  # longer sequences are charged
 
 
 class KeyReader(Protocol):
@@ -483,12 +483,12 @@ def embedding_key(embedding: Embedding, charge: Charge = _uncharged) -> Any:
 def _plain_key(embedding: Embedding, charge: Charge) -> Any:
     """Return the key of an embedding with only numbers, strings and vectors as attributes (fast path), else None."""
     out: list[Any] = [embedding.handle, embedding.text]
-    if len(embedding.attributes) > _FEW:
+    if len(embedding.attributes) > _MIN_CHARGED:
         charge(len(embedding.attributes) >> 4)
     for name, value in embedding.attributes.items():
         kind = type(value)
         if kind is Vector:
-            if len(value) > _FEW:
+            if len(value) > _MIN_CHARGED:
                 charge(len(value) >> 5)
             if value and type(value[0]) is float:  # bytes, to distinguish -0.0 from 0.0
                 value = _pack_three(*value) if len(value) == 3 else pack(f"{len(value)}d", *value)
