@@ -53,7 +53,7 @@ from scenelang.interpreter.scene.entity import Scene
 #
 # The main file is split into top-level pieces. A piece with unchanged text reuses its datums, and also its scan and
 # expansion if every name they looked up still has the same meaning (``TrackedNames``). Spans inside a piece are
-# therefore relative to it; ``Version.place`` converts them to the whole text. The result equals that of a full analysis.
+# therefore relative to it; ``Version.place`` converts them to the whole text. The result equals a full analysis.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
