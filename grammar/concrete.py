@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from scenelang.grammar.datum import PREFIXES, ArrayDatum, Atom, Datum, ListDatum, Source, Span, Symbol
-from scenelang.grammar.layout import DEEPEST, Hidden, Row, Trivia, Written
+from scenelang.grammar.layout import MAX_DEPTH, AuthorLayout, Hidden, Row, Trivia
 from scenelang.grammar.layout_styles import head_of, is_keyword
 from scenelang.grammar.reader import atom_value, block_comments, terminals, without_comments
 
@@ -143,7 +143,7 @@ def gap_of(text: str, start: int, end: int, comments: Sequence[Comment], *, note
     while lead and last and not breaks[last] and not comments[last - 1].has_lines:
         last -= 1
     first = 0
-    while note and first < last and not breaks[first] and not _wants_lines(comments[first]):
+    while note and first < last and not breaks[first] and not _needs_lines(comments[first]):
         first += 1
     rows = _rows(comments[first:last], breaks[first : last + 1])
     return Gap(tuple(comments[:first]), rows, tuple(comments[last:]), breaks[first] > 1)
@@ -155,7 +155,7 @@ def _breaks(text: str, start: int, end: int, comments: Sequence[Comment]) -> lis
     return [text.count("\n", a, b) for a, b in zip(edges[::2], edges[1::2])]
 
 
-def _wants_lines(comment: Comment) -> bool:
+def _needs_lines(comment: Comment) -> bool:
     """Return whether a comment is a hidden datum of several lines, which must start on a separate line."""
     return comment.hidden is not None and comment.has_lines
 
@@ -179,12 +179,12 @@ def _rows(comments: Sequence[Comment], breaks: Sequence[int]) -> tuple[Row, ...]
 
 def _joined(row: Sequence[Comment]) -> list[Row]:
     """Join the comments of one line; a hidden datum is laid out if it is alone or has several lines."""
-    if len(row) == 1 or any(_wants_lines(comment) for comment in row):
+    if len(row) == 1 or any(_needs_lines(comment) for comment in row):
         return [Hidden(comment.hidden) if comment.hidden is not None else comment.exact for comment in row]
     return [" ".join(comment.exact for comment in row)] if row else []
 
 
-_DEEPEST = DEEPEST - 4  # nested deeper, lists with comments stay verbatim, because the layout would write one line
+_MAX_DEPTH = MAX_DEPTH - 4  # nested deeper, lists with comments stay verbatim, because the layout would write one line
 _TOP, _PREFIX, _HIDING = "TOP", "PREFIX", "DATUM_COMMENT"
 _QUOTES = frozenset(PREFIXES.values())
 _PLAIN = Trivia()
@@ -211,7 +211,7 @@ class Concrete:
     forms: tuple[Datum, ...]
     trivia: dict[int, Trivia]
     spelling: dict[int, str]
-    written: Written
+    written: AuthorLayout
     end: tuple[Row, ...]
     places: tuple[tuple[int, int], ...]
 
@@ -247,7 +247,7 @@ class _Frame:
     comments: list[Comment] = field(default_factory=list)  # since the last item
     opening: str | None = None
     dotted: bool = False
-    odd: bool = False  # whether it must stay verbatim
+    verbatim: bool = False  # whether it must stay verbatim
     has_comments: bool = False
     off: int | None = None  # offset of the start of a `fmt: off` region
     off_comments: list[Comment] = field(default_factory=list)
@@ -286,14 +286,14 @@ class _Builder:
         (top,) = self.stack
         comments = top.comments
         end = self._close(top, len(self.text)).end
-        self._keep_trivia(top)
+        self._record_trivia(top)
         forms = tuple(item.datum for item in top.items)
         places = [(item.first, item.last) for item in top.items]
         rest = [comment for comment in comments if not places or comment.start >= places[-1][1]]
         if rest:
             places.append((rest[0].start, rest[-1].end))
         return Concrete(
-            forms, self.trivia, self.spelling, Written(self.breaks, self.plain, self.raw), end, tuple(places)
+            forms, self.trivia, self.spelling, AuthorLayout(self.breaks, self.plain, self.raw), end, tuple(places)
         )
 
     def _take(self, token: Token) -> None:
@@ -309,7 +309,9 @@ class _Builder:
             self._comment(frame, Comment(token.text, token.start, token.end))
         elif kind == "DOT":
             frame.dotted = True
-            frame.odd = frame.odd or any(comment.directive for comment in frame.comments) or frame.off is not None
+            frame.verbatim = (
+                frame.verbatim or any(comment.directive for comment in frame.comments) or frame.off is not None
+            )
         else:
             before, frame.comments = frame.comments, []
             self.stack.append(_Frame(kind, token.start, token.end, token.text, before))
@@ -325,7 +327,7 @@ class _Builder:
     @staticmethod
     def _comment(frame: _Frame, comment: Comment) -> None:
         frame.has_comments = True
-        frame.odd = frame.odd or frame.takes_one or frame.dotted
+        frame.verbatim = frame.verbatim or frame.takes_one or frame.dotted
         frame.comments.append(comment)
 
     def _directives(self, frame: _Frame, comments: list[Comment]) -> list[Comment]:
@@ -372,15 +374,15 @@ class _Builder:
         while frame.takes_one:
             self.stack.pop()
             parent = self.stack[-1]
-            odd = frame.odd or bool(comments)
+            verbatim = frame.verbatim or bool(comments)
             self.replaced.append(datum)
             if frame.kind == _HIDING:
                 text = self.text[frame.start : end]
                 parent.comments = frame.before
-                self._comment(parent, Comment(text, frame.start, end, None if odd else datum))
+                self._comment(parent, Comment(text, frame.start, end, None if verbatim else datum))
                 return
             parent.has_comments = parent.has_comments or frame.has_comments
-            datum, start, comments = self._prefixed(frame, datum, end, odd), frame.start, frame.before
+            datum, start, comments = self._prefixed(frame, datum, end, verbatim), frame.start, frame.before
             frame = parent
         if comments:
             comments = self._directives(frame, comments)
@@ -390,8 +392,8 @@ class _Builder:
             self.replaced.append(datum)
             frame.reached = end
 
-    def _prefixed(self, frame: _Frame, operand: Datum, end: int, odd: bool) -> Datum:
-        if odd or (frame.has_comments and len(self.stack) >= _DEEPEST):
+    def _prefixed(self, frame: _Frame, operand: Datum, end: int, verbatim: bool) -> Datum:
+        if verbatim or (frame.has_comments and len(self.stack) >= _MAX_DEPTH):
             return self._verbatim(frame.start, end)
         text = self.spelling[id(operand)] if isinstance(operand, Atom) else ""
         if text.startswith("@"):
@@ -443,11 +445,11 @@ class _Builder:
         trivia = self._close(frame, end - 1)
         parent = self.stack[-1]
         parent.has_comments = parent.has_comments or frame.has_comments
-        if frame.odd or (frame.has_comments and len(self.stack) >= _DEEPEST):
+        if frame.verbatim or (frame.has_comments and len(self.stack) >= _MAX_DEPTH):
             self.replaced += [item.datum for item in frame.items]
             self._finish(self._verbatim(frame.start, end), frame.start, end, frame.before)
             return
-        self._keep_trivia(frame)
+        self._record_trivia(frame)
         parts, span = tuple(item.datum for item in frame.items), Span(self.source, frame.start, end)
         datum: ListDatum | ArrayDatum
         if frame.kind == "LSQB":
@@ -464,7 +466,7 @@ class _Builder:
             self.trivia[id(datum)] = trivia
         self._finish(datum, frame.start, end, frame.before)
 
-    def _keep_trivia(self, frame: _Frame) -> None:
+    def _record_trivia(self, frame: _Frame) -> None:
         """Record the comments around the items of a list; those inside their brackets are recorded already."""
         for item in frame.items:
             inner, outer = self.trivia.get(id(item.datum)), item.trivia

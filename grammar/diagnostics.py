@@ -347,7 +347,7 @@ def did_you_mean(near: Sequence[str]) -> str | None:
     return f"did you mean {' or '.join(f'`{other}`' for other in near)}?" if near else None
 
 
-def renamings(span: Span | None, name: str, near: Iterable[str]) -> tuple[Fix, ...]:
+def rename_fixes(span: Span | None, name: str, near: Iterable[str]) -> tuple[Fix, ...]:
     """Return fixes that replace the misspelled ``name`` at ``span`` with each of the names in ``near``."""
     if span is None or span.expansion is not None or span.text != name:
         return ()
@@ -449,14 +449,14 @@ def capped(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
     """
     if len(diagnostics) <= _MAX_SHOWN and sum(map(_length, diagnostics)) <= _MAX_SHOWN_LENGTH:
         return list(diagnostics)
-    kept: set[int] = set()
+    selected: set[int] = set()
     left = _MAX_SHOWN_LENGTH
     for number in sorted(range(len(diagnostics)), key=lambda n: not diagnostics[n].is_error):
         left -= _length(diagnostics[number])
-        if kept and (len(kept) >= _MAX_SHOWN or left < 0):
+        if selected and (len(selected) >= _MAX_SHOWN or left < 0):
             break
-        kept.add(number)
-    shown = [diagnostics[number] for number in sorted(kept)]
+        selected.add(number)
+    shown = [diagnostics[number] for number in sorted(selected)]
     errors = sum(diagnostic.is_error for diagnostic in diagnostics) - sum(d.is_error for d in shown)
     more = len(diagnostics) - len(shown)
     return [*shown, Diagnostic("not-shown", f"{more:,} more findings are not shown, {errors:,} errors among them")]
@@ -667,20 +667,20 @@ MENDS: Mapping[str, str] = {
 }  # fmt: skip
 
 
-def diagnostic_named(asked: str) -> str | None:
+def diagnostic_named(query: str) -> str | None:
     """Return the name of the diagnostic with the given code or name (ignoring case), or None if it does not exist."""
     by_code = {entry.code: name for name, entry in CODES.items()}
-    name = by_code.get(asked.upper(), asked.lower())
+    name = by_code.get(query.upper(), query.lower())
     return name if name in CODES else None
 
 
-def diagnostic_asked(asked: str) -> str:
+def diagnostic_asked(query: str) -> str:
     """Return the name of the diagnostic with the given code or name; raise ``UsageError`` if it does not exist."""
-    name = diagnostic_named(asked)
+    name = diagnostic_named(query)
     if name is None:
         known = [*(entry.code for entry in CODES.values()), *CODES]
-        hint = suggest(asked, known) or "`scenelang explain` lists all codes"
-        raise UsageError("value", f"unknown diagnostic code or name `{asked[:80]}`", hint)
+        hint = suggest(query, known) or "`scenelang explain` lists all codes"
+        raise UsageError("value", f"unknown diagnostic code or name `{query[:80]}`", hint)
     return name
 
 

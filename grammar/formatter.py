@@ -159,8 +159,8 @@ def format_text(text: str, indents: Mapping[str, int | None], *, name: str = "<t
     """
     mark = _MARK if text.startswith(_MARK) else ""
     body = text[len(mark) :]
-    stand_in = _unused(body) if NOTE in body else NOTE
-    return mark + _formatted(Source(name, body.replace(NOTE, stand_in)), indents, width).replace(stand_in, NOTE)
+    placeholder = _unused(body) if NOTE in body else NOTE
+    return mark + _formatted(Source(name, body.replace(NOTE, placeholder)), indents, width).replace(placeholder, NOTE)
 
 
 def _unused(text: str) -> str:
@@ -170,7 +170,7 @@ def _unused(text: str) -> str:
 
 
 def _formatted(source: Source, indents: Mapping[str, int | None], width: int) -> str:
-    forms = checked_forms(source)
+    forms = read_forms(source)
     expected = essence(source.text)
     text = _settled(source, learnt_indents(forms, indents), width, expected)
     if text != source.text:
@@ -215,7 +215,7 @@ def _laid_out(tree: Concrete, indents: Mapping[str, int | None], width: int, lin
     return line_end.join([*lines, ""]) if lines else ""
 
 
-def checked_forms(source: Source) -> tuple[Datum, ...]:
+def read_forms(source: Source) -> tuple[Datum, ...]:
     """Return the forms of a text; raise ``UnreadableError`` if it has syntax errors."""
     result = read(source)
     if not result.diagnostics:
@@ -276,7 +276,7 @@ def format_range(
     """
     mark = _MARK if text.startswith(_MARK) else ""
     source = Source(name, text[len(mark) :])
-    indents = learnt_indents(checked_forms(source), indents)
+    indents = learnt_indents(read_forms(source), indents)
     lines = source.text.split("\n")
     touched = [place for place in _line_runs(source) if place[0] <= last_line and place[1] >= first_line]
     if not touched:

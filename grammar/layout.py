@@ -67,7 +67,7 @@ class Trivia:
 
 
 @dataclass(frozen=True, slots=True)
-class Written:
+class AuthorLayout:
     """The author's original layout of datums, by ``id(datum)``.
 
     Attributes
@@ -86,7 +86,7 @@ class Written:
 
 
 NO_TRIVIA: Mapping[int, Trivia] = MappingProxyType({})
-NOTHING_WRITTEN = Written()
+NO_AUTHOR_LAYOUT = AuthorLayout()
 
 
 def line_comment(text: str) -> str:
@@ -275,7 +275,7 @@ class Page:
         self._note = ""
 
 
-DEEPEST = 80  # nested deeper, a datum is written on one line, which bounds Python's recursion
+MAX_DEPTH = 80  # nested deeper, a datum is written on one line, which bounds Python's recursion
 _NO_SPELLING: Mapping[int, str] = MappingProxyType({})
 
 
@@ -317,7 +317,7 @@ def layout_lines(
     spelling: Mapping[int, str] = _NO_SPELLING,
     width: int = 88,
     end: Sequence[Row] = (),
-    written: Written = NOTHING_WRITTEN,
+    written: AuthorLayout = NO_AUTHOR_LAYOUT,
 ) -> list[str]:
     """Lay out a program as ``layout`` does, but return its lines.
 
@@ -371,7 +371,7 @@ class Layout:
         trivia: Mapping[int, Trivia],
         spelling: Mapping[int, str],
         width: int,
-        written: Written = NOTHING_WRITTEN,
+        written: AuthorLayout = NO_AUTHOR_LAYOUT,
     ) -> None:
         self.by_head, self.trivia, self.spelling, self.width = shapes, trivia, spelling, width
         self.written = written
@@ -506,7 +506,7 @@ class Layout:
         return block
 
     def _new_block(self, datum: ListDatum | ArrayDatum, column: int, trailing: int, depth: int) -> ListPage:
-        if depth >= DEEPEST:
+        if depth >= MAX_DEPTH:
             return self._one_line(datum)
         prefix = self.prefix(datum)
         if prefix is not None:

@@ -68,10 +68,10 @@ class HeadKind(Enum):
 
 
 class HeadShape(NamedTuple):
-    """Layout category of a datum, and the number ``kept`` of operands on the line of the head."""
+    """Layout category of a datum, and the number ``inline_count`` of operands on the line of the head."""
 
     kind: HeadKind
-    kept: int = 0
+    inline_count: int = 0
 
 
 WITH_BODY = frozenset(
@@ -176,7 +176,7 @@ def shape_of(datum: ListDatum | ArrayDatum, role: Role, shapes: Mapping[str, Hea
 
 def roles_of_parts(datum: ListDatum | ArrayDatum, shape: HeadShape, parts: Sequence[Datum]) -> list[Role]:
     """Return the role of every part of ``datum``, including its tail."""
-    kind, kept = shape
+    kind, inline_count = shape
     count = len(parts)
     if kind is HeadKind.DATA:
         unquoting = head_of(datum) in ("unquote", "unquote-splicing") and count == 2
@@ -196,14 +196,14 @@ def roles_of_parts(datum: ListDatum | ArrayDatum, shape: HeadShape, parts: Seque
         return [Role.DATA if head_of(part) is None else Role.CODE for part in parts]
     roles = [Role.CODE] * count
     if kind in WITH_BODY:
-        roles[1 + kept :] = [Role.BODY] * (count - 1 - kept)
+        roles[1 + inline_count :] = [Role.BODY] * (count - 1 - inline_count)
     elif kind is HeadKind.CLAUSES:
-        roles[1 + kept :] = [Role.CLAUSE] * (count - 1 - kept)
-    _set_head_roles(kind, kept, parts, roles)
+        roles[1 + inline_count :] = [Role.CLAUSE] * (count - 1 - inline_count)
+    _set_head_roles(kind, inline_count, parts, roles)
     return roles
 
 
-def _set_head_roles(kind: HeadKind, kept: int, parts: Sequence[Datum], roles: list[Role]) -> None:
+def _set_head_roles(kind: HeadKind, inline_count: int, parts: Sequence[Datum], roles: list[Role]) -> None:
     """Set the roles of the operands on the line of the head."""
     if len(parts) < 2:
         return
@@ -212,10 +212,10 @@ def _set_head_roles(kind: HeadKind, kept: int, parts: Sequence[Datum], roles: li
     elif kind is HeadKind.DEFINE and isinstance(parts[1], ListDatum):
         roles[1] = Role.SIGNATURE
     elif kind is HeadKind.LET:
-        roles[min(kept, len(parts) - 1)] = Role.BINDINGS
+        roles[min(inline_count, len(parts) - 1)] = Role.BINDINGS
     elif kind is HeadKind.FOR:
-        kept = min(kept, len(parts) - 1)
-        roles[1 : 1 + kept] = [Role.BINDINGS] * kept
+        inline_count = min(inline_count, len(parts) - 1)
+        roles[1 : 1 + inline_count] = [Role.BINDINGS] * inline_count
     elif kind is HeadKind.DO:
         roles[1:3] = [Role.BINDINGS, Role.CLAUSE][: len(parts) - 1]
     elif kind is HeadKind.GUARD:
@@ -240,11 +240,11 @@ def takes_lines(datum: ListDatum | ArrayDatum, shape: HeadShape, role: Role) -> 
                 return False
             if role is Role.TOP:
                 return True
-        if kind is HeadKind.DO or (kind is HeadKind.LET and shape.kept == 2):
+        if kind is HeadKind.DO or (kind is HeadKind.LET and shape.inline_count == 2):
             return True
-        return count > 2 + shape.kept
+        return count > 2 + shape.inline_count
     if kind is HeadKind.CLAUSES:
-        return count > 2 + shape.kept
+        return count > 2 + shape.inline_count
     if kind is HeadKind.CLAUSE:
         return count > 2 and not (isinstance(items[1], Atom) and items[1].value == "=>")
     if kind is HeadKind.IF and (role is Role.BODY or role is Role.TOP):
@@ -273,11 +273,11 @@ def stays_broken(
     This applies to a body that starts on a new line, a function as the last operand, members of a union, a pose below
     its shape, and bindings below each other. ``breaks`` states which parts start a line.
     """
-    kind, kept = shape
+    kind, inline_count = shape
     if kind in _BY_HEAD_LINE:
         if kind is HeadKind.DEFINE and len(parts) > 1 and isinstance(parts[1], Atom):
             return False
-        return any(breaks[1 + kept : 2 + kept]) and head_of(datum) not in _PASSING
+        return any(breaks[1 + inline_count : 2 + inline_count]) and head_of(datum) not in _PASSING
     if kind is HeadKind.CLAUSE:
         return any(breaks[1:2]) and not (isinstance(parts[1], Atom) and parts[1].value == "=>")
     if kind is HeadKind.ORDINARY and len(parts) > 2 and head_of(parts[-1]) == "lambda" and breaks[-1]:
@@ -386,16 +386,16 @@ def _special(page: Page) -> bool:
 
     Operands of the head's line that are too long for it are aligned under the first.
     """
-    return _with_kept(page, page.shape.kept)
+    return _with_inline(page, page.shape.inline_count)
 
 
-def _with_kept(page: Page, kept: int) -> bool:
-    kept = min(kept, len(page.parts) - 1)
+def _with_inline(page: Page, inline_count: int) -> bool:
+    inline_count = min(inline_count, len(page.parts) - 1)
     page.item(0, page.start + 1)
     under = page.column + 1
-    for position in range(1, 1 + kept):
+    for position in range(1, 1 + inline_count):
         page.item(position, under, position > 1 and not page.fits(position, page.column + 1))
-    write_units(page, units(page, 1 + kept), page.start + 2)
+    write_units(page, units(page, 1 + inline_count), page.start + 2)
     return True
 
 
@@ -414,7 +414,7 @@ def _ordinary(page: Page) -> bool:
     if _has_keywords(page):
         return _pairs(page, 0)
     if count > 2 and head_of(page.datum) not in EVEN_HEADS and _leads(page):
-        return _with_kept(page, count - 2)
+        return _with_inline(page, count - 2)
     if not all(isinstance(part, Atom) for part in page.parts):
         return False
     has_lines = any(page.holds_lines(position) for position in range(count))
@@ -514,17 +514,17 @@ def _call(page: Page) -> bool:
     return _pairs(page, 1)
 
 
-def _pairs(page: Page, kept: int) -> bool:
+def _pairs(page: Page, inline_count: int) -> bool:
     """Write the first operands and as many pairs per line as fit, or one pair per line if a value is weighty."""
     indent = page.start + 2
     page.item(0, page.start + 1)
-    kept = min(kept, len(page.parts) - 1)
-    for position in range(1, 1 + kept):
+    inline_count = min(inline_count, len(page.parts) - 1)
+    for position in range(1, 1 + inline_count):
         page.item(position, indent)
-    found = units(page, 1 + kept)
+    found = units(page, 1 + inline_count)
     if page.has_rows or any(_is_weighty(page, unit, indent) for unit in found):
         atoms = list(takewhile(lambda unit: len(unit) == 1 and isinstance(page.parts[unit.start], Atom), found))
-        if not kept:
+        if not inline_count:
             atoms = []
         fill(page, atoms, indent)
         write_units(page, found[len(atoms) :], indent)
@@ -583,7 +583,7 @@ def _transform(page: Page) -> bool:
 
 def _pose_below(page: Page) -> bool:
     """Write ``(transform name`` and below it a pose that is too long to be aligned under the name."""
-    return len(page.parts) == 3 and isinstance(page.parts[1], Atom) and _with_kept(page, 1)
+    return len(page.parts) == 3 and isinstance(page.parts[1], Atom) and _with_inline(page, 1)
 
 
 def _aligned(page: Page) -> bool:

@@ -112,17 +112,26 @@ def split(text: str) -> tuple[Chunk, ...]:
 
 def _pieces(scan: _Scan) -> Iterator[Chunk]:
     position = 0
-    held: list[Chunk] = []  # a chunk in the first column and the indented ones after it
+    open_chunks: list[Chunk] = []  # a chunk in the first column and the indented ones after it
     while (found := _next_piece(scan, position)) is not None:
         chunk, position = found
-        if scan.text[chunk.start] in ")]" and held:  # a stray closer: one of the held chunks may have ended too early
-            held = [Chunk(held[0].start, scan.text[held[0].start : position], held[0].column, matched=False)]
+        if (
+            scan.text[chunk.start] in ")]" and open_chunks
+        ):  # a stray closer: one of the held chunks may have ended too early
+            open_chunks = [
+                Chunk(
+                    open_chunks[0].start,
+                    scan.text[open_chunks[0].start : position],
+                    open_chunks[0].column,
+                    matched=False,
+                )
+            ]
         elif chunk.column == 0:
-            yield from held
-            held = [chunk]
+            yield from open_chunks
+            open_chunks = [chunk]
         else:
-            held.append(chunk)
-    yield from held
+            open_chunks.append(chunk)
+    yield from open_chunks
 
 
 def _next_piece(scan: _Scan, position: int) -> tuple[Chunk, int] | None:
@@ -159,11 +168,11 @@ def split_again(text: str, before: str, chunks: Sequence[Chunk]) -> tuple[Chunk,
     if not all(chunk.matched for chunk in chunks):
         return split(text)
     head = _common_start(text, before)
-    kept = [chunk for chunk in chunks if chunk.end < head]
+    unchanged = [chunk for chunk in chunks if chunk.end < head]
     tail = _common_start(text[head:][::-1], before[head:][::-1])
     shift = len(text) - len(before)
     after = {chunk.start + shift: i for i, chunk in enumerate(chunks) if chunk.start > len(before) - tail}
-    scan, position, found = _Scan(text), kept[-1].end if kept else 0, list(kept)
+    scan, position, found = _Scan(text), unchanged[-1].end if unchanged else 0, list(unchanged)
     while (piece := _next_piece(scan, position)) is not None:
         chunk, position = piece
         if not chunk.matched or text[chunk.start] in ")]":
@@ -343,7 +352,7 @@ class _Brackets:
         self.prefixes = 0  # prefixes just before this point
         self.last: Token | None = None
         self.suspect: Token | None = None  # first unclosed opener that a later line is not indented beyond
-        self.early: Token | None = None  # last top-level closer that is followed by an indented line
+        self.early_close: Token | None = None  # last top-level closer that is followed by an indented line
 
     def check(self, token: Token) -> None:
         kind, last, openers = token.type, self.last, self.openers
@@ -379,13 +388,13 @@ class _Brackets:
         if self.openers and self.suspect is None and column <= (self.openers[-1].column or 1):
             self.suspect = self.openers[-1]
         if not self.openers and column > 1 and last.type == "RPAR":
-            self.early = last
+            self.early_close = last
 
     def _close(self, kind: str, token: Token) -> None:
         if not self.openers:
             error = _wrong("extra-close", f"unmatched closing `{token}`", token, "remove it, or add the missing `(`")
-            if self.early is not None:
-                error.note("the previous form ends here, although the next line is indented", self.early)
+            if self.early_close is not None:
+                error.note("the previous form ends here, although the next line is indented", self.early_close)
             raise error
         opener = self.openers[-1]
         if opener.type != _OPENER[kind]:

@@ -43,7 +43,7 @@ def test_as_data(capsys: pytest.CaptureFixture[str]) -> None:
 def test_an_unknown_code_is_wrong_usage(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["explain", "unbond"]) == 2
     said = capsys.readouterr().err
-    assert "there is no code or name `unbond`" in said
+    assert "unknown diagnostic code or name `unbond`" in said
     assert "did you mean `unbound`?" in said
 
 

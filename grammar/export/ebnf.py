@@ -65,9 +65,9 @@ def _repeated(pattern: Many) -> str:
     """Write a repetition; W3C notation has no counts, so they are expanded."""
     text = _pattern(pattern.part)
     item = text if isinstance(pattern.part, (Chars, Text, RuleUse)) else f"({text})"
-    if pattern.most is None:
-        return item + ("*" if not pattern.least else "+")
-    return " ".join([item] * pattern.least + [f"{item}?"] * (pattern.most - pattern.least))
+    if pattern.maximum is None:
+        return item + ("*" if not pattern.minimum else "+")
+    return " ".join([item] * pattern.minimum + [f"{item}?"] * (pattern.maximum - pattern.minimum))
 
 
 def _quoted(text: str) -> str:

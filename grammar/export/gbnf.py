@@ -75,8 +75,11 @@ def _pattern(pattern: Pattern) -> str:
 
 def _times(pattern: Many) -> str:
     signs = {(0, None): "*", (1, None): "+", (0, 1): "?"}
-    least, most = pattern.least, pattern.most
-    return signs.get((least, most), f"{{{least}}}" if least == most else f"{{{least},{'' if most is None else most}}}")
+    minimum, maximum = pattern.minimum, pattern.maximum
+    return signs.get(
+        (minimum, maximum),
+        f"{{{minimum}}}" if minimum == maximum else f"{{{minimum},{'' if maximum is None else maximum}}}",
+    )
 
 
 def _quoted(text: str) -> str:

@@ -49,10 +49,10 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class Repeat:
-    """Repetition of ``item``, at least ``least`` times, and at most once if ``once`` is set."""
+    """Repetition of ``item``, at least ``minimum`` times, and at most once if ``once`` is set."""
 
     item: Expression
-    least: int
+    minimum: int
     once: bool = False
 
 
@@ -82,7 +82,7 @@ def written(expression: Expression, leaf: Callable[[Leaf], str], several: tuple[
     if isinstance(expression, Choice):
         return " | ".join(written(option, leaf, several) for option in expression.options)
     if isinstance(expression, Repeat):
-        sign = "?" if expression.once else "+" if expression.least else "*"
+        sign = "?" if expression.once else "+" if expression.minimum else "*"
         return grouped(expression.item, Choice, Sequence, *several) + sign
     return leaf(expression)
 
@@ -125,11 +125,11 @@ class Either:
 
 @dataclass(frozen=True, slots=True)
 class Many:
-    """Repetition of ``part``, ``least`` to ``most`` times; None means unbounded."""
+    """Repetition of ``part``, ``minimum`` to ``maximum`` times; None means unbounded."""
 
     part: Pattern
-    least: int = 0
-    most: int | None = None
+    minimum: int = 0
+    maximum: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -298,7 +298,7 @@ def substitute(expression: Expression, replacements: Mapping[str, Expression]) -
     if isinstance(expression, Choice):
         return choice(*(substitute(option, replacements) for option in expression.options))
     if isinstance(expression, Repeat):
-        return Repeat(substitute(expression.item, replacements), expression.least, expression.once)
+        return Repeat(substitute(expression.item, replacements), expression.minimum, expression.once)
     return expression
 
 
@@ -337,12 +337,12 @@ def _part(pattern: Pattern, uses: Mapping[str, str], repeated: bool = False) -> 
 
 
 def _times(pattern: Many) -> str:
-    least, most = pattern.least, pattern.most
-    if most is None:
-        return {0: "*", 1: "+"}.get(least, f"{{{least},}}")
-    if (least, most) == (0, 1):
+    minimum, maximum = pattern.minimum, pattern.maximum
+    if maximum is None:
+        return {0: "*", 1: "+"}.get(minimum, f"{{{minimum},}}")
+    if (minimum, maximum) == (0, 1):
         return "?"
-    return f"{{{least}}}" if least == most else f"{{{least},{most}}}"
+    return f"{{{minimum}}}" if minimum == maximum else f"{{{minimum},{maximum}}}"
 
 
 def _class(chars: Chars) -> str:
@@ -444,8 +444,8 @@ _NUMBER = Joined((
 _HEX = _chars("0-9A-Fa-f")
 
 
-def _hex(least: int, most: int | None = None) -> Pattern:
-    return Many(_HEX, least, most or least)
+def _hex(minimum: int, maximum: int | None = None) -> Pattern:
+    return Many(_HEX, minimum, maximum or minimum)
 
 
 _FOUR = (  # hexadecimal digits of a code point, excluding surrogates

@@ -130,7 +130,7 @@ class _Spacer:
         if isinstance(expression, Sequence):
             return self._sequence(expression.items, bare=False)
         if isinstance(expression, Repeat):
-            return Repeat(self.spaced(expression.item), expression.least, expression.once)
+            return Repeat(self.spaced(expression.item), expression.minimum, expression.once)
         if isinstance(expression, Literal) and expression.text in CLOSERS:
             return sequence(_BEFORE_CLOSER, expression)
         if isinstance(expression, Choice):
@@ -184,7 +184,7 @@ class _Spacer:
         if not item.once:
             iterations.append(Repeat(self.spaced(item.item), 0))
         with_items = sequence(*iterations, *([self._sequence(rest, bare=False)] if rest else []))
-        if item.least:
+        if item.minimum:
             return with_items
         if not rest:
             return Repeat(with_items, 0, once=True)
@@ -196,7 +196,7 @@ def _united(starts: set[Start]) -> Start:
 
 
 def _may_be_empty(expression: Expression) -> bool:
-    return isinstance(expression, Repeat) and not expression.least
+    return isinstance(expression, Repeat) and not expression.minimum
 
 
 # Names except certain words as plain patterns, for formats without an exclusion operator.

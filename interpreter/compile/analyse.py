@@ -1,8 +1,8 @@
-"""Analysis of core AST before compilation: which frame holds each variable, which loops need no calls.
+"""Variable analysis of the core AST before compilation: frames, captured variables, and loops that need no calls.
 
-A *region* is a piece of program whose variables live together: a function's body, or the body of a loop. A function's
-region has a frame of its own. A loop's region needs one only when a closure made inside captures its variables, since
-each turn then has variables of its own; else its variables live in the frame around it.
+A *region* is a part of the program whose variables have the same lifetime: the body of a function or of a loop. A
+function's region has a separate frame. A loop's region has one only if a closure captures its variables, because each
+iteration then needs new variables; otherwise its variables are stored in the enclosing frame.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class Region:
-    """``parent`` is the region around it; ``has_frame`` is decided by what closures capture."""
+    """Body of a function or loop. ``has_frame`` is set if its variables need a separate frame."""
 
     __slots__ = ("has_frame", "is_function", "parent")
 
@@ -34,7 +34,7 @@ class Region:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Loop:
-    """A named ``let`` or ``do`` whose function is only ever called in its own tail positions."""
+    """Named ``let`` or ``do`` whose function is only called in tail position of its own body."""
 
     variable: Variable
     function: ast.Lambda
@@ -43,14 +43,17 @@ class Loop:
 
 @dataclass(slots=True, eq=False)
 class Analysis:
-    """``regions``: by id of Lambda, For or Loop body node. ``loops``: by id of the Body that is a loop."""
+    """Result of the analysis.
+
+    ``regions`` are keyed by the id of the Lambda, For or While node, ``loops`` by the id of the Body that is a loop.
+    """
 
     regions: dict[int, Region] = field(default_factory=dict)
     loops: dict[int, Loop] = field(default_factory=dict)
 
 
 def pattern_variables(target: Any) -> Iterator[Variable]:
-    """The variables of a binding target: a Variable, None, or ``(items, rest)``."""
+    """Iterate over the variables of a binding target: a Variable, None, or a pattern ``(items, rest)``."""
     stack = [target]
     while stack:
         item = stack.pop()
@@ -63,7 +66,7 @@ def pattern_variables(target: Any) -> Iterator[Variable]:
 
 
 def children(node: Any) -> list[Any]:
-    """The direct subexpressions of a node."""
+    """Return the direct subexpressions of a node."""
     kind = type(node)
     if kind in (ast.Constant, ast.HandleLiteral, ast.Reference):
         return []
@@ -94,7 +97,7 @@ _CHILDREN: dict[type, Callable[[Any], list[Any]]] = {
 
 
 def walk(*roots: Any) -> Iterator[Any]:
-    """Every node below and including ``roots``."""
+    """Iterate over ``roots`` and all their descendants."""
     stack = list(roots)
     while stack:
         node = stack.pop()
@@ -103,7 +106,7 @@ def walk(*roots: Any) -> Iterator[Any]:
 
 
 def mentioned(form: Any) -> Iterator[Variable]:
-    """The variables that a form refers to, changes or defines."""
+    """Iterate over the variables that a form refers to, assigns or defines."""
     for node in walk(form):
         if type(node) is ast.Define:
             yield from pattern_variables(node.target)
@@ -112,7 +115,7 @@ def mentioned(form: Any) -> Iterator[Variable]:
 
 
 def analyse(forms: tuple[Any, ...]) -> Analysis:
-    """Analyse the top-level forms of a file; fills in the variables' ``owner`` and ``captured``."""
+    """Analyse the top-level forms of a file; set the attributes ``owner`` and ``captured`` of their variables."""
     analysis = Analysis()
     top = Region(None, is_function=True)
     for form in forms:
@@ -214,10 +217,10 @@ class _Analyser:
 
 
 def _mark_safe(node: ast.Body) -> None:
-    """Clear ``recursive`` of variables that surely have a value at every use.
+    """Clear ``recursive`` of variables that are certain to have a value at every use.
 
-    A body that begins with functions runs nothing before all of these are there; and a variable that nothing mentions
-    up to the end of its definition can only be used after it.
+    Function definitions at the start of a body run no code before all of them are evaluated. A variable that is not
+    mentioned before the end of its definition can only be used after it.
     """
     mentioned: set[Any] = set()
     leading = True
@@ -235,13 +238,13 @@ def _mark_safe(node: ast.Body) -> None:
 
 
 class _Loops:
-    """Finds loops; what was found is kept, since a loop's body is looked at once for each loop around it."""
+    """Finds loops. Results are cached, because the body of a loop is searched once for every enclosing loop."""
 
     def __init__(self) -> None:
         self._found: dict[int, Loop | None] = {}
 
     def find(self, node: ast.Body) -> Loop | None:
-        """The loop that ``(letrec ((name (lambda ...))) (name start ...))`` is, or None."""
+        """Return the loop if ``node`` has the form ``(letrec ((name (lambda ...))) (name start ...))``, else None."""
         if id(node) not in self._found:
             self._found[id(node)] = self._loop(node)
         return self._found[id(node)]
@@ -266,7 +269,7 @@ class _Loops:
         return Loop(variable, function, start)
 
     def _tail_calls(self, body: Any, variable: Variable, count: int) -> int:
-        """How many tail positions of ``body`` call ``variable`` with ``count`` arguments."""
+        """Count the tail calls of ``variable`` with ``count`` arguments in ``body``."""
         found = 0
         stack = [body]
         while stack:
@@ -287,11 +290,11 @@ class _Loops:
         return found
 
 
-# Where variables live at run time: the slots of a frame, and the steps that read and write them.
+# Storage of variables at run time: the slots of a frame, and the closures that read and write them.
 
 
 class FrameLayout:
-    """The slots of one frame."""
+    """Assignment of variables to the slots of a frame."""
 
     __slots__ = ("parent", "size", "slots")
 
@@ -301,7 +304,7 @@ class FrameLayout:
         self.size = 1
 
     def add(self, variable: Variable | None) -> int:
-        """A slot for ``variable``, or an unnamed one."""
+        """Allocate a slot for ``variable``, or an anonymous one, and return its index."""
         index = self.size
         self.size += 1
         if variable is not None:
@@ -310,9 +313,12 @@ class FrameLayout:
 
 
 def undefined(rt: Runtime, name: str, span: Span) -> SceneError:
-    """The error for a variable that is read too early. Its later definition must undo what saw this."""
+    """Return the error for a variable that is read before its definition.
+
+    The current call is marked as not shareable, because its result would change once the variable is defined.
+    """
     rt.drew = True
-    return SceneError("undefined-yet", f"`{name}` is used before its definition has run", None, span)
+    return SceneError("undefined-yet", f"`{name}` is used before its definition", None, span)
 
 
 def slot_reader(depth: int, slot: int) -> Node:

@@ -1,4 +1,4 @@
-"""Compiled calls: of closures by number of arguments, in and out of tail position, of builtins, and loops' turns."""
+"""Compiler of calls: closures by number of arguments, tail calls, builtins, and iterations of loops."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ _UNNAMED = ("lambda", "do")
 
 
 class GlobalHead:
-    """The head of a call that is a global variable which nothing assigns."""
+    """Head of a call that is a global variable without assignments."""
 
     __slots__ = ("cell", "name", "span")
 
@@ -68,7 +68,7 @@ class GlobalHead:
 
 
 def locate(error: SceneError, function: Any, span: Span) -> None:
-    """Give an error the place of the call at fault, or add a running call to its chain."""
+    """Set the span of an error to that of the failing call, or add the call to its call stack."""
     if error.span is None:
         error.span = span
     elif type(function) is Closure and function.code.name not in _UNNAMED:
@@ -76,7 +76,7 @@ def locate(error: SceneError, function: Any, span: Span) -> None:
 
 
 def _apply(rt: Runtime, function: Any, arguments: Sequence[Any], head: Any, span: Span) -> Any:
-    """A call that has no fast path."""
+    """Perform a call that has no fast path."""
     if function is UNDEFINED:
         raise undefined(rt, head.name, head.span)
     if not isinstance(function, Procedure):
@@ -85,7 +85,7 @@ def _apply(rt: Runtime, function: Any, arguments: Sequence[Any], head: Any, span
 
 
 def call(rt: Runtime, head: Any, arguments: Sequence[Node], span: Span) -> Node:
-    """A call whose value is needed here."""
+    """Compile a call that is not in tail position."""
     if isinstance(head, GlobalHead) and len(arguments) in _GLOBAL_CALLS:
         return _GLOBAL_CALLS[len(arguments)](rt, head, arguments, span)
     tick = rt.tick
@@ -211,7 +211,7 @@ _GLOBAL_CALLS: dict[int, Callable[..., Node]] = {
 
 
 def tail_call(rt: Runtime, head: Any, arguments: Sequence[Node], span: Span) -> Node:
-    """A call in tail position: a closure is handed to whoever called the body."""
+    """Compile a call in tail position: the body of a closure is passed to the caller's trampoline."""
     if isinstance(head, GlobalHead) and len(arguments) in _GLOBAL_TAIL_CALLS:
         return _GLOBAL_TAIL_CALLS[len(arguments)](rt, head, arguments, span)
 
@@ -228,7 +228,7 @@ def tail_call(rt: Runtime, head: Any, arguments: Sequence[Node], span: Span) -> 
 
 
 def _apply_at(rt: Runtime, function: Any, values: Sequence[Any], head: Any, span: Span) -> Any:
-    """A call in tail position that has no fast path, with its place for errors."""
+    """Perform a call in tail position that has no fast path, with its span for errors."""
     try:
         if type(function) is Closure:
             frame = bind_arguments(rt, function, values)
@@ -241,7 +241,7 @@ def _apply_at(rt: Runtime, function: Any, values: Sequence[Any], head: Any, span
 
 
 def tail_apply(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], span: Span) -> Node:
-    """``(apply f ... xs)`` in tail position: a closure is handed to whoever called the body."""
+    """Compile ``(apply f ... xs)`` in tail position: the body of a closure is passed to the caller's trampoline."""
 
     def node(f: Frame) -> Any:
         values = [argument(f) for argument in arguments]
@@ -317,7 +317,7 @@ _GLOBAL_TAIL_CALLS: dict[int, Callable[..., Node]] = {
 
 
 def with_locals(body: Node, count: int) -> Node:
-    """``body`` with room in its frame for ``count`` variables beside the parameters."""
+    """Wrap ``body`` to extend its frame by ``count`` local variables."""
     if not count:
         return body
     room = (None,) * count
@@ -333,7 +333,10 @@ def with_locals(body: Node, count: int) -> Node:
 
 
 def plain_loop(rt: Runtime, mark: Any, starts: Sequence[Node], binders: Sequence[Any], body: Node) -> Node:
-    """A loop whose variables live in the frame around it. Turns are counted in blocks, which is cheaper than ticks."""
+    """Compile a loop whose variables are stored in the enclosing frame.
+
+    Iterations are charged in blocks, which is cheaper than a tick for each.
+    """
     spend, charge = rt.meter.spend, rt.charge
     block = range(1, _BLOCK + 1)
 
@@ -342,10 +345,10 @@ def plain_loop(rt: Runtime, mark: Any, starts: Sequence[Node], binders: Sequence
         for bind, value in zip(binders, values):
             bind(f, value)
         while True:
-            for turn in block:
+            for count in block:
                 result = body(f)
                 if result is not mark:
-                    charge(turn)
+                    charge(count)
                     return result
             spend(_BLOCK)
 
@@ -355,7 +358,7 @@ def plain_loop(rt: Runtime, mark: Any, starts: Sequence[Node], binders: Sequence
 def framed_loop(
     rt: Runtime, mark: Any, starts: Sequence[Node], binders: Sequence[Any], body: Node, layout: FrameLayout
 ) -> Node:
-    """A loop whose turns have variables of their own, since closures capture them."""
+    """Compile a loop with a separate frame for each iteration, because closures capture its variables."""
     tick = rt.tick
 
     def run(f: Frame) -> Any:
@@ -363,10 +366,10 @@ def framed_loop(
         pad = [None] * (layout.size - 1)
         while True:
             tick()
-            turn = [f, *pad]
+            frame = [f, *pad]
             for bind, value in zip(binders, values):
-                bind(turn, value)
-            result = body(turn)
+                bind(frame, value)
+            result = body(frame)
             if result is not mark:
                 return result
             values = rt.next_frame
@@ -374,7 +377,7 @@ def framed_loop(
     return run
 
 
-def next_framed_turn(rt: Runtime, mark: Any, arguments: Sequence[Node]) -> Node:
+def next_framed_iteration(rt: Runtime, mark: Any, arguments: Sequence[Node]) -> Node:
     def node(f: Frame) -> Any:
         rt.next_frame = [argument(f) for argument in arguments]
         return mark
@@ -382,8 +385,8 @@ def next_framed_turn(rt: Runtime, mark: Any, arguments: Sequence[Node]) -> Node:
     return node
 
 
-def next_counted_turn(mark: Any, count: Node, other: Node, slots: Sequence[int], step: int) -> Node:
-    """The next turn of a loop of two variables, the first of which counts: ``(loop (+ i step) other)``."""
+def next_counted_iteration(mark: Any, count: Node, other: Node, slots: Sequence[int], step: int) -> Node:
+    """Continue a loop of two variables, the first of which is a counter: ``(loop (+ i step) other)``."""
     i, j = slots
 
     def node(f: Frame) -> Any:
@@ -396,8 +399,8 @@ def next_counted_turn(mark: Any, count: Node, other: Node, slots: Sequence[int],
     return node
 
 
-def next_turn(mark: Any, arguments: Sequence[Node], slots: Sequence[int], depth: int) -> Node:
-    """Set the loop's variables, all at once, and ask for the next turn."""
+def next_iteration(mark: Any, arguments: Sequence[Node], slots: Sequence[int], depth: int) -> Node:
+    """Continue a loop: assign all its variables simultaneously and return the marker."""
     if depth == 0 and len(arguments) == 1:
         (a,), (i,) = arguments, slots
 
@@ -434,7 +437,7 @@ _ARITHMETIC = (ArithmeticError, MemoryError)
 
 
 def slow_call(rt: Runtime, builtin: Builtin, span: Span) -> Callable[[list[Any]], Any]:
-    """Call ``builtin`` with evaluated arguments; errors get this place."""
+    """Return a function that calls ``builtin`` with evaluated arguments and sets the span of errors."""
 
     def run(values: list[Any]) -> Any:
         try:
@@ -448,7 +451,7 @@ def slow_call(rt: Runtime, builtin: Builtin, span: Span) -> Callable[[list[Any]]
 
 
 def builtin_call(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], span: Span) -> Node:
-    """A call of a builtin. Types are checked inline for a fixed number of positional arguments."""
+    """Compile a call of a builtin. Types are checked inline for up to three positional arguments."""
     signature = builtin.signature
     parameters = (*signature.required, *signature.optional)
     count = len(arguments)
@@ -543,7 +546,7 @@ _FIXED: dict[int, Callable[..., Node]] = {0: _builtin0, 1: _builtin1, 2: _builti
 
 
 def _mismatch(builtin: Builtin, checks: Sequence[Any], values: Sequence[Any], span: Span) -> SceneError:
-    """The error for the first argument that has another type."""
+    """Return the error for the first argument of the wrong type."""
     signature = builtin.signature
     error: SceneError | None = None
     for parameter, check, value in zip((*signature.required, *signature.optional), checks, values):
@@ -554,7 +557,7 @@ def _mismatch(builtin: Builtin, checks: Sequence[Any], values: Sequence[Any], sp
             error = type_error(builtin, parameter, value)
             break
     if error is None:
-        error = SceneError("type", f"`{builtin.name}` got a value of another type", f"its signature is {builtin.usage}")
+        error = SceneError("type", f"argument of the wrong type for `{builtin.name}`", f"signature: {builtin.usage}")
     error.span = span
     return error
 
@@ -566,7 +569,7 @@ def _placed(builtin: Builtin, error: Exception, span: Span) -> SceneError:
 
 
 def array_node(rt: Runtime, items: Sequence[Node], span: Span) -> Node:
-    """``[item ...]``."""
+    """Compile an array literal ``[item ...]``."""
     if len(items) == 3:
         a, b, c = items
 
@@ -579,7 +582,7 @@ def array_node(rt: Runtime, items: Sequence[Node], span: Span) -> Node:
                 try:
                     return Vector((float(x), float(y), float(z)))
                 except OverflowError:
-                    pass  # an integer too large for a float: the general case says so
+                    pass  # an integer too large for a float: the general case reports the error
             return _array(rt, (x, y, z), span)
 
         return three
@@ -595,9 +598,9 @@ def _array(rt: Runtime, values: Sequence[Any], span: Span) -> Any:
         raise
 
 
-# Compiled call sites of ``bind``, ``call``, ``union``, ``union-loop`` and ``transform``.
+# Compiled uses of ``bind``, ``call``, ``union``, ``union-loop`` and ``transform``.
 #
-# They do what the prelude's definitions do (``stdlib/prelude.scene``), tested equal to them, without the detour.
+# They are faster equivalents of the definitions in the prelude (``stdlib/prelude.scene``); tests compare the two.
 
 
 def _located(error: SceneError, span: Span) -> SceneError:
@@ -641,14 +644,14 @@ def compile_call(compiler: Compiler, node: ast.Call, context: Context) -> Node:
 
 
 def _is_constant(node: ast.Expr) -> bool:
-    """True for literals: numbers, strings, arrays of numbers."""
+    """Return whether a node is a literal: a number, a string or an array of numbers."""
     if type(node) is ast.ArrayLiteral:
         return bool(node.items) and all(type(i) is ast.Constant and type(i.value) in (int, float) for i in node.items)
     return type(node) is ast.Constant
 
 
 def _attributes_only(arguments: tuple[ast.Expr, ...]) -> tuple[list[str], list[ast.Expr]] | None:
-    """Names and values when all arguments are literal ``:name value`` pairs, no name twice; else None."""
+    """Return names and values if all arguments are literal ``:name value`` pairs with distinct names, else None."""
     names: list[str] = []
     values: list[ast.Expr] = []
     if len(arguments) % 2:
@@ -711,7 +714,7 @@ def _general_call(rt: Runtime, word: Node, arguments: tuple[Node, ...], span: Sp
 
 
 def add_parts(rt: Runtime, out: list[Any], value: Any, span: Span) -> None:
-    """Append the parts that ``value`` is."""
+    """Convert ``value`` to parts and append them to ``out``."""
     if type(value) is Pair and type(value.cdr) is Matrix and type(value.car) is Entity:
         out.append(value)
     elif type(value) is Entity:
@@ -744,17 +747,17 @@ def compile_union_loop(compiler: Compiler, node: ast.UnionLoop, context: Context
     tick = rt.tick
 
     def loop(f: Frame) -> Any:
-        turns = count(f)
+        times = count(f)
         body = function(f)
         values: list[Any] = []
         add = values.append
         try:
-            turns = _turns(turns)
+            times = _loop_count(times)
             if not isinstance(body, Procedure):
                 raise rt.not_a_procedure(body)
             if type(body) is Closure and body.arity == 1:
                 run, env = body.body, body.env
-                for i in range(turns):
+                for i in range(times):
                     tick()
                     value = run([env, i])
                     while value is TAIL:
@@ -762,7 +765,7 @@ def compile_union_loop(compiler: Compiler, node: ast.UnionLoop, context: Context
                         value = rt.next_body(rt.next_frame)
                     add(value)
             else:
-                for i in range(turns):
+                for i in range(times):
                     add(rt.apply(body, (i,)))
         except SceneError as error:
             if type(body) is Closure and error.span is not None and body.code.name != "lambda":
@@ -776,12 +779,12 @@ def compile_union_loop(compiler: Compiler, node: ast.UnionLoop, context: Context
     return loop
 
 
-def _turns(count: Any) -> int:
+def _loop_count(count: Any) -> int:
     if type(count) is int:
         return count
     if type(count) is float and count.is_integer():
         return int(count)
-    message = f"`union-loop` wants an Integer for the number of turns, got {type_name(count)}: {show(count, 60)}"
+    message = f"`union-loop` expects an Integer count, got {type_name(count)}: {show(count, 60)}"
     raise SceneError("type", message, hint="round it: `(round n)`, `(floor n)`")
 
 

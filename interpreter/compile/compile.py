@@ -1,8 +1,8 @@
-"""Core AST -> Python closures over lexically addressed frames: the only evaluator.
+"""Compiler from the core AST to Python closures over lexically addressed frames.
 
-A compiled expression is a function of the frame. A frame is a list: the enclosing frame, then one slot per variable.
-In tail position a call may return ``TAIL`` with the callee in the runtime; whoever called the body makes the call. The
-loop of a named ``let`` returns its own mark to start the next turn.
+A compiled expression is a function of the frame. A frame is a list of the enclosing frame followed by one slot per
+variable. A call in tail position may return ``TAIL`` and store the callee in the runtime; the caller of the body then
+performs the call (a trampoline). A tail call of a named ``let`` returns a marker that continues the loop.
 """
 
 from __future__ import annotations
@@ -50,7 +50,10 @@ from scenelang.interpreter.runtime.values import Pair, make_list
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LoopPlan:
-    """How a running loop is told to take its next turn: the mark its body returns, and where its variables live."""
+    """Compiled loop: the marker that its body returns to continue with the next iteration, and its variables.
+
+    ``own_frame`` is set if each iteration has a separate frame.
+    """
 
     mark: Any
     layout: FrameLayout
@@ -60,7 +63,10 @@ class LoopPlan:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Context:
-    """``tail``: the value is the function's; ``loops``: loops whose next turn may be started here."""
+    """Context of an expression.
+
+    ``tail`` is set in tail position of a function; ``loops`` are the loops that can be continued here.
+    """
 
     layout: FrameLayout
     tail: bool = False
@@ -68,18 +74,18 @@ class Context:
 
     @property
     def inner(self) -> Context:
-        """The same frame, in the middle of a computation."""
+        """The same context, but not in tail position."""
         return Context(self.layout) if self.tail or self.loops else self
 
 
 def compile_forms(rt: Runtime, globals_: dict[Variable, Cell], forms: Sequence[Any]) -> list[Node]:
-    """Compile the top-level forms of a file; run each with an empty frame of its own (see ``run_form``)."""
+    """Compile the top-level forms of a file; each is run with a separate empty frame (see ``run_form``)."""
     analysis = analyse(tuple(forms))
     return [Compiler(rt, globals_, analysis).top_level(form) for form in forms]
 
 
 class Compiler:
-    """Compiles for one run: nodes hold the runtime and the cells of global variables."""
+    """Compiler for a single run: compiled nodes refer to the runtime and the cells of global variables."""
 
     def __init__(self, rt: Runtime, globals_: dict[Variable, Cell], analysis: Analysis) -> None:
         self.rt = rt
@@ -87,7 +93,7 @@ class Compiler:
         self.analysis = analysis
 
     def top_level(self, form: Any) -> Node:
-        """A node that makes its own frame; the frame that it is given is ignored."""
+        """Compile a top-level form to a node that creates its own frame and ignores its argument."""
         layout = FrameLayout(None)
         context = Context(layout)
         body = self.define(form, context) if type(form) is ast.Define else self.compile(form, context)
@@ -101,7 +107,7 @@ class Compiler:
         return cell
 
     def compile(self, node: Any, context: Context) -> Node:
-        """The closure for an expression."""
+        """Compile an expression to a closure."""
         compiled: Node = _COMPILERS[type(node)](self, node, context)
         return compiled
 
@@ -119,7 +125,7 @@ class Compiler:
         return lambda f: value
 
     def address(self, variable: Variable, layout: FrameLayout) -> tuple[int, int]:
-        """Frames to go out, and the slot there."""
+        """Return the lexical address of a variable: the number of frames to go outward, and the slot."""
         depth = 0
         while variable not in layout.slots:
             depth += 1
@@ -128,7 +134,7 @@ class Compiler:
         return depth, layout.slots[variable]
 
     def in_cell(self, variable: Variable) -> bool:
-        """Assigned variables that a closure shares live in cells; others that are assigned need none."""
+        """Return whether a variable is stored in a cell: only if it is both assigned and captured by a closure."""
         return variable.assigned and variable.captured
 
     def reference(self, node: ast.Reference, context: Context) -> Node:
@@ -168,7 +174,7 @@ class Compiler:
         return assign
 
     def store(self, variable: Variable, layout: FrameLayout, span: Span) -> Any:
-        """``store(frame, value)`` for an assignment of a variable that exists."""
+        """Return ``store(frame, value)``, which assigns an existing variable."""
         rt, name = self.rt, variable.name
         if variable.is_global or self.in_cell(variable):
             if variable.is_global:
@@ -188,7 +194,7 @@ class Compiler:
         return slot_writer(*self.address(variable, layout))
 
     def binder(self, target: Any, layout: FrameLayout, span: Span) -> Any:
-        """``bind(frame, value)`` for a definition: a variable, or a pattern that is taken apart."""
+        """Return ``bind(frame, value)`` for a definition, whose target is a variable or a destructuring pattern."""
         if target is None:
             return lambda f, value: None
         if isinstance(target, tuple):
@@ -212,7 +218,7 @@ class Compiler:
         return slot_writer(0, slot)
 
     def plain_slot(self, target: Any, layout: FrameLayout) -> int | None:
-        """The slot of a binding target that is one variable of this very frame, kept without a cell."""
+        """Return the slot of a target that is a single variable of this frame without a cell, else None."""
         if not isinstance(target, Variable) or target.is_global or self.in_cell(target):
             return None
         return layout.slots.get(target)
@@ -240,8 +246,8 @@ class Compiler:
                 return
             members = items_of(rt, value)
             if len(members) < count or (rest_binder is None and len(members) > count):
-                wanted = f"{count}" if rest_binder is None else f"at least {count}"
-                message = f"the pattern takes {wanted} items apart, but the sequence has {len(members)}"
+                expected = f"{count}" if rest_binder is None else f"at least {count}"
+                message = f"the pattern expects {expected} items, but the sequence has {len(members)}"
                 raise SceneError("pattern", message, span=span)
             for binder, member in zip(binders, members):
                 binder(f, member)
@@ -309,7 +315,7 @@ class Compiler:
 
     @staticmethod
     def _intrinsic_use(node: Any) -> tuple[str, tuple[Any, ...]]:
-        """The operation and operands of a call of a builtin that has a fast path; an empty name for anything else."""
+        """Return the operation and operands of a call of a builtin with a fast path, or an empty name."""
         if type(node) is ast.Application and type(node.function) is ast.Reference:
             builtin = node.function.target
             if isinstance(builtin, Builtin) and builtin.intrinsic is not None:
@@ -366,7 +372,7 @@ class Compiler:
         return _sequence([*prepare, *steps])
 
     def _prepare(self, node: ast.Body, context: Context) -> list[Node]:
-        """Steps that mark variables as undefined where something might read them early."""
+        """Return steps that mark variables as undefined if they might be read before their definition."""
         early = [
             (context.layout.slots[variable], self.in_cell(variable))
             for item in node.items
@@ -410,11 +416,11 @@ class Compiler:
             try:
                 while True:
                     tick()
-                    turn = [f, *([None] * (layout.size - 1))] if region.has_frame else f
-                    value = test(turn)
+                    frame = [f, *([None] * (layout.size - 1))] if region.has_frame else f
+                    value = test(frame)
                     if value is False or value is None:
                         return
-                    body(turn)
+                    body(frame)
             except SceneError as error:
                 error.span = error.span or node.span
                 raise
@@ -499,24 +505,24 @@ class Compiler:
                 return self._builtin_call(target, node, context)
             for variable, plan in context.loops:
                 if variable is target:
-                    return self._next_turn(plan, node, context)
+                    return self._next_iteration(plan, node, context)
         arguments = self.compile_all(node.arguments, context.inner)
         function = self._head(head, context.inner)
         factory = calls.tail_call if context.tail else calls.call
         return factory(self.rt, function, arguments, node.span)
 
     def _head(self, head: Any, context: Context) -> Node:
-        """The function of a call. An undefined global goes through, since calling it fails anyhow."""
+        """Compile the function of a call. An undefined global is not checked here, because calling it fails anyway."""
         if type(head) is ast.Reference and isinstance(head.target, Variable):
             variable = head.target
             if variable.is_global and not variable.assigned:
                 return calls.GlobalHead(self.global_cell(variable), variable.name, head.span)
         return self.compile(head, context)
 
-    def _next_turn(self, plan: LoopPlan, node: ast.Application, context: Context) -> Node:
+    def _next_iteration(self, plan: LoopPlan, node: ast.Application, context: Context) -> Node:
         arguments = self.compile_all(node.arguments, context.inner)
         if plan.own_frame:
-            return calls.next_framed_turn(self.rt, plan.mark, arguments)
+            return calls.next_framed_iteration(self.rt, plan.mark, arguments)
         depth, layout = 0, context.layout
         while layout is not plan.layout:
             depth += 1
@@ -524,11 +530,11 @@ class Compiler:
             layout = layout.parent
         step = self._step(node.arguments[0], plan, context) if len(arguments) == 2 and depth == 0 else None
         if step is not None:
-            return calls.next_counted_turn(plan.mark, arguments[0], arguments[1], plan.slots, step)
-        return calls.next_turn(plan.mark, arguments, plan.slots, depth)
+            return calls.next_counted_iteration(plan.mark, arguments[0], arguments[1], plan.slots, step)
+        return calls.next_iteration(plan.mark, arguments, plan.slots, depth)
 
     def _step(self, argument: Any, plan: LoopPlan, context: Context) -> int | None:
-        """The constant that ``(+ i constant)`` adds to the loop's first variable, or None for anything else."""
+        """Return the constant in ``(+ i constant)``, where ``i`` is the loop's first variable, else None."""
         name, operands = self._intrinsic_use(argument)
         if name != "add" or len(operands) != 2 or type(operands[1]) is not ast.Constant:
             return None
@@ -573,7 +579,7 @@ class Compiler:
         return intrinsics.BINARY[name](a, b, slow)
 
     def _local_slot(self, node: Any, context: Context) -> int | None:
-        """The slot of a plain variable of this very frame."""
+        """Return the slot of a variable of this frame that needs no check or cell, else None."""
         if type(node) is ast.Reference and isinstance(node.target, Variable):
             variable = node.target
             if not (variable.is_global or variable.recursive or self.in_cell(variable)):
@@ -587,7 +593,7 @@ class Compiler:
             try:
                 value = array_literal([item.value for item in node.items])  # type: ignore[union-attr]
             except SceneError:
-                pass  # it fails when it runs, where a `guard` may stand
+                pass  # report the error at run time, where a `guard` can catch it
             else:
                 return lambda f: value
         return calls.array_node(self.rt, items, span)
@@ -630,7 +636,7 @@ def _none(f: Frame) -> None:
 
 
 def _sequence(steps: list[Node]) -> Node:
-    """Steps one after the other; the value of the last."""
+    """Return a node that runs steps in order and returns the value of the last."""
     if len(steps) == 1:
         return steps[0]
     if len(steps) == 2:

@@ -1,4 +1,4 @@
-"""Compiled ``for`` forms: clauses become nested Python loops around one step that feeds an accumulator."""
+"""Compiler of ``for`` forms: clauses become nested Python loops around a step that updates an accumulator."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from scenelang.interpreter.runtime.runtime import Runtime
 
 
-Step = Callable[[Frame, Any], Any]  # frame and accumulator; True ends all iteration
+Step = Callable[[Frame, Any], Any]  # takes the frame and the accumulator; returns True to end all loops
 
 
 def compile_for(compiler: Compiler, node: ast.For, context: Context) -> Node:
-    """The closure of a ``for`` form of any kind."""
+    """Compile a ``for`` form of any kind to a closure."""
     from scenelang.interpreter.compile.compile import Context as MakeContext
 
     rt = compiler.rt
@@ -65,7 +65,7 @@ def compile_for(compiler: Compiler, node: ast.For, context: Context) -> Node:
 
 
 def _level(compiler: Compiler, clause: ast.Clause, outer: Any, inner: Any, span: Span) -> Any:
-    """A function that wraps a step in one more loop or test."""
+    """Return a function that wraps a step in the loop or test of a clause."""
     if clause.kind == "each":
         values = compiler.compile_all(clause.values, outer)
         binders = [compiler.binder(target, inner.layout, span) for target in clause.targets]
@@ -80,7 +80,7 @@ def _level(compiler: Compiler, clause: ast.Clause, outer: Any, inner: Any, span:
 
 
 def _each_slot(rt: Runtime, value: Node, slot: int, step: Step, place: Span) -> Step:
-    """One sequence whose items go into one slot of the frame that is there: the usual case."""
+    """Loop over one sequence with a single variable in an existing frame, the most common case."""
     tick = rt.tick
 
     def run(f: Frame, out: Any) -> Any:
@@ -108,8 +108,8 @@ def _each(
     tick = rt.tick
     places = [value.span for value in clause.values]
 
-    def turn_frame(f: Frame) -> Frame:
-        """The frame of one turn: ``f`` itself, or a fresh copy where closures capture variables."""
+    def iteration_frame(f: Frame) -> Frame:
+        """Return the frame of an iteration: ``f`` itself, or a new one if closures capture variables."""
         if layout is None:
             return f
         return [f, *([None] * (layout.size - 1))] if fresh else f[:]
@@ -133,9 +133,9 @@ def _each(
             (sequence,) = sequences(f)
             for item in sequence:
                 tick()
-                turn = turn_frame(f)
-                bind(turn, item)
-                if step(turn, out):
+                frame = iteration_frame(f)
+                bind(frame, item)
+                if step(frame, out):
                     return True
             return False
 
@@ -144,10 +144,10 @@ def _each(
     def run(f: Frame, out: Any) -> Any:
         for items in zip(*sequences(f)):
             tick()
-            turn = turn_frame(f)
+            frame = iteration_frame(f)
             for bind, item in zip(binders, items):
-                bind(turn, item)
-            if step(turn, out):
+                bind(frame, item)
+            if step(frame, out):
                 return True
         return False
 
@@ -185,11 +185,11 @@ def _break(test: Node, step: Step, layout: Any, fresh: bool) -> Step:
 _TESTS = {"when": _when, "unless": _unless, "break": _break}
 
 
-# --- kinds: how to start, what to do with each value of the body, how to finish ----------------------------------
+# --- kinds of loops: initial accumulator, update with each value of the body, final result -----------------------
 
 
 def _fold_step(rt: Runtime, body: Node, accumulators: Sequence[Any], span: Span) -> Step:
-    """The step of ``for/fold``: accumulators are bound in the frame of the turn, and out of it for the next one."""
+    """Return the step of ``for/fold``, which binds the accumulators in the frame of the iteration and updates them."""
 
     def step(f: Frame, out: Any) -> Any:
         for bind, value in zip(accumulators, out):
@@ -197,7 +197,7 @@ def _fold_step(rt: Runtime, body: Node, accumulators: Sequence[Any], span: Span)
         value = body(f)
         values = [value] if len(accumulators) == 1 else items_of(rt, value)
         if len(values) != len(accumulators):
-            message = f"the body of `for/fold` must give {len(accumulators)} values in a list, got {len(values)}"
+            message = f"the body of `for/fold` must return a list of {len(accumulators)} values, got {len(values)}"
             raise SceneError("value", message, span=span)
         out[:] = values
 
@@ -205,7 +205,7 @@ def _fold_step(rt: Runtime, body: Node, accumulators: Sequence[Any], span: Span)
 
 
 class _Kind:
-    """A kind of ``for``. Subclasses are stateless."""
+    """Kind of ``for`` loop; the default collects a list. Subclasses are stateless."""
 
     @staticmethod
     def start(rt: Runtime) -> Any:
@@ -308,7 +308,7 @@ class _Sum(_Kind):
 
 
 class _Quantifier(_Kind):
-    """``and``, ``or``, ``first``: one value, and perhaps an early end."""
+    """``and``, ``or`` and ``first``: a single value, and possibly an early exit."""
 
     @staticmethod
     def finish(rt: Runtime, out: Any) -> Any:
@@ -380,7 +380,7 @@ class _Table(_Kind):
             value = body(f)
             members = items_of(rt, value) if type(value) is Pair else ()
             if len(members) != 2:
-                message = f"the body of `for/table` gives `(list key value)`, got {type_name(value)}"
+                message = f"the body of `for/table` must return `(list key value)`, got {type_name(value)}"
                 raise SceneError("value", message, span=span)
             out[table_key(members[0])] = (members[0], members[1])
 

@@ -1,7 +1,7 @@
-"""Fast paths for arithmetic and comparison where nothing shadows the builtin; anything unusual goes to the builtin.
+"""Fast paths for arithmetic, comparison and list builtins that are not shadowed.
 
-Each factory gets compiled operands and ``slow``, which calls the builtin itself. Results that are integers are kept
-within a bound, so that no program can grow them without end.
+Each factory takes compiled operands and ``slow``, which calls the builtin itself and handles all unusual cases. Integer
+results are bounded in size, so that a program cannot grow them without limit.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from scenelang.interpreter.scene.pose import compose
 
 Slow = Callable[[Any, Any], Any]
 _NUMBERS = frozenset((int, float))
-_LIMIT = 1 << 4000  # beyond this the builtin checks the size
+_LIMIT = 1 << 4000  # larger results are checked by the builtin
 
 
 def add(a: Node, b: Node, slow: Slow) -> Node:
@@ -47,7 +47,7 @@ def add_slot_constant(slot: int, y: Any, slow: Slow) -> Node:
     def node(f: Frame) -> Any:
         x = f[slot]
         if type(x) is kind:
-            return x + y  # grows by a constant a step, so the limit on steps bounds it
+            return x + y  # unchecked: it grows by a constant per step, so the step limit bounds it
         return slow(x, y)
 
     return node
@@ -112,7 +112,7 @@ def sub_slot_constant(slot: int, y: Any, slow: Slow) -> Node:
     def node(f: Frame) -> Any:
         x = f[slot]
         if type(x) is kind:
-            return x - y  # grows by a constant a step, so the limit on steps bounds it
+            return x - y  # unchecked: it grows by a constant per step, so the step limit bounds it
         return slow(x, y)
 
     return node
@@ -142,7 +142,7 @@ def mul(a: Node, b: Node, slow: Slow) -> Node:
 
 
 def _mixed_add(x: Any, y: Any) -> Any:
-    """The sum of an Integer and a Float; None when the Integer is too large for one."""
+    """Return the sum of an Integer and a Float, or None if the Integer is too large to convert."""
     try:
         return x + y
     except OverflowError:
@@ -334,7 +334,7 @@ SLOTS: dict[str, Callable[[int, int, Slow], Node]] = {"add": add_slots, "lt": lt
 
 
 def if_slot_equals(slot: int, y: Any, slow: Slow, then: Node, otherwise: Node) -> Node:
-    """``(if (= variable number) then otherwise)`` in one step."""
+    """Combine ``(if (= variable number) then otherwise)`` into one node."""
     kind = type(y)
 
     def node(f: Frame) -> Any:
@@ -362,4 +362,4 @@ TESTS: dict[str, Callable[[int, Any, Slow, Node, Node], Node]] = {"eq": if_slot_
 UNARY: dict[str, Callable[[Node, Callable[[Any], Any]], Node]] = {
     "not": negation, "car": car, "cdr": cdr, "null?": is_null,
 }  # fmt: skip
-PREDICATES = frozenset({"lt", "gt", "le", "ge", "eq", "not", "null?", "pair?"})  # always give a boolean
+PREDICATES = frozenset({"lt", "gt", "le", "ge", "eq", "not", "null?", "pair?"})  # these always return a boolean

@@ -1,4 +1,7 @@
-"""Core AST -> a program in the language again, for ``expand``: what is left when macros and derived forms are gone."""
+"""Unparser: convert the core AST back to a program in the language, for ``expand``.
+
+The result shows a program without macros and derived forms.
+"""
 
 from __future__ import annotations
 
@@ -29,15 +32,18 @@ def _symbol(name: str) -> Atom:
 
 
 def unparse(forms: Iterable[Any], fixed: frozenset[Variable] = frozenset()) -> list[Datum]:
-    """The datums of top-level core forms. A variable that would capture another's references gets a number; ``fixed``
-    are those whose names must stay. Raises SceneError where two names that must stay collide."""
+    """Convert top-level core forms to datums.
+
+    A variable that would capture references to another one is renamed with a number, except for the variables in
+    ``fixed``. Raises ``SceneError`` if two variables that cannot be renamed collide.
+    """
     forms = list(forms)
     unparser = _Unparser(forms, fixed)
     return [unparser.form(form) for form in forms]
 
 
 def _bound(node: Any) -> list[Variable]:
-    """The variables that a node binds, for all that is below it."""
+    """Return the variables that a node binds in its subexpressions."""
     kind = type(node)
     if kind is ast.Lambda:
         targets = [parameter.target for parameter in node.parameters]
@@ -54,16 +60,16 @@ def _bound(node: Any) -> list[Variable]:
 
 
 class _Names:
-    """A name for every variable, such that each reference finds its own: hygiene, undone.
+    """Assignment of a name to every variable such that all references resolve correctly without hygiene.
 
-    A variable is renamed where its name would capture a reference to an outer one, and where it would hide a form. The
-    names of keyword parameters, of ``param`` and of variables that other files define cannot change; where one of them
-    would capture, the outer variable is renamed instead.
+    A variable is renamed if its name would capture a reference to an outer variable or shadow a special form. The names
+    of keyword parameters, params and variables of other files cannot change; if one of them would capture a reference,
+    the outer variable is renamed instead.
     """
 
     def __init__(self, forms: list[Any], fixed: frozenset[Variable]) -> None:
         self.names: dict[Variable, str] = {}
-        self._free: dict[int, set[Variable]] = {}  # by id of a node that binds: what is mentioned below and bound above
+        self._free: dict[int, set[Variable]] = {}  # free variables of each binding node, by id
         self._fixed = set(fixed)
         self._renamed: set[Variable] = set()
         self._spelled: set[str] = set()
@@ -82,7 +88,7 @@ class _Names:
             self._descend(form)
 
     def _visit(self, node: Any) -> set[Variable]:
-        """The variables that are mentioned below ``node`` and not bound there."""
+        """Return the free variables of ``node``."""
         found: set[Variable] = set()
         target = getattr(node, "target", None)
         if type(node) in (ast.Reference, ast.Assignment) and isinstance(target, Variable):
@@ -113,8 +119,8 @@ class _Names:
             name, count = variable.name, 0
             unfit = variable in self._renamed or (name in FORMS and name not in PAPER_FORMS) or name == "else"
             if variable in self._fixed and (unfit or name in taken):
-                said = f"`{name}` hides another `{name}` that a macro means, and neither can be renamed"
-                raise SceneError("unsupported", said, "give one of them another name", variable.span)
+                message = f"`{name}` shadows another `{name}` used by a macro, and neither can be renamed"
+                raise SceneError("unsupported", message, "rename one of them", variable.span)
             while unfit or name in taken:
                 count += 1
                 name = f"{variable.name}.{count}"
@@ -154,7 +160,7 @@ class _Unparser:
         return f"std/{name}" if name in self.taken else name
 
     def body(self, node: Any) -> list[Datum]:
-        """The forms of a function's body."""
+        """Return the forms of a function's body."""
         if type(node) is ast.Body and not self._leading_locals(node):
             return self.forms(node.items)
         return [self.form(node)]
@@ -214,7 +220,7 @@ class _Unparser:
 
     @staticmethod
     def _leading_locals(node: ast.Body) -> list[ast.Define]:
-        """The definitions that began as a ``let``: none of their variables is visible before its definition."""
+        """Return the leading definitions that stem from a ``let``: their variables are not visible before them."""
         leading = []
         for item in node.items:
             if type(item) is not ast.Define or any(v.recursive for v in pattern_variables(item.target)):
@@ -256,7 +262,7 @@ class _Unparser:
 
 
 def constant_datum(value: Any) -> Datum:
-    """A constant as a datum (without the quote that a list or symbol needs)."""
+    """Return a constant as a datum, without the quote that a list or symbol requires."""
     if type(value) is Pair:
         items = []
         while type(value) is Pair:
@@ -282,7 +288,7 @@ def _nested(rows: Any) -> Datum:
 
 
 def _headed(name: str, *fields: str) -> Callable[[_Unparser, Any], Datum]:
-    """A form whose operands are the node's fields in order; a tuple field is spliced, a missing one left out."""
+    """Return an unparser of a form whose operands are ``fields`` of the node; tuples are spliced, None is omitted."""
 
     def build(unparser: _Unparser, node: Any) -> Datum:
         operands: list[Datum] = []

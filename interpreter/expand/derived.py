@@ -50,14 +50,14 @@ def none(span: Span) -> Datum:
     return Atom(None, span)
 
 
-def _count(datum: ListDatum, least: int, most: int | None = None) -> None:
-    """Raise a syntax error if the number of operands of a form is not between ``least`` and ``most``."""
+def _count(datum: ListDatum, minimum: int, maximum: int | None = None) -> None:
+    """Raise a syntax error if the number of operands of a form is not between ``minimum`` and ``maximum``."""
     given = len(datum.items) - 1
     name = base_name(datum.items[0].value)
-    if given < least:
+    if given < minimum:
         raise syntax_error(name, f"incomplete `{name}` form", datum.span)
-    if most is not None and given > most:
-        raise syntax_error(name, f"unexpected operand of `{name}`", datum.items[most + 1].span)
+    if maximum is not None and given > maximum:
+        raise syntax_error(name, f"unexpected operand of `{name}`", datum.items[maximum + 1].span)
 
 
 @handles("quote")
@@ -258,7 +258,7 @@ def expand_do(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
     again: Datum = ListDatum((Atom(loop, span), *steps), None, span)
     if len(datum.items) > 3:
         again = core("BODY", [expander.expand_body(datum.items[3:], inner, span), again], span)
-    head = opaque("PARAMETERS", ("do", tuple(parameters), "those of the loop"), specs.span)
+    head = opaque("PARAMETERS", ("do", tuple(parameters), "the variables of the loop"), specs.span)
     function = core("LAMBDA", [head, ListDatum((), None, span), core("IF", [test, result, again], span)], span)
     return _loop(loop, function, inits, span)
 

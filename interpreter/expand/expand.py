@@ -21,7 +21,7 @@ from scenelang.grammar.diagnostics import (
     SceneError,
     did_you_mean,
     near_names,
-    renamings,
+    rename_fixes,
     suggest,
 )
 from scenelang.interpreter.expand import macros
@@ -152,7 +152,7 @@ class Expander:
         else:
             near = self._near(name, scope)
             hint = did_you_mean(near)
-        fixes = renamings(atom.span, name, near)
+        fixes = rename_fixes(atom.span, name, near)
         return SceneError("unbound", f"`{name}` is not defined", hint, atom.span, fixes=fixes)
 
     def _near(self, name: str, scope: Scope) -> list[str]:
@@ -182,7 +182,7 @@ class Expander:
         self.record_names.add(name)
         self.found_records.add(name)
 
-    def note_chance(self) -> None:
+    def mark_random(self) -> None:
         """Record that a macro drew random numbers, so that the current expansion must not be cached."""
 
     def binding_of(self, datum: Any, scope: Scope) -> Any:
@@ -529,7 +529,7 @@ def _is_keyword(datum: Datum) -> bool:
 
 def _usage(parameters: Datum) -> str:
     text = " ".join(parameters.span.text.split())
-    return text if parameters.span.expansion is None and len(text) < 200 else "those of its definition"
+    return text if parameters.span.expansion is None and len(text) < 200 else "see its definition"
 
 
 def _outermost(span: Span) -> Span:

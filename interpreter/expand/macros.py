@@ -176,7 +176,7 @@ def procedural(
             arguments = [syntax_value(item, origins) for item in use.items[1:]]
             value, repeatable = expander.run_macro(function, arguments)
             if not repeatable:
-                expander.note_chance()
+                expander.mark_random()
             return datum_of(value, place, origins)
         except LimitError as error:
             notes: tuple[Note, ...] = (Note("macro defined here", span),)
@@ -270,47 +270,47 @@ def syntax_rules(expander: Expander, datum: Datum, scope: Scope, name: str, span
     literals = frozenset(
         item.value for item in rest[0].items if isinstance(item, Atom) and isinstance(item.value, Symbol)
     )
-    known = _Rules(name, ellipsis, literals, (), scope, span)
+    ruleset = _Rules(name, ellipsis, literals, (), scope, span)
     rules = []
     for rule in rest[1:]:
         if not isinstance(rule, ListDatum) or len(rule.items) != 2 or not isinstance(rule.items[0], ListDatum):
             raise SceneError("macro", "invalid rule; expected `(pattern template)`", None, rule.span)
-        _check_pattern(known, rule.items[0])
+        _check_pattern(ruleset, rule.items[0])
         rules.append((rule.items[0], rule.items[1]))
-    known = replace(known, rules=tuple(rules))
-    return Macro(name, lambda use, use_scope: _apply_rules(known, use, use_scope), span)
+    ruleset = replace(ruleset, rules=tuple(rules))
+    return Macro(name, lambda use, use_scope: _apply_rules(ruleset, use, use_scope), span)
 
 
 def _name(datum: Datum) -> str | None:
     return base_name(datum.value) if isinstance(datum, Atom) and isinstance(datum.value, Symbol) else None
 
 
-def _check_pattern(known: _Rules, pattern: Datum) -> None:
+def _check_pattern(ruleset: _Rules, pattern: Datum) -> None:
     if isinstance(pattern, Atom):
         return
-    dots = [index for index, item in enumerate(pattern.items) if known.is_ellipsis(item)]
+    dots = [index for index, item in enumerate(pattern.items) if ruleset.is_ellipsis(item)]
     if len(dots) > 1 or dots[:1] == [0]:
         raise SceneError(
-            "macro", f"`{known.dots}` may occur only once in a list, and only after a pattern", None, pattern.span
+            "macro", f"`{ruleset.dots}` may occur only once in a list, and only after a pattern", None, pattern.span
         )
     for item in pattern.items:
-        _check_pattern(known, item)
+        _check_pattern(ruleset, item)
 
 
-def _apply_rules(known: _Rules, use: Datum, scope: Scope) -> Datum:
+def _apply_rules(ruleset: _Rules, use: Datum, scope: Scope) -> Datum:
     assert isinstance(use, ListDatum)
-    for pattern, template in known.rules:
+    for pattern, template in ruleset.rules:
         bound: dict[Any, Any] = {}
         assert isinstance(pattern, ListDatum)
         operands = ListDatum(use.items[1:], use.tail, use.span)
         shape = ListDatum(pattern.items[1:], pattern.tail, pattern.span)
-        if _match(known, shape, operands, scope, bound):
-            span = use_span(use, known.name, known.span)
-            return _Instance(known, span).build(template, bound)
-    usages = " or ".join(_usage(known.name, pattern) for pattern, _ in known.rules[:3])
-    note = Note(f"the macro `{known.name}` is defined here", known.span)
+        if _match(ruleset, shape, operands, scope, bound):
+            span = use_span(use, ruleset.name, ruleset.span)
+            return _Instance(ruleset, span).build(template, bound)
+    usages = " or ".join(_usage(ruleset.name, pattern) for pattern, _ in ruleset.rules[:3])
+    note = Note(f"the macro `{ruleset.name}` is defined here", ruleset.span)
     raise SceneError(
-        "macro", f"no rule of the macro `{known.name}` matches this use", f"expected {usages}", use.span, (note,)
+        "macro", f"no rule of the macro `{ruleset.name}` matches this use", f"expected {usages}", use.span, (note,)
     )
 
 
@@ -320,17 +320,17 @@ def _usage(name: str, pattern: Datum) -> str:
     return re.sub(r"^\(\s*[^\s()]+", f"`({name}", text) + "`"
 
 
-def _match(known: _Rules, pattern: Datum, datum: Datum, scope: Scope, bound: dict[Any, Any]) -> bool:
+def _match(ruleset: _Rules, pattern: Datum, datum: Datum, scope: Scope, bound: dict[Any, Any]) -> bool:
     if isinstance(pattern, Atom):
-        return _match_atom(known, pattern, datum, scope, bound)
+        return _match_atom(ruleset, pattern, datum, scope, bound)
     if type(pattern) is not type(datum):
         return False
     assert not isinstance(datum, Atom)
     items, tail = list(pattern.items), getattr(pattern, "tail", None)
     given, rest = list(datum.items), getattr(datum, "tail", None)
-    dots = next((i for i, item in enumerate(items) if known.is_ellipsis(item)), None)
+    dots = next((i for i, item in enumerate(items) if ruleset.is_ellipsis(item)), None)
     if dots is None:
-        return _match_fixed(known, items, tail, given, rest, datum, scope, bound)
+        return _match_fixed(ruleset, items, tail, given, rest, datum, scope, bound)
     before, repeated, after = items[: dots - 1], items[dots - 1], items[dots + 1 :]
     repeats = len(given) - len(before) - len(after)
     if repeats < 0 or (tail is None and rest is not None):
@@ -338,56 +338,56 @@ def _match(known: _Rules, pattern: Datum, datum: Datum, scope: Scope, bound: dic
     captures = []
     for item in given[len(before) : len(before) + repeats]:
         one: dict[Any, Any] = {}
-        if not _match(known, repeated, item, scope, one):
+        if not _match(ruleset, repeated, item, scope, one):
             return False
         captures.append(one)
-    for variable in _pattern_variables(known, repeated):
+    for variable in _pattern_variables(ruleset, repeated):
         bound[variable] = [one[variable] for one in captures]
     pairs = [*zip(before, given), *zip(after, given[len(before) + repeats :])]
     for each_pattern, each_datum in pairs:
-        if not _match(known, each_pattern, each_datum, scope, bound):
+        if not _match(ruleset, each_pattern, each_datum, scope, bound):
             return False
-    return tail is None or _match(known, tail, rest or ListDatum((), None, datum.span), scope, bound)
+    return tail is None or _match(ruleset, tail, rest or ListDatum((), None, datum.span), scope, bound)
 
 
 def _match_fixed(
-    known: _Rules, items: list[Datum], tail: Datum | None, given: list[Datum], rest: Datum | None, datum: Datum,
+    ruleset: _Rules, items: list[Datum], tail: Datum | None, given: list[Datum], rest: Datum | None, datum: Datum,
     scope: Scope, bound: dict[Any, Any],
 ) -> bool:  # fmt: skip
     if len(given) < len(items) or (tail is None and (len(given) > len(items) or rest is not None)):
         return False
     for position, item in enumerate(items):
-        if not _match(known, item, given[position], scope, bound):
+        if not _match(ruleset, item, given[position], scope, bound):
             return False
     if tail is None:
         return True
     remaining = given[len(items) :]
     if not remaining and rest is not None:
-        return _match(known, tail, rest, scope, bound)
-    return _match(known, tail, ListDatum(tuple(remaining), rest, datum.span), scope, bound)
+        return _match(ruleset, tail, rest, scope, bound)
+    return _match(ruleset, tail, ListDatum(tuple(remaining), rest, datum.span), scope, bound)
 
 
-def _match_atom(known: _Rules, pattern: Atom, datum: Datum, scope: Scope, bound: dict[Any, Any]) -> bool:
+def _match_atom(ruleset: _Rules, pattern: Atom, datum: Datum, scope: Scope, bound: dict[Any, Any]) -> bool:
     value = pattern.value
     if not isinstance(value, Symbol):
         return isinstance(datum, Atom) and type(datum.value) is type(value) and bool(datum.value == value)
     name = base_name(value)
-    if value in known.literals:
+    if value in ruleset.literals:
         if _name(datum) != name or not isinstance(datum, Atom):
             return False
-        return scope.lookup(datum.value) is known.scope.lookup(value)
+        return scope.lookup(datum.value) is ruleset.scope.lookup(value)
     if name != "_":
         bound[value] = datum
     return True
 
 
-def _pattern_variables(known: _Rules, pattern: Datum) -> list[Any]:
+def _pattern_variables(ruleset: _Rules, pattern: Datum) -> list[Any]:
     found: list[Any] = []
     stack = [pattern]
     while stack:
         item = stack.pop()
         if isinstance(item, Atom):
-            if not isinstance(item.value, Symbol) or item.value in known.literals or known.is_ellipsis(item):
+            if not isinstance(item.value, Symbol) or item.value in ruleset.literals or ruleset.is_ellipsis(item):
                 continue
             if base_name(item.value) != "_":
                 found.append(item.value)
@@ -401,8 +401,8 @@ def _pattern_variables(known: _Rules, pattern: Datum) -> list[Any]:
 class _Instance:
     """Instance of a template: symbols other than pattern variables become fresh aliases."""
 
-    def __init__(self, known: _Rules, span: Span) -> None:
-        self.known = known
+    def __init__(self, ruleset: _Rules, span: Span) -> None:
+        self.ruleset = ruleset
         self.span = span
         self.aliases: dict[Symbol, Alias] = {}
         self.size = 0
@@ -414,13 +414,13 @@ class _Instance:
         if isinstance(template, Atom):
             return self._atom(template, bound)
         items = template.items
-        if not escaped and len(items) == 2 and self.known.is_ellipsis(items[0]):
+        if not escaped and len(items) == 2 and self.ruleset.is_ellipsis(items[0]):
             return self.build(items[1], bound, True)  # (... template) escapes the ellipsis
         built: list[Datum] = []
         position = 0
         while position < len(items):
             item, depth = items[position], 0
-            while not escaped and position + 1 < len(items) and self.known.is_ellipsis(items[position + 1]):
+            while not escaped and position + 1 < len(items) and self.ruleset.is_ellipsis(items[position + 1]):
                 depth, position = depth + 1, position + 1
             built += self._repeat(item, bound, depth) if depth else [self.build(item, bound, escaped)]
             position += 1
@@ -462,11 +462,11 @@ class _Instance:
     def _fresh(self, symbol: Symbol) -> Alias:
         alias = self.aliases.get(symbol)
         if alias is None:
-            alias = self.aliases[symbol] = make_alias(symbol, self.known.scope, soft=False)
+            alias = self.aliases[symbol] = make_alias(symbol, self.ruleset.scope, soft=False)
         return alias
 
     def _repeat(self, item: Datum, bound: dict[Any, Any], depth: int) -> list[Datum]:
-        variables = [v for v in _pattern_variables(self.known, item) if isinstance(bound.get(v), list)]
+        variables = [v for v in _pattern_variables(self.ruleset, item) if isinstance(bound.get(v), list)]
         if not variables:
             message = f"no repeated pattern variable before `{self.known.dots}` in this template"
             raise SceneError("macro", message, None, item.span)

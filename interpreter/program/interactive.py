@@ -28,18 +28,18 @@ from scenelang.interpreter.lint.rules import FactBook
 from scenelang.interpreter.program.program import (
     Import,
     LookupRecord,
-    Mark,
     Prelude,
     Program,
     ProgramState,
+    Snapshot,
     SourceFile,
     TopForm,
     assembled,
     collect,
     finish_program,
-    go_back,
-    mark_of,
     prelude_of,
+    roll_back,
+    snapshot_of,
     top_forms,
 )
 from scenelang.interpreter.runtime.evaluate import ProgramRun
@@ -52,8 +52,8 @@ from scenelang.interpreter.scene.entity import Scene
 # Incremental analysis of a program under edit: only what an edit may have changed is analysed again.
 #
 # The main file is split into top-level pieces. A piece with unchanged text reuses its datums, and also its scan and
-# expansion if every name they looked up still has the same meaning (``Ledger``). Spans inside a piece are therefore
-# relative to it; ``Version.place`` converts them to the whole text. The result equals an analysis from scratch.
+# expansion if every name they looked up still has the same meaning (``TrackedNames``). Spans inside a piece are
+# therefore relative to it; ``Version.place`` converts them to the whole text. The result equals a full analysis.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -117,8 +117,10 @@ class Versions:
 
     def analyse(self, source: Source, load: Callable[[str, Source, Span], Source], run_macro: RunMacro) -> Version:
         """Analyse the next version. ``load`` and ``run_macro`` are as for ``load_program``."""
-        kept = self._state.files if self._state is not None else {}
-        state = ProgramState(self._prelude, load, {}, run_macro, kept=kept, book=self._book, keeps_uses=True)
+        previous = self._state.files if self._state is not None else {}
+        state = ProgramState(
+            self._prelude, load, {}, run_macro, previous_files=previous, book=self._book, records_uses=True
+        )
         file = self._file
         if file is None or file.source.name != source.name:
             file = SourceFile(source, self._prelude.scope, state, is_main=True)
@@ -152,7 +154,7 @@ def _piece(name: str, text: str) -> Piece:
 # Undo log: a runtime whose changes can be rolled back if an evaluation fails.
 
 
-_OWN = ("birth", "observed")
+_EXCLUDED = ("birth", "observed")
 _CONTAINERS = (list, dict, np.ndarray)
 
 
@@ -183,7 +185,7 @@ class JournaledRuntime(Runtime):
         """Return whether an object older than the transaction was modified."""
         return bool(self._journal)
 
-    def take_back(self) -> None:
+    def roll_back(self) -> None:
         """Roll back all changes since the start of the transaction."""
         for thing, state in self._journal.values():
             for name, value in state.items():
@@ -200,7 +202,7 @@ class JournaledRuntime(Runtime):
 
 def _state(thing: Mutable) -> dict[str, Any]:
     """Return the state of a mutable object: containers and generators are copied, values keep their identity."""
-    state = {name: getattr(thing, name) for name in type(thing).__slots__ if name not in _OWN}
+    state = {name: getattr(thing, name) for name in type(thing).__slots__ if name not in _EXCLUDED}
     if isinstance(thing, Stream):
         return {name: copy.deepcopy(value) for name, value in state.items()}
     return {name: copy.copy(value) if isinstance(value, _CONTAINERS) else value for name, value in state.items()}
@@ -213,7 +215,7 @@ VALUES = ("*1", "*2", "*3")
 ERROR = "*e"
 
 
-class Latest:
+class History:
     """REPL history variables, bound in ``scope``. All are initially none."""
 
     def __init__(self, run: ProgramRun, scope: Scope) -> None:
@@ -351,9 +353,9 @@ def placed(forms: Sequence[TopForm], form: TopForm) -> list[TopForm]:
     replaced = [i for i, old in enumerate(forms) if replaces(form, old, defined)]
     if replaced and is_assignment(form) and any(computes(old) for old in forms[replaced[-1] + 1 :]):
         replaced = []
-    kept = [old for i, old in enumerate(forms) if i not in replaced]
-    kept.insert(replaced[0] if replaced and not computes(form) else len(kept), form)
-    return kept
+    remaining = [old for i, old in enumerate(forms) if i not in replaced]
+    remaining.insert(replaced[0] if replaced and not computes(form) else len(remaining), form)
+    return remaining
 
 
 _MAX_ROUNDS = 10
@@ -405,7 +407,7 @@ class TopLevel:
         prelude = prelude_of(library)
         self.state = ProgramState(prelude, load, overrides, new_macros())
         self.file = SourceFile(main, prelude.scope, self.state, is_main=True)
-        self.latest = Latest(self.run, self.file.scope)
+        self.latest = History(self.run, self.file.scope)
         self.forms: list[TopForm] = []
         self._drew: set[int] = set()  # ids of forms whose only lasting effect was to draw random numbers
         self._ran: set[int] = set()  # ids of imported files that have been run
@@ -438,11 +440,11 @@ class TopLevel:
         for diagnostic in forms[0].read:
             if diagnostic.is_error:
                 raise error_of(diagnostic)
-        given_forms = [form for form in forms if form.datums]
+        parsed_forms = [form for form in forms if form.datums]
         self.file.source = source if whole else self.main  # imports are relative to it
         self.state.run_macro = self.file.expander.run_macro = self._new_macros()
         self.file.expander.searches = 0
-        batches = [given_forms] if whole else list(groups(given_forms))
+        batches = [parsed_forms] if whole else list(groups(parsed_forms))
         for group in batches:
             if len(group) == 1 or whole or self._expands(group):
                 self._evaluate_group(group, give, warn, whole)
@@ -453,23 +455,23 @@ class TopLevel:
     def _expands(self, group: Sequence[TopForm]) -> bool:
         """Return whether forms expand together without errors; otherwise they are expanded one by one to find the
         error."""
-        mark = self._mark()
-        problems = self._take_in([fresh(form) for form in group])
-        self._go_back(mark)
+        snapshot = self._snapshot()
+        problems = self._add_forms([fresh(form) for form in group])
+        self._roll_back(snapshot)
         return not any(d.is_error for d in problems)
 
     def _evaluate_group(
         self, group: Sequence[TopForm], give: Callable[[Given], None], warn: Callable[[Diagnostic], None], whole: bool
     ) -> None:
-        before = self._mark()
+        before = self._snapshot()
         try:
-            problems = self._take_in(group)
+            problems = self._add_forms(group)
         except BaseException:  # such as RecursionError: roll back completely
-            self._go_back(before)
+            self._roll_back(before)
             raise
         errors = [d for d in problems if d.is_error]
         if errors:
-            self._go_back(before)
+            self._roll_back(before)
             for diagnostic in errors[:-1]:
                 warn(diagnostic)
             raise error_of(errors[-1])
@@ -477,16 +479,16 @@ class TopLevel:
             warn(diagnostic)
         self._run_group(group, before, give)
 
-    def _run_group(self, group: Sequence[TopForm], before: Mark, give: Callable[[Given], None]) -> None:
+    def _run_group(self, group: Sequence[TopForm], before: Snapshot, give: Callable[[Given], None]) -> None:
         for number, form in enumerate(group):
             self.rt.begin()
             ran = set(self._ran)
             try:
                 given = self._run_form(form)
             except BaseException:
-                self.rt.take_back()
+                self.rt.roll_back()
                 self._ran = ran
-                self._keep_only(before, group[:number])
+                self._roll_back_rest(before, group[:number])
                 raise
             self._accept(form, before)
             for each in given:
@@ -510,16 +512,16 @@ class TopLevel:
         for form in forms:
             self.run.run_form(form)
 
-    def _take_in(self, group: Sequence[TopForm]) -> list[Diagnostic]:
+    def _add_forms(self, group: Sequence[TopForm]) -> list[Diagnostic]:
         """Scan and expand forms; imported files are checked for changes."""
         state, file = self.state, self.file
-        state.kept = {**state.kept, **state.files}
+        state.previous_files = {**state.previous_files, **state.files}
         state.files = {file.source.name: file}
         state.loading = [file.source.name]
         file.scene = None
         file.is_incomplete = False
         scene = self._scene()
-        file.take_in(group)
+        file.add_forms(group)
         state.loading = []
         file.scene = file.scene or scene
         found = [d for form in group for step in (form.scan, form.expansion) if step for d in step.problems]
@@ -558,7 +560,7 @@ class TopLevel:
 
     # --- session state -----------------------------------------------------------------------------------------
 
-    def _accept(self, form: TopForm, before: Mark) -> None:
+    def _accept(self, form: TopForm, before: Snapshot) -> None:
         """Add an evaluated form to the session; it replaces forms with the same definitions, and updates dependents."""
         defined = names_of(form)
         if not defined and not form.imports and not form.scene:
@@ -574,14 +576,14 @@ class TopLevel:
         self.state.params = [param for each in self.forms for param in each.params]
         if defined or form.imports:
             self.rt.forget_calls()
-            self._make_anew(before)
+            self._update_dependents(before)
 
-    def _make_anew(self, before: Mark) -> None:
+    def _update_dependents(self, before: Snapshot) -> None:
         """Expand and run again the functions that looked up a name whose meaning has changed."""
         for _ in range(_MAX_ROUNDS):
             stale = [form for form in self.forms if self._is_stale(form)]
             for form in stale:
-                self._remake(form)
+                self._reevaluate(form)
             if not stale:
                 return
 
@@ -596,13 +598,13 @@ class TopLevel:
             if symbol not in own
         )
 
-    def _remake(self, form: TopForm) -> None:
+    def _reevaluate(self, form: TopForm) -> None:
         """Expand and run a stale form again; if it no longer expands, its old definitions remain."""
         again = fresh(form)
-        mark = self._mark()
-        problems = self._take_in([again])
+        snapshot = self._snapshot()
+        problems = self._add_forms([again])
         if any(d.is_error for d in problems):
-            self._go_back(mark)
+            self._roll_back(snapshot)
             for step in (form.scan, form.expansion):
                 if step is not None:
                     step.record.seen = {s: dict.get(self.file.names, s) for s in step.record.seen}
@@ -615,18 +617,18 @@ class TopLevel:
     def _is_latest(self, form: TopForm) -> bool:
         return all(self.definition_of(name) is form for name in names_of(form))
 
-    def _mark(self) -> Mark:
-        return mark_of(self.file, self._ran)
+    def _snapshot(self) -> Snapshot:
+        return snapshot_of(self.file, self._ran)
 
-    def _go_back(self, mark: Mark) -> None:
-        go_back(self.file, mark)
-        self._ran = set(mark.ran)
+    def _roll_back(self, snapshot: Snapshot) -> None:
+        roll_back(self.file, snapshot)
+        self._ran = set(snapshot.ran)
 
-    def _keep_only(self, before: Mark, done: Sequence[TopForm]) -> None:
+    def _roll_back_rest(self, before: Snapshot, done: Sequence[TopForm]) -> None:
         """Roll back a group that failed partway, except for the names of its completed forms."""
         ran = set(self._ran)
         words = dict(self.file.words)
-        self._go_back(before)
+        self._roll_back(before)
         for form in done:
             if form.scan is not None:
                 self.file.names.replay(form.scan.record.bound)
@@ -640,13 +642,13 @@ class TopLevel:
         """Remove definitions of earlier versions of a file that its current version ``source`` does not contain."""
         old = [form for form in self.forms if source_of(form).name == source.name and source_of(form) is not source]
         self.forms = self.file.forms = [form for form in self.forms if form not in old]
-        kept = {name for form in self.forms for name in names_of(form)}
+        remaining = {name for form in self.forms for name in names_of(form)}
         for form in old:
             for symbol in list(form.scan.record.bound if form.scan is not None else ()):
-                if base_name(symbol) not in kept:
+                if base_name(symbol) not in remaining:
                     dict.pop(self.file.names, symbol, None)
             for word, _ in form.words:
-                if f'"{word}"' not in kept:
+                if f'"{word}"' not in remaining:
                     self.rt.words[word].function = None
         self.file.words = {word: span for form in self.forms for word, span in form.words}
         self.rt.forget_calls()
@@ -678,7 +680,7 @@ class TopLevel:
         try:
             return self.run.run_root(program, word, seed)
         except BaseException:
-            self.rt.take_back()
+            self.rt.roll_back()
             raise
         finally:
             self.rt.streams.restore(streams)
@@ -688,14 +690,14 @@ class TopLevel:
         result = read(source)
         for diagnostic in result.diagnostics:
             raise error_of(diagnostic)
-        mark = self._mark()
+        snapshot = self._snapshot()
         forms = [TopForm((datum,)) for datum in result.forms]
         try:
-            for diagnostic in self._take_in(forms):
+            for diagnostic in self._add_forms(forms):
                 if diagnostic.is_error:
                     raise error_of(diagnostic)
         finally:
-            self._go_back(mark)
+            self._roll_back(snapshot)
         return [tree for form in forms for tree in form.asts if not isinstance(tree, Import)]
 
     def names(self) -> Iterator[tuple[str, Any]]:

@@ -67,7 +67,7 @@ class FileExpander(Expander):
         self._file.names.record.open_ended = True  # the suggestion depends on all names
         return super().unbound(atom, scope)
 
-    def note_chance(self) -> None:
+    def mark_random(self) -> None:
         self._file.names.record.open_ended = True
 
     def annotated_type(self, text: str, span: Span) -> Any:
@@ -114,7 +114,7 @@ class LookupRecord:
     open_ended: bool = False
 
 
-class Ledger(dict[Symbol, Any]):
+class TrackedNames(dict[Symbol, Any]):
     """Bindings by symbol. ``record`` tracks the lookups and bindings of the current analysis."""
 
     def __init__(self) -> None:
@@ -268,16 +268,16 @@ def top_forms(source: Source) -> list[TopForm]:
 
 # A file of a program is first scanned for definitions, then expanded form by form into core AST.
 #
-# Each top-level form stores its results and the names it looked up (``Ledger``), so that a later version of the file
-# can reuse them (``interactive``).
+# Each top-level form stores its results and the names it looked up (``TrackedNames``), so that a later version of the
+# file can reuse them (``interactive``).
 
 
 @dataclass(slots=True, eq=False)
 class ProgramState:
     """State shared by the files of a program while they are loaded.
 
-    ``kept`` are files of an earlier version that may be reused. ``keeps_uses`` requests the meaning of every
-    identifier, for editors.
+    ``previous_files`` are files of an earlier version that may be reused. ``records_uses`` requests the meaning of
+    every identifier, for editors.
     """
 
     prelude: Prelude
@@ -287,9 +287,9 @@ class ProgramState:
     files: dict[str, SourceFile] = field(default_factory=dict)
     loading: list[str] = field(default_factory=list)
     params: list[Param] = field(default_factory=list)
-    kept: Mapping[str, SourceFile] = field(default_factory=dict)
+    previous_files: Mapping[str, SourceFile] = field(default_factory=dict)
     book: FactBook = field(default_factory=FactBook)
-    keeps_uses: bool = False
+    records_uses: bool = False
 
 
 _MISSING = ("file", "import-cycle", "import-outside")
@@ -305,7 +305,7 @@ class SourceFile:
 
     def __init__(self, source: Source, parent: Scope, state: ProgramState | None = None, is_main: bool = False) -> None:
         self.source = source
-        self.names = Ledger()
+        self.names = TrackedNames()
         self.scope = Scope(parent)
         self.scope.bindings = self.names
         self.state = state
@@ -321,13 +321,13 @@ class SourceFile:
         self.problems: list[Diagnostic] = []  # problems of the file as a whole
         self.words: dict[str, Span] = {}
         self.imports: list[SourceFile] = []
-        self.brought: dict[Symbol, tuple[str, Any]] = {}  # imported names: the name of the file and the binding
+        self.imported_names: dict[Symbol, tuple[str, Any]] = {}  # imported names: the name of the file and the binding
         self.scene: ListDatum | None = None
         self.is_incomplete = False  # whether a syntax or import error may have hidden definitions
         if self.state is not None and self.source.name.startswith(STD):
-            self._bring(self.state.prelude.library.imported.get(self.source.name[len(STD) :], {}))
+            self._import_builtins(self.state.prelude.library.imported.get(self.source.name[len(STD) :], {}))
 
-    def _bring(self, builtins: Mapping[str, Builtin]) -> None:
+    def _import_builtins(self, builtins: Mapping[str, Builtin]) -> None:
         """Bind builtins that programs can use only by importing this file."""
         for name, builtin in builtins.items():
             self.names[Symbol(name)] = self.names[Symbol(STD + name)] = builtin
@@ -340,7 +340,7 @@ class SourceFile:
         for form in self.forms:
             self._scan_top(form)
 
-    def take_in(self, forms: Sequence[TopForm]) -> None:
+    def add_forms(self, forms: Sequence[TopForm]) -> None:
         """Scan and expand additional forms, which may redefine names; ``forms`` is not changed."""
         records = set(self.expander.record_names)
         self.expander.begin()
@@ -352,15 +352,15 @@ class SourceFile:
             form.expansion = self._step(lambda form=form: self._finish_form(form))  # type: ignore[misc]
 
     def _scan_top(self, form: TopForm) -> None:
-        if self._holds(form.scan) and not form.imports:
+        if self._is_valid(form.scan) and not form.imports:
             assert form.scan is not None
-            self._take_over(form.scan)
+            self._apply_step(form.scan)
         else:
             form.forget()
             form.scan = self._step(lambda: self._scan_all(form))
-        self._take(form)
+        self._add_results(form)
 
-    def _take_over(self, step: Step) -> None:
+    def _apply_step(self, step: Step) -> None:
         """Repeat the effects of a completed step on the file's names and macro counters."""
         self.names.replay(step.record.bound)
         self.expander.declared |= {b.name for b in step.record.bound.values() if isinstance(b, Variable)}
@@ -370,9 +370,9 @@ class SourceFile:
     def _scan_all(self, form: TopForm) -> None:
         self.expander.found_records = form.records
         for datum in form.datums:
-            self._guarded(lambda datum=datum: self._scan_form(datum, form))  # type: ignore[misc]
+            self._try(lambda datum=datum: self._scan_form(datum, form))  # type: ignore[misc]
 
-    def _holds(self, step: Step | None) -> bool:
+    def _is_valid(self, step: Step | None) -> bool:
         """Return whether the result of a step can be reused."""
         if step is None or not self.names.agrees(step.record):
             return False
@@ -390,11 +390,11 @@ class SourceFile:
         problems: list[Diagnostic] = []
         expander.diagnostics = problems
         uses: list[Use] = []
-        expander.uses = uses if self.state is not None and self.state.keeps_uses else None
+        expander.uses = uses if self.state is not None and self.state.records_uses else None
         action()
         return Step(record, problems, expander.expansions - expansions, expander.expanded - expanded, uses)
 
-    def _take(self, form: TopForm) -> None:
+    def _add_results(self, form: TopForm) -> None:
         """Add the results of a scanned form to the file."""
         for word, span in form.words:
             if word in self.words:
@@ -413,7 +413,7 @@ class SourceFile:
         elif form.scene is not None:
             self.scene = form.scene
 
-    def _guarded(self, action: Callable[[], Any]) -> Any:
+    def _try(self, action: Callable[[], Any]) -> Any:
         """Run ``action``; record an error rather than raise it, so that the other forms are still analysed."""
         try:
             return action()
@@ -461,16 +461,16 @@ class SourceFile:
             name = Symbol(prefix + base_name(symbol))
             if isinstance(binding, Builtin) and symbol.startswith(STD):
                 name = symbol  # a builtin's qualified name `std/name` is never prefixed
-            if isinstance(binding, (Variable, Macro, Builtin)) and self._may_bring(name, file):
+            if isinstance(binding, (Variable, Macro, Builtin)) and self._may_import(name, file):
                 self.scope.bindings[name] = binding
-                self.brought[name] = (file.source.name, binding)
+                self.imported_names[name] = (file.source.name, binding)
         form.records |= file.expander.record_names
 
-    def _may_bring(self, name: Symbol, file: SourceFile) -> bool:
+    def _may_import(self, name: Symbol, file: SourceFile) -> bool:
         """Return whether an import may bind a name: it is unbound, or bound by an earlier version of the same file."""
         if name not in self.scope.bindings:
             return True
-        origin, binding = self.brought.get(name, ("", None))
+        origin, binding = self.imported_names.get(name, ("", None))
         return origin == file.source.name and dict.get(self.names, name) is binding
 
     def _load(self, path: str, span: Span) -> SourceFile:
@@ -488,7 +488,7 @@ class SourceFile:
             circle = " -> ".join([*state.loading[state.loading.index(source.name) :], source.name])
             raise SceneError("import-cycle", f"import cycle: {circle}", None, span)
         if source.name not in state.files:
-            file = state.kept.get(source.name)
+            file = state.previous_files.get(source.name)
             if file is None or file.source.text != source.text:
                 file = SourceFile(source, state.prelude.scope, state)
                 file.forms = top_forms(source)
@@ -532,8 +532,8 @@ class SourceFile:
         """Expand and parse every form; reuse expansions that are still valid."""
         for form in self.forms:
             step = form.expansion
-            if step is not None and self._holds(step):
-                self._take_over(step)
+            if step is not None and self._is_valid(step):
+                self._apply_step(step)
                 continue
             form.asts = []
             form.expansion = self._step(lambda form=form: self._finish_form(form))  # type: ignore[misc]
@@ -543,7 +543,7 @@ class SourceFile:
             if isinstance(item, Import):
                 form.asts.append(item)
                 continue
-            for tree in self._guarded(lambda item=item: parse_core([item.finish()])) or ():  # type: ignore[misc]
+            for tree in self._try(lambda item=item: parse_core([item.finish()])) or ():  # type: ignore[misc]
                 form.asts.append(replace(tree, top_level=True) if type(tree) is ast.Bind else tree)
 
     def finish_scene(self) -> ast.Call | None:
@@ -555,7 +555,7 @@ class SourceFile:
             [core("CALL", [self.expander.expand(item, self.scope) for item in scene.items[1:]], scene.span)]
         )
         found: list[Any] = []
-        step = self._step(lambda: found.extend(self._guarded(expand) or ()))
+        step = self._step(lambda: found.extend(self._try(expand) or ()))
         self.problems += step.problems
         return found[0] if found else None
 
@@ -611,14 +611,14 @@ def _import_prefix(datum: ListDatum) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Mark:
+class Snapshot:
     """Snapshot of a main file: its bindings, words, records, params and imports.
 
     ``ran`` are the ids of the files that have been run.
     """
 
     names: dict[Symbol, Any]
-    brought: dict[Symbol, tuple[str, Any]]
+    imported_names: dict[Symbol, tuple[str, Any]]
     words: dict[str, Span]
     records: frozenset[str]
     scene: ListDatum | None
@@ -627,26 +627,26 @@ class Mark:
     ran: frozenset[int]
 
 
-def mark_of(file: SourceFile, ran: Iterable[int]) -> Mark:
+def snapshot_of(file: SourceFile, ran: Iterable[int]) -> Snapshot:
     """Take a snapshot of a main file."""
     state = file.state
     assert state is not None
-    return Mark(
-        dict(dict.items(file.names)), dict(file.brought), dict(file.words), frozenset(file.expander.record_names),
-        file.scene, tuple(state.params), dict(state.files), frozenset(ran),
+    return Snapshot(
+        dict(dict.items(file.names)), dict(file.imported_names), dict(file.words),
+        frozenset(file.expander.record_names), file.scene, tuple(state.params), dict(state.files), frozenset(ran),
     )  # fmt: skip
 
 
-def go_back(file: SourceFile, mark: Mark) -> None:
+def roll_back(file: SourceFile, snapshot: Snapshot) -> None:
     """Roll a main file back to a snapshot."""
     state = file.state
     assert state is not None
     file.names.clear()
-    file.names.replay(mark.names)
-    file.brought, file.words, file.scene = dict(mark.brought), dict(mark.words), mark.scene
+    file.names.replay(snapshot.names)
+    file.imported_names, file.words, file.scene = dict(snapshot.imported_names), dict(snapshot.words), snapshot.scene
     file.expander.record_names.clear()
-    file.expander.record_names |= mark.records
-    state.params, state.files, state.loading = list(mark.params), dict(mark.files), []
+    file.expander.record_names |= snapshot.records
+    state.params, state.files, state.loading = list(snapshot.params), dict(snapshot.files), []
 
 
 # Names predefined in every program: forms, builtins, constants, and the library modules written in the language.

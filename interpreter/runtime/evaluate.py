@@ -1,4 +1,4 @@
-"""Running a program: its top-level forms in order, then its root, which makes the scene."""
+"""Evaluation of a program: its top-level forms in order, then its root, which creates the scene."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from scenelang.interpreter.scene.parts import call_embeddings, parts_of, with_at
 
 
 class Globals(dict[Variable, Cell]):
-    """The cells of global variables. Prelude functions are compiled when a program first refers to them."""
+    """Cells of global variables. Prelude functions are compiled when first referenced."""
 
     def __init__(self, rt: Runtime, prelude: Prelude) -> None:
         super().__init__()
@@ -40,14 +40,14 @@ class Globals(dict[Variable, Cell]):
 
 
 class ProgramRun:
-    """One run of a program, form by form; the REPL keeps it to go on."""
+    """Run of a program that evaluates one form at a time; the REPL continues it with further forms."""
 
     def __init__(self, library: Library, runtime: Runtime) -> None:
         self.rt = runtime
         self.globals = Globals(runtime, prelude_of(library))
 
     def run_form(self, form: Any) -> Any:
-        """Run one top-level form; the value of an expression, None for a definition."""
+        """Run one top-level form; return the value of an expression, or None for a definition."""
         (node,) = compile_forms(self.rt, self.globals, [form])
         try:
             return node([])
@@ -63,19 +63,19 @@ class ProgramRun:
             self.run_form(form)
 
     def run_root(self, program: Program, word: str, seed: int) -> Scene:
-        """Seed the streams and evaluate the root ``word``."""
+        """Seed the random streams, evaluate the root ``word`` and return its scene."""
         rt = self.rt
         rt.streams.seed(seed)
         z, gamma = self._root_call(program, word)
         cell = rt.words.get(word)
         span = program.all_words.get(word) or (program.scene.span if program.scene else None)
         if cell is None or cell.function is None:
-            hint = suggest(word, rt.words) or 'bind it: `(bind "word" (lambda () ...))`'
+            hint = suggest(word, rt.words) or 'bind it with `(bind "word" (lambda () ...))`'
             raise SceneError("root", f'the root "{word}" is not bound', hint, span)
         return self.evaluate_root(word, cell.function, z, gamma)
 
     def _root_call(self, program: Program, word: str) -> tuple[Embedding, Any]:
-        """The root's embedding and gamma: ``<z1>`` and the endless list, joined by what ``(scene ...)`` says."""
+        """Return the root's embedding and gamma: the defaults, merged with the arguments of ``(scene ...)``."""
         z, gamma = root_arguments(self.rt)
         scene = program.scene
         if scene is None or not scene.arguments or type(scene.word) is not ast.Constant or scene.word.value != word:
@@ -87,7 +87,7 @@ class ProgramRun:
         return joined, make_list(rest) if rest else gamma
 
     def evaluate_root(self, word: str, function: Any, z: Embedding, gamma: Any) -> Scene:
-        """The scene that the root's function makes; a static one, or frames."""
+        """Call the root's function and return its scene, which is static or consists of frames."""
         rt = self.rt
         rt.clock += 1
         serial = rt.clock
@@ -109,7 +109,7 @@ def _is_animated(function: Any, value: Any) -> bool:
 
 
 def _is_frame_list(function: Any, value: Any) -> bool:
-    """The paper's form of a 4D scene: a root of no parameters that gives a list of entities or lists."""
+    """Return whether a value is a 4D scene in the paper's form: a root without parameters returns a list of frames."""
     if type(function) is not Closure or function.code.parameters:
         return False
     if type(value) is Entity or (type(value) is not Pair and not isinstance(value, MutableList)):
@@ -142,14 +142,17 @@ def _frames(rt: Runtime, function: Any, value: Any, word: str) -> list[tuple[Any
         return [parts_of(rt, value, word)]
     except SceneError as error:
         if error.name == "parts" and error.span is None:
-            error.message = f'the value of the root "{word}" is no scene, but {type_name(value)}'
-            error.hint = "it must be an entity, parts as `union` gives them, or `(frames ...)`"
+            error.message = f'expected a scene as the value of the root "{word}", got {type_name(value)}'
+            error.hint = "return an entity, parts such as those of `union`, or `(frames ...)`"
         raise
 
 
 def macro_runner(library: Library, limits: Limits, started: Callable[[Runtime], None] | None = None) -> RunMacro:
-    """Runs the bodies of ``define-macro`` at expansion, each macro compiled at its first use, all under one meter.
-    ``started`` is told of the runtime that they run in, so that it can be cancelled."""
+    """Return a function that runs the bodies of ``define-macro`` at expansion time.
+
+    Macros are compiled at their first use and share one meter. ``started`` is called with their runtime, so that it can
+    be cancelled.
+    """
     runs: list[ProgramRun] = []
     compiled: dict[int, tuple[Datum, Any]] = {}
 

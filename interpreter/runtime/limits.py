@@ -1,4 +1,5 @@
-"""Limits and the meter: every loop that a program can drive passes through ``Meter.tick`` or ``Meter.charge``."""
+"""Resource limits of a run, enforced by a meter: every loop that a program can drive calls ``Meter.tick`` or
+``charge``."""
 
 from __future__ import annotations
 
@@ -17,11 +18,11 @@ from scenelang.grammar.settings import amount, setting, whole_amount
 
 _CHUNK = 2048
 _CHUNKS_PER_MEMORY_CHECK = 16
-_LITTLE_MEMORY = 1_000_000_000  # bytes: a limit below is looked at four times as often
-_WORTH_A_LOOK = 4_000_000  # bytes: less is found by the checks that follow
-_SIZES = {"a string": 2, "an array": 40}  # bytes of an item; a list's pair and its item take more
+_LITTLE_MEMORY = 1_000_000_000  # bytes: for a smaller limit, memory is checked four times as often
+_MIN_CHECKED = 4_000_000  # bytes: smaller allocations are covered by the periodic checks
+_SIZES = {"a string": 2, "an array": 40}  # bytes per item; a list's pair and its item take more
 _SIZE_OF_ITEM = 96
-STEPS_OF_ERROR = 16  # what an error costs that a program catches: its message and its chain of calls are made
+STEPS_OF_ERROR = 16  # cost of catching an error, whose message and call stack are built
 
 
 def _limit(default: float, help: str, flag: str) -> Any:
@@ -31,17 +32,37 @@ def _limit(default: float, help: str, flag: str) -> Any:
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What a run may use. ``depth``: nested calls; ``size``: items of a list, characters of a string (integers have at
-    most 4,000 digits, which Python can still print); ``memory``: bytes beyond what the process had at the start;
-    ``seconds``: wall time."""
+    """Resource limits of a run.
 
-    steps: int = _limit(10_000_000, "steps of evaluation", "--max-steps")
-    depth: int = _limit(100_000, "nested calls", "--max-depth")
-    entities: int = _limit(2_000_000, "distinct entities", "--max-entities")
-    primitives: int = _limit(5_000_000, "primitives when the scene is expanded", "--max-primitives")
-    size: int = _limit(10_000_000, "items of a list or array, characters of a string", "--max-size")
-    memory: int = _limit(4_000_000_000, "bytes of memory (suffixes k, M, G)", "--max-memory")
-    seconds: float = _limit(60.0, "wall time", "--max-seconds")
+    Attributes
+    ----------
+    steps
+        Evaluation steps.
+    depth
+        Nesting depth of calls.
+    entities
+        Distinct entities.
+    primitives
+        Primitives of the expanded scene.
+    size
+        Items of a list or array, characters of a string. Integers have at most 4,000 digits, which Python can print.
+    memory
+        Bytes of memory in addition to those used at the start.
+    seconds
+        Wall-clock time.
+    log
+        Characters of output.
+    """
+
+    steps: int = _limit(10_000_000, "maximum number of evaluation steps", "--max-steps")
+    depth: int = _limit(100_000, "maximum nesting depth of calls", "--max-depth")
+    entities: int = _limit(2_000_000, "maximum number of distinct entities", "--max-entities")
+    primitives: int = _limit(5_000_000, "maximum number of primitives of the expanded scene", "--max-primitives")
+    size: int = _limit(
+        10_000_000, "maximum number of items of a list or array, or characters of a string", "--max-size"
+    )
+    memory: int = _limit(4_000_000_000, "maximum memory in bytes (suffixes k, M, G)", "--max-memory")
+    seconds: float = _limit(60.0, "maximum wall-clock time in seconds", "--max-seconds")
     log: int = 100_000
 
     def __post_init__(self) -> None:
@@ -52,7 +73,10 @@ class Limits:
 
 
 def resident_bytes() -> int:
-    """Resident memory of this process in bytes (its peak where the system tells no more, 0 where it tells nothing)."""
+    """Return the resident memory of this process in bytes.
+
+    Falls back to the peak resident memory, or 0, on systems that do not report it.
+    """
     try:
         with open("/proc/self/statm", "rb") as statm:
             return int(statm.read().split()[1]) * 4096
@@ -70,26 +94,27 @@ def _peak_bytes() -> int:
 
 
 def time_error(seconds: float) -> LimitError:
-    """E507: a run that is longer than allowed."""
-    return LimitError(
-        "time", f"the program ran longer than {seconds:g} seconds", hint="raise the limit with --max-seconds"
-    )
+    """Return the error for exceeding the time limit."""
+    return LimitError("time", f"time limit of {seconds:g} seconds exceeded", hint="raise the limit with --max-seconds")
 
 
 def memory_error(limit: int) -> LimitError:
-    """E506: a run that uses more memory than allowed."""
+    """Return the error for exceeding the memory limit."""
     return LimitError(
-        "memory", f"the program used more than {limit / 1e9:g} GB of memory", hint="raise the limit with --max-memory"
+        "memory", f"memory limit of {limit / 1e9:g} GB exceeded", hint="raise the limit with --max-memory"
     )
 
 
 def show_size(size: int) -> str:
-    """A size in a message; Python refuses to print integers of thousands of digits."""
+    """Format a size for a message; Python refuses to print integers with thousands of digits."""
     return f"{size:,}" if size.bit_length() < 200 else f"about 2^{size.bit_length()}"
 
 
 class Meter:
-    """Counts steps and watches time and memory. ``tick()`` counts one step at almost no cost."""
+    """Meter of a run: counts steps, and checks time and memory periodically.
+
+    ``tick()`` counts one step at almost no cost: it advances a C iterator that calls ``spend`` once per chunk.
+    """
 
     def __init__(self, limits: Limits) -> None:
         self.limits = limits
@@ -99,10 +124,11 @@ class Meter:
         self.tick: Callable[[], Any] = chain.from_iterable(self._refill()).__next__
 
     def renew(self, started: float | None = None) -> None:
-        """Begin to count anew, with all that the limits allow; ``tick`` goes on to work, also after an error.
+        """Reset all counters to the full limits; ``tick`` remains valid, also after an error.
 
-        ``started`` (``time.monotonic()``) is when the seconds began, for a caller that has spent some of them."""
-        self.steps = length_hint(self._block) - _CHUNK  # what was counted of the running chunk
+        ``started`` is the start of the time limit (``time.monotonic()``), if some of it has been spent already.
+        """
+        self.steps = length_hint(self._block) - _CHUNK  # minus the steps already used in the current chunk
         self.cancelled = False
         self._owed = 0
         self._chunks = 0
@@ -118,18 +144,19 @@ class Meter:
 
     @property
     def total(self) -> int:
-        """The steps counted so far, those of the unfinished chunk included."""
+        """Number of steps so far, including those of the current chunk."""
         return self.steps + self._owed + _CHUNK - length_hint(self._block)
 
     def cancel(self) -> None:
-        """Ask the run to stop; called from another thread."""
+        """Request that the run stop; called from another thread."""
         self.cancelled = True
 
     def charge(self, work: int) -> None:
-        """Count ``work`` steps at once, for a builtin that does as much.
+        """Count ``work`` steps at once, for a builtin that does a corresponding amount of work.
 
-        A builtin charges before the work, and so much that a step is no more than about 20 microseconds and a kilobyte:
-        ``n >> 8`` for n items that C goes through, ``n >> 4`` for those of a loop in Python."""
+        A builtin charges before the work. One step should cover at most about 20 microseconds and 1 kB: ``n >> 8`` for
+        n items processed in C, ``n >> 4`` for n iterations of a Python loop.
+        """
         self._owed += work
         if self._owed >= _CHUNK:
             owed, self._owed = self._owed, 0
@@ -139,12 +166,12 @@ class Meter:
         limits = self.limits
         self.steps += steps
         if self.cancelled:
-            raise LimitError("interrupted", "the evaluation was interrupted")
+            raise LimitError("interrupted", "evaluation interrupted")
         if self.steps > limits.steps:
             raise LimitError(
                 "steps",
-                f"the program ran more than {limits.steps:,} steps",
-                hint="is there a loop or recursion without end? raise the limit with --max-steps",
+                f"limit of {limits.steps:,} steps exceeded",
+                hint="check for an infinite loop or recursion, or raise the limit with --max-steps",
             )
         if time.monotonic() > self._deadline:
             raise time_error(limits.seconds)
@@ -156,8 +183,8 @@ class Meter:
         self._check_bytes(0)
 
     def reserve(self, size: int) -> None:
-        """Refuse to allocate ``size`` bytes that would go past the limit, before they are there."""
-        if size >= _WORTH_A_LOOK:
+        """Check that allocating ``size`` bytes would not exceed the memory limit."""
+        if size >= _MIN_CHECKED:
             self._check_bytes(size)
 
     def _check_bytes(self, more: int) -> None:
@@ -165,24 +192,27 @@ class Meter:
             raise memory_error(self.limits.memory)
 
     def check_growth(self, size: int, what: str) -> None:
-        """Refuse ``what`` that has grown to ``size`` items; for a loop that charges what it does."""
+        """Check that ``what``, which has grown to ``size`` items, does not exceed the size limit."""
         if size > self.limits.size:
             raise LimitError(
                 "size",
-                f"{what} of {show_size(size)} items is larger than the limit of {self.limits.size:,}",
+                f"{what} of {show_size(size)} items exceeds the limit of {self.limits.size:,}",
                 hint="raise the limit with --max-size",
             )
 
     def check_size(self, size: int, what: str) -> None:
-        """Refuse to make ``what`` (a list, a string, an array) of ``size`` items; else charge for them."""
+        """Check that ``what`` (a list, a string, an array) may have ``size`` items, and charge for creating it."""
         self.check_growth(size, what)
         self.reserve(size * _SIZES.get(what, _SIZE_OF_ITEM))
         self.charge(size >> 3)
 
 
 class _Toll:
-    """Stands after each chunk of steps and pays for it. An error of an iterator leaves ``chain`` as it was, one of the
-    generator that makes the iterators would end it."""
+    """Empty iterator placed after each chunk of steps, which charges for the chunk.
+
+    It must be an iterator: ``chain`` survives an error raised by one of its iterators, but not one raised by the
+    generator that supplies them.
+    """
 
     def __init__(self, meter: Meter) -> None:
         self._meter = meter
@@ -196,7 +226,7 @@ class _Toll:
 
 
 def fork_safe_lock() -> threading.Lock:
-    """A lock of module-wide state that no fork may copy while it is held."""
+    """Return a lock for module-level state that is never held while the process forks."""
     lock = threading.Lock()
     if hasattr(os, "register_at_fork"):
         os.register_at_fork(before=lock.acquire, after_in_parent=lock.release, after_in_child=lock.release)
@@ -204,10 +234,11 @@ def fork_safe_lock() -> threading.Lock:
 
 
 class recursion_room:
-    """Room for deep recursion while a program runs; restores what was there. Use with a thread of a large stack.
+    """Context manager that raises Python's recursion limit while a program runs, in a thread with a large stack.
 
-    Python's recursion limit is the process's, so the rooms that are open in several threads are counted: the limit is
-    the largest one's, and the last one to close restores what the first one found."""
+    The recursion limit is global to the process. If several threads raise it, the largest value applies, and the last
+    one to exit restores the original limit.
+    """
 
     _lock = fork_safe_lock()
     _open: ClassVar[list[int]] = []

@@ -1,4 +1,4 @@
-"""Procedures at run time: closures, escapes, and how arguments meet parameters."""
+"""Callable values and argument binding: closures, escape procedures, builtins, records and iteration."""
 
 from __future__ import annotations
 
@@ -36,25 +36,22 @@ if TYPE_CHECKING:
     from scenelang.interpreter.runtime.runtime import Runtime
 
 
-# arguments: more of them are charged
-
-
 Frame: TypeAlias = list[Any]  # [frame of the enclosing function, slot 1, slot 2, ...]
 Node: TypeAlias = Callable[[Frame], Any]  # a compiled expression
 
 
 class Tail:
-    """The mark that a compiled expression returns to ask its caller to make a tail call."""
+    """Marker returned by a compiled expression to request that its caller perform a tail call."""
 
     __slots__ = ()
 
 
 TAIL = Tail()
-_FEW = 32  # arguments: more of them are charged
+_MIN_CHARGED = 32  # longer argument lists are charged
 
 
 class Undefined:
-    """What a variable holds before its definition has run."""
+    """Value of a variable before its definition is evaluated."""
 
     __slots__ = ()
 
@@ -63,7 +60,7 @@ UNDEFINED = Undefined()
 
 
 class Cell(Mutable):
-    """A variable that some ``set!`` assigns."""
+    """Storage of a variable that is assigned by ``set!``."""
 
     __slots__ = ("value",)
 
@@ -75,7 +72,7 @@ class Cell(Mutable):
 
 @dataclass(frozen=True, slots=True)
 class CodeParameter:
-    """A parameter of compiled code. ``kind``: required, optional, keyword, rest or keys."""
+    """Parameter of compiled code. ``kind`` is required, optional, keyword, rest or keys."""
 
     name: str
     kind: str
@@ -87,7 +84,7 @@ class CodeParameter:
 
 @dataclass(eq=False, slots=True)
 class ClosureCode:
-    """A compiled ``lambda``. ``arity`` is the number of parameters when all are plain, else -1."""
+    """Compiled ``lambda``. ``arity`` is the number of parameters if all are plain, else -1."""
 
     name: str
     parameters: tuple[CodeParameter, ...]
@@ -113,7 +110,7 @@ class ClosureCode:
 
 
 class Closure(Procedure):
-    """A function value. ``arity`` and ``body`` repeat the code's, to be near at hand."""
+    """Function value. ``arity`` and ``body`` are copied from ``code`` for faster access."""
 
     __slots__ = ("arity", "body", "code", "env")
 
@@ -129,7 +126,7 @@ class Closure(Procedure):
 
 
 class Escape(Procedure):
-    """The procedure that ``let/ec`` binds."""
+    """Escape procedure bound by ``let/ec``."""
 
     __slots__ = ("active", "name")
 
@@ -139,7 +136,7 @@ class Escape(Procedure):
 
 
 class EscapeSignal(Exception):
-    """Unwinds to the ``let/ec`` that made ``escape``."""
+    """Exception that unwinds the stack to the ``let/ec`` that created ``escape``."""
 
     def __init__(self, escape: Escape, value: Any) -> None:
         super().__init__()
@@ -150,18 +147,18 @@ class EscapeSignal(Exception):
 def arity_error(code: ClosureCode, given: int) -> SceneError:
     required, positional = code.required, code.positional
     if code.rest is not None:
-        wanted = f"at least {required}"
+        expected = f"at least {required}"
     elif required == positional:
-        wanted = str(required)
+        expected = str(required)
     else:
-        wanted = f"{required} to {positional}"
-    plural = "" if wanted.split()[-1] == "1" else "s"
-    message = f"`{code.name}` wants {wanted} argument{plural}, got {given}"
-    return SceneError("arity", message, hint=f"its parameters are {code.usage}")
+        expected = f"{required} to {positional}"
+    plural = "" if expected.split()[-1] == "1" else "s"
+    message = f"`{code.name}` expects {expected} argument{plural}, got {given}"
+    return SceneError("arity", message, hint=f"parameters: {code.usage}")
 
 
 def split_keywords(name: str, usage: str, arguments: Sequence[Any]) -> tuple[list[Any], dict[str, Any]]:
-    """Positional arguments, and keyword arguments by name."""
+    """Split the arguments of a call into positional arguments and keyword arguments by name."""
     positional: list[Any] = []
     keywords: dict[str, Any] = {}
     pending = iter(arguments)
@@ -171,18 +168,21 @@ def split_keywords(name: str, usage: str, arguments: Sequence[Any]) -> tuple[lis
             continue
         key = str(argument)
         if key in keywords:
-            raise SceneError("keyword", f"`:{key}` is given twice to `{name}`", hint=f"its parameters are {usage}")
+            raise SceneError("keyword", f"duplicate argument `:{key}` of `{name}`", hint=f"parameters: {usage}")
         try:
             keywords[key] = next(pending)
         except StopIteration:
-            raise SceneError("keyword", f"`:{key}` is followed by no value in a call of `{name}`") from None
+            raise SceneError("keyword", f"missing value after `:{key}` in a call of `{name}`") from None
     return positional, keywords
 
 
 def bind_arguments(runtime: Runtime, closure: Closure, arguments: Sequence[Any]) -> Frame:
-    """The frame for a call of ``closure``; the callee decides whether keywords are arguments or plain values."""
+    """Return the frame of a call of ``closure``.
+
+    Keywords are treated as keyword arguments if the closure has keyword parameters, otherwise as plain values.
+    """
     code = closure.code
-    if len(arguments) > _FEW:
+    if len(arguments) > _MIN_CHARGED:
         runtime.charge(len(arguments) >> 2)
     if code.keyword_names is None:
         return _fill(runtime, closure, arguments, {})
@@ -192,23 +192,27 @@ def bind_arguments(runtime: Runtime, closure: Closure, arguments: Sequence[Any])
 
 
 def check_keywords(code: ClosureCode, names: Sequence[str] | Mapping[str, Any], word: str | None = None) -> None:
-    """Refuse keywords that ``code`` does not know."""
+    """Raise an error for keyword arguments that ``code`` does not accept."""
     known = code.keyword_names
     if known is None or code.takes_any_keyword:
         return
     for name in names:
         if name not in known:
             target = f'"{word}"' if word is not None else f"`{code.name}`"
-            hint = suggest(name, known) or f"its parameters are {code.usage}"
+            hint = suggest(name, known) or f"parameters: {code.usage}"
             raise SceneError("keyword", f"{target} has no parameter `:{name}`", hint=hint)
 
 
 def bind_entity(runtime: Runtime, closure: Closure, word: str, z: Embedding, rest: Any) -> Frame:
-    """The frame for an entity function: z, then gamma, and z's attributes by keyword (language.md, section 2)."""
+    """Return the frame of a call of an entity function (docs/language.md, section 2).
+
+    Its positional arguments are the embedding z and the list gamma of its descendants' embeddings; the attributes of z
+    are passed by keyword.
+    """
     code = closure.code
     if code.required > 2:
-        message = f'the function of "{word}" has {code.required} required parameters; `call` gives it at most two'
-        hint = f"an embedding and the list of its descendants' embeddings; its parameters are {code.usage}"
+        message = f'the function of "{word}" has {code.required} required parameters, but `call` passes at most two'
+        hint = f"`call` passes an embedding and the list of its descendants' embeddings; parameters: {code.usage}"
         raise SceneError("arity", message, hint=hint)
     positional = [*(z, rest)][: code.required]
     tail: Any = NIL
@@ -250,8 +254,8 @@ def _fill(
         else:
             owner = f'"{word}"' if word is not None else f"`{code.name}`"
             what = "attribute" if word is not None else "argument"
-            message = f"{owner} needs the {what} `:{parameter.name}`"
-            raise SceneError("keyword", message, hint=f"its parameters are {code.usage}")
+            message = f"missing {what} `:{parameter.name}` of {owner}"
+            raise SceneError("keyword", message, hint=f"parameters: {code.usage}")
         frame[parameter.slot] = Cell(value, runtime.clock) if parameter.in_cell else value
     return frame
 
@@ -265,13 +269,13 @@ def _checked(runtime: Runtime, code: ClosureCode, parameter: CodeParameter, valu
         owner = f'"{word}"' if word is not None else f"`{code.name}`"
         sign = ":" if parameter.kind == "keyword" else ""
         message = (
-            f"the parameter `{sign}{parameter.name}` of {owner} is of type {parameter.type.name}, "
-            f"but got {type_name(value)}: {show(value, 60)}"
+            f"the parameter `{sign}{parameter.name}` of {owner} expects {_article(parameter.type.name)}, "
+            f"got {type_name(value)}: {show(value, 60)}"
         )
-        raise SceneError("type", message, hint=f"its parameters are {code.usage}") from None
+        raise SceneError("type", message, hint=f"parameters: {code.usage}") from None
 
 
-# Calling builtins and record procedures with arguments that were evaluated: arity, keywords and types.
+# Calls of builtins and record procedures with evaluated arguments: checks of arity, keywords and types.
 
 
 def builtin_arity_error(builtin: Builtin, given: int) -> SceneError:
@@ -279,20 +283,20 @@ def builtin_arity_error(builtin: Builtin, given: int) -> SceneError:
     required = len(signature.required)
     most = required + len(signature.optional)
     if signature.rest is not None:
-        wanted = f"at least {required}"
+        expected = f"at least {required}"
     else:
-        wanted = str(required) if required == most else f"{required} to {most}"
-    plural = "" if wanted.split()[-1] == "1" else "s"
-    message = f"`{builtin.name}` wants {wanted} argument{plural}, got {given}"
-    return SceneError("arity", message, hint=f"its signature is {builtin.usage}")
+        expected = str(required) if required == most else f"{required} to {most}"
+    plural = "" if expected.split()[-1] == "1" else "s"
+    message = f"`{builtin.name}` expects {expected} argument{plural}, got {given}"
+    return SceneError("arity", message, hint=f"signature: {builtin.usage}")
 
 
 def type_error(builtin: Builtin, parameter: BuiltinParameter, value: Any) -> SceneError:
     message = (
-        f"`{builtin.name}` wants {_article(parameter.type.name)} for `{parameter.name}`, "
+        f"`{builtin.name}` expects {_article(parameter.type.name)} for `{parameter.name}`, "
         f"got {type_name(value)}: {show(value, 60)}"
     )
-    return SceneError("type", message, hint=f"its signature is {builtin.usage}")
+    return SceneError("type", message, hint=f"signature: {builtin.usage}")
 
 
 def _article(name: str) -> str:
@@ -302,7 +306,7 @@ def _article(name: str) -> str:
 
 
 def convert(runtime: Runtime, builtin: Builtin, parameter: BuiltinParameter, value: Any) -> Any:
-    """``value`` as the parameter's type, or a diagnostic."""
+    """Convert ``value`` to the type of a parameter; raise ``SceneError`` if it has the wrong type."""
     try:
         return parameter.type.checker(runtime)(value)
     except Mismatch:
@@ -310,9 +314,9 @@ def convert(runtime: Runtime, builtin: Builtin, parameter: BuiltinParameter, val
 
 
 def call_builtin(runtime: Runtime, builtin: Builtin, arguments: Sequence[Any]) -> Any:
-    """Call a builtin with any arguments; Python's own arithmetic errors become diagnostics."""
+    """Call a builtin with arbitrary arguments; arithmetic errors of Python are converted to diagnostics."""
     signature = builtin.signature
-    if len(arguments) > _FEW:
+    if len(arguments) > _MIN_CHARGED:
         runtime.charge(len(arguments) >> 1)
     keywords: dict[str, Any] = {}
     if signature.keywords:
@@ -344,23 +348,23 @@ def _keywords(runtime: Runtime, builtin: Builtin, given: dict[str, Any]) -> dict
     out: dict[str, Any] = {}
     for name, value in given.items():
         if name not in known:
-            hint = suggest(name, known) or f"its signature is {builtin.usage}"
+            hint = suggest(name, known) or f"signature: {builtin.usage}"
             raise SceneError("keyword", f"`{builtin.name}` has no parameter `:{name}`", hint=hint)
         out[name.replace("-", "_")] = convert(runtime, builtin, known[name], value)
     return out
 
 
 def python_error(name: str, error: Exception) -> SceneError:
-    """The diagnostic for an error of Python's arithmetic or allocation."""
+    """Convert a Python arithmetic or memory error to a diagnostic."""
     if isinstance(error, ZeroDivisionError):
         return SceneError("zero-division", f"division by zero in `{name}`")
     if isinstance(error, MemoryError):
         return LimitError("memory", f"`{name}` ran out of memory")
-    return SceneError("domain", f"the result of `{name}` is too large for a number")
+    return SceneError("domain", f"numeric overflow in `{name}`")
 
 
 class RecordProcedure(Procedure):
-    """A constructor, predicate, accessor or modifier that ``define-record`` made."""
+    """Constructor, predicate, accessor or modifier created by ``define-record``."""
 
     __slots__ = ("call", "name")
 
@@ -370,19 +374,19 @@ class RecordProcedure(Procedure):
 
 
 def call_record_procedure(runtime: Runtime, procedure: Procedure, arguments: Sequence[Any]) -> Any:
-    """Call one of the procedures of ``define-record``."""
+    """Call a procedure created by ``define-record``."""
     assert isinstance(procedure, RecordProcedure)
     return procedure.call(runtime, arguments)
 
 
-# Iterating and taking apart the language's sequences.
+# Iteration over sequences.
 
 
-_BLOCK = 1024  # items between two checks
+_BLOCK = 1024  # items between two charges of the meter
 
 
 def iterate(rt: Runtime, value: Any) -> Iterable[Any]:
-    """What a ``for`` clause runs through: the items of a sequence, or 0 .. n-1 for a whole number n."""
+    """Return an iterable over a sequence as in a ``for`` clause; an integer n iterates over 0 to n - 1."""
     kind = type(value)
     if kind is Pair:
         return _list_iterator(value)
@@ -409,13 +413,13 @@ def iterate(rt: Runtime, value: Any) -> Iterable[Any]:
 
 
 def warn_of_order(rt: Runtime, members: list[Any]) -> None:
-    """Warn that the order of a set of strings is not Python's."""
+    """Warn that the iteration order of a set of strings differs from Python's."""
     if len(members) > 1 and any(type(member) is str for member in members):
-        rt.warn("set-order", "a set of strings is taken in the order of insertion, which Python does not keep")
+        rt.warn("set-order", "a set of strings is iterated in insertion order, unlike in Python")
 
 
 def rows(rt: Runtime, value: Any) -> list[Any]:
-    """The rows of an array of two or more dimensions."""
+    """Return the rows of an array of two or more dimensions; raise ``SceneError`` for other values."""
     if type(value) is Matrix:
         return [Vector(row) for row in pose.to_array(value).tolist()]
     if isinstance(value, (Array, MutableArray)):
@@ -423,12 +427,14 @@ def rows(rt: Runtime, value: Any) -> list[Any]:
             rt.read(value)
         return array_rows(rt, value.data)
     if type(value) is HandleList:
-        raise SceneError("endless", "the root's list of handles has no end", "take some: `(list-head gamma n)`")
-    raise SceneError("type", f"a sequence is wanted here, got {type_name(value)}: {show(value, 60)}")
+        raise SceneError(
+            "endless", "the root's list of handles is infinite", "take a finite part: `(list-head gamma n)`"
+        )
+    raise SceneError("type", f"expected a sequence, got {type_name(value)}: {show(value, 60)}")
 
 
 def array_rows(rt: Runtime, data: Any) -> list[Any]:
-    """The items of a numpy array along its first axis, as values."""
+    """Return the items of a numpy array along its first axis, as values of the language."""
     if data.ndim == 1:
         rt.charge(data.size >> 6)
         numbers: list[Any] = data.tolist()
@@ -446,23 +452,23 @@ def _list_iterator(value: Any) -> Iterator[Any]:
         yield value.car
         value = value.cdr
     if value is not NIL:
-        raise SceneError("type", "a list is wanted here, got a pair whose tail is no list")
+        raise SceneError("type", "expected a list, got an improper list")
 
 
 def _unchanging(collection: Any, members: list[Any]) -> Iterator[Any]:
     size = len(collection.entries)
     for member in members:
         if len(collection.entries) != size:
-            raise SceneError("changed", "a table or set was changed while it was being iterated", "iterate a copy")
+            raise SceneError("changed", "a table or set was modified during iteration", "iterate over a copy")
         yield member
     if members and len(collection.entries) != size:
-        raise SceneError("changed", "a table or set was changed while it was being iterated", "iterate a copy")
+        raise SceneError("changed", "a table or set was modified during iteration", "iterate over a copy")
 
 
 def items_of(rt: Runtime, value: Any) -> list[Any]:
-    """The items of a sequence as a new Python list, for patterns and builtins."""
+    """Return the items of a sequence as a new Python list, for destructuring and builtins."""
     if type(value) is int:
-        raise SceneError("type", f"a sequence is wanted here, got an Integer: {show(value, 60)}")
+        raise SceneError("type", f"expected a sequence, got an Integer: {show(value, 60)}")
     out: list[Any] = []
     pending = iter(iterate(rt, value))
     while block := list(islice(pending, _BLOCK)):
@@ -472,17 +478,20 @@ def items_of(rt: Runtime, value: Any) -> list[Any]:
     return out
 
 
-# ``define-record``: constructor, predicate, accessors and modifiers, made at run time from the field names.
+# ``define-record``: constructor, predicate, accessors and modifiers, created at run time from the field names.
 
 
 def record_procedure_names(name: str, fields: Sequence[str]) -> list[str]:
-    """The names that ``define-record`` defines, in the order in which ``make_record`` gives their values."""
+    """Return the names defined by ``define-record``, in the order of the values returned by ``make_record``."""
     accessors = [f"{name}-{field}" for field in fields]
     return [name, f"{name}?", *accessors, *(f"set-{accessor}!" for accessor in accessors)]
 
 
 def make_record(rt: Runtime, facts: Any, *defaults: Any) -> Any:
-    """The procedures of a record type as a list. ``facts``: name, field names, field types or None."""
+    """Create the procedures of a record type and return them as a list.
+
+    ``facts`` are the name of the type, the names of its fields and their types (or None).
+    """
     name, fields, types = facts
     kind = RecordType(name, fields)
     procedures = [
@@ -495,14 +504,14 @@ def make_record(rt: Runtime, facts: Any, *defaults: Any) -> Any:
 
 
 def _converted(rt: Runtime, kind: RecordType, index: int, types: Sequence[Type | None], value: Any) -> Any:
-    wanted = types[index]
-    if wanted is None:
+    expected = types[index]
+    if expected is None:
         return value
     try:
-        return wanted.checker(rt)(value)
+        return expected.checker(rt)(value)
     except Mismatch:
         field = kind.fields[index]
-        message = f"the field `{field}` of `{kind.name}` is of type {wanted.name}, got {type_name(value)}"
+        message = f"the field `{field}` of `{kind.name}` expects {_article(expected.name)}, got {type_name(value)}"
         raise SceneError("type", f"{message}: {show(value, 60)}") from None
 
 
@@ -513,7 +522,7 @@ def _constructor(kind: RecordType, types: Sequence[Type | None], defaults: Seque
         positional, keywords = split_keywords(kind.name, usage, arguments)
         if len(positional) > len(kind.fields):
             message = f"`{kind.name}` has {len(kind.fields)} fields, got {len(positional)} arguments"
-            raise SceneError("arity", message, hint=f"make one with {usage}")
+            raise SceneError("arity", message, hint=f"usage: {usage}")
         values: list[Any] = []
         for index, name in enumerate(kind.fields):
             if index < len(positional):
@@ -523,12 +532,10 @@ def _constructor(kind: RecordType, types: Sequence[Type | None], defaults: Seque
             elif defaults[index] is not False:
                 value = rt.apply(defaults[index], values)
             else:
-                raise SceneError("keyword", f"`{kind.name}` needs the name `{name}`", hint=f"make one with {usage}")
+                raise SceneError("keyword", f"missing field `{name}` of `{kind.name}`", hint=f"usage: {usage}")
             values.append(_converted(rt, kind, index, types, value))
         for name in keywords:
-            raise SceneError(
-                "keyword", f"`{kind.name}` has no name `{name}` left to fill", hint=f"make one with {usage}"
-            )
+            raise SceneError("keyword", f"unknown or duplicate field `{name}` of `{kind.name}`", hint=f"usage: {usage}")
         return Record(kind, values, rt.clock)
 
     return construct
@@ -536,12 +543,12 @@ def _constructor(kind: RecordType, types: Sequence[Type | None], defaults: Seque
 
 def _one(kind: RecordType, name: str, arguments: Sequence[Any], count: int) -> Record:
     if len(arguments) != count:
-        raise SceneError("arity", f"`{name}` wants {count} argument{'s' * (count > 1)}, got {len(arguments)}")
+        raise SceneError("arity", f"`{name}` expects {count} argument{'s' * (count > 1)}, got {len(arguments)}")
     record = arguments[0]
     if type(record) is not Record or record.type is not kind:
-        message = f"`{name}` wants a {kind.name}, got {type_name(record)}: {show(record, 60)}"
+        message = f"`{name}` expects a {kind.name}, got {type_name(record)}: {show(record, 60)}"
         is_older = type(record) is Record and record.type.name == kind.name
-        hint = "the record was defined anew; this one is of the old definition" if is_older else None
+        hint = "the record type was redefined; this value belongs to the old definition" if is_older else None
         raise SceneError("type", message, hint)
     return record
 
@@ -549,7 +556,7 @@ def _one(kind: RecordType, name: str, arguments: Sequence[Any], count: int) -> R
 def _predicate(kind: RecordType) -> Any:
     def test(rt: Runtime, arguments: Sequence[Any]) -> bool:
         if len(arguments) != 1:
-            raise SceneError("arity", f"`{kind.name}?` wants 1 argument, got {len(arguments)}")
+            raise SceneError("arity", f"`{kind.name}?` expects 1 argument, got {len(arguments)}")
         return type(arguments[0]) is Record and arguments[0].type is kind
 
     return test
@@ -566,12 +573,12 @@ def _accessor(kind: RecordType, index: int) -> Any:
     return access
 
 
-def _modifier(kind: RecordType, index: int, wanted: Type | None) -> Any:
+def _modifier(kind: RecordType, index: int, expected: Type | None) -> Any:
     name = f"set-{kind.name}-{kind.fields[index]}!"
 
     def modify(rt: Runtime, arguments: Sequence[Any]) -> None:
         record = _one(kind, name, arguments, 2)
-        value = _converted(rt, kind, index, {index: wanted}, arguments[1])  # type: ignore[arg-type]
+        value = _converted(rt, kind, index, {index: expected}, arguments[1])  # type: ignore[arg-type]
         rt.write(record)
         record.values[index] = value
 
@@ -579,5 +586,5 @@ def _modifier(kind: RecordType, index: int, wanted: Type | None) -> Any:
 
 
 MAKE_RECORD = Builtin(
-    "define-record", "facts defaults ...", "List", make_record, "What `define-record` expands to.", None, "records"
+    "define-record", "facts defaults ...", "List", make_record, "Expansion of `define-record`.", None, "records"
 )

@@ -1,10 +1,14 @@
-"""The state of one run: words, memo, random streams, meter, log. Compiled code and builtins work through it.
+"""State of a single run: words, memoised calls, random streams, meter and log.
 
-Sharing of calls (language.md, section 5). A call's result is stored unless the call drew random numbers, changed
-something older than itself, or made something mutable reachable. What a call reads that is older and can change is
-marked ``observed``; its result then holds for the current epoch only, and a change of an observed thing begins a new
-epoch. "Older" is decided by birth stamps: ``clock`` numbers the calls, and a mutable thing carries the clock of its
-making. A call merges what it read and wrote into its caller's account however it ends; a hit merges its entry's.
+Memoisation of calls (docs/language.md, section 5). The result of a call is stored unless the call drew random numbers,
+modified something older than itself, or made a mutable object reachable. Mutable objects older than the call that it
+reads
+are marked ``observed``; its result is then valid only in the current epoch, and modifying an observed object starts a
+new
+epoch. Age is determined by birth stamps: ``clock`` numbers the calls, and a mutable object stores the clock at its
+creation. When a call ends, normally or not, its reads and writes are merged into those of its caller; a cache hit
+merges
+those of the stored call.
 """
 
 from __future__ import annotations
@@ -49,11 +53,12 @@ from scenelang.interpreter.scene.entity import Entity, Frames
 from scenelang.interpreter.scene.primitives import class_of
 from scenelang.interpreter.scene.primitives.asset import Asset
 
-# The two random streams of a run: numpy's legacy generator and Python's, so that transpiled programs draw alike.
+# The two random streams of a run are numpy's legacy generator and Python's, so that transpiled programs draw the same
+# numbers.
 
 
 class Streams:
-    """Made when first drawn from; ``seed`` sets both."""
+    """The two global random streams, created when first used."""
 
     def __init__(self, seed: int) -> None:
         self._seeds: list[int] = [seed, seed]
@@ -62,7 +67,7 @@ class Streams:
 
     @property
     def numpy(self) -> Any:
-        """A ``numpy.random.RandomState`` (MT19937)."""
+        """Stream of type ``numpy.random.RandomState`` (MT19937)."""
         if self._numpy is None:
             from numpy.random import RandomState
 
@@ -82,12 +87,12 @@ class Streams:
         self._seeds[1], self._python = seed, None
 
     def seed(self, seed: int) -> None:
-        """Set both streams, as is done just before the root is evaluated."""
+        """Seed both streams, as is done just before the root is evaluated."""
         self.seed_numpy(seed)
         self.seed_python(seed)
 
     def snapshot(self) -> Any:
-        """The state of both streams, for ``restore``."""
+        """Return the state of both streams, for ``restore``."""
         numpy_state = self._numpy.get_state() if self._numpy is not None else None
         python_state = self._python.getstate() if self._python is not None else None
         return tuple(self._seeds), numpy_state, python_state
@@ -102,12 +107,12 @@ class Streams:
 
 
 _NEVER = 1 << 62
-_MOST_PLACES = 16
-_FEW = 32  # items of a key that are not charged
+_MAX_PLACES = 16
+_MIN_CHARGED = 32  # keys with more items are charged
 
 
 class WordCell(Mutable):
-    """What a word is bound to; older than every call."""
+    """Binding of a word, which is older than every call."""
 
     __slots__ = ("function", "span")
 
@@ -120,7 +125,7 @@ class WordCell(Mutable):
 
 @dataclass(frozen=True, slots=True)
 class MemoEntry:
-    """A stored call. ``epoch``: valid only then, or always when None; ``oldest_read`` is merged at a hit."""
+    """Memoised call. It is valid only in ``epoch``, or always if None; ``oldest_read`` is merged on a cache hit."""
 
     value: Any
     epoch: int | None
@@ -129,22 +134,38 @@ class MemoEntry:
 
 @dataclass(frozen=True, slots=True)
 class ZEntry:
-    """An entry of Z: text and attributes for an embedding (vectors stay with the backends)."""
+    """Entry of the embeddings file Z: text and attributes of an embedding (its vectors are used by backends)."""
 
     text: str | None = None
     attributes: Mapping[str, Any] = field(default_factory=dict)
 
 
 def _note_place(entity: Entity, span: Span) -> None:
-    """One more call that made a shared primitive."""
-    if len(entity.places) < _MOST_PLACES and all(place is not span for place in entity.places):
+    """Record the location of another call that created a shared primitive."""
+    if len(entity.places) < _MAX_PLACES and all(place is not span for place in entity.places):
         entity.places = (*entity.places, span)
 
 
 class Runtime:
-    """One run of one program. ``handles`` maps handle names to Z's entries; ``memoise`` is False only in tests of the
-    memo itself; ``snapshots`` are the serials of the calls at whose start the streams' state is kept
-    (None: all). ``asset(file, charge)`` measures a mesh file."""
+    """State of a single run of a program.
+
+    Parameters
+    ----------
+    library
+        Standard library.
+    limits
+        Resource limits.
+    seed
+        Seed of the random streams.
+    handles
+        Entries of the embeddings file Z, by handle.
+    memoise
+        Whether calls are memoised; disabled only in tests of memoisation itself.
+    snapshots
+        Serial numbers of calls at whose start the state of the random streams is saved; None for all calls.
+    asset
+        Function ``asset(file, charge)`` that measures a mesh file.
+    """
 
     def __init__(
         self,
@@ -166,7 +187,7 @@ class Runtime:
         self.words: dict[str, WordCell] = {}
         self.handles = handles or {}
         self.entities = 0
-        # what the innermost running call has read and written; see the module's docstring
+        # reads and writes of the innermost call; see the module's docstring
         self.clock = 1
         self.serial = 0
         self.oldest_write = _NEVER
@@ -176,7 +197,7 @@ class Runtime:
         self._memoise = memoise
         self._memo: dict[Any, MemoEntry] = {}
         self._primitives: dict[Any, Entity] = {}
-        # a tail call on its way to the loop that makes it
+        # pending tail call, for the trampoline
         self.next_body: Any = None
         self.next_frame: Any = None
         self.log: list[str] = []
@@ -187,7 +208,8 @@ class Runtime:
         self.snapshots: dict[int, Any] = {}
 
     def renew(self, started: float | None = None) -> None:
-        """Begin another evaluation in the same run: limits, log and warnings begin anew. ``started``: see ``Meter``."""
+        """Prepare another evaluation in the same run: reset limits, log and warnings (``started``: see
+        ``Meter.renew``)."""
         self.meter.renew(started)
         self.entities = 0
         self.log.clear()
@@ -195,14 +217,14 @@ class Runtime:
         self.warnings.clear()
 
     def forget_calls(self) -> None:
-        """Share no call that was made so far: what calls depend on has changed behind the account's back."""
+        """Invalidate all memoised calls, after a change of their dependencies that was not tracked."""
         self.epoch += 1
         self._memo.clear()
 
     # --- procedures --------------------------------------------------------------------------------------------
 
     def apply(self, function: Any, args: Sequence[Any]) -> Any:
-        """Call any procedure; raises SceneError when ``function`` is none."""
+        """Call a procedure; raise ``SceneError`` if ``function`` is not one."""
         if type(function) is Closure:
             if function.arity == len(args):
                 frame = [function.env, *args]
@@ -217,7 +239,7 @@ class Runtime:
         return self.apply_other(function, args)
 
     def call1(self, function: Any, a: Any) -> Any:
-        """``apply`` to one argument, for builtins' loops."""
+        """Call a procedure with one argument; a fast path for loops of builtins."""
         if type(function) is Closure and function.arity == 1:
             self.tick()
             result = function.body([function.env, a])
@@ -228,7 +250,7 @@ class Runtime:
         return self.apply(function, (a,))
 
     def call2(self, function: Any, a: Any, b: Any) -> Any:
-        """``apply`` to two arguments, for builtins' loops."""
+        """Call a procedure with two arguments; a fast path for loops of builtins."""
         if type(function) is Closure and function.arity == 2:
             self.tick()
             result = function.body([function.env, a, b])
@@ -239,33 +261,35 @@ class Runtime:
         return self.apply(function, (a, b))
 
     def apply_other(self, function: Any, args: Sequence[Any]) -> Any:
-        """Call a procedure that is no closure."""
+        """Call a procedure other than a closure."""
         if type(function) is Builtin:
             self.tick()
             return procedures.call_builtin(self, function, args)
         if type(function) is Escape:
             if len(args) > 1:
-                raise SceneError("arity", f"the escape `{function.name}` wants at most 1 argument, got {len(args)}")
+                raise SceneError(
+                    "arity", f"the escape procedure `{function.name}` expects at most 1 argument, got {len(args)}"
+                )
             if not function.active:
-                raise SceneError("escape", f"`{function.name}` was called after its `let/ec` had ended")
+                raise SceneError("escape", f"`{function.name}` was called after its `let/ec` returned")
             raise EscapeSignal(function, args[0] if args else None)
         if isinstance(function, Procedure):
             return procedures.call_record_procedure(self, function, args)
         raise self.not_a_procedure(function)
 
     def not_a_procedure(self, value: Any, span: Span | None = None) -> SceneError:
-        """The error for a call of ``value``, which stands at ``span``."""
-        message = f"{show(value, 60)} is {type_name(value)}, not a function, so it cannot be called"
-        hint = 'a list of values is `(list ...)`; a word is called with `(call "word" ...)`'
+        """Return the error for calling ``value``; ``span`` is the location of the call."""
+        message = f"expected a function to call, got {type_name(value)}: {show(value, 60)}"
+        hint = 'write a list of values as `(list ...)`, a call of a word as `(call "word" ...)`'
         head = re.match(r"\(([^\s()]+)", span.text) if span is not None and span.expansion is None else None
         if head is not None and head[1] in _known_names(self.library):
-            hint = f"here `{head[1]}` is a name of the program; the function of that name is always `std/{head[1]}`"
+            hint = f"`{head[1]}` is redefined here; call the builtin function as `std/{head[1]}`"
         return SceneError("not-a-procedure", message, hint=hint)
 
-    # --- what calls read and write ---------------------------------------------------------------------------------
+    # --- tracking of reads and writes ------------------------------------------------------------------------------
 
     def read(self, thing: Mutable) -> None:
-        """Note that a mutable thing is read."""
+        """Record that a mutable object is read."""
         birth = thing.birth
         if birth < self.serial:
             thing.observed = True
@@ -273,9 +297,9 @@ class Runtime:
                 self.oldest_read = birth
 
     def write(self, thing: Mutable) -> None:
-        """Note that a mutable thing is about to change; raises SceneError for a copy inside an embedding."""
+        """Record that a mutable object is about to be modified; raise ``SceneError`` for a copy inside an embedding."""
         if thing.birth < 0:
-            raise SceneError("immutable", "this table belongs to an embedding and cannot be changed")
+            raise SceneError("immutable", "a table that belongs to an embedding cannot be modified")
         if thing.observed:
             self.epoch += 1
             thing.observed = False
@@ -283,43 +307,45 @@ class Runtime:
             self.oldest_write = thing.birth
 
     def show(self, value: Any, limit: int = LONGEST) -> str:
-        """``value`` as text that the program gets: what can change in it is read."""
+        """Return ``value`` as text for the program, recording reads of its mutable parts."""
         text = show(value, limit, self.read)
-        if len(text) > _FEW:
+        if len(text) > _MIN_CHARGED:
             self.charge(len(text) >> 3)
         return text
 
     def display(self, value: Any) -> str:
-        """As ``show``, but a string is its own text."""
+        """Return ``value`` as text like ``show``, but strings without quotes."""
         return value if type(value) is str else self.show(value)
 
     def look_at_error(self) -> None:
-        """Note that a program looks at the text of an error, which may show anything that can change: the running calls
-        are not shared."""
+        """Record that a program reads the text of an error, which may depend on any mutable state.
+
+        The current calls are therefore not memoised.
+        """
         self.drew = True
 
     def draw(self, stream: Any = None) -> None:
-        """Note that a random number is drawn: from ``stream``, or from a global stream."""
+        """Record that a random number is drawn from ``stream``, or from a global stream if None."""
         if stream is None:
             self.drew = True
         else:
             self.write(stream)
 
-    # --- making values --------------------------------------------------------------------------------------------
+    # --- construction of values -----------------------------------------------------------------------------------
 
     def mutable_list(self, items: list[Any]) -> MutableList:
         self.meter.check_size(len(items), "a list")
         return MutableList(items, self.clock)
 
     def table_of(self, entries: dict[Any, tuple[Any, Any]]) -> Table:
-        """A table from canonical keys to ``(key, value)`` (see ``equality.table_key``)."""
+        """Return a table; ``entries`` maps canonical keys (see ``values.table_key``) to ``(key, value)``."""
         return Table(entries, self.clock)
 
     def set_of(self, entries: dict[Any, Any]) -> Set:
         return Set(entries, self.clock)
 
     def handle(self, name: str) -> Embedding:
-        """The embedding that a handle in the program stands for, with what Z says of it."""
+        """Return the embedding of a handle, with its text and attributes in the embeddings file Z."""
         entry = self.handles.get(name)
         if entry is None:
             return Embedding(name)
@@ -328,7 +354,7 @@ class Runtime:
     # --- words and calls ------------------------------------------------------------------------------------------
 
     def word_cell(self, word: str) -> WordCell:
-        """The cell of a word; reading it counts as reading something that can change."""
+        """Return the binding of a word, recording a read of mutable state."""
         cell = self.words.get(word)
         if cell is None:
             cell = self.words[word] = WordCell()
@@ -337,12 +363,12 @@ class Runtime:
         return cell
 
     def bind_word(self, word: Any, function: Any, span: Span | None = None) -> None:
-        """``(bind word function)``: from now on, as an effect."""
+        """Bind a word to an entity function, as ``(bind word function)`` does."""
         if type(word) is not str:
-            raise SceneError("word", f"`bind` wants a string for the word, got {type_name(word)}")
+            raise SceneError("word", f"`bind` expects a string for the word, got {type_name(word)}")
         if not isinstance(function, Procedure):
-            hint = "an entity function is `(lambda (z gamma) ...)` or `(lambda () ...)`"
-            raise SceneError("type", f'`bind` wants a function for "{word}", got {type_name(function)}', hint=hint)
+            hint = "write an entity function as `(lambda (z gamma) ...)` or `(lambda () ...)`"
+            raise SceneError("type", f'`bind` expects a function for "{word}", got {type_name(function)}', hint=hint)
         cell = self.words.get(word)
         if cell is None:
             cell = self.words[word] = WordCell()
@@ -351,9 +377,9 @@ class Runtime:
         cell.span = span
 
     def call_word(self, word: str, z: Embedding, rest: Any, written: frozenset[str], span: Span | None) -> Entity:
-        """``(call word z . rest)``: shared with an equal earlier call where that is sound.
+        """Evaluate ``(call word z . rest)``, reusing the result of an equal earlier call if that is sound.
 
-        ``written`` are the attribute names written in this very call: the entity function must know them.
+        ``written`` are the names of the attributes in this call, which the entity function must accept.
         """
         function = self.word_cell(word).function
         if function is None:
@@ -365,8 +391,8 @@ class Runtime:
         if key is False or rest_key is None or not self._memoise:
             key = False
         else:
-            if len(key) + len(rest_key) > _FEW:
-                self.charge((len(key) + len(rest_key)) >> 6)  # what hashing and comparing the key costs
+            if len(key) + len(rest_key) > _MIN_CHARGED:
+                self.charge((len(key) + len(rest_key)) >> 6)  # cost of hashing and comparing the key
             key = (function, word, key, rest_key)
             entry = self._recall(key)
             if entry is not None:
@@ -375,7 +401,7 @@ class Runtime:
         return self._run_call(word, function, z, rest, key, span)
 
     def note_call(self, serial: int) -> None:
-        """Keep the state of the random streams if somebody asked for it at this call."""
+        """Save the state of the random streams if it was requested for this call."""
         if self._snapshot_at is None or serial in self._snapshot_at:
             self.snapshots[serial] = self.streams.snapshot()
 
@@ -394,7 +420,7 @@ class Runtime:
         return result
 
     def shared_application(self, function: Procedure, z: Embedding, rest: Any) -> Any:
-        """``apply-entity-function``: run an entity function on z and gamma, shared like a ``call``."""
+        """Apply an entity function to z and gamma (``apply-entity-function``), memoised like a ``call``."""
         key: Any = z.key if z.key is not None else embedding_key(z, self.charge)
         rest_key = memo_key(rest, self.charge)
         if key is False or rest_key is None or not self._memoise:
@@ -409,7 +435,7 @@ class Runtime:
         return self._account(key, run, lambda value: memo_key(value, self.charge) is None)
 
     def _recall(self, key: Any) -> MemoEntry | None:
-        """A stored call that still holds; what it read is merged into the running call's account."""
+        """Return the memoised call of a key if it is still valid, merging its reads into the current call."""
         entry = self._memo.get(key)
         if entry is None or (entry.epoch is not None and entry.epoch != self.epoch):
             return None
@@ -418,7 +444,7 @@ class Runtime:
         return entry
 
     def _account(self, key: Any, compute: Callable[[int], Any], is_tainted: Callable[[Any], bool]) -> Any:
-        """Run a call with an account of its own, store its value under ``key`` if that is sound, merge the account."""
+        """Run a call while tracking its reads and writes, and memoise its value under ``key`` if that is sound."""
         self.tick()
         serial = self.clock = self.clock + 1
         self.note_call(serial)
@@ -439,13 +465,13 @@ class Runtime:
                 self.oldest_read = outer_read
 
     def check_written(self, word: str, written: frozenset[str]) -> None:
-        """Refuse attribute names, written in a call, that the entity function does not know."""
+        """Raise an error for attributes of a call that the entity function does not accept."""
         function = self.word_cell(word).function
         if written and type(function) is Closure:
             check_keywords(function.code, tuple(written), word)
 
     def remake(self, entity: Entity, z: Embedding) -> Entity:
-        """Make ``entity`` again under another embedding, by the function that made it; see ``graft``."""
+        """Create ``entity`` again with another embedding, by calling its entity function."""
         if entity.is_primitive:
             return self.primitive(entity.word, z)
         if entity.function is None:
@@ -457,11 +483,11 @@ class Runtime:
     def _entity_parts(self, word: str, function: Any, z: Embedding, rest: Any) -> tuple[Any, ...]:
         value = self.apply_entity_function(function, word, z, rest)
         if type(value) is Frames:
-            raise SceneError("frames", f'"{word}" is no root, so its value cannot be frames')
+            raise SceneError("frames", f'the value of "{word}" cannot be frames, because it is not the root')
         return parts.parts_of(self, value, word)
 
     def apply_entity_function(self, function: Any, word: str, z: Embedding, rest: Any) -> Any:
-        """Fill the parameters of ``function`` with z and gamma, and run it."""
+        """Call an entity function with the arguments z and gamma."""
         if type(function) is Closure:
             if function.arity == 0:
                 frame: Frame = [function.env]
@@ -481,7 +507,7 @@ class Runtime:
         return self.apply(function, [z])
 
     def make_entity(self, word: str, z: Embedding, children: tuple[Any, ...]) -> Entity:
-        """A new entity with ``children``, pairs ``(Entity . Matrix)``."""
+        """Create an entity with ``children``, pairs ``(Entity . Matrix)``."""
         self._count_entity()
         tainted = (z.key if z.key is not None else embedding_key(z, self.charge)) is False
         if not tainted:
@@ -492,11 +518,11 @@ class Runtime:
         return Entity(word, z, children, None, tainted)
 
     def primitive(self, word: str, z: Embedding, span: Span | None = None) -> Entity:
-        """The primitive ``word`` under ``z``; shared with every equal one."""
+        """Return the primitive ``word`` with the embedding ``z``, shared with all equal ones."""
         key: Any = z.key if z.key is not None else embedding_key(z, self.charge)
         if key is False:
             return self._new_primitive(word, z, True, span)
-        if len(key) > _FEW:
+        if len(key) > _MIN_CHARGED:
             self.charge(len(key) >> 6)
         entity = self._primitives.get((word, key))
         if entity is None:
@@ -514,7 +540,7 @@ class Runtime:
             asset, attributes = parts.load_asset(self, attributes)
         shape = cls.made(word, attributes, asset)
         if shape.is_flat:
-            self.warn("no-extent", f'the primitive "{word}" has no extent in some direction', span)
+            self.warn("no-extent", f'the primitive "{word}" has zero extent along some axis', span)
         return Entity(word, z, (), shape, tainted, () if span is None else (span,))
 
     def _count_entity(self) -> None:
@@ -522,22 +548,22 @@ class Runtime:
         if self.entities > self.limits.entities:
             raise LimitError(
                 "entities",
-                f"the scene has more than {self.limits.entities:,} distinct entities",
+                f"limit of {self.limits.entities:,} distinct entities exceeded",
                 hint="raise the limit with --max-entities",
             )
 
-    # --- the outside ----------------------------------------------------------------------------------------------
+    # --- output ----------------------------------------------------------------------------------------------------
 
     def print(self, text: str) -> None:
-        """Add a line to the log, which has a limit."""
+        """Append a line to the log, up to the limit of its size."""
         self._log_size += len(text) + 1
         if self._log_size > self.limits.log:
-            self.warn("print-limit", "the log is full; the rest of what the program prints is dropped")
+            self.warn("print-limit", "the log is full; further output of the program is discarded")
         else:
             self.log.append(text)
 
     def warn(self, name: str, message: str, span: Span | None = None, hint: str | None = None) -> None:
-        """Add a warning, once per place."""
+        """Add a warning, at most once per location."""
         key = (name, message, span)
         if key not in self.warnings and len(self.warnings) < 1000:
             self.warnings[key] = Diagnostic(name, message, span, hint)
@@ -550,10 +576,10 @@ def _known_names(library: Library) -> set[str]:
 
 
 def raised_value(error: SceneError) -> Any:
-    """What ``guard`` binds: the value that ``raise`` was given, or the error as a Condition."""
+    """Return the value that ``guard`` binds: the operand of ``raise``, or the error as a Condition."""
     return error.value if error.value is not None else Condition(error)
 
 
 def root_arguments(runtime: Runtime) -> tuple[Embedding, HandleList]:
-    """The root's embedding ``<z1>`` and its endless gamma ``<z2> <z3> ...``."""
+    """Return the root's embedding ``<z1>`` and its infinite list gamma, ``<z2> <z3> ...``."""
     return runtime.handle("z1"), HandleList(2)

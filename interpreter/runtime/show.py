@@ -1,4 +1,4 @@
-"""How values print, without recursion and in time that depends on the length asked for alone."""
+"""Printing of values, without recursion and in time bounded by the requested length."""
 
 from __future__ import annotations
 
@@ -47,18 +47,20 @@ Read = Callable[[Mutable], None]
 
 
 def _unread(_: Mutable) -> None:
-    """For text that no program sees."""
+    """Ignore a read; for text that is not visible to the program."""
 
 
 def display(value: Any, limit: int = LONGEST, read: Read = _unread) -> str:
-    """``value`` as ``print`` and ``format`` show it: strings without quotes, and whole."""
+    """Return ``value`` as text for ``print`` and ``format``: strings are neither quoted nor truncated."""
     return value if type(value) is str else show(value, limit, read)
 
 
 def show(value: Any, limit: int = LONGEST, read: Read = _unread) -> str:
-    """``value`` as the REPL prints it, cut to about ``limit`` characters with ``...``.
+    """Return ``value`` as text for the REPL, truncated to about ``limit`` characters with ``...``.
 
-    ``read`` is told of every mutable thing whose content is looked at; a program that sees the text has read it."""
+    ``read`` is called for every mutable value whose contents are printed, because a program that receives the text has
+    read them.
+    """
     if type(value) in _PLAIN:
         text = atom_text(value)
         return text if len(text) <= limit else text[: max(0, limit - 3)] + "..."
@@ -83,7 +85,7 @@ _PLAIN = frozenset((int, float, bool, type(None)))
 
 
 class _Text:
-    """A piece of output between the items."""
+    """Literal output between items."""
 
     __slots__ = ("text",)
 
@@ -98,7 +100,10 @@ _DOT = _Text(" . ")
 
 
 def _piece(item: Any, stack: list[Iterator[Any]], room: int, read: Read) -> str:
-    """The text that begins ``item``; what follows is pushed on ``stack``. No more than about ``room`` is looked at."""
+    """Return the beginning of the text of ``item``, and push the rest on ``stack``.
+
+    At most about ``room`` characters of a string are processed.
+    """
     if type(item) is Pair:
         stack.append(_list_pieces(item))
         return "("
@@ -136,7 +141,7 @@ def _list_pieces(pair: Pair) -> Iterator[Any]:
 
 
 def _call_pieces(members: Iterator[Any], first: bool) -> Iterator[Any]:
-    """``members`` behind the name of what makes the value; ``first``: there is no name."""
+    """Iterate over the pieces of a call with the operands ``members``; if ``first`` is set, no name precedes them."""
     for member in members:
         if not first:
             yield _SPACE
@@ -168,7 +173,7 @@ def _rows(data: Any) -> Iterator[Any]:
 
 
 class _Rows:
-    """A part of an array that is being printed."""
+    """Subarray that is being printed."""
 
     __slots__ = ("data",)
 
@@ -228,15 +233,15 @@ def _leaf(item: Any, room: int) -> str:
 
 
 def _cut(text: str, room: int) -> str:
-    """``text``, or so much of it that what is shown is cut."""
+    """Return ``text``, or a prefix long enough to be recognized as truncated."""
     return text if len(text) <= room + 8 else text[: max(0, room) + 8]
 
 
-# Array values: literals, and the way between the language's array types and numpy's.
+# Array values: literals, and conversion between the language's array types and numpy arrays.
 
 
 def from_numpy(data: Any) -> Any:
-    """The value that a numpy array is: a number, a Vector, a Matrix when it is a pose, else an Array."""
+    """Convert a numpy array to a number, a Vector, a Matrix (if it is a pose) or an Array."""
     data = np.asarray(data)
     if data.dtype.kind == "f":
         data = data.astype(np.float64, copy=False)
@@ -254,7 +259,7 @@ def from_numpy(data: Any) -> Any:
 
 
 def numbers_to_numpy(numbers: Any) -> npt.NDArray[Any]:
-    """Python numbers, nested or not, as int64 when all are integers that fit, else float64."""
+    """Convert (nested) Python numbers to an array of int64 if all are integers that fit, else float64."""
     data = np.array(numbers)
     if data.dtype.kind in "iu" and data.dtype != np.uint64:
         return data.astype(np.int64, copy=False)
@@ -263,12 +268,14 @@ def numbers_to_numpy(numbers: Any) -> npt.NDArray[Any]:
     try:
         return np.array(numbers, dtype=np.float64)
     except OverflowError:
-        raise SceneError("domain", "an integer is too large to stand in an array") from None
+        raise SceneError("domain", "integer too large for an array") from None
 
 
 def array_literal(items: Sequence[Any], reader: TypeReader | None = None) -> Any:
-    """The value of ``[item ...]``: numbers, or arrays of one shape. Raises SceneError for anything else. ``reader`` is
-    told of the mutable things among the items; a constant has none."""
+    """Return the value of ``[item ...]``, whose items are numbers or arrays of the same shape.
+
+    Raises ``SceneError`` for other items. ``reader`` tracks reads of mutable items; it is not required for a constant.
+    """
     kinds = {type(item) for item in items}
     if kinds <= {float} or kinds == {int}:
         return Vector(items)
@@ -276,16 +283,16 @@ def array_literal(items: Sequence[Any], reader: TypeReader | None = None) -> Any
         if type(item) not in (int, float) and not isinstance(
             item, (Vector, Matrix, Array, MutableArray, Pair, MutableList)
         ):
-            what = f"an array holds numbers, got {type_name(item)}: {show(item, 60)}"
-            raise SceneError("type", what, hint="a list of anything is `(list ...)`")
+            message = f"expected a number in an array, got {type_name(item)}: {show(item, 60)}"
+            raise SceneError("type", message, hint="use `(list ...)` for a list of other values")
     try:
         if kinds == {int, float}:
             return Vector([float(item) for item in items])
         return from_numpy(numbers_to_numpy([_row(item, reader) for item in items]))
     except OverflowError:
-        raise SceneError("domain", "an integer is too large to stand in an array of floats") from None
+        raise SceneError("domain", "integer too large for an array of floats") from None
     except ValueError:
-        raise SceneError("value", "the rows of an array must have one shape") from None
+        raise SceneError("value", "the rows of an array must have the same shape") from None
 
 
 def _row(item: Any, reader: TypeReader | None) -> Any:
@@ -301,11 +308,12 @@ def _row(item: Any, reader: TypeReader | None) -> Any:
         return item
     numbers = numbers_of(item, reader)
     if numbers is None:
-        raise SceneError("type", f"a row of an array holds numbers, got {show(item, 60)}")
+        raise SceneError("type", f"expected a row of numbers in an array, got {show(item, 60)}")
     return numbers
 
 
-# Attributes as plain data, for JSON and files: numbers, arrays, strings, booleans, lists, tables (language.md, 4).
+# Attributes as plain data for JSON and files: numbers, arrays, strings, booleans, lists and tables
+# (docs/language.md, section 4).
 
 
 MAX_DEPTH = 100
@@ -313,11 +321,11 @@ MAX_ITEMS = 1_000_000
 
 
 class NotPlain(Exception):
-    """The value holds something that no file can: a function, an entity, nan, or nesting without end."""
+    """Raised for a value that cannot be serialized: it contains a function, entity or nan, or is nested too deeply."""
 
 
 def plain_value(value: Any, tagged: bool = False) -> Any:
-    """``value`` as JSON data. ``tagged`` keeps arrays, tables and embeddings apart from lists, to read them back."""
+    """Convert ``value`` to JSON data. If ``tagged``, arrays, tables and embeddings are marked, to be read back."""
     return _plain(value, tagged, 0, [MAX_ITEMS])
 
 
@@ -378,7 +386,7 @@ def _items(value: Any) -> list[Any]:
 
 
 def plain_attributes(entity: Entity) -> dict[str, Any]:
-    """An entity's attributes as JSON data; what is not plain is left out."""
+    """Return an entity's attributes as JSON data, without those that cannot be serialized."""
     found: dict[str, Any] = {}
     for name, value in entity.embedding.attributes.items():
         try:
@@ -389,26 +397,29 @@ def plain_attributes(entity: Entity) -> dict[str, Any]:
 
 
 def primitive_attributes(entity: Entity) -> dict[str, Any]:
-    """A primitive's attributes as JSON data, its geometry's defaults filled in; what is not plain is left out."""
+    """Return a primitive's attributes as JSON data, including defaults, without those that cannot be serialized."""
     found = plain_attributes(entity)
     if entity.shape is not None:
         defaults = entity.shape.defining()
-        found = {**{k: v for k, v in defaults.items() if k not in found or k != "fill"}, **_kept(found, defaults)}
+        found = {
+            **{k: v for k, v in defaults.items() if k not in found or k != "fill"},
+            **_unnormalised(found, defaults),
+        }
     return found
 
 
-def _kept(found: dict[str, Any], defaults: dict[str, Any]) -> dict[str, Any]:
-    """The given attributes that geometry does not normalise (``fill`` is the program's own)."""
+def _unnormalised(found: dict[str, Any], defaults: dict[str, Any]) -> dict[str, Any]:
+    """Return the given attributes that the geometry does not normalise (``fill`` is always the given one)."""
     return {name: value for name, value in found.items() if name not in defaults or name == "fill"}
 
 
-# Tagged plain data as the language's values again: the inverse of ``plain.plain_value(value, tagged=True)``.
+# Conversion of tagged plain data back to values: the inverse of ``plain_value(value, tagged=True)``.
 
 
 def value_of(plain: Any, depth: int = 0) -> Any:
-    """The value that tagged JSON data stands for; raises ValueError where it stands for none."""
+    """Convert tagged JSON data to a value; raise ``ValueError`` if it is malformed."""
     if depth > MAX_DEPTH:
-        raise ValueError("an attribute is nested too deeply")
+        raise ValueError("attribute nested too deeply")
     if isinstance(plain, list):
         return make_list([value_of(item, depth + 1) for item in plain])
     if not isinstance(plain, dict):
@@ -421,12 +432,12 @@ def value_of(plain: Any, depth: int = 0) -> Any:
     if "embedding" in plain:
         handle, text, attributes = plain["embedding"]
         return Embedding(handle, text, {name: value_of(item, depth + 1) for name, item in attributes.items()})
-    raise ValueError("an attribute is malformed")
+    raise ValueError("malformed attribute")
 
 
 def _read_array(data: Any) -> Any:
     if not isinstance(data, list):
-        raise ValueError("an array is no list")
+        raise ValueError("expected a list of array items")
     if all(isinstance(x, (int, float)) for x in data):
         return array_literal(data)
     return from_numpy(np.array(data))

@@ -1,4 +1,4 @@
-"""Types of parameters: the paper's annotations and what builtins ask for. A typed argument is checked and converted."""
+"""Parameter types: the paper's annotations and the types of builtins' parameters, with checks and conversions."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ from scenelang.interpreter.scene.entity import Entity, Frames
 
 
 class Mismatch(Exception):
-    """The value has another type; whoever knows the parameter turns this into a diagnostic."""
+    """Raised for a value of the wrong type; converted to a diagnostic by code that knows the parameter."""
 
 
 class TypeReader(Protocol):
-    """Who is told of what a conversion reads and how much work it is: the runtime."""
+    """Callbacks of conversions, implemented by the runtime, that track reads of mutable values and the work done."""
 
     def read(self, thing: Mutable) -> None:
-        """Note that ``thing`` is read."""
+        """Record that ``thing`` is read."""
 
     @property
     def charge(self) -> Callable[[int], None]: ...
@@ -55,8 +55,11 @@ class TypeReader(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Type:
-    """``checker(reader)`` gives the function that makes a value one of this type or raises Mismatch; ``name`` is what
-    people read. A type whose values are looked into has ``walk``, which tells the reader; any other has ``convert``."""
+    """Type of a parameter.
+
+    ``checker(reader)`` returns a function that converts a value to this type or raises ``Mismatch``. A type that
+    inspects the contents of values has ``walk``, which also takes the reader; other types have ``convert``.
+    """
 
     name: str
     convert: Callable[[Any], Any]
@@ -67,7 +70,7 @@ class Type:
 
 
 def type_name(value: Any) -> str:
-    """The name of a value's type, with an article, for messages: ``a String``, ``an Entity``."""
+    """Return the name of a value's type with an article for messages, such as ``a String`` or ``an Entity``."""
     kind = type(value)
     if kind in _NAMES:
         return _NAMES[kind]
@@ -105,7 +108,7 @@ def _integer(value: Any) -> int:
 
 
 def _float(value: Any) -> int | float:
-    """An Integer passes as Float unchanged."""
+    """Accept a Float, or an Integer, which is not converted."""
     if type(value) is float or type(value) is int:
         return value
     raise Mismatch
@@ -144,7 +147,7 @@ def _embedding(value: Any) -> Embedding:
 
 
 def numbers_of(value: Any, reader: TypeReader | None = None) -> list[Any] | None:
-    """The items of a Vector, one-dimensional array or list when all are numbers, else None."""
+    """Return the items of a Vector, one-dimensional array or list if all are numbers, else None."""
     if type(value) is Vector:
         if reader is not None:
             reader.charge(len(value) >> 4)
@@ -179,7 +182,7 @@ def _vector(reader: TypeReader, value: Any) -> Vector:
 
 
 def vector_of(numbers: list[Any]) -> Vector:
-    """A Vector of ``numbers``: integers stay integers when all of them are, else all become floats."""
+    """Return a Vector of ``numbers``; unless all are integers, they are converted to floats."""
     if all(type(n) is int for n in numbers):
         return Vector(numbers)
     try:
@@ -196,7 +199,7 @@ def _point(reader: TypeReader, value: Any) -> Vector:
 
 
 def matrix_or_none(reader: TypeReader, value: Any) -> Matrix | None:
-    """The pose that ``value`` (Matrix, 4x4 array, nested list) is, or None."""
+    """Convert a Matrix, 4x4 array or nested list to a pose, or return None if it is not one."""
     if type(value) is Matrix:
         return value
     _note(reader, value)
@@ -256,7 +259,7 @@ def _tuple_of(items: tuple[Type, ...]) -> Callable[[TypeReader, Any], Any]:
     return walk
 
 
-# an entity and the root's handles pass, since the functions on sequences say best why these are none
+# entities and the root's handles are accepted here, because functions on sequences report a more specific error
 _SEQUENCES = (Pair, type(NIL), MutableList, Vector, Matrix, Array, MutableArray, Table, Set, HandleList, Entity)
 
 
@@ -316,7 +319,7 @@ def _split_arguments(text: str) -> list[str]:
 
 @cache
 def parse_type(text: str) -> Type:
-    """The type that an annotation names; raises KeyError with the unknown name."""
+    """Return the type named by an annotation; raise ``KeyError`` with the name if it is unknown."""
     text = text.strip()
     if text in BASE_TYPES:
         return BASE_TYPES[text]
@@ -334,7 +337,7 @@ def parse_type(text: str) -> Type:
 
 
 def record_type(name: str) -> Type:
-    """The type of the records that ``(define-record name ...)`` makes."""
+    """Return the type of the records of ``(define-record name ...)``."""
 
     def convert(value: Any) -> Any:
         if type(value) is Record and value.type.name == name:
@@ -344,17 +347,17 @@ def record_type(name: str) -> Type:
     return Type(name, convert)
 
 
-# The interface through which the interpreter is given builtins: it never imports ``stdlib``.
+# Interface between the interpreter and the standard library, which the interpreter never imports.
 #
-# A builtin's signature, types, doc and example are written once, in its entry; help, reference documentation,
-# completion and prompts come from there. Signatures are written as people read them::
+# The registry entry of a builtin is the single source of its signature, documentation and example, from which help,
+# reference documentation, completion and prompts are generated. Signatures use this notation::
 #
 #     angle::Float axis::Vector [point::Vector]      two required parameters and an optional one
 #     count::Integer items::Any ...                  a rest parameter
 #     xs::Sequence [:key::Function] [:reverse::Boolean]   keyword parameters, each optional
 
 
-STD = "std/"  # before a name: the library's own, never shadowed; before a file: a module of the library
+STD = "std/"  # prefix of library names, which are never shadowed, and of library modules
 
 
 @dataclass(frozen=True, slots=True)
@@ -368,7 +371,7 @@ class BuiltinParameter:
 
 @dataclass(frozen=True, slots=True)
 class Signature:
-    """The parameters of a builtin by kind; ``text`` is the signature as written."""
+    """Parameters of a builtin by kind; ``text`` is the signature as written."""
 
     text: str
     required: tuple[BuiltinParameter, ...]
@@ -381,7 +384,7 @@ _PARAMETER = re.compile(r"\[(?P<inner>[^\s\[\]]+(?:\[.*?\])?)\]|(?P<plain>\.\.\.
 
 
 def parse_signature(text: str) -> Signature:
-    """Parse the notation above. Raises ValueError for a parameter out of order."""
+    """Parse a signature in the notation above; raise ``ValueError`` for a parameter out of order."""
     parameters: list[BuiltinParameter] = []
     for match in _PARAMETER.finditer(text):
         word = match["inner"] or match["plain"]
@@ -404,11 +407,23 @@ def parse_signature(text: str) -> Signature:
 
 @dataclass(frozen=True, eq=False)
 class Builtin(Procedure):
-    """One registry entry.
+    """Builtin function, an entry of the registry.
 
-    ``function(runtime, *positionals, **keywords)``: optional parameters that are not given are left out, a rest
-    parameter becomes Python's ``*args``; names with dashes arrive with underscores. ``intrinsic`` names the operation
-    that the compiler has a fast path for. ``example`` is a pair of an expression and its printed value.
+    Attributes
+    ----------
+    name, parameters, result
+        Name, signature of the parameters and type of the result.
+    function
+        Implementation, called as ``function(runtime, *positionals, **keywords)``. Omitted optional arguments are not
+        passed, rest arguments are passed as ``*args``, and dashes in keyword names become underscores.
+    doc, example
+        Documentation, and an expression with its printed value.
+    topic
+        Section of the reference documentation.
+    since
+        Version that introduced the builtin.
+    intrinsic
+        Operation for which the compiler has a fast path.
     """
 
     name: str
@@ -427,16 +442,26 @@ class Builtin(Procedure):
 
     @property
     def usage(self) -> str:
-        """The signature as diagnostics and help show it: ``(rotate angle::Float axis::Vector) -> Matrix``."""
+        """Signature for diagnostics and help, such as ``(rotate angle::Float axis::Vector) -> Matrix``."""
         return f"({self.name}{' ' if self.parameters else ''}{self.parameters}) -> {self.result}"
 
 
 @dataclass(frozen=True, eq=False)
 class Library:
-    """What a program can use: builtins and constants by name, and modules of source in the language by file name.
+    """Standard library.
 
-    ``prelude`` names the modules whose definitions every program sees; ``imported`` holds, by module, the builtins that
-    a program has only when it imports that module.
+    Attributes
+    ----------
+    builtins, constants
+        Predefined builtins and constants, by name.
+    modules
+        Source text of the modules written in the language, by name.
+    prelude
+        Names of the modules whose definitions are predefined.
+    constant_docs
+        Documentation of the constants.
+    imported
+        Builtins that must be imported, by module.
     """
 
     builtins: Mapping[str, Builtin]
@@ -447,12 +472,12 @@ class Library:
     imported: Mapping[str, Mapping[str, Builtin]] = field(default_factory=dict)
 
     def module_of(self, name: str) -> str | None:
-        """The module that brings the builtin ``name``, None for any other name."""
+        """Return the module from which the builtin ``name`` must be imported, or None."""
         return next((module for module, builtins in self.imported.items() if name in builtins), None)
 
 
 class Registry:
-    """Collects the entries of one topic; ``@registry.define(...)`` stands beside each function."""
+    """Registry of the builtins of one topic, filled by the decorator ``@registry.define(...)``."""
 
     def __init__(self, topic: str) -> None:
         self.topic = topic

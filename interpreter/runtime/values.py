@@ -1,7 +1,8 @@
-"""The data of the language that Python does not already have (docs/language.md, "Values").
+"""Values of the language other than Python's own numbers, strings, booleans and None (docs/language.md, "Values").
 
-Numbers, strings, booleans and ``none`` are Python's own. Everything here is immutable except the classes under
-"mutable twins", whose instances carry a birth stamp so that memoised calls stay sound (see ``runtime``).
+All values are immutable except those of the classes under "mutable values", whose instances carry a birth stamp, so
+that
+memoised calls remain sound (see ``runtime``).
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ NIL = Nil()
 
 
 class Pair:
-    """An immutable pair. A list is ``NIL`` or a pair whose ``cdr`` is a list."""
+    """Immutable pair. A list is ``NIL``, or a pair whose ``cdr`` is a list."""
 
     __slots__ = ("car", "cdr")
 
@@ -48,7 +49,7 @@ class Pair:
 
 
 def make_list(items: Iterable[Any], tail: Any = NIL) -> Any:
-    """The list of ``items``, ending in ``tail``."""
+    """Return a list of ``items`` that ends in ``tail``."""
     result = tail
     for item in reversed(items if isinstance(items, (list, tuple)) else list(items)):
         result = Pair(item, result)
@@ -56,14 +57,14 @@ def make_list(items: Iterable[Any], tail: Any = NIL) -> Any:
 
 
 def iterate_list(value: Any) -> Iterator[Any]:
-    """The items of a proper list (the tail of an improper one is ignored)."""
+    """Iterate over the items of a proper list (the tail of an improper list is ignored)."""
     while type(value) is Pair:
         yield value.car
         value = value.cdr
 
 
 def list_items(value: Any) -> list[Any]:
-    """The items of a proper list as a Python list."""
+    """Return the items of a proper list as a Python list."""
     items = []
     while type(value) is Pair:
         items.append(value.car)
@@ -72,13 +73,13 @@ def list_items(value: Any) -> list[Any]:
 
 
 class Vector(tuple[Any, ...]):
-    """A one-dimensional array: all items are ``int`` or all are ``float``."""
+    """One-dimensional array whose items are all ``int`` or all ``float``."""
 
     __slots__ = ()
 
 
 class Matrix(tuple[float, ...]):
-    """An affine pose: the upper three rows of a 4x4 matrix, row-major, 12 floats; the last row is 0 0 0 1."""
+    """Pose as an affine 4x4 matrix: the 12 floats of the upper three rows, row-major; the last row is 0 0 0 1."""
 
     __slots__ = ()
 
@@ -87,7 +88,7 @@ IDENTITY = Matrix((1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0))
 
 
 class Array:
-    """An immutable array of two or more dimensions that is no pose."""
+    """Immutable array of two or more dimensions that is not a pose."""
 
     __slots__ = ("data",)
 
@@ -97,9 +98,10 @@ class Array:
 
 
 class Embedding:
-    """What tells one instance of a class from another: handle, text and attributes, each optional (paper, eq. 1).
+    """Embedding, which distinguishes the instances of a class of entities (paper, eq. 1).
 
-    ``handle`` is the name between the angle brackets (``z1``), ``attributes`` maps names (no colon) to values.
+    It has an optional handle, text and attributes. ``handle`` is the name without angle brackets (``z1``), and
+    ``attributes`` maps names without colon to values.
     """
 
     __slots__ = ("attributes", "handle", "key", "text")
@@ -110,7 +112,7 @@ class Embedding:
         self.handle = handle
         self.text = text
         self.attributes: Mapping[str, Any] = attributes if attributes is not None else {}
-        self.key: Any = None  # cached by ``equality.embedding_key``
+        self.key: Any = None  # cached by ``embedding_key``
 
     def __repr__(self) -> str:
         return f"<embedding {self.handle or ''}>"
@@ -120,7 +122,7 @@ ANONYMOUS = Embedding()
 
 
 class HandleList:
-    """The root's gamma: the lazy, endless list ``<zk> <zk+1> ...`` (language.md, section 4)."""
+    """The root's gamma: the lazy infinite list ``<zk> <zk+1> ...`` (docs/language.md, section 4)."""
 
     __slots__ = ("start",)
 
@@ -129,7 +131,7 @@ class HandleList:
 
 
 class Procedure:
-    """Anything that can be applied. ``name`` is what diagnostics call it."""
+    """Base class of callable values. ``name`` is used in diagnostics."""
 
     __slots__ = ()
     name: str
@@ -137,18 +139,19 @@ class Procedure:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Condition:
-    """What ``guard`` binds for an error that is not a raised value: the error, as data."""
+    """Error as a value, which ``guard`` binds for errors that were not raised with a value."""
 
     error: SceneError
 
 
-# --- mutable twins ---------------------------------------------------------------------------------------------
+# --- mutable values --------------------------------------------------------------------------------------------
 
 
 class Mutable:
-    """Something that can change: ``birth`` orders it against running calls, ``observed`` says a stored call read it.
+    """Base class of mutable values.
 
-    A negative birth marks a copy that belongs to an embedding and can no longer be changed.
+    ``birth`` is the clock at its creation, by which it is ordered relative to calls; a negative birth marks a copy in
+    an embedding, which cannot be modified. ``observed`` is set if a memoised call has read it.
     """
 
     __slots__ = ("birth", "observed")
@@ -175,7 +178,7 @@ class MutableArray(Mutable):
 
 
 class Table(Mutable):
-    """Insertion-ordered; ``entries`` maps a canonical key to ``(key, value)``."""
+    """Insertion-ordered table. ``entries`` maps a canonical key to ``(key, value)``."""
 
     __slots__ = ("entries",)
 
@@ -185,7 +188,7 @@ class Table(Mutable):
 
 
 class Set(Mutable):
-    """Insertion-ordered; ``entries`` maps a canonical key to the member."""
+    """Insertion-ordered set. ``entries`` maps a canonical key to the member."""
 
     __slots__ = ("entries",)
 
@@ -195,7 +198,7 @@ class Set(Mutable):
 
 
 class RecordType:
-    """The type that ``define-record`` makes."""
+    """Record type created by ``define-record``."""
 
     __slots__ = ("fields", "name")
 
@@ -214,7 +217,7 @@ class Record(Mutable):
 
 
 class Stream(Mutable):
-    """A random stream of one's own; ``generator`` is numpy's ``RandomState``/``Generator`` or ``random.Random``."""
+    """Separate random stream. ``generator`` is numpy's ``RandomState`` or ``Generator``, or ``random.Random``."""
 
     __slots__ = ("generator", "kind")
 
@@ -224,19 +227,19 @@ class Stream(Mutable):
         self.generator = generator
 
 
-# Equality and canonical keys of values, without recursion: data may be nested as deep as memory allows.
+# Equality and canonical keys of values, without recursion, because data may be nested arbitrarily deeply.
 
 
 _NUMBERS = (int, float)
 _CHARGE = 1024
 _PLAIN = frozenset((int, str, bool, type(None), Symbol))
 _pack_three = Struct("3d").pack
-_LONGEST_KEY = 200_000
-_FEW = 32  # items that are not charged
+_MAX_KEY = 200_000
+_MIN_CHARGED = 32  # longer sequences are charged
 
 
 class KeyReader(Protocol):
-    """What equality tells of its work: the mutable things that it reads, and how much it does."""
+    """Callbacks of equality tests, which track reads of mutable values and the amount of work."""
 
     def read(self, thing: Mutable) -> None: ...
 
@@ -245,9 +248,10 @@ class KeyReader(Protocol):
 
 
 def equal(reader: KeyReader, a: Any, b: Any, typed: bool = True) -> bool:
-    """Structural equality. ``typed``: 1 and 1.0 differ (``equal?``); else numbers compare by value (``contains?``).
+    """Return whether two values are structurally equal.
 
-    Pairs that were compared before are not compared again, so shared and circular data end.
+    If ``typed``, 1 and 1.0 differ (``equal?``); otherwise numbers are compared by value (``contains?``). Pairs of
+    objects are compared only once, so the comparison of shared and circular data terminates.
     """
     stack = [(a, b)]
     seen: set[tuple[int, int]] = set()
@@ -283,7 +287,7 @@ def equal(reader: KeyReader, a: Any, b: Any, typed: bool = True) -> bool:
 
 
 def _sequence_step(reader: KeyReader, a: Any, b: Any) -> tuple[list[Any] | None, list[Any] | None]:
-    """What is left to compare of two lists; None when they cannot be equal."""
+    """Return the parts of two lists that remain to be compared, or None if they cannot be equal."""
     if type(a) is Pair and type(b) is Pair:
         return [a.car, a.cdr], [b.car, b.cdr]
     left, right = _list_or_none(reader, a), _list_or_none(reader, b)
@@ -355,26 +359,26 @@ def _same_kind(reader: KeyReader, a: Any, b: Any, stack: list[tuple[Any, Any]], 
 
 
 class _Opaque(Exception):
-    """The value has no key."""
+    """Raised if a value has no key."""
 
 
 _SCALAR_TAGS: dict[type, str] = {str: "s", Symbol: "y", Keyword: "k", bool: "b", type(None): "n"}
 
-# CPython gives integers that differ by a multiple of 2^61 - 1 one hash, so that a table of such is searched one by one.
-# Where integers are that long, their digits are the key, for the hash of a text is another in every process.
+# CPython hashes integers modulo 2^61 - 1, so a program could construct colliding keys that make a table quadratic. Long
+# integers are therefore keyed by their digits, because string hashes are randomized in every process.
 _LONG = 1 << 60
 
 Charge = Callable[[int], None]
 
 
 def _uncharged(_: int) -> None:
-    """For keys of what is known to be small."""
+    """Ignore a charge; for keys of values that are known to be small."""
 
 
 def memo_key(value: Any, charge: Charge = _uncharged) -> Any:
-    """A hashable key, equal for values that no program can tell apart; None when ``value`` is not immutable data.
+    """Return a hashable key that is equal for indistinguishable values, or None if ``value`` is not immutable data.
 
-    Flat, so that hashing never recurses. Numbers are keyed by type: 1, 1.0, -0.0 and #t differ.
+    The key is flat, so that hashing does not recurse. Numbers are keyed by type: 1, 1.0, -0.0 and #t differ.
     """
     try:
         return _key(value, typed=True, charge=charge)
@@ -383,8 +387,10 @@ def memo_key(value: Any, charge: Charge = _uncharged) -> Any:
 
 
 def table_key(value: Any, charge: Charge = _uncharged) -> Any:
-    """The canonical key under which tables and sets keep ``value``: numbers by value, lists by content, others by
-    identity."""
+    """Return the canonical key of ``value`` in tables and sets.
+
+    Numbers are keyed by value, lists by content, and other values by identity.
+    """
     kind = type(value)
     if kind is str:
         return value
@@ -394,7 +400,7 @@ def table_key(value: Any, charge: Charge = _uncharged) -> Any:
 
 
 def _long_key(number: int | float) -> Any:
-    """The key of a number of many digits; an integer and an equal float have one key."""
+    """Return the key of a number with many digits; an integer and an equal float have the same key."""
     if type(number) is float and not isfinite(number):
         return number
     return ("i", hex(int(number)))
@@ -410,10 +416,10 @@ def _key(value: Any, typed: bool, charge: Charge) -> tuple[Any, ...]:
         if len(out) - charged >= _CHARGE:
             charge((len(out) - charged) >> 4)
             charged = len(out)
-            if charged > _LONGEST_KEY:
+            if charged > _MAX_KEY:
                 if typed:
                     raise _Opaque
-                raise LimitError("size", "a key of a table or set is too large")
+                raise LimitError("size", "key of a table or set is too large")
         if kind is float or kind is int:
             out.append(_number_key(item) if typed else table_key(item))
         elif kind in _SCALAR_TAGS:
@@ -455,7 +461,7 @@ def _number_key(item: Any) -> Any:
 
 
 def _opaque_key(item: Any, typed: bool) -> Any:
-    """Entities are immutable and compare by identity; tables and sets keep anything else by identity too."""
+    """Return the key of a value compared by identity; memo keys admit only untainted entities, which are immutable."""
     if not typed:
         return item
     if getattr(item, "tainted", True):
@@ -464,7 +470,7 @@ def _opaque_key(item: Any, typed: bool) -> Any:
 
 
 def embedding_key(embedding: Embedding, charge: Charge = _uncharged) -> Any:
-    """``memo_key`` of an embedding, cached; False when it has none."""
+    """Return the cached ``memo_key`` of an embedding, or False if it has none."""
     key = embedding.key
     if key is None:
         key = _plain_key(embedding, charge)
@@ -475,16 +481,16 @@ def embedding_key(embedding: Embedding, charge: Charge = _uncharged) -> Any:
 
 
 def _plain_key(embedding: Embedding, charge: Charge) -> Any:
-    """The key of an embedding whose attributes are numbers, strings and vectors, as nearly all are; else None."""
+    """Return the key of an embedding with only numbers, strings and vectors as attributes (fast path), else None."""
     out: list[Any] = [embedding.handle, embedding.text]
-    if len(embedding.attributes) > _FEW:
+    if len(embedding.attributes) > _MIN_CHARGED:
         charge(len(embedding.attributes) >> 4)
     for name, value in embedding.attributes.items():
         kind = type(value)
         if kind is Vector:
-            if len(value) > _FEW:
+            if len(value) > _MIN_CHARGED:
                 charge(len(value) >> 5)
-            if value and type(value[0]) is float:  # bytes, since -0.0 is no 0.0
+            if value and type(value[0]) is float:  # bytes, to distinguish -0.0 from 0.0
                 value = _pack_three(*value) if len(value) == 3 else pack(f"{len(value)}d", *value)
             elif value:
                 value = tuple(map(_number_key, value))

@@ -34,13 +34,13 @@ class Writer:
         if isinstance(expression, Sequence):
             return [token for item in expression.items for token in self._write(item, depth)]
         if isinstance(expression, Repeat):
-            most = 1 if expression.once else 3
-            turns = self._random.randint(expression.least, most) if depth > 0 else expression.least
+            maximum = 1 if expression.once else 3
+            turns = self._random.randint(expression.minimum, maximum) if depth > 0 else expression.minimum
             return [token for _ in range(turns) for token in self._write(expression.item, depth)]
         options = [option for option in expression.options if option not in self._avoid]
         if depth <= 0:
-            least = min(self._cost(option) for option in options)
-            options = [option for option in options if self._cost(option) == least]
+            minimum = min(self._cost(option) for option in options)
+            options = [option for option in options if self._cost(option) == minimum]
         return self._write(self._random.choice(options), depth)
 
     def _cost(self, expression: Expression) -> float:
@@ -65,5 +65,5 @@ def _cost(expression: Expression, costs: Mapping[str, float]) -> float:
     if isinstance(expression, Choice):
         return min(_cost(option, costs) for option in expression.options)
     if isinstance(expression, Repeat):
-        return _cost(expression.item, costs) if expression.least else 0
+        return _cost(expression.item, costs) if expression.minimum else 0
     return 0

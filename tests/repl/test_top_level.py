@@ -57,7 +57,7 @@ def test_a_record_of_an_old_definition_is_told_as_one(use: str) -> None:
     evaluation = repl()
     say(evaluation, "(define-record pt x)", "(define p (pt 1))", "(define-record pt x)")
     (problem,) = evaluation.evaluate(evaluation.source(use)).diagnostics
-    assert problem.hint == "the record was defined anew; this one is of the old definition"
+    assert problem.hint == "the record type was redefined; this value belongs to the old definition"
     (other,) = evaluation.evaluate(evaluation.source("(pt-x 5)")).diagnostics
     assert other.name == problem.name == "type"
     assert other.hint is None

@@ -424,7 +424,7 @@ def test_names_come_with_the_import_only() -> None:
     assert (name, message) == ("unbound", "`py-+` is not defined")
     checked = session().check(Source("<test>", "(print (std/py-+ 1 2))"))
     (problem,) = [d for d in checked.diagnostics if d.is_error]
-    assert problem.hint == '`(import "std/python.scene")` brings it'
+    assert problem.hint == 'add `(import "std/python.scene")`'
     assert not set(build_library().builtins) & set(build_library().imported["python.scene"])
 
 

@@ -98,5 +98,5 @@ def test_names_that_cannot_change_are_refused() -> None:
     session = Session()
     program = session.check(Source("<a>", text)).program
     assert program is not None
-    with pytest.raises(SceneError, match="`y` hides another `y`"):
+    with pytest.raises(SceneError, match="`y` shadows another `y`"):
         session.expansion(program)
