@@ -214,8 +214,8 @@ class References:
         size = target.stat().st_size
         self._room -= size
         if self._room < 0:
-            message = f"the files that the asset {self.file_name} refers to exceed the limit of {MAX_FILE_BYTES:,} bytes"
-            raise SceneError("file", f"{message} in total")
+            message = f"the files that the asset {self.file_name} refers to exceed the total limit"
+            raise SceneError("file", f"{message} of {MAX_FILE_BYTES:,} bytes")
         with target.open("rb") as file:
             data = file.read(size)
         self.picture(data, f"`{name[:80]}`")
@@ -511,9 +511,7 @@ class _Gltf:
         meshes = [node["mesh"] for node in self._all("nodes") if "mesh" in node]
         parts = sum(sizes[mesh][0] for mesh in meshes) + sum(count for count, _ in sizes)
         if parts > MAX_NODES:
-            message = (
-                f"the nodes of the asset {self._name} place {parts:,} parts, more than the limit of {MAX_NODES:,}"
-            )
+            message = f"the nodes of the asset {self._name} place {parts:,} parts, more than the limit of {MAX_NODES:,}"
             raise SceneError("file", message)
         triangles = sum(sizes[mesh][1] for mesh in meshes)
         if triangles > MAX_TRIANGLES:

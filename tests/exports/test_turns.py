@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from exports.gltf_reader import _matrix
-from scenelang.backends.exports.gltf import Decomposition, node_fields, decompose_track, decompose
+from scenelang.backends.exports.gltf import Decomposition, decompose, decompose_track, node_fields
 
 
 def product(turns: Decomposition, index: int) -> np.ndarray:

@@ -111,7 +111,12 @@ def test_defaults_fill_what_is_missing() -> None:
     ("name", "given", "told", "hint"),
     [
         ("oak_stairs", {"fasing": "east"}, "`facing`, `half`, `shape` and `waterlogged`", "did you mean `facing`?"),
-        ("oak_stairs", {"facing": "nort"}, "must be `north`, `south`, `west` or `east`; `nort` is ignored", "did you mean `north`?"),
+        (
+            "oak_stairs",
+            {"facing": "nort"},
+            "must be `north`, `south`, `west` or `east`; `nort` is ignored",
+            "did you mean `north`?",
+        ),
         ("stone", {"facing": "north"}, "it has no properties", None),
         ("chain", {"axis": "w"}, "minecraft:iron_chain", None),
     ],
