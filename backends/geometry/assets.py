@@ -214,8 +214,8 @@ class References:
         size = target.stat().st_size
         self._room -= size
         if self._room < 0:
-            message = f"the files that the asset {self.file_name} refers to exceed {MAX_FILE_BYTES:,} bytes"
-            raise SceneError("file", f"{message} in total")
+            message = f"the files that the asset {self.file_name} refers to exceed the total limit"
+            raise SceneError("file", f"{message} of {MAX_FILE_BYTES:,} bytes")
         with target.open("rb") as file:
             data = file.read(size)
         self.picture(data, f"`{name[:80]}`")
