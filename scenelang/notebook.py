@@ -47,7 +47,7 @@ def register(shell: InteractiveShell) -> None:
 
     parser = MagicArgumentParser(
         "%%scene",
-        description="Evaluate the cell as a program of the Scene Language, display the scene, and assign it to a variable. "
+        description="Evaluate the cell as a program of the Scene Language, display the scene and assign it. "
         "If ipywidgets is installed, params of the program become controls.",
     )
     parser.add_argument("variable", nargs="?", default="scene", help="variable to assign (default: scene)")

@@ -202,7 +202,7 @@ ABOUT_COMMANDS = (
     Command("source", ",source NAME", "print the source of a function or word", _source, "NAME"),
     Command("expand", ",expand FORM", "print a form after macro expansion", _expand, "FORM"),
     Command("time", ",time FORM", "evaluate a form, and print seconds, steps and entities", _time, "FORM"),
-    Command("trace", ",trace [NAME]", "toggle tracing of a function or word; without a name, list traced functions", _trace,
+    Command("trace", ",trace [NAME]", "toggle tracing of a function or word; without NAME, list them", _trace,
             "NAME"),
     Command("seed", ",seed N", "seed the random streams", _seed, "N"),
     Command("reset", ",reset", "remove all definitions", _reset),
