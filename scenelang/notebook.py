@@ -47,7 +47,11 @@ def register(shell: InteractiveShell) -> None:
 
     parser = MagicArgumentParser(
         "%%scene",
+<<<<<<< HEAD
         description="Evaluate the cell as a scene program, display the scene, and assign it to a variable. "
+=======
+        description="Evaluate the cell as a program of the Scene Language, display the scene and assign it. "
+>>>>>>> dd5fb1e952343bcc3c62f375a536ba78564b8a7d
         "If ipywidgets is installed, params of the program become controls.",
     )
     parser.add_argument("variable", nargs="?", default="scene", help="variable to assign (default: scene)")

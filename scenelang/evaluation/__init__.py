@@ -1,5 +1,5 @@
-"""Metrics of scenes as in the paper, as tables, and a page that asks people (docs/evaluation.md).
+"""Metrics of scenes in the layout of the paper's tables, and its user study (docs/evaluation.md).
 
-``subjects`` are what is measured and how it is drawn, ``running`` measures and keeps, ``tables`` lays out, ``study``
-makes the page. The metrics themselves are in ``backends.neural.metrics``.
+``subjects`` defines what is measured and how it is rendered, ``running`` measures and stores results, ``tables``
+formats them, ``study`` creates the questionnaire. The metrics are implemented in ``backends.neural.metrics``.
 """

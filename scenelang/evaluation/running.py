@@ -1,4 +1,4 @@
-"""One evaluation: every subject under every metric, each number kept as soon as it is there."""
+"""Measurement of all subjects with all metrics; each result is stored as soon as it is available."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ from scenelang.interpreter.runtime.show import primitive_attributes
 from scenelang.interpreter.scene.entity import Scene, count_words
 from scenelang.interpreter.scene.flatten import flatten
 
-# What is to be evaluated: programs, or a JSON list of programs and films with the texts that they were made for.
+# Entries of an evaluation: programs, or a JSON list of programs and films with their prompts.
 
 
 _MOST_LIST_BYTES, _MOST_ENTRIES, _LONGEST = 16_000_000, 10_000, 10_000
@@ -51,11 +51,11 @@ _KEYS = ("scene", "film", "prompt", "method", "image", "count", "distilled", "dy
 
 @dataclass(frozen=True, slots=True)
 class EvaluationEntry:
-    """A ``scene`` or a ``film`` (one of them), made for the text ``prompt`` (None: what the program's head says).
+    """A ``scene`` or a ``film`` to evaluate, with its ``prompt`` (None: the comment at the program's head).
 
-    ``method`` made it (None: it is called after the backend that draws it). ``image`` is the picture that it is to
-    look like, ``count`` how many of each word there are to be (None: what the prompt says), ``distilled`` the folder
-    of a run of `distill`; ``is_dynamic`` says that a film shows a scene that moves, not a turn around one.
+    ``method`` is the name of the method (None: the rendering backend). ``image`` is the reference image, ``count`` the
+    expected number of each word (None: parsed from the prompt), ``distilled`` the folder of a `distill` run;
+    ``is_dynamic`` means that a film shows an animated scene rather than a turntable.
     """
 
     scene: Path | None = None
@@ -69,16 +69,16 @@ class EvaluationEntry:
 
     @property
     def place(self) -> str:
-        """The file of the scene or film."""
+        """File of the scene or film."""
         return str(self.scene or self.film)
 
 
 def entries_of(files: Sequence[str]) -> list[EvaluationEntry]:
-    """Programs and lists as entries, each once; raises SceneError: "file" for a list that cannot be read, "value" for
-    one that makes no sense."""
+    """Convert programs and lists to entries without duplicates; raises SceneError: "file" for an unreadable list,
+    "value" for an invalid entry."""
     found = [entry for file in files for entry in _read(Path(file))]
     if len(found) > _MOST_ENTRIES:
-        raise SceneError("value", f"{_MOST_ENTRIES:,} scenes at most are evaluated at once, not {len(found):,}")
+        raise SceneError("value", f"expected at most {_MOST_ENTRIES:,} scenes, got {len(found):,}")
     return list(dict.fromkeys(found))
 
 
@@ -87,12 +87,12 @@ def _read(path: Path) -> list[EvaluationEntry]:
         return [EvaluationEntry(scene=path)]
     try:
         if path.stat().st_size > _MOST_LIST_BYTES:
-            raise SceneError("file", f"{path} is too large for a list of scenes")
+            raise SceneError("file", f"{path} exceeds the maximum size of a list of scenes")
         data = json.loads(read_regular(path))
     except (OSError, ValueError, RecursionError) as error:
         said = error.strerror if isinstance(error, OSError) else str(error)
-        raise SceneError("file", f"{path} cannot be read: {said}") from None
-    if not isinstance(data, list):  # a scene may be JSON too
+        raise SceneError("file", f"cannot read {path}: {said}") from None
+    if not isinstance(data, list):  # scenes may be JSON files, too
         return [EvaluationEntry(scene=path)]
     return [_entry(item, path, number) for number, item in enumerate(data, 1)]
 
@@ -100,16 +100,16 @@ def _read(path: Path) -> list[EvaluationEntry]:
 def _entry(item: Any, path: Path, number: int) -> EvaluationEntry:
     where = f"{path}, entry {number}"
     if not isinstance(item, dict):
-        raise SceneError("value", f'{where}: an entry is an object such as {{"scene": "a.scene", "prompt": "..."}}')
+        raise SceneError("value", f'{where}: expected an object such as {{"scene": "a.scene", "prompt": "..."}}')
     for key in item:
         if key not in _KEYS:
-            hint = suggest(key, _KEYS) or f"it can have {', '.join(_KEYS)}"
-            raise SceneError("value", f"{where} has a key `{key[:40]}` that means nothing", hint=hint)
+            hint = suggest(key, _KEYS) or f"known keys: {', '.join(_KEYS)}"
+            raise SceneError("value", f"{where}: unknown key `{key[:40]}`", hint=hint)
     if ("scene" in item) == ("film" in item):
-        raise SceneError("value", f"{where} must have one of `scene` and `film`")
+        raise SceneError("value", f"{where}: expected either `scene` or `film`")
     is_dynamic = item.get("dynamic", False)
     if not isinstance(is_dynamic, bool):
-        raise SceneError("value", f"{where}: `dynamic` is true or false")
+        raise SceneError("value", f"{where}: `dynamic` must be true or false")
     texts = {key: _text(item, key, where) for key in ("scene", "film", "prompt", "method", "image", "distilled")}
     files = {key: _beside(path, texts[key]) for key in ("scene", "film", "image", "distilled")}
     return EvaluationEntry(
@@ -123,7 +123,7 @@ def _text(item: Mapping[str, Any], key: str, where: str) -> str | None:
     if value is None:
         return None
     if not isinstance(value, str) or not value.strip() or len(value) > _LONGEST or "\0" in value:
-        raise SceneError("value", f"{where}: `{key}` must be a text")
+        raise SceneError("value", f"{where}: `{key}` must be a string")
     return value if key in ("scene", "film", "image", "distilled") else " ".join(value.split())
 
 
@@ -135,11 +135,11 @@ def _counts(value: Any, where: str) -> tuple[tuple[str, int], ...] | None:
     if value is None:
         return None
     if not isinstance(value, dict) or not all(type(count) is int and count >= 0 for count in value.values()):
-        raise SceneError("value", f'{where}: `count` is an object of whole numbers, such as {{"can": 15}}')
+        raise SceneError("value", f'{where}: `count` must be an object of integers, such as {{"can": 15}}')
     return tuple(value.items())
 
 
-# The numbers of an evaluation as a file that grows: one record per scene, method and metric.
+# Results file: one record per scene, method and metric, appended during the evaluation.
 
 
 FILE = "results.json"
@@ -151,8 +151,8 @@ Key = tuple[str, str, str]
 
 @dataclass(frozen=True, slots=True)
 class MetricRecord:
-    """One number: ``place`` is the file of the scene, ``made`` the fingerprint of what was measured, ``group`` that of
-    the paper's tables, ``values`` what the metric says, as JSON data."""
+    """One measurement: ``place`` is the scene's file, ``made`` the fingerprint of the inputs, ``group`` the group in
+    the paper's tables, ``values`` the metric's result as JSON data."""
 
     place: str
     method: str
@@ -178,38 +178,38 @@ class Results:
     records: Mapping[Key, MetricRecord] = field(default_factory=dict)
 
     def known(self, key: Key, made: str) -> MetricRecord | None:
-        """The record of just this measurement; None where there is none, or one of something that has changed."""
+        """Return the record of this measurement, or None if it is missing or outdated."""
         record = self.records.get(key)
         return record if record is not None and record.made == made else None
 
     def and_also(self, record: MetricRecord) -> Results:
-        """These, and one more in the place of what was measured before."""
+        """Return the results with one record added or replaced."""
         return Results({**self.records, record.key: record})
 
 
 def read_results(folder: Path) -> Results:
-    """The results in ``folder``, none where nothing is there yet; raises SceneError("file") for a file that is none."""
+    """Read the results in ``folder``, empty if there are none; raises SceneError("file") for an invalid file."""
     path = folder / FILE
     try:
         if not path.exists():
             return Results()
         if path.stat().st_size > _MOST_BYTES:
-            raise ValueError("it is too large")
+            raise ValueError("file too large")
         data = json.loads(path.read_text("utf-8"))
         if data["format"] != _FORMAT:
-            raise ValueError("it is another kind of file")
+            raise ValueError("not a results file")
         if data["version"] != _VERSION:
-            raise ValueError(f"its version is {str(data['version'])[:20]}; this program knows {_VERSION}")
+            raise ValueError(f"unsupported version {str(data['version'])[:20]}; expected {_VERSION}")
         records = [_record(item) for item in data["records"]]
     except KeyError as error:
-        raise _damaged(path, f"there is no {error}") from None
+        raise _damaged(path, f"missing {error}") from None
     except (OSError, ValueError, TypeError, AttributeError, RecursionError) as error:
         raise _damaged(path, str(error)[:120]) from None
     return Results({record.key: record for record in records})
 
 
 def write_results(folder: Path, results: Results) -> None:
-    """Write the results, whole or not at all; raises SceneError("file")."""
+    """Write the results atomically; raises SceneError("file")."""
     records = [asdict(record) for record in results.records.values()]
     write_json(folder / FILE, {"format": _FORMAT, "version": _VERSION, "records": records})
 
@@ -218,16 +218,16 @@ def _record(item: Any) -> MetricRecord:
     record = MetricRecord(**item)
     texts = (record.place, record.method, record.metric, record.made, record.group, record.prompt or "")
     if not all(isinstance(text, str) for text in texts) or not math.isfinite(record.value):
-        raise ValueError("a record of it is malformed")
+        raise ValueError("malformed record")
     return record
 
 
 def _damaged(path: Path, said: str) -> SceneError:
     hint = "move it away, or choose another folder with -o"
-    return SceneError("file", f"{path} holds no results that can be read: {said}", hint=hint)
+    return SceneError("file", f"cannot read the results in {path}: {said}", hint=hint)
 
 
-# A thing that is measured: a scene as a backend draws it, or a film, with the text that it was made for.
+# Subjects: a scene rendered by a backend, or a film, with its prompt.
 
 
 NUMERIC, GENERIC, DYNAMIC = "numeric", "generic", "4d"  # the paper's groups of tasks
@@ -235,7 +235,7 @@ NUMERIC, GENERIC, DYNAMIC = "numeric", "generic", "4d"  # the paper's groups of 
 
 @dataclass(frozen=True, slots=True)
 class Drawing:
-    """How scenes are drawn: by which backend, as ``options`` say; ``fps`` is how fast the frames of a 4D one pass."""
+    """Rendering of scenes: backend and ``options``; ``fps`` is the frame rate of 4D scenes."""
 
     backend: str
     options: PictureOptions
@@ -244,7 +244,7 @@ class Drawing:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Subject:
-    """``scene`` is None for a film, ``prompt`` where nothing says what it shows."""
+    """A subject of evaluation. ``scene`` is None for a film, ``prompt`` if unknown."""
 
     entry: EvaluationEntry
     method: str
@@ -254,7 +254,7 @@ class Subject:
 
     @property
     def asked(self) -> tuple[Asked, ...]:
-        """How many of what there are to be."""
+        """Expected counts."""
         if self.entry.count is not None:
             return asked_of(dict(self.entry.count))
         return asked_in(self.prompt or "")
@@ -265,11 +265,11 @@ class Subject:
 
     @property
     def group(self) -> str:
-        """In which of the paper's groups it is counted."""
+        """Group of the subject in the paper's tables."""
         return DYNAMIC if self.is_dynamic else NUMERIC if self.asked else GENERIC
 
     def around(self, count: int, progress: Progress | None = None) -> list[Picture]:
-        """``count`` pictures from all around, of a film as many of its own at most; raises SceneError."""
+        """Render ``count`` views around the scene, or sample at most as many frames of a film; raises SceneError."""
         if self.scene is None:
             pictures = self._film()
             least = min(count, len(pictures))
@@ -279,7 +279,7 @@ class Subject:
         return drawn(self.scene, shots, options, self.drawing.backend, progress)
 
     def steady(self, progress: Progress | None = None) -> list[Picture]:
-        """Every frame, seen by a camera that stands still; raises SceneError."""
+        """Render every frame from a fixed camera; raises SceneError."""
         if self.scene is None:
             return self._film()
         options = self.drawing.options
@@ -287,8 +287,8 @@ class Subject:
         return drawn(self.scene, shots, options, self.drawing.backend, progress)
 
     def fingerprint(self, asks: Mapping[str, Any]) -> str:
-        """What tells this measurement from any other: the scene as evaluated, its text, how it is drawn, and what the
-        metric ``asks`` besides; raises SceneError."""
+        """Return the fingerprint of a measurement: evaluated scene, prompt, rendering, and the metric's parameters
+        ``asks``; raises SceneError."""
         options = self.drawing.options
         told = {
             "content": self._content(),
@@ -316,7 +316,8 @@ class Subject:
 
 
 def scene_digest(scene: Scene, limit: int) -> str:
-    """A sum of all that a scene's pictures and counts come from; raises SceneError for one of too many primitives."""
+    """Return a hash of everything that determines images and counts of a scene; raises SceneError for too many
+    primitives."""
     found = hashlib.sha256()
     for frame in flatten(scene, limit).frames:
         for array in (frame.index, frame.matrices):
@@ -329,15 +330,15 @@ def scene_digest(scene: Scene, limit: int) -> str:
 
 
 def file_digest(path: Path) -> str:
-    """The sum of a file; raises SceneError("file")."""
+    """Return the hash of a file; raises SceneError("file")."""
     try:
         with path.open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as error:
-        raise SceneError("file", f"{path} cannot be read: {error.strerror or error}") from None
+        raise SceneError("file", f"cannot read {path}: {error.strerror or error}") from None
 
 
-# The metrics as measurements of subjects: what each needs, and the numbers that it gives.
+# Metrics as measurements of subjects.
 
 
 METRICS = ("clip", "lpips", "count", "dynamic")
@@ -345,24 +346,24 @@ Values = dict[str, Any]
 
 
 class Measure(Protocol):
-    """One metric; its model is loaded by ``ready``."""
+    """A metric; its model is loaded by ``ready``."""
 
     @property
     def name(self) -> str: ...
 
     def asks(self, subject: Subject) -> Values | None:
-        """What the numbers depend on besides the subject, as JSON data; None where the metric says nothing of it."""
+        """Return the parameters that determine the result besides the subject, or None if the metric does not apply."""
 
     def ready(self) -> None:
-        """Load what is needed; raises SceneError where it is not to be had."""
+        """Load the required models; raises SceneError if they are unavailable."""
 
     def measure(self, subject: Subject, progress: Progress | None) -> Values:
-        """The numbers, as JSON data; ``value`` is the one that tables have. Raises SceneError."""
+        """Return the result as JSON data; ``value`` is shown in tables. Raises SceneError."""
 
 
 @dataclass(frozen=True, slots=True)
 class MetricModels:
-    """Where models are and what computes; ``judge`` is the one of CLIP similarity."""
+    """Location of the models and compute device; ``judge`` is the model for CLIP similarity."""
 
     shelf: Shelf
     device: str = "cpu"
@@ -370,7 +371,7 @@ class MetricModels:
 
 
 class ClipMeasure:
-    """The mean cosine of the prompt and the views, as the paper's."""
+    """Mean cosine similarity of the prompt and the rendered views (paper, section 6)."""
 
     name = "clip"
 
@@ -392,7 +393,7 @@ class ClipMeasure:
 
 
 class LpipsMeasure:
-    """The mean distance of the views from the picture that the scene is to look like, as the paper's."""
+    """Mean LPIPS distance of the rendered views from the reference image."""
 
     name = "lpips"
 
@@ -415,7 +416,7 @@ class LpipsMeasure:
 
 
 class CountMeasure:
-    """1 where there are as many of everything as asked for, else 0."""
+    """Count accuracy: 1 if all counts equal the expected ones, else 0."""
 
     name = "count"
 
@@ -425,7 +426,7 @@ class CountMeasure:
         return {"counts": [[" ".join(one.words), one.count] for one in subject.asked]}
 
     def ready(self) -> None:
-        """Nothing is needed."""
+        """Do nothing, since no model is required."""
 
     def measure(self, subject: Subject, progress: Progress | None) -> Values:
         assert subject.scene is not None
@@ -438,7 +439,7 @@ class CountMeasure:
 
 
 class DynamicMeasure:
-    """How much a 4D scene moves; ``value`` is the share of the picture's size."""
+    """Dynamic degree of a 4D scene from optical flow; ``value`` is relative to the image size."""
 
     name = "dynamic"
 
@@ -462,7 +463,7 @@ class DynamicMeasure:
 
 
 def measure_called(name: str, models: MetricModels, views: Mapping[str, int]) -> Measure:
-    """The metric ``name``, one of METRICS; ``views`` may have numbers of views for "clip" and "lpips"."""
+    """Create the metric ``name``, one of METRICS; ``views`` sets the number of views for "clip" and "lpips"."""
     if name == "clip":
         return ClipMeasure(models, views.get(name, CLIP_VIEWS))
     if name == "lpips":
@@ -474,13 +475,13 @@ def _mean(numbers: list[float]) -> Values:
     return {"value": float(np.mean(numbers)), "views": numbers}
 
 
-_ABSENT = ("weights", "backend")  # faults of what a metric needs, not of a scene
+_ABSENT = ("weights", "backend")  # errors of a metric's requirements, not of a scene
 
 
 @dataclass(frozen=True, slots=True)
 class Tellers:
-    """What is told while it goes on: ``keep`` each state of the results, ``fail`` each fault with what it is about,
-    ``show`` how far one measurement is."""
+    """Callbacks of an evaluation: ``keep`` each state of the results, ``fail`` each error with its context, ``show``
+    the progress of a measurement."""
 
     keep: Callable[[Results], None] = lambda _: None
     fail: Callable[[SceneError, str], None] = lambda _, __: None
@@ -489,7 +490,7 @@ class Tellers:
 
 @dataclass(slots=True)
 class Evaluation:
-    """``records`` are those of this evaluation, in order; ``results`` also hold what the file had before."""
+    """``records`` are those of this evaluation, in order; ``results`` also contains those read from the file."""
 
     results: Results
     records: list[MetricRecord] = field(default_factory=list)
@@ -497,8 +498,8 @@ class Evaluation:
     failures: int = 0
 
     def measure(self, subjects: Iterable[Subject], measures: Sequence[Measure], tellers: Tellers) -> None:
-        """Measure what is not known yet. A metric that is not to be had is left out, a scene that cannot be drawn goes
-        without the number; both are told."""
+        """Measure everything that is not stored yet. Unavailable metrics and scenes that cannot be rendered are skipped
+        and reported."""
         for subject in subjects:
             for measure in measures:
                 if measure.name in self.left_out:
@@ -533,6 +534,6 @@ class Evaluation:
                 raise
             self.failures += 1
             self.left_out.add(measure.name)
-            tellers.fail(error, f"the metric `{measure.name}` is left out")
+            tellers.fail(error, f"the metric `{measure.name}` is skipped")
             return False
         return True

@@ -1,4 +1,4 @@
-"""The paper's user study: which of several results fits a text best, asked by one page that needs no network."""
+"""The paper's user study: a self-contained page on which participants choose the result that fits a prompt best."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.reports import table
 
 FORMAT, VERSION = "scenelang-study", 1
-_MOST_BYTES = 500_000_000  # of one page
+_MOST_BYTES = 500_000_000  # maximum size of a page
 _NUMBERS = {2: "two", 3: "three", 4: "four", 5: "five", 6: "six", 7: "seven", 8: "eight", 9: "nine"}
 _LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 _KINDS = {".mp4": "video/mp4", ".gif": "image/gif", ".webp": "image/webp", ".apng": "image/apng", ".png": "image/png",
@@ -29,7 +29,7 @@ _KINDS = {".mp4": "video/mp4", ".gif": "image/gif", ".webp": "image/webp", ".apn
 
 @dataclass(frozen=True, slots=True)
 class StudyResult:
-    """What a method made of a text: a picture or film as the bytes of a file with that ending."""
+    """Result of a method for a prompt: the bytes of an image or video file with that extension."""
 
     method: str
     data: bytes
@@ -38,23 +38,23 @@ class StudyResult:
 
 @dataclass(frozen=True, slots=True)
 class StudyQuestion:
-    """A text and the results to choose from, in the order in which they are shown."""
+    """A prompt and the results to choose from, in display order."""
 
     prompt: str
     results: tuple[StudyResult, ...]
 
 
 def questions_of(tasks: Sequence[StudyQuestion], seed: int) -> list[StudyQuestion]:
-    """The tasks and their results, each in an order that the seed draws.
+    """Create the questions, with questions and results shuffled by the seed.
 
-    Raises SceneError("value") for no task, for a text with fewer than two results, more than 26, or two of one method.
+    Raises SceneError("value") without tasks, or if a prompt has fewer than 2, more than 26, or duplicate methods.
     """
     if not tasks:
-        raise SceneError("value", "there is nothing to choose from")
+        raise SceneError("value", "expected at least one prompt")
     for task in tasks:
         methods = [result.method for result in task.results]
         if not 2 <= len(methods) <= len(_LETTERS):
-            said = f'"{task.prompt[:60]}" has {len(methods)} to choose from, not 2 to {len(_LETTERS)}'
+            said = f'"{task.prompt[:60]}" has {len(methods)} methods, expected 2 to {len(_LETTERS)}'
             raise SceneError("value", said, hint=_HINT)
         if len(set(methods)) != len(methods):
             raise SceneError("value", f'"{task.prompt[:60]}" has two results of one method', hint=_HINT)
@@ -64,16 +64,16 @@ def questions_of(tasks: Sequence[StudyQuestion], seed: int) -> list[StudyQuestio
     return shown
 
 
-_HINT = 'a list of {"prompt": TEXT, "method": NAME, "scene" or "film": FILE} has several methods for each prompt'
+_HINT = 'a list of {"prompt": TEXT, "method": NAME, "scene" or "film": FILE} with several methods for each prompt'
 
 
 def study_page(questions: Sequence[StudyQuestion]) -> str:
-    """The page as HTML: it loads nothing and may load nothing. Which method is which stands in its data alone.
+    """Return the page as self-contained HTML. The assignment of results to methods is only in its data.
 
-    Raises SceneError("unsupported") where the results are too large for one page.
+    Raises SceneError("unsupported") if the results are too large for one page.
     """
     if sum(len(result.data) for question in questions for result in question.results) > _MOST_BYTES // 4 * 3:
-        raise SceneError("unsupported", "the films are too large for one page", hint="choose a smaller --size")
+        raise SceneError("unsupported", "the videos are too large for one page", hint="use a smaller --size")
     told = {
         "format": FORMAT,
         "version": VERSION,
@@ -100,7 +100,7 @@ def study_page(questions: Sequence[StudyQuestion]) -> str:
 
 
 def instruction(questions: Sequence[StudyQuestion]) -> str:
-    """The paper's, for as many results as there are."""
+    """Return the paper's instruction for this number of results."""
     counts = {len(question.results) for question in questions}
     many = _NUMBERS.get(counts.pop(), "several") if len(counts) == 1 else "several"
     return (
@@ -111,7 +111,7 @@ def instruction(questions: Sequence[StudyQuestion]) -> str:
 
 
 def study_id(questions: Sequence[StudyQuestion]) -> str:
-    """What tells a study from others, whatever the order in which it is shown."""
+    """Return an identifier of a study, independent of the display order."""
     content = sorted(
         [question.prompt, sorted([r.method, hashlib.sha256(r.data).hexdigest()] for r in question.results)]
         for question in questions
@@ -140,7 +140,7 @@ def _digest(text: str) -> str:
     return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"
 
 
-# The answers of a study: files that its page gave people, as percentages of preference.
+# Answers of a study: files saved by participants, evaluated as percentages of preference.
 
 
 _FORMAT, _VERSION = "scenelang-study-answers", 1
@@ -149,7 +149,7 @@ _MOST_ANSWER_BYTES = 4_000_000
 
 @dataclass(frozen=True, slots=True)
 class Answers:
-    """One participant's: for each prompt the methods there were, and the one chosen."""
+    """Answers of one participant: for each prompt the available methods, and the chosen one."""
 
     study: str
     participant: str
@@ -158,7 +158,7 @@ class Answers:
 
 @dataclass(frozen=True, slots=True)
 class Preferences:
-    """How many participants there were, and for each prompt the percentage of them that chose each method."""
+    """Number of participants, and for each prompt the percentage that chose each method."""
 
     participants: int
     percentages: Mapping[str, Mapping[str, float]]
@@ -168,18 +168,18 @@ class Preferences:
         return sorted({method for shares in self.percentages.values() for method in shares})
 
     def of(self, method: str) -> tuple[float, float]:
-        """The mean percentage of a method and its standard deviation, across the prompts that it has results for."""
+        """Return the mean percentage of a method and its standard deviation across prompts."""
         values = [shares[method] for shares in self.percentages.values() if method in shares]
         return float(np.mean(values)), float(np.std(values))
 
     def data(self) -> dict[str, Any]:
-        """All that is known, as JSON data."""
+        """Return the result as JSON data."""
         means = {method: dict(zip(("mean", "deviation"), self.of(method), strict=True)) for method in self.methods}
         prompts = [{"prompt": prompt, "percentages": dict(p)} for prompt, p in self.percentages.items()]
         return {"participants": self.participants, "methods": means, "prompts": prompts}
 
     def __str__(self) -> str:
-        """A table of the percentages, and the number of participants."""
+        """Return a table of the percentages, and the number of participants."""
         rows = [("preferred, %", *self.methods)]
         for prompt, shares in self.percentages.items():
             cells = (f"{shares[method]:.2f}" if method in shares else "-" for method in self.methods)
@@ -190,18 +190,18 @@ class Preferences:
 
 
 def preferences(paths: Sequence[Path]) -> Preferences:
-    """What the answers in files amount to.
+    """Evaluate the answers in files.
 
-    Raises SceneError: "file" for one that is no file of answers, "value" where they are of different studies, or two
-    are of one participant.
+    Raises SceneError: "file" for an invalid file, "value" if answers belong to different studies, or two files to one
+    participant.
     """
     found = [read_answers(path) for path in paths]
     seen: dict[str, Path] = {}
     for path, answers in zip(paths, found, strict=True):
         if answers.study != found[0].study or _asked(answers) != _asked(found[0]):
-            raise SceneError("value", f"{path} has answers to another study than {paths[0]}")
+            raise SceneError("value", f"{path} and {paths[0]} contain answers to different studies")
         if answers.participant in seen:
-            raise SceneError("value", f"{path} and {seen[answers.participant]} are answers of one participant")
+            raise SceneError("value", f"{path} and {seen[answers.participant]} contain answers of the same participant")
         seen[answers.participant] = path
     percentages = {}
     for prompt, (methods, _) in found[0].choices.items():
@@ -215,34 +215,34 @@ def _asked(answers: Answers) -> dict[str, tuple[str, ...]]:
 
 
 def read_answers(path: Path) -> Answers:
-    """One file of answers; raises SceneError("file")."""
+    """Read one file of answers; raises SceneError("file")."""
     try:
         if path.stat().st_size > _MOST_ANSWER_BYTES:
-            raise ValueError("it is too large")
+            raise ValueError("file too large")
         data = json.loads(path.read_text("utf-8"))
         if not isinstance(data, dict):
-            raise ValueError("it is another kind of file")
+            raise ValueError("not an answers file")
         if data["format"] != _FORMAT or data["version"] != _VERSION:
-            raise ValueError("it is another kind of file")
+            raise ValueError("unsupported format or version")
         choices = dict(_choice(item) for item in data["answers"])
         if not choices or len(choices) != len(data["answers"]):
-            raise ValueError("it has no answers, or two to one question")
+            raise ValueError("no answers, or duplicate answers to a question")
         return Answers(_text(data["study"]), _text(data["participant"]), choices)
     except KeyError as error:
-        said = f"there is no {error}"
+        said = f"missing {error}"
     except (OSError, ValueError, TypeError, AttributeError, RecursionError) as error:
         said = str(error)[:120]
-    raise SceneError("file", f"{path} holds no answers that can be read: {said}")
+    raise SceneError("file", f"cannot read the answers in {path}: {said}")
 
 
 def _choice(item: Any) -> tuple[str, tuple[tuple[str, ...], str]]:
     methods = tuple(sorted({_text(method) for method in item["methods"]}))
     if item["choice"] not in methods:
-        raise ValueError("a choice is none of its methods")
+        raise ValueError("a choice is not one of the methods")
     return _text(item["prompt"]), (methods, item["choice"])
 
 
 def _text(value: Any) -> str:
     if not isinstance(value, str):
-        raise ValueError("a text of it is none")
+        raise ValueError("expected a string")
     return value

@@ -1,4 +1,4 @@
-"""Programs and films as subjects of an evaluation: ``scenelang.evaluate_metrics``, and the page of the user study."""
+"""Programs and films as subjects of an evaluation: ``scenelang.evaluate_metrics`` and the page of the user study."""
 
 from __future__ import annotations
 
@@ -43,49 +43,52 @@ if TYPE_CHECKING:
 
 _NEURAL = ("clip", "lpips", "dynamic")
 _MOST_VIEWS = 10_000
-_TURN = 36  # pictures of a turntable on the page of a study
+_TURN = 36  # frames of a turntable on the study's page
 _FPS = 12.0
-Opened = tuple[Scene, str]  # a scene and the text of its program
+Opened = tuple[Scene, str]  # scene and program text
 
 
 @dataclass(frozen=True, slots=True)
 class MetricOptions:
-    """What is measured and how scenes are drawn for it.
+    """Metrics, and how scenes are rendered for them.
 
-    ``metrics`` are of METRICS, ``backends`` draw the scenes, each as a method of its own; ``size`` in pixels;
-    ``clip_views`` and ``lpips_views`` are numbers of pictures from all around, ``fps`` how fast the frames of 4D
-    scenes pass, ``clip_model`` is ARCHITECTURE/WEIGHTS of OpenCLIP or a folder, ``limit`` bounds the primitives.
+    ``metrics`` are names in METRICS; each of ``backends`` renders the scenes as a separate method; ``size`` is in
+    pixels; ``clip_views`` and ``lpips_views`` are numbers of views around the scene, ``fps`` is the frame rate of 4D
+    scenes, ``clip_model`` is an OpenCLIP model (architecture/weights, or a folder), ``limit`` is the maximum number of
+    primitives.
     """
 
     metrics: tuple[str, ...] = setting(
-        METRICS, "clip, lpips, count, dynamic (all)", "--metric", metavar="NAME,...", read=names
+        METRICS, "metrics: clip, lpips, count, dynamic (default all)", "--metric", metavar="NAME,...", read=names
     )
     backends: tuple[str, ...] = setting(
-        ("draft",), "draft (the default), final, splats", "--backend", metavar="NAME,...", read=names
+        ("draft",), "rendering backends: draft (default), final, splats", "--backend", metavar="NAME,...", read=names
     )
-    size: tuple[int, int] = setting((512, 512), "pixels (default 512x512)", metavar="WxH", read=picture_size)
-    environment: str = setting("studio", "the light, as in `render`", metavar="NAME")
-    clip_views: int = setting(120, "views for CLIP (120)", metavar="N", read=whole)
-    lpips_views: int = setting(20, "views for LPIPS (20)", metavar="N", read=whole)
-    fps: float = setting(24.0, "frames of 4D scenes per second (24)", metavar="X", read=float)
-    clip_model: str | None = setting(None, "architecture/weights of OpenCLIP, or a folder", metavar="NAME")
+    size: tuple[int, int] = setting(
+        (512, 512), "image size in pixels (default 512x512)", metavar="WxH", read=picture_size
+    )
+    environment: str = setting("studio", "environment light, as in `render`", metavar="NAME")
+    clip_views: int = setting(120, "number of views for CLIP (default 120)", metavar="N", read=whole)
+    lpips_views: int = setting(20, "number of views for LPIPS (default 20)", metavar="N", read=whole)
+    fps: float = setting(24.0, "frame rate of 4D scenes (default 24)", metavar="X", read=float)
+    clip_model: str | None = setting(None, "OpenCLIP model: architecture/weights, or a folder", metavar="NAME")
     seed: int = 0
     limit: int = 2_000_000
     warn: Callable[[Diagnostic], None] | None = None
 
     def check(self) -> None:
-        """Raises UsageError for what makes no sense, whatever the scenes."""
+        """Check the options independently of scenes; raises UsageError."""
         for name in self.metrics:
             if name not in METRICS:
-                raise UsageError("value", f"there is no metric `{name}`", suggest(name, METRICS) or ", ".join(METRICS))
+                raise UsageError("value", f"unknown metric `{name}`", suggest(name, METRICS) or ", ".join(METRICS))
         for option, count in (("--clip-views", self.clip_views), ("--lpips-views", self.lpips_views)):
             if not 1 <= count <= _MOST_VIEWS:
-                raise UsageError("value", f"`{option}` must be 1 to {_MOST_VIEWS:,}, not {count:,}")
+                raise UsageError("value", f"expected `{option}` between 1 and {_MOST_VIEWS:,}, got {count:,}")
         if not 0.0 < self.fps <= HIGHEST_FPS:
-            raise UsageError("value", f"`--fps` must be above 0 and up to {HIGHEST_FPS:g}, not {self.fps:g}")
+            raise UsageError("value", f"expected `--fps` above 0 and at most {HIGHEST_FPS:g}, got {self.fps:g}")
 
     def drawings(self) -> list[Drawing]:
-        """One for each backend. Raises UsageError."""
+        """Return the rendering of each backend. Raises UsageError."""
         width, height = self.size
         options = PictureOptions(
             limit=self.limit, warn=self.warn, width=width, height=height, environment=self.environment,
@@ -97,7 +100,7 @@ class MetricOptions:
         return [Drawing(name, options, self.fps) for name in names]
 
     def measures(self, models: Models | None = None) -> list[Measure]:
-        """The metrics with the models that they need."""
+        """Create the metrics with their models."""
         models = models or Models()
         judge = ClipName.parse(self.clip_model) if self.clip_model else JUDGE
         names = list(dict.fromkeys(self.metrics))
@@ -108,7 +111,7 @@ class MetricOptions:
 
 
 def _device(models: Models) -> str:
-    """What computes; without torch any metric that needs it says so itself."""
+    """Return the compute device; without torch, the metrics that need it report that themselves."""
     try:
         return models.computes_on()
     except SceneError as error:
@@ -119,8 +122,8 @@ def _device(models: Models) -> str:
 
 @dataclass(frozen=True, slots=True)
 class MetricReport:
-    """What an evaluation came to: one record for each scene, method and metric; ``left_out`` are metrics whose models
-    were not to be had, ``failures`` counts what could not be measured."""
+    """Result of an evaluation: one record per scene, method and metric; ``left_out`` are metrics with unavailable
+    models, ``failures`` counts failed measurements."""
 
     records: tuple[MetricRecord, ...] = field(repr=False)
     left_out: tuple[str, ...] = ()
@@ -128,7 +131,7 @@ class MetricReport:
 
     @property
     def tables(self) -> list[ResultTable]:
-        """The paper's tables with these rows beside the paper's."""
+        """The paper's tables with these results added."""
         return tables_of(self.records)
 
 
@@ -140,7 +143,7 @@ def subjects_of(
     drawings: Sequence[Drawing],
     opened: Callable[[EvaluationEntry], Opened | None],
 ) -> Iterator[Subject]:
-    """Entries as scenes and films, one after the other; those for which ``opened`` gives None are left out."""
+    """Yield entries as scenes and films in order; those for which ``opened`` returns None are skipped."""
     for entry in entries:
         if entry.scene is None:
             yield Subject(entry, entry.method or "film", entry.prompt, None, drawings[0])
@@ -155,14 +158,14 @@ def subjects_of(
 
 
 def _method(entry: EvaluationEntry, drawing: Drawing, drawings: Sequence[Drawing]) -> str:
-    """What made a scene: the entry's own name for it, the backend's where there is none or several draw."""
+    """Return the method's name: that of the entry, or the backend's if there is none or several backends render."""
     if entry.method is None:
         return drawing.backend
     return entry.method if len(drawings) == 1 else f"{entry.method}, {drawing.backend}"
 
 
 def _own(entry: EvaluationEntry, drawing: Drawing) -> Drawing:
-    """The drawing with what the entry itself says: a distilled scene is drawn by Gaussians."""
+    """Return the rendering of an entry: distilled scenes are rendered as Gaussians."""
     if entry.distilled is None:
         return drawing
     options = replace(drawing.options, settings={"distilled": str(entry.distilled)})
@@ -170,7 +173,7 @@ def _own(entry: EvaluationEntry, drawing: Drawing) -> Drawing:
 
 
 def _silent(subject: Subject, measure: Measure) -> None:
-    """No progress is shown."""
+    """Show no progress."""
 
 
 # --- metrics ---------------------------------------------------------------------------------------------------------
@@ -184,9 +187,9 @@ def measured(
     fail: Callable[[SceneError, str], None] = lambda _, __: None,
     show: Callable[[Subject, Measure], Progress | None] = lambda _, __: None,
 ) -> MetricReport:
-    """Measure subject after subject; each number is kept in ``folder`` as soon as it is there. ``answers`` are files
-    of a user study; ``fail`` hears of faults, ``show`` gives the progress of one measurement."""
-    preferred = preferences(answers) if answers else None  # read first, so that typos are cheap
+    """Measure the subjects in order; each result is stored in ``folder`` immediately. ``answers`` are files of a user
+    study; ``fail`` is called with errors, ``show`` returns the progress callback of a measurement."""
+    preferred = preferences(answers) if answers else None  # read first to fail early
     evaluation = Evaluation(Results() if folder is None else read_results(folder))
     keep = (lambda _: None) if folder is None else (lambda results: write_results(folder, results))
     evaluation.measure(subjects, measures, Tellers(keep, fail, show))
@@ -196,7 +199,7 @@ def measured(
 
 
 def alignment(found: Preferences, others: Sequence[MetricRecord]) -> list[MetricRecord]:
-    """The records of preference for the methods and prompts of other records."""
+    """Return preference records for the methods and prompts of other records."""
     groups = {record.prompt: record.group for record in others if record.prompt is not None}
     return [
         MetricRecord("", method, "alignment", "", groups[prompt], prompt, {"value": percentage})
@@ -221,26 +224,26 @@ def evaluate_metrics(
     Parameters
     ----------
     files : sequence of path
-        Programs, or JSON lists of programs and films with the texts that they were made for (docs/evaluation.md).
+        Programs, or JSON lists of programs and films with their prompts (docs/evaluation.md).
     options : MetricOptions, optional
-        Which metrics, and how scenes are drawn.
+        Metrics, and how scenes are rendered.
     evaluation : Options, optional
-        How programs are evaluated.
+        Options for evaluating programs.
     folder : path, optional
-        Keeps results, and goes on with those that are there.
+        Results folder; results already in it are reused.
     answers : sequence of path
-        Files of answers to a user study, whose preferences join the tables.
+        Answer files of a user study, whose preferences are added to the tables.
     models : Models, optional
-        Where weights are, and what computes.
+        Location of the weights, and compute device.
     progress : callable, optional
-        Gives, for each measurement, what is called with a fraction from 0 to 1, or None.
+        Returns, for each measurement, a callback for a fraction from 0 to 1, or None.
 
     Raises
     ------
     UsageError
-        An option makes no sense.
+        If an option is invalid.
     SceneError
-        A program is wrong, or a file cannot be read.
+        If a program has errors, or a file cannot be read.
 
     Examples
     --------
@@ -269,24 +272,23 @@ def evaluate_metrics(
 def study_of(
     subjects: Iterable[Subject], seed: int, progress: Callable[[Subject], Progress | None] = lambda _: None
 ) -> str:
-    """A page that asks which result fits its text best, with a film of every subject; raises SceneError where one
-    cannot be made."""
+    """Create the study's page, with a video of every subject; raises SceneError if one cannot be rendered."""
     tasks: dict[str, list[StudyResult]] = {}
     for subject in subjects:
         if subject.prompt is None:
-            raise SceneError("value", f"{subject.entry.place} is for no text", hint='its entry needs a "prompt"')
+            raise SceneError("value", f"{subject.entry.place} has no prompt", hint='add a "prompt" to its entry')
         tasks.setdefault(subject.prompt, []).append(_filmed(subject, progress(subject)))
     return study_page(questions_of([StudyQuestion(prompt, tuple(found)) for prompt, found in tasks.items()], seed))
 
 
 def _filmed(subject: Subject, shown: Progress | None) -> StudyResult:
-    """The film of others as it is; of a scene a turn around it, or its frames."""
+    """Return the video of a film entry unchanged, or render a turntable or the frames of a scene."""
     from scenelang.backends.neural.metrics import around, read_film, steady
     from scenelang.backends.pictures.film import painters, save_film
 
     if subject.scene is None:
         assert subject.entry.film is not None
-        read_film(subject.entry.film)  # so that the page has no file that is none
+        read_film(subject.entry.film)  # checks that the file is valid
         return StudyResult(subject.method, subject.entry.film.read_bytes(), subject.entry.film.suffix.lower())
     scene, options, drawing = subject.scene, subject.drawing.options, subject.drawing
     width, height = options.width, options.height

@@ -1,4 +1,4 @@
-"""Records as the paper's tables, its own figures beside them: as text, Markdown, LaTeX or JSON data."""
+"""Records in the layout of the paper's tables, beside the paper's numbers, as text, Markdown, LaTeX or JSON data."""
 
 from __future__ import annotations
 
@@ -11,16 +11,15 @@ import numpy as np
 
 from scenelang.evaluation.running import DYNAMIC, GENERIC, NUMERIC, MetricRecord
 
-# The paper's tables of results (CVPR 2025, tables 3 and 4, and that of the appendix on 4D): their columns, and what
-# stands in them there.
+# The paper's tables of results (CVPR 2025, tables 3 and 4, and the appendix on 4D): their columns and numbers.
 
 
-EVERY = ""  # the group of a column that counts all scenes with its metric
+EVERY = ""  # group of columns that average over all scenes
 
 
 @dataclass(frozen=True, slots=True)
 class PaperFigure:
-    """A number of the paper, with its standard deviation across scenes where it gives one."""
+    """A number of the paper, with its standard deviation across scenes if given."""
 
     value: float
     deviation: float | None = None
@@ -28,8 +27,8 @@ class PaperFigure:
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """``title`` and the group's heading above it; ``part`` of the metric's values is shown, ``scale`` times as large,
-    with so many ``digits`` and the ``unit`` after it; ``is_best_high`` tells the arrow."""
+    """A column: ``title`` below a group heading. It shows ``part`` of the metric's values, multiplied by ``scale``,
+    with ``digits`` decimals and ``unit``; ``is_best_high`` selects the arrow."""
 
     title: str
     metric: str
@@ -49,7 +48,7 @@ class Column:
 
 @dataclass(frozen=True, slots=True)
 class PaperTable:
-    """``rows`` are the paper's methods with a figure, or None, for each column."""
+    """A table of the paper; ``rows`` contains the methods with a figure or None for each column."""
 
     name: str
     title: str
@@ -107,8 +106,8 @@ _LATEX |= {mark: "\\" + mark for mark in "&%$#_"}
 
 @dataclass(frozen=True, slots=True)
 class TableCell:
-    """A number as the column shows it, scaled, over ``count`` scenes (0: the paper's); the deviation is that across
-    scenes."""
+    """A number as displayed, scaled, averaged over ``count`` scenes (0: from the paper), with the standard deviation
+    across scenes."""
 
     value: float
     deviation: float | None
@@ -117,7 +116,7 @@ class TableCell:
 
 @dataclass(frozen=True, slots=True)
 class TableRow:
-    """A method; ``is_paper`` says that the paper printed these numbers and nothing here measured them."""
+    """A row of a method; ``is_paper`` marks numbers printed in the paper rather than measured here."""
 
     method: str
     is_paper: bool
@@ -130,14 +129,14 @@ class TableRow:
 
 @dataclass(frozen=True, slots=True)
 class ResultTable:
-    """One of the paper's tables, with rows of ours below its own."""
+    """One of the paper's tables, with our rows below the paper's."""
 
     paper: PaperTable
     rows: tuple[TableRow, ...]
 
 
 def tables_of(records: Sequence[MetricRecord]) -> list[ResultTable]:
-    """The tables that the records have something for; methods in the order in which they come."""
+    """Return the tables for which there are records; methods in order of appearance."""
     methods = list(dict.fromkeys(record.method for record in records))
     found = []
     for paper in TABLES:
@@ -160,7 +159,7 @@ def _measured(method: str, records: Sequence[MetricRecord], columns: Sequence[Co
 
 
 def _cell(records: Sequence[MetricRecord], column: Column) -> TableCell | None:
-    """The mean over scenes, and their standard deviation (of these scenes, not of all there might be)."""
+    """Return the mean over scenes, and their population standard deviation."""
     values = [
         column.scale * float(record.values[column.part])
         for record in records
@@ -176,7 +175,7 @@ def _cell(records: Sequence[MetricRecord], column: Column) -> TableCell | None:
 
 
 def as_text(table: ResultTable) -> str:
-    """Aligned columns under their headings."""
+    """Format a table as aligned text columns."""
     columns = table.paper.columns
     top = ["", *(column.heading for column in columns)]
     names = ["Method", *(f"{column.title} {column.arrow}".rstrip() for column in columns)]
@@ -199,7 +198,7 @@ def _line(cells: Sequence[str], widths: Sequence[int]) -> str:
 
 
 def _headings(top: Sequence[str], widths: Sequence[int]) -> str:
-    """Each heading once, at the left of its columns."""
+    """Return each heading once, at its leftmost column."""
     line, at = "", 0
     for i, width in enumerate(widths):
         if top[i] and (i == 0 or top[i] != top[i - 1]):
@@ -209,7 +208,7 @@ def _headings(top: Sequence[str], widths: Sequence[int]) -> str:
 
 
 def as_markdown(table: ResultTable) -> str:
-    """A table of GitHub's Markdown; headings stand before the names of columns."""
+    """Format a table as GitHub Markdown; headings are prefixed to the column names."""
     columns = table.paper.columns
     named = (f"{c.heading}: {c.title}" if c.heading else c.title for c in columns)
     names = ["Method", *(f"{name} {c.arrow}".rstrip() for name, c in zip(named, columns, strict=True))]
@@ -219,7 +218,7 @@ def as_markdown(table: ResultTable) -> str:
 
 
 def as_latex(table: ResultTable) -> str:
-    """A `tabular` for booktabs, laid out as the paper's."""
+    """Format a table as a LaTeX `tabular` with booktabs, as in the paper."""
     columns = table.paper.columns
     begin = rf"\begin{{tabular}}{{l{'c' * len(columns)}}}"
     lines = [f"% {table.paper.title}", begin, r"\toprule", *_latex_top(columns)]
@@ -238,7 +237,7 @@ _LATEX_ARROWS = {"": "", "↑": r" ($\uparrow$)", "↓": r" ($\downarrow$)"}
 
 
 def _latex_top(columns: Sequence[Column]) -> list[str]:
-    """The row of headings with lines below them; none where there are no headings."""
+    """Return the row of headings with rules below them; none without headings."""
     spans: list[tuple[str, int]] = []
     for column in columns:
         if spans and spans[-1][0] == column.heading:
@@ -274,12 +273,12 @@ def _escaped(text: str) -> str:
 
 
 def _marked(text: str) -> str:
-    """A text that Markdown takes for nothing else."""
+    """Escape Markdown."""
     return "".join(f"\\{mark}" if mark in "\\`*_{}[]<>#|~" else mark for mark in text)
 
 
 def as_data(table: ResultTable) -> dict[str, Any]:
-    """A table as JSON data."""
+    """Return a table as JSON data."""
     columns = table.paper.columns
     rows = [
         {

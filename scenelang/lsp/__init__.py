@@ -1,5 +1,5 @@
-"""The language server: what editors ask about programs (docs/editors.md).
+"""Language Server Protocol implementation (docs/editors.md).
 
-``server`` speaks the protocol; ``names``, ``references`` and ``completion`` answer from a session. It runs no program
-outside the sandbox.
+``server`` implements the protocol; ``names``, ``references`` and ``completion`` answer requests from a session.
+Programs run only inside the sandbox.
 """

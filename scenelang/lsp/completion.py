@@ -1,4 +1,4 @@
-"""Completion: names where a name may stand, words in strings, attributes, files, types."""
+"""Completion of names, words in strings, attributes, files and types; also hover and signature help."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from scenelang.lsp.references import Document
 from scenelang.primer import attribute_doc, attributes_of
 from scenelang.stdlib.reference import RecordKind, ReferenceRecord, lookup, records
 
-# What is to be said of a name, a word, an attribute: signatures and documentation as Markdown.
+# Hover: signatures and documentation of names, words and attributes as Markdown.
 
 
 def code(text: str) -> str:
@@ -29,7 +29,7 @@ def code(text: str) -> str:
 
 
 def of_record(record: ReferenceRecord) -> str:
-    """The documentation of a name of the library."""
+    """Return the documentation of a library name."""
     parts = [code(record.signature), record.doc]
     parts += [f"`{example.expression}` gives `{example.value}`" for example in record.examples[:2]]
     if record.module is not None:
@@ -38,7 +38,7 @@ def of_record(record: ReferenceRecord) -> str:
 
 
 def of_library(binding: Any, name: str) -> ReferenceRecord | None:
-    """What the library says of a binding that comes from it."""
+    """Return the library's documentation of a binding, if it comes from the library."""
     if isinstance(binding, Builtin):
         return lookup(binding.name)
     if isinstance(binding, Special):
@@ -51,25 +51,25 @@ def of_library(binding: Any, name: str) -> ReferenceRecord | None:
 
 
 def of_binding(names: Names, binding: Any, name: str) -> str:
-    """The Markdown of a name where it stands."""
+    """Return the Markdown of the name at a position."""
     record = of_library(binding, name)
     if record is not None:
         return of_record(record)
     if isinstance(binding, Macro):
-        return "\n\n".join([code(f"({binding.name} ...)"), "a macro of this program", *_comment(names, binding.span)])
+        return "\n\n".join([code(f"({binding.name} ...)"), "macro of this program", *_comment(names, binding.span)])
     if not isinstance(binding, Variable):
         return code(name)
     param = _param(names, binding)
     if param is not None:
-        return "\n\n".join(part for part in (code(_param_text(param)), param.doc, "a param") if part)
+        return "\n\n".join(part for part in (code(_param_text(param)), param.doc, "param") if part)
     form = names.definitions.get(binding)
     if form is None:
-        return f"{code(binding.name)}\n\na local name" if not binding.is_global else code(binding.name)
+        return f"{code(binding.name)}\n\nlocal variable" if not binding.is_global else code(binding.name)
     return "\n\n".join([code(signature(binding.name, form.value)), *_comment(names, form.span)])
 
 
 def of_word(names: Names, word: str) -> str:
-    """The Markdown of a word: how it is called, what the program says above its function, where it is used."""
+    """Return the Markdown of a word: its call, the comment above its function, and its number of uses."""
     form = names.definitions.get(word)
     if form is None:
         docs = docs_of_words()
@@ -77,14 +77,16 @@ def of_word(names: Names, word: str) -> str:
             shape = f"(call {quoted(word)} {' '.join(f':{name}' for name in attributes_of(word))})"
             rows = [f"- `:{name}`: {attribute_doc(word, name)}" for name in attributes_of(word)]
             return "\n\n".join([code(shape), docs[word], "\n".join(rows)])
-        return f"{code(f'(call {quoted(word)} ...)')}\n\na word that nothing binds: a primitive of its own"
+        return f"{code(f'(call {quoted(word)} ...)')}\n\nunbound word: a semantic primitive"
     uses = sum(1 for use in names.uses_of_word(word) if not use.defines)
     times = "once" if uses == 1 else f"{uses} times"
-    return "\n\n".join([code(call_shape(word, form.function)), *_comment(names, form.span), f"used {times} here"])
+    return "\n\n".join(
+        [code(call_shape(word, form.function)), *_comment(names, form.span), f"used {times} in this file"]
+    )
 
 
 def of_attribute(names: Names, word: str, name: str) -> str | None:
-    """The Markdown of an attribute in a call of a word."""
+    """Return the Markdown of an attribute in a call of a word."""
     form = names.definitions.get(word)
     if form is None:
         doc = attribute_doc(word, name)
@@ -92,7 +94,7 @@ def of_attribute(names: Names, word: str, name: str) -> str | None:
     function = form.function
     for parameter in function.parameters if type(function) is ast.Lambda else ():
         if parameter.kind == "keyword" and parameter.name == name:
-            return f"{code(_parameter_text(parameter))}\n\na parameter of {quoted(word)}"
+            return f"{code(_parameter_text(parameter))}\n\nparameter of {quoted(word)}"
     return None
 
 
@@ -101,14 +103,14 @@ def quoted(word: str) -> str:
 
 
 def call_shape(word: str, function: Any) -> str:
-    """How a word is called: ``(call "chair" :seat :color ...)``."""
+    """Return the call of a word: ``(call "chair" :seat :color ...)``."""
     parameters = function.parameters if type(function) is ast.Lambda else ()
     keywords = [_parameter_text(p) for p in parameters if p.kind == "keyword"]
     return f"(call {' '.join([quoted(word), *keywords])})"
 
 
 def signature(name: str, value: Any) -> str:
-    """How a definition is used."""
+    """Return the usage of a definition."""
     if type(value) is not ast.Lambda:
         text = " ".join(value.span.text.split()) if value.span.expansion is None else "..."
         return f"(define {name} {text if len(text) <= 60 else text[:57] + '...'})"
@@ -139,7 +141,7 @@ def _param_text(param: Param) -> str:
 
 
 def _comment(names: Names, span: Span | None) -> list[str]:
-    """The comment directly above a definition."""
+    """Return the comment directly above a definition."""
     if span is None:
         return []
     place = names.version.place(span)
@@ -148,7 +150,7 @@ def _comment(names: Names, span: Span | None) -> list[str]:
 
 
 def _comment_text(lines: Iterable[str]) -> str:
-    """The text of comment lines below the last rule that divides the file."""
+    """Return the text of comment lines below the last separator line."""
     found: list[str] = []
     for line in lines:
         found = [] if set(line) <= {";", "-", " ", "="} else [*found, line.lstrip("; ")]
@@ -167,7 +169,7 @@ _CLAUSES = ("when", "unless", "break")
 
 
 def complete(document: Document, cursor: int) -> lsp.CompletionList:
-    """What may stand at a cursor, the likeliest first."""
+    """Yield the completions at a cursor, the most likely ones first."""
     text = document.source.text
     start, end = document.form_around(cursor)
     around = context(text, cursor, start)
@@ -192,12 +194,12 @@ def complete(document: Document, cursor: int) -> lsp.CompletionList:
 
 
 def _fits(label: str, token: str) -> bool:
-    """Whether a name holds what has been typed of it."""
+    """Return whether a name contains the typed text."""
     return token.lstrip('"').rpartition("::")[2].lower() in label.lower()
 
 
 def resolve(document: Document | None, item: lsp.CompletionItem) -> lsp.CompletionItem:
-    """The item with its documentation."""
+    """Add the documentation to a completion item."""
     record = lookup(item.label)
     if record is not None and item.data == "library":
         item.documentation = lsp.MarkupContent(lsp.MarkupKind.Markdown, of_record(record))
@@ -227,7 +229,7 @@ def _names(
                 yield lsp.CompletionItem(name, kind=_kind(binding), sort_text=f"1{name}", detail=detail)
     at_head = around.position == 0 and bool(around.lists) and not around.lists[-1].square
     if not around.token and not at_head:
-        return  # the whole library would be too much
+        return  # without a prefix, omit the library
     for record in records():
         if record.module is not None or record.kind is RecordKind.TYPE or record.name in seen:
             continue
@@ -317,7 +319,7 @@ def _keyword_names(document: Document, around: CursorContext) -> Iterator[tuple[
             if isinstance(binding, Variable) and binding.name == inner.head and type(form.value) is ast.Lambda:
                 yield from ((p.name, "") for p in form.value.parameters if p.kind == "keyword")
     if len(around.lists) > 1 and _is_loop(around.lists[-2]):
-        yield from ((name, "a test between the clauses of a loop") for name in _CLAUSES)
+        yield from ((name, "condition between the clauses of a loop") for name in _CLAUSES)
 
 
 def _is_loop(around: Around) -> bool:
@@ -342,14 +344,14 @@ def _types(document: Document) -> Iterator[lsp.CompletionItem]:
         yield lsp.CompletionItem(name, kind=lsp.CompletionItemKind.TypeParameter)
 
 
-# Signature help: how the form around the cursor is written, and which part of it the cursor is at.
+# Signature help: the signature of the form at the cursor, and its active parameter.
 
 
 _PART = re.compile(r'"[^"]*"|\((?:[^()]|\([^()]*\))*\)|\[[^\]]*\]|\.\.\.|[^\s()]+')
 
 
 def signature_help(document: Document, cursor: int) -> lsp.SignatureHelp | None:
-    """The signature of the innermost form around a cursor that has one."""
+    """Return the signature of the innermost enclosing form that has one."""
     start, _ = document.form_around(cursor)
     around = context(document.source.text, cursor, start)
     for depth in range(len(around.lists) - 1, -1, -1):
@@ -384,7 +386,7 @@ def _signature(document: Document, around: CursorContext, list_: Around) -> tupl
 
 
 def _parts(label: str) -> list[tuple[int, int]]:
-    """Where the parts of a signature after the head stand in it."""
+    """Return the label offsets of the parameters of a signature."""
     body = label.split(") -> ")[0]
     first = body.find(" ")
     if first < 0:
@@ -394,7 +396,7 @@ def _parts(label: str) -> list[tuple[int, int]]:
 
 
 def _active(label: str, parts: list[tuple[int, int]], list_: Around, here: CursorContext | None) -> int | None:
-    """Which part the cursor is at: that of the keyword just written, else by counting."""
+    """Return the active parameter: that of the preceding keyword, else by position."""
     if not parts:
         return None
     items = list_.items

@@ -1,4 +1,4 @@
-"""What the identifiers and words of a version mean, and where else they stand."""
+"""Resolution of identifiers and words in a version of a document, and their occurrences."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ _LIBRARY = Path(__file__).parents[2]
 
 @dataclass(frozen=True, slots=True)
 class Word:
-    """A string that stands for a word; ``defines``: it is bound there. One in a list may be something else: it is
-    ``sure`` where a form takes a word."""
+    """A string that denotes a word; ``defines``: the word is bound here. A string in a list may have another meaning;
+    it is ``sure`` if a form expects a word."""
 
     span: Span
     text: str
@@ -41,14 +41,14 @@ class Word:
 
 @dataclass(frozen=True, eq=False)
 class Names:
-    """The names of one version. Places are in the whole text, or in other files. ``known`` are definitions of an
-    earlier version, for what does not read in this one."""
+    """Names of one version. Positions are in the whole document, or in other files. ``known`` contains definitions of
+    an earlier version, for parts of the text that cannot be parsed now."""
 
     version: Version
     known: Mapping[Any, Any] = field(default_factory=dict)
 
     def piece_at(self, offset: int) -> tuple[int, Piece] | None:
-        """The piece that holds an offset, its end included, with where its source begins."""
+        """Return the top-level piece that contains an offset (end inclusive), with its start in the source."""
         low, high = 0, len(self.version.pieces)
         while low < high:
             middle = (low + high) // 2
@@ -63,7 +63,7 @@ class Names:
         return (start, piece) if start <= offset else None
 
     def use_at(self, offset: int) -> Use | None:
-        """The identifier at an offset, or just before it, with its place in the whole text."""
+        """Return the identifier at or just before an offset, with its position in the document."""
         found = self.piece_at(offset)
         if found is None:
             return None
@@ -75,11 +75,11 @@ class Names:
                     best is None
                     or getattr(use.binding, "name", None) == piece.source.text[use.span.start : use.span.end]
                 ):
-                    best = use  # of the names that a record makes, the one that stands there
+                    best = use  # of the names defined by a record, the one at this position
         return best and Use(self.version.place(best.span), best.binding, best.defines)
 
     def word_at(self, offset: int) -> Word | None:
-        """The word of the program whose string stands at an offset."""
+        """Return the word of the string at an offset."""
         found = self.piece_at(offset)
         if found is None:
             return None
@@ -91,7 +91,7 @@ class Names:
         return None
 
     def attribute_at(self, offset: int) -> tuple[Span, str, str] | None:
-        """The attribute of a call at an offset: where it stands, the word that is called, its name."""
+        """Return the attribute of a call at an offset: its position, the called word, its name."""
         found = self.piece_at(offset)
         start, piece = found if found is not None else (0, None)
         for datum in walk(*piece.form.datums) if piece is not None else ():
@@ -107,7 +107,7 @@ class Names:
         return None
 
     def uses_of_binding(self, binding: Any) -> Iterator[Use]:
-        """Every place of the text where a name means ``binding``, each once."""
+        """Return all positions at which a name refers to ``binding``, without duplicates."""
         seen = set()
         for _, piece in self.version.pieces:
             for use in uses_of(piece.form):
@@ -117,7 +117,7 @@ class Names:
                     yield Use(self.version.place(use.span), binding, use.defines)
 
     def uses_of_word(self, text: str) -> Iterator[Word]:
-        """Every place of the text that holds a word."""
+        """Return all positions of a word in the document."""
         for _, piece in self.version.pieces:
             if f'"{text}"' in piece.text:
                 for word in words_of(piece.form.datums):
@@ -125,7 +125,7 @@ class Names:
                         yield replace(word, span=self.version.place(word.span))
 
     def bindings_named(self, name: str) -> list[Any]:
-        """The bindings that were defined as ``name`` and stand in the text, with or without a prefix."""
+        """Return the bindings that were defined as ``name`` and occur in the document, with or without a prefix."""
         found = {}
         for _, piece in self.version.pieces:
             if name in piece.text:
@@ -137,7 +137,7 @@ class Names:
 
     @cached_property
     def made_by_records(self) -> set[str]:
-        """The names of records and of the procedures that their definitions make."""
+        """Return the names of records and of the procedures that they define."""
         forms = self.version.program.forms
         made = (form.target for form in forms if type(form) is ast.Define and isinstance(form.target, tuple))
         spans: dict[Any, set[str]] = {}
@@ -148,7 +148,7 @@ class Names:
 
     @cached_property
     def definitions(self) -> dict[Any, Any]:
-        """The value of each top-level name of every file, and the function of each word (as a string), as core AST."""
+        """Return the core AST of each top-level name of every file, and of each word (as a string)."""
         found: dict[Any, Any] = dict(self.known)
         for form in self.version.program.forms:
             if type(form) is ast.Define and isinstance(form.target, Variable):
@@ -158,7 +158,7 @@ class Names:
         return found
 
     def definition_of(self, binding: Any) -> Span | None:
-        """Where a binding comes from; None for what has no source."""
+        """Return the origin of a binding, or None if it has no source."""
         if isinstance(binding, PaperForm):
             binding = binding.variable
         span = binding.span if isinstance(binding, (Variable, Macro)) else None
@@ -166,14 +166,14 @@ class Names:
 
 
 def uses_of(form: TopForm) -> Iterator[Use]:
-    """The identifiers of a form that stand in its text."""
+    """Yield the identifiers of a form that occur in its text."""
     for step in (form.scan, form.expansion):
         if step is not None:
             yield from step.uses
 
 
 def words_of(datums: tuple[Datum, ...]) -> Iterator[Word]:
-    """Strings where a form takes a word, and those in lists, in the order of the text."""
+    """Yield the strings at which a form expects a word, and those in lists, in document order."""
     stack: list[tuple[Datum, bool]] = [(datum, False) for datum in reversed(datums)]
     while stack:
         datum, listed = stack.pop()
@@ -192,17 +192,17 @@ def words_of(datums: tuple[Datum, ...]) -> Iterator[Word]:
 
 
 def file_of(span: Span) -> Path:
-    """The file that a span lies in; the library's own files too."""
+    """Return the file of a span, including the library's files."""
     name = span.source.name
     return _LIBRARY / "stdlib" / name[len(STD) :] if name.startswith(STD) else Path(name).absolute()
 
 
-# What stands around a cursor, by the text alone, so that broken text does no harm.
+# Context of the cursor, determined from the text alone, which also works for malformed text.
 
 
 @dataclass(frozen=True, slots=True)
 class Around:
-    """A list that is open at the cursor: its items before the cursor as texts, nested ones as ``(``."""
+    """An unclosed list at the cursor: its items before the cursor as texts, nested lists as ``(``."""
 
     start: int
     items: tuple[str, ...]
@@ -215,8 +215,11 @@ class Around:
 
 @dataclass(frozen=True, slots=True)
 class CursorContext:
-    """``lists``: the open lists, innermost last. ``token``: the atom or string being written, up to the cursor, which
-    begins at ``start``; it is in none of the lists. ``kind``: atom, string, comment or gap."""
+    """Context of the cursor.
+
+    ``lists`` are the unclosed lists, innermost last. ``token`` is the atom or string being typed, up to the cursor,
+    which starts at ``start`` and is not part of any list. ``kind`` is atom, string, comment or gap.
+    """
 
     lists: tuple[Around, ...]
     token: str
@@ -229,18 +232,18 @@ class CursorContext:
 
     @property
     def position(self) -> int:
-        """Which item of the innermost list the cursor is at; 0 is the head."""
+        """Index of the item of the innermost list at the cursor; 0 is the head."""
         return len(self.lists[-1].items) if self.lists else 0
 
     def word(self, list_: Around | None) -> str | None:
-        """The word of a ``(call "word" ...)``."""
+        """Return the word of a ``(call "word" ...)``."""
         if list_ is None or len(list_.items) < 2 or list_.head not in ("call", "primitive"):
             return None
         return unquoted(list_.items[1])
 
 
 def context(text: str, cursor: int, start: int = 0) -> CursorContext:
-    """The context of a cursor; ``start`` is a place at top level before it."""
+    """Return the context of a cursor; ``start`` is a preceding position at the top level."""
     open_lists: list[tuple[int, list[str], bool]] = []
     for kind, begin, end in lexemes(text, start, cursor):
         if end >= cursor and kind in ("atom", "string", "other", "comment", "block"):
@@ -265,7 +268,7 @@ def _frozen(lists: Sequence[tuple[int, list[str], bool]]) -> tuple[Around, ...]:
 
 
 def unquoted(text: str) -> str | None:
-    """The value of a string's text; None for anything else."""
+    """Return the value of a string literal's text, or None."""
     if len(text) < 2 or not text.startswith('"') or not text.endswith('"'):
         return None
     try:
@@ -276,13 +279,13 @@ def unquoted(text: str) -> str | None:
 
 
 def closed(text: str, start: int, cursor: int, token: str, name: str) -> str:
-    """The text from ``start`` with ``name`` in place of the token before the cursor, and all that is open closed."""
+    """Return the text from ``start`` with ``name`` in place of the token at the cursor, and all brackets closed."""
     lists = context(text, cursor, start).lists
     closers = "".join("]" if each.square else ")" for each in reversed(lists))
     return f"{text[start : cursor - len(token)]}{name}{closers}"
 
 
-# The names that are visible at a cursor inside a form, found by expanding the form with a marker there.
+# Names in scope at the cursor inside a form, determined by expanding the form with a marker at the cursor.
 
 
 _MARKER = "cursor-stands-here"
@@ -290,7 +293,7 @@ _DEPTH = 20_000
 
 
 class _FoundError(Exception):
-    """The expansion has come to the marker."""
+    """Raised when the expansion reaches the marker."""
 
     def __init__(self, scope: Scope) -> None:
         super().__init__()
@@ -305,7 +308,7 @@ class _ProbeExpander(FileExpander):
 
 
 def local_bindings(version: Version, text: str, start: int, end: int, cursor: int, token: str) -> dict[str, Any]:
-    """The local names at a cursor in the top-level form at ``start`` to ``end``, inner ones first."""
+    """Return the local names at a cursor in the top-level form from ``start`` to ``end``, innermost first."""
     whole = f"{text[start : cursor - len(token)]} {_MARKER} {text[cursor:end]}"
     for probe in (whole, closed(text, start, cursor, token, f" {_MARKER} ")):
         scope = run_with_room(lambda probe=probe: _scope_at_marker(version, probe), _DEPTH)  # type: ignore[misc]
@@ -341,7 +344,7 @@ def _locals(scope: Scope | None, version: Version) -> Iterator[tuple[str, Any]]:
         scope = scope.parent
 
 
-# Offsets of a source and positions of the protocol: lines from 0, columns in UTF-16 code units.
+# Conversion between source offsets and LSP positions: zero-based lines, columns in UTF-16 code units.
 
 
 def position(source: Source, offset: int) -> lsp.Position:
@@ -351,7 +354,7 @@ def position(source: Source, offset: int) -> lsp.Position:
 
 
 def offset(source: Source, at: lsp.Position) -> int:
-    """The offset of a position; the end of the line, or of the text, for one beyond it."""
+    """Return the offset of a position; positions beyond the end are clamped to the end of the line or text."""
     lines = source.text.count("\n") + 1
     if at.line >= lines:
         return len(source.text)
@@ -371,7 +374,7 @@ def range_of(span: Span) -> lsp.Range:
 
 
 def path_of(uri: str) -> Path:
-    """The file of a URI; for text that is in no file, a path that no file has."""
+    """Return the file of a URI; for a document without a file, a path that does not exist."""
     parts = urlsplit(uri)
     if parts.scheme != "file":
         return Path("/", "untitled", unquote(parts.path).strip("/") or "scene")
@@ -383,14 +386,14 @@ def uri_of(path: Path) -> str:
     return path.as_uri()
 
 
-# Diagnostics as the protocol has them.
+# Conversion of diagnostics to the protocol.
 
 
 _START = lsp.Range(lsp.Position(0, 0), lsp.Position(0, 1))
 
 
 def shown(diagnostic: Diagnostic, source: Source) -> lsp.Diagnostic:
-    """A diagnostic in the text of ``source``; one about an imported file stands at the top and leads there."""
+    """Convert a diagnostic of ``source``; one about an imported file is placed at the top, with a link to that file."""
     message = diagnostic.message if diagnostic.hint is None else f"{diagnostic.message}\nhint: {diagnostic.hint}"
     span = diagnostic.span
     here = span is not None and span.source is source

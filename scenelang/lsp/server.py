@@ -1,4 +1,4 @@
-"""The server: one handler per request of the protocol. Texts are analysed shortly after the last change."""
+"""Language server: one handler per protocol request. Texts are analyzed shortly after the last change."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from scenelang.lsp.completion import of_attribute, of_binding, of_word
 from scenelang.lsp.names import file_of, offset, path_of, range_of, shown, uri_of
 from scenelang.lsp.references import Document, Documents
 
-PAUSE = 0.03  # seconds without a change before the text is analysed
+PAUSE = 0.03  # debounce delay of the analysis, in seconds
 
 
 class Server(LanguageServer):
-    """The language server and the texts that are open in it."""
+    """The language server and the open documents."""
 
     def __init__(self, version: str) -> None:
         super().__init__("scenelang", version)
         self.documents = Documents()
-        self.asked: Document | None = None  # the text of the last completion, for the documentation of its items
-        self._uris: dict[Path, str] = {}  # open texts by the name that the editor gave them
+        self.asked: Document | None = None  # document of the last completion, to resolve its items
+        self._uris: dict[Path, str] = {}  # URIs of open documents, as sent by the editor
         self._waiting: dict[str, asyncio.TimerHandle] = {}
 
     def opened(self, uri: str) -> None:
@@ -38,25 +38,25 @@ class Server(LanguageServer):
         self.changed(uri)
 
     def document(self, uri: str) -> Document | None:
-        """An open text as it is now; None for one that is not open."""
+        """Return the current state of an open document, or None."""
         path = path_of(uri)
         if path not in self._uris:
             return None
         return self.documents.change(path, self.workspace.get_text_document(uri).source)
 
     def uri(self, path: Path) -> str:
-        """The editor's own name for a file that is open there."""
+        """Return the editor's URI of an open file."""
         return self._uris.get(path) or uri_of(path)
 
     def changed(self, uri: str) -> None:
-        """Analyse a text soon, unless it changes again before."""
+        """Schedule the analysis of a document, unless it changes again before."""
         waiting = self._waiting.pop(uri, None)
         if waiting is not None:
             waiting.cancel()
         self._waiting[uri] = asyncio.get_running_loop().call_later(PAUSE, self._publish_all, uri)
 
     def _publish_all(self, uri: str) -> None:
-        """The diagnostics of a text, then those of the texts that import it."""
+        """Publish the diagnostics of a document, then those of the documents that import it."""
         self._waiting.pop(uri, None)
         self.publish(uri)
         path = path_of(uri).resolve()
@@ -83,7 +83,7 @@ class Server(LanguageServer):
         self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, []))
 
     def answers(self, feature: str, options: Any = None) -> Callable[[Handler], Handler]:
-        """Register a handler of requests about one text; of a text that is not open there is nothing to say."""
+        """Register a handler of requests about one document; requests about documents that are not open return None."""
 
         def register(handler: Handler) -> Handler:
             @self.feature(feature, options)
@@ -100,7 +100,7 @@ Handler = Callable[[Document, Any], Any]
 
 
 def build_server(version: str) -> Server:
-    """A server with all that it can do."""
+    """Create the server with all handlers."""
     server = Server(version)
     for register in (_lifecycle, _reading, _navigation, _changing):
         register(server)
@@ -252,7 +252,7 @@ def _changing(server: Server) -> None:
 
 
 def _formatted(document: Document, format_: Callable[[str, Any], str]) -> list[lsp.TextEdit] | None:
-    """The one edit that formats a text; none for text that does not read."""
+    """Return the edit that formats a document; none if it cannot be parsed."""
     source = document.source
     try:
         after = format_(source.text, indents_of(source.text, document.path.parent))
@@ -266,6 +266,6 @@ def _formatted(document: Document, format_: Callable[[str, Any], str]) -> list[l
 
 
 def serve(version: str) -> None:
-    """Serve one editor over standard input and output until it goes."""
+    """Serve one editor over standard input and output until it disconnects."""
     logging.getLogger("pygls").setLevel(logging.CRITICAL)
     build_server(version).start_io()

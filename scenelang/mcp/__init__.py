@@ -1,4 +1,4 @@
-"""The server of the Model Context Protocol: an agent checks, runs, measures, draws and compares (docs/mcp.md).
+"""Model Context Protocol server: agents check, run, measure, render and compare programs (docs/mcp.md).
 
-``tools`` has the tools as functions, ``server`` offers them. Programs run in the sandbox's worker.
+``tools`` implements the tools as functions, ``server`` exposes them. Programs run in the sandbox's worker.
 """

@@ -1,7 +1,7 @@
-"""The server: the table of tools, and how their answers become results of the protocol.
+"""MCP server: registers the tools, and converts their answers to protocol results.
 
-Every call that evaluates a program runs in a process of its own (``sandbox.worker``), one at a time; the server only
-talks to the client, so it answers whatever a program does.
+Every call that evaluates a program runs in a separate process (``sandbox.worker``), one at a time; the server process
+itself only communicates, so no program can block or crash it.
 """
 
 from __future__ import annotations
@@ -28,38 +28,36 @@ from scenelang.scene_changes import TOLERANCE
 
 PRIMER = "scenelang://primer"
 _INSTRUCTIONS = (
-    "Build 3D and 4D scenes as programs of the Scene Language. Call `help` first: without a name it gives the language "
-    "on a few pages. Then write a program, `check` it, mend what is found, `run` it, `render` it from several sides "
-    f"and look. `diff` tells what an edit changed. The resource {PRIMER} is the same overview."
+    "Build 3D and 4D scenes as programs of the Scene Language. First call `help` without a name for a language "
+    "overview. Then write a program, `check` it, fix the reported errors, `run` it, `render` it from several views "
+    f"and inspect the images. `diff` shows the effect of an edit. The resource {PRIMER} contains the same overview."
 )
 _READS = ToolAnnotations(read_only_hint=True, destructive_hint=False, idempotent_hint=True, open_world_hint=False)
-_LONGEST_ARGUMENT = 4_000  # characters, of all but programs
+_LONGEST_ARGUMENT = 4_000  # characters, for arguments other than programs
 _PROGRAMS = ("program", "program_a", "program_b")
 
-Result = Callable[..., Awaitable[CallToolResult]]  # (tool, its arguments after the project)
-Text = Annotated[
-    str, Field(description="the text of a program, or a model's Python; leave it out where a path is given")
-]
-File = Annotated[str, Field(description="a file in the project folder; leave it out where the text is given")]
-Root = Annotated[str, Field(description="the word to evaluate; by default the one that no other word calls")]
+Result = Callable[..., Awaitable[CallToolResult]]  # (tool, arguments after the project)
+Text = Annotated[str, Field(description="text of a program, or a model's Python; omit if path is given")]
+File = Annotated[str, Field(description="file in the project folder; omit if program is given")]
+Root = Annotated[str, Field(description="word to evaluate; default: the word that no other word calls")]
 Side = Annotated[int, Field(ge=1, le=tools.LARGEST, description="pixels")]
-Number = Annotated[int, Field(ge=0, le=1_000_000, description="frame of a 4D scene, from 0")]
-Part = Annotated[float, Field(gt=0, lt=1, description="differences up to this part of the scene's size do not count")]
+Number = Annotated[int, Field(ge=0, le=1_000_000, description="frame of a 4D scene, counted from 0")]
+Part = Annotated[float, Field(gt=0, lt=1, description="relative tolerance, as a fraction of the scene's size")]
 CAMERA = (
-    "where it is seen from: turntable, top, isometric, follow; azimuth=40,elevation=20,distance=5,fov=35,target=0:1:0 "
-    "or some of these; or a camera's JSON file; what is left out frames the scene"
+    "viewpoint: preset (turntable, top, isometric, follow), parameters (azimuth=40,elevation=20,distance=5,fov=35,"
+    "target=0:1:0), or a JSON file; omitted parameters are chosen to frame the scene"
 )
 
 
 class SceneServer(MCPServer[Any]):
-    """The server of one project folder. What a client gets to see of a failure is one line."""
+    """Server of one project folder. Failures are reported to the client as one line."""
 
     async def call_tool(
         self, name: str, arguments: dict[str, Any], context: Context[Any, Any] | None = None
     ) -> CallToolResult | InputRequiredResult:
         for key, value in arguments.items():
             if isinstance(value, str) and len(value) > _LONGEST_ARGUMENT and key not in _PROGRAMS:
-                raise ToolError(f"`{clipped(key)}` is longer than {_LONGEST_ARGUMENT:,} characters")
+                raise ToolError(f"`{clipped(key)}` exceeds {_LONGEST_ARGUMENT:,} characters")
         try:
             return await super().call_tool(name, arguments, context)
         except ToolError as error:
@@ -67,7 +65,7 @@ class SceneServer(MCPServer[Any]):
 
 
 def _line(error: ToolError) -> str:
-    """A failure in one line: wrong arguments as they were told; a fault of ours without its traceback."""
+    """Format a failure as one line: invalid arguments by name; internal errors without traceback."""
     cause = error.__cause__
     if isinstance(cause, ValidationError):
         wrong = (f"`{'.'.join(map(str, each['loc']))}`: {each['msg']}" for each in cause.errors()[:5])
@@ -79,7 +77,7 @@ def _line(error: ToolError) -> str:
 
 
 def work(tool: Callable[..., ToolAnswer], *arguments: Any) -> ToolAnswer:
-    """What a worker's process does."""
+    """Handle a request in a worker's process."""
     try:
         return tool(*arguments)
     except RecursionError:
@@ -87,15 +85,15 @@ def work(tool: Callable[..., ToolAnswer], *arguments: Any) -> ToolAnswer:
 
 
 def serve(root: Path, limits: Limits, version: str) -> None:
-    """Answer on standard input and output until it ends; ``root`` is the only folder that is read."""
-    os.chdir(root)  # what programs import and what diagnostics name is relative to it
+    """Serve on standard input and output until it is closed; ``root`` is the only readable folder."""
+    os.chdir(root)  # imports and file names in diagnostics are relative to it
     _import_ahead()
     worker = Worker(work, (str(root),))
     build_server(Project(root, limits), version, worker).run("stdio")
 
 
 def _import_ahead() -> None:
-    """Modules and tables that every request needs are loaded once, before processes are forked for requests."""
+    """Load modules and tables needed by every request, before worker processes are forked."""
     from scenelang.backends.base import every
     from scenelang.backends.pictures import film  # noqa: F401
     from scenelang.grammar import ast, reader
@@ -108,11 +106,11 @@ def _import_ahead() -> None:
 
 
 def build_server(project: Project, version: str, worker: Worker) -> SceneServer:
-    """A server with all that it can do; ``worker`` runs ``work``."""
+    """Create the server with all tools and resources; ``worker`` runs ``work``."""
     server = SceneServer(
         "scenelang",
         title="The Scene Language",
-        description="3D and 4D scenes as programs: checked, run, measured, drawn and compared",
+        description="check, run, measure, render and compare programs of 3D and 4D scenes",
         instructions=_INSTRUCTIONS,
         version=version,
         log_level="CRITICAL",
@@ -134,14 +132,15 @@ def _add_facts(server: SceneServer, result: Result) -> None:
     async def check(
         program: Text = "",
         path: File = "",
-        geometry: Annotated[bool, Field(description="also evaluate, and look for odd overlaps and gaps")] = False,
+        geometry: Annotated[bool, Field(description="also evaluate, and run the geometry lint")] = False,
     ) -> CallToolResult:
-        """Find the mistakes of a program, with their places and how to mend them, without running it."""
+        """Check a program without running it; returns diagnostics with positions and fixes."""
         return await result(tools.check, ProjectProgram(program, path), geometry)
 
     @server.tool(annotations=_READS)
     async def run(program: Text = "", path: File = "", root: Root = "") -> CallToolResult:
-        """Evaluate a program: root, entities, instances, primitives, bounding box, frames, what it printed."""
+        """Evaluate a program; returns root, entities, instances, primitives, bounding box, frames and printed
+        output."""
         return await result(tools.run, ProjectProgram(program, path, root))
 
     @server.tool(annotations=_READS)
@@ -157,7 +156,7 @@ def _add_facts(server: SceneServer, result: Result) -> None:
         path_b: File = "",
         tolerance: Part = TOLERANCE,
     ) -> CallToolResult:
-        """Evaluate two programs, A and B: what moved, was recoloured, is missing or new in B."""
+        """Evaluate two programs A and B, and list moved, recolored, removed and added primitives."""
         a, b = ProjectProgram(program_a, path_a), ProjectProgram(program_b, path_b)
         return await result(tools.diff, a, b, tolerance)
 
@@ -173,7 +172,7 @@ def _add_pictures(server: SceneServer, result: Result) -> None:
         width: Side = tools.SIZE,
         height: Side = tools.SIZE,
     ) -> CallToolResult:
-        """Evaluate a program and draw it: a draft picture (PNG)."""
+        """Evaluate a program and render a draft image (PNG)."""
         view = tools.ToolView(camera, frame, width, height)
         return await result(tools.render, ProjectProgram(program, path, root), view)
 
@@ -182,23 +181,23 @@ def _add_help(server: SceneServer) -> None:
     @server.tool(annotations=_READS)
     def help(
         name: Annotated[
-            str, Field(description="a name, such as translate, union, cube, :color; a code, such as E401")
+            str, Field(description="name, such as translate, union, cube, :color, or code, such as E401")
         ] = "",
     ) -> CallToolResult:
-        """What a form, function, primitive or attribute of the language is, or how to mend a mistake by its code.
-        Without a name: the language on a few pages."""
+        """Describe a form, function, primitive or attribute of the language, or a diagnostic by its code.
+        Without a name: an overview of the language."""
         try:
             return _result(tools.explain(name))
         except WrongArguments as error:
             raise ToolError(str(error)) from None
 
-    @server.resource(PRIMER, title="The Scene Language on a few pages", mime_type="text/markdown")
+    @server.resource(PRIMER, title="Overview of the Scene Language", mime_type="text/markdown")
     def overview() -> str:
         return primer_text()
 
 
 async def _asked(worker: Worker, tool: Callable[..., ToolAnswer], *arguments: Any) -> CallToolResult:
-    """The result of a tool that runs in a worker's process; a client that cancels the call ends it."""
+    """Run a tool in a worker's process; it is killed if the client cancels the call."""
     try:
         return _result(await _in_thread(worker, tool, *arguments))
     except Ended as error:

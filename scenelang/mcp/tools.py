@@ -1,5 +1,4 @@
-"""What the tools do: a program in, an answer out. A wrong program is an answer; a call that makes no sense raises
-WrongArguments."""
+"""Implementation of the tools. Errors in a program are part of the answer; invalid calls raise WrongArguments."""
 
 from __future__ import annotations
 
@@ -28,20 +27,20 @@ if TYPE_CHECKING:
     from scenelang.session import Evaluated
 
 
-# What a tool answers: text for people and models, data for programs, a picture. All of it is bounded in size, and
-# holds no character that a terminal would act on.
+# Answers of tools: text for people and models, data for programs, an image. All parts are limited in size and contain
+# no control characters.
 
 
-MOST_ITEMS = 100  # of a list of changes, of lines that a program printed
+MOST_ITEMS = 100  # of lists of changes and of printed lines
 _MOST_DIAGNOSTICS = 20
-_MOST_INSIDE = 10  # items of a list inside an item
+_MOST_INSIDE = 10  # items of nested lists
 _LONGEST_TEXT = 20_000  # characters
 _LONGEST_STRING = 500
 
 
 @dataclass(frozen=True, slots=True)
 class ToolAnswer:
-    """``data`` is None where a picture says everything; ``png`` is that picture."""
+    """Answer of a tool. ``data`` is None if the image is the whole answer; ``png`` is the image."""
 
     text: str
     data: dict[str, Any] | None = None
@@ -49,20 +48,21 @@ class ToolAnswer:
 
 
 def answer(lines: Iterable[str], data: dict[str, Any]) -> ToolAnswer:
-    """Text and data, cut to a size that a model can take."""
+    """Create an answer with text and data truncated to a size suitable for models."""
     return ToolAnswer(bounded_text(lines), bounded(data))
 
 
 def bounded_text(lines: Iterable[str]) -> str:
-    """The lines as one text; what is left out of it is counted."""
+    """Join lines to a text, truncated with the number of omitted characters."""
     text = printable("\n".join(lines))
     if len(text) <= _LONGEST_TEXT:
         return text
-    return f"{text[:_LONGEST_TEXT]}\n... and {len(text) - _LONGEST_TEXT:,} characters more"
+    return f"{text[:_LONGEST_TEXT]}\n... and {len(text) - _LONGEST_TEXT:,} more characters"
 
 
 def bounded(data: dict[str, Any], most: int = MOST_ITEMS) -> dict[str, Any]:
-    """Plain data with short lists and strings. Beside a list that was cut, ``NAME_left_out`` counts what is missing."""
+    """Truncate lists and strings in JSON data. ``NAME_left_out`` beside a truncated list is the number of omitted
+    items."""
     found: dict[str, Any] = {}
     for name, value in data.items():
         found[printable(name)] = _bounded(value, most)
@@ -82,17 +82,17 @@ def _bounded(value: Any, most: int) -> Any:
 
 
 def clipped(text: str) -> str:
-    """A string that is not too long, without control characters."""
+    """Truncate a string and remove control characters."""
     shown = printable(text[:_LONGEST_STRING])
     left = len(text) - _LONGEST_STRING
-    return shown if left <= 0 else f"{shown}... and {left:,} characters more"
+    return shown if left <= 0 else f"{shown}... and {left:,} more characters"
 
 
 # --- diagnostics and logs ------------------------------------------------------------------------------------------
 
 
 def diagnosed(diagnostics: Sequence[Diagnostic]) -> tuple[list[str], dict[str, Any]]:
-    """Diagnostics as lines and as data, errors first; the first few of them, and how many more there are."""
+    """Format the first diagnostics, errors first, as lines and as data, with the number of omitted ones."""
     ordered = sorted(diagnostics, key=lambda diagnostic: not diagnostic.is_error)
     shown = ordered[:_MOST_DIAGNOSTICS]
     left = len(ordered) - len(shown)
@@ -102,20 +102,20 @@ def diagnosed(diagnostics: Sequence[Diagnostic]) -> tuple[list[str], dict[str, A
 
 
 def printed(log: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
-    """What a program printed, as lines and as data."""
+    """Format the printed output of a program, as lines and as data."""
     left = len(log) - MOST_ITEMS
-    lines = [clipped(line) for line in log[:MOST_ITEMS]] + ([f"... and {left:,} lines more"] if left > 0 else [])
+    lines = [clipped(line) for line in log[:MOST_ITEMS]] + ([f"... and {left:,} more lines"] if left > 0 else [])
     return ["printed:", *lines] if log else [], {"log": list(log)}
 
 
 def refused(diagnostics: Sequence[Diagnostic], log: Sequence[str] = ()) -> ToolAnswer:
-    """The answer about a program that is wrong."""
+    """Return the answer for a program with errors."""
     lines, data = diagnosed(diagnostics)
     said, more = printed(log)
     return answer([*lines, *said], {"ok": False, **data, **(more if log else {})})
 
 
-# The language on a few pages, for an agent that is to write it.
+# Language overview for agents.
 
 
 _START = """# The Scene Language
@@ -141,35 +141,35 @@ y is up, lengths are the scene's units, angles radians. Colours are linear, `[re
 
 A 4D scene is a root whose value is `(frames list)`, one entity for every moment.
 """
-_END = "\nThe tool `help` tells what each name does."
+_END = "\nUse the tool `help` for the description of a name."
 
 
 def primer_text() -> str:
-    """The primer as Markdown, with an example."""
+    """Return the primer as Markdown, with an example."""
     return "\n".join([_START, primer(), _END])
 
 
-# The one folder that an agent may read from, and programs in it.
+# Project folder: the only folder that agents may read, and the programs in it.
 
 
 _NAME = "<program>"
-_LONGEST_PROGRAM = 1_000_000  # characters; no model writes more, and what is larger can lie in a file
+_LONGEST_PROGRAM = 1_000_000  # characters; larger programs can be passed as files
 _SHOWN = 120
 
 
 class WrongArguments(Exception):
-    """A call that makes no sense, whatever the program. Its text is one line for the agent."""
+    """Raised for an invalid call, independent of the program. The message is one line for the agent."""
 
 
 def wrong_arguments(error: SceneError) -> WrongArguments:
-    """A SceneError about the arguments of a call, as one line."""
+    """Convert a SceneError about arguments to one line."""
     return WrongArguments("; ".join(part for part in (error.message, error.hint) if part))
 
 
 @dataclass(frozen=True, slots=True)
 class ProjectProgram:
-    """What a call is about: the text of a program, or a file. Exactly one is given, the other is empty. ``root`` is the
-    word to evaluate (empty: the program's own)."""
+    """Program of a call: either its text or a file, the other is empty. ``root`` is the word to evaluate (empty: the
+    program's default)."""
 
     text: str = ""
     path: str = ""
@@ -178,31 +178,31 @@ class ProjectProgram:
 
 @dataclass(frozen=True, slots=True)
 class Project:
-    """The folder ``root``, resolved, and what evaluations in it may use. It is the working folder of the process too,
-    so that what a program imports is looked for in it."""
+    """Resolved project folder ``root``, and the limits of evaluations in it. It is also the working directory, so that
+    imports are resolved relative to it."""
 
     root: Path
     limits: Limits
 
     def file(self, path: str) -> Path:
-        """The regular file of that path, links followed; raises WrongArguments for what is none, or lies outside."""
+        """Resolve a path to a regular file; raises WrongArguments if there is none, or it is outside the folder."""
         shown = printable(path[:_SHOWN]).replace("\n", " ")
         try:
             target = (self.root / path).resolve()
             is_inside, is_file = target.is_relative_to(self.root), target.is_file()
         except (OSError, ValueError, RuntimeError):
-            raise WrongArguments(f"`{shown}` is no path") from None
+            raise WrongArguments(f"invalid path `{shown}`") from None
         if not is_inside:
-            raise WrongArguments(f"`{shown}` leads out of the project folder")
+            raise WrongArguments(f"`{shown}` is outside the project folder")
         if not is_file:
-            raise WrongArguments(f"there is no file `{shown}` in the project folder")
+            raise WrongArguments(f"no file `{shown}` in the project folder")
         return target
 
     def opened(self, program: ProjectProgram) -> tuple[Session, Source]:
-        """The session and the source to check or evaluate. Raises WrongArguments for a call that names no program,
-        SceneError for a file that holds none."""
+        """Return session and source to check or evaluate. Raises WrongArguments if the call specifies no program,
+        SceneError if the file cannot be read."""
         if bool(program.text) == bool(program.path):
-            raise WrongArguments("give either `program`, the text, or `path`, a file of the project folder")
+            raise WrongArguments("expected either `program` (text) or `path` (file of the project folder)")
         if program.text:
             return self._session(program, {}), Source(_NAME, _checked(program.text))
         file = self.file(program.path)
@@ -213,20 +213,18 @@ class Project:
         return Session(Options(root=program.root or None, limits=self.limits, project=self.root, z_entries=entries))
 
     def _embeddings(self, file: Path) -> dict[str, ZEntry]:
-        """Z of a program, as on the command line: what lies beside it."""
+        """Return the embeddings beside a program, as on the command line."""
         z = beside(str(file))
         return read_entries(self.file(str(z))) if os.path.exists(z) else {}
 
 
 def _checked(text: str) -> str:
     if len(text) > _LONGEST_PROGRAM:
-        raise WrongArguments(
-            f"`program` is longer than {_LONGEST_PROGRAM:,} characters; save it as a file, give `path`"
-        )
+        raise WrongArguments(f"`program` exceeds {_LONGEST_PROGRAM:,} characters; save it as a file and use `path`")
     return text
 
 
-LARGEST = 1024  # pixels of a picture's side
+LARGEST = 1024  # pixels per side of an image
 SIZE = 512
 _MOST_WORDS = 200
 _LONGEST_WORD = 200
@@ -235,7 +233,7 @@ _CHANGES_TOLD = 20
 
 @dataclass(frozen=True, slots=True)
 class ToolView:
-    """What a picture shows: a frame of a 4D scene (None: the first), from where, in how many pixels."""
+    """View of an image: frame of a 4D scene (None: the first), camera, size in pixels."""
 
     camera: str = ""
     frame: int | None = None
@@ -244,7 +242,7 @@ class ToolView:
 
 
 def check(project: Project, program: ProjectProgram, geometry: bool) -> ToolAnswer:
-    """Every error and warning; ``geometry`` evaluates the program and looks for odd overlaps and gaps too."""
+    """Return all errors and warnings; ``geometry`` also evaluates the program and runs the geometry lint."""
     try:
         with limited(project.limits):
             session, source = project.opened(program)
@@ -257,7 +255,7 @@ def check(project: Project, program: ProjectProgram, geometry: bool) -> ToolAnsw
 
 
 def run(project: Project, program: ProjectProgram) -> ToolAnswer:
-    """What the scene is: root, entities, instances, primitives, bounding box, frames, what the program printed."""
+    """Return a summary of the scene: root, counts, bounding box, frames, printed output."""
 
     def told(scene: Scene, result: Evaluated) -> ToolAnswer:
         facts = summary(scene)
@@ -270,13 +268,13 @@ def run(project: Project, program: ProjectProgram) -> ToolAnswer:
 
 
 def count(project: Project, program: ProjectProgram, frame: int) -> ToolAnswer:
-    """The instances of every word in a frame, in the order of first appearance."""
+    """Return the instances of every word in a frame, in order of first appearance."""
 
     def told(scene: Scene, _: Evaluated) -> ToolAnswer:
         counts = count_words(scene.frames[_frame(scene, frame)])
         shown = dict(islice(((word, n) for word, n in counts.items() if len(word) <= _LONGEST_WORD), _MOST_WORDS))
         left = len(counts) - len(shown)
-        lines = [f"{n:,} {word}" for word, n in shown.items()] + ([f"... and {left:,} words more"] if left else [])
+        lines = [f"{n:,} {word}" for word, n in shown.items()] + ([f"... and {left:,} more words"] if left else [])
         data: dict[str, Any] = {"ok": True, "frame": frame, "counts": shown}
         return answer(lines, data | ({"counts_left_out": left} if left else {}))
 
@@ -284,7 +282,7 @@ def count(project: Project, program: ProjectProgram, frame: int) -> ToolAnswer:
 
 
 def render(project: Project, program: ProjectProgram, view: ToolView) -> ToolAnswer:
-    """A draft picture of a frame."""
+    """Render a draft image of a frame."""
     camera = _camera(project, view.camera)
 
     def told(scene: Scene, result: Evaluated) -> ToolAnswer:
@@ -309,7 +307,7 @@ def render(project: Project, program: ProjectProgram, view: ToolView) -> ToolAns
 
 
 def diff(project: Project, a: ProjectProgram, b: ProjectProgram, tolerance: float = TOLERANCE) -> ToolAnswer:
-    """What moved, was recoloured, is missing or new in B."""
+    """List moved, recolored, removed and added primitives in B."""
     sides: list[list[Sheet]] = []
     for name, program in (("a", a), ("b", b)):
         try:
@@ -317,7 +315,7 @@ def diff(project: Project, a: ProjectProgram, b: ProjectProgram, tolerance: floa
         except WrongArguments as error:
             raise WrongArguments(f"scene {name.upper()}: {error}") from None
         if isinstance(side, ToolAnswer):
-            return ToolAnswer(f"scene {name.upper()} is wrong:\n{side.text}", {"side": name, **(side.data or {})})
+            return ToolAnswer(f"scene {name.upper()} has errors:\n{side.text}", {"side": name, **(side.data or {})})
         sides.append(side)
     try:
         with limited(project.limits):
@@ -331,22 +329,22 @@ def diff(project: Project, a: ProjectProgram, b: ProjectProgram, tolerance: floa
 
 
 def explain(name: str) -> ToolAnswer:
-    """What a name of the language, a primitive, an attribute or a diagnostic is; without a name, the primer."""
+    """Describe a name of the language, a primitive, an attribute or a diagnostic; without a name, return the primer."""
     asked = name.strip()
     if not asked:
         return ToolAnswer(primer_text())
     lines = description(asked)
     if not lines:
-        hint = suggest(asked, known_names()) or "help without a name gives an overview"
-        raise WrongArguments(f"there is nothing known of `{asked[:80]}`; {hint}")
+        hint = suggest(asked, known_names()) or "call help without a name for an overview"
+        raise WrongArguments(f"unknown name `{asked[:80]}`; {hint}")
     return ToolAnswer(bounded_text(lines))
 
 
-# --- what they share -----------------------------------------------------------------------------------------------
+# --- shared --------------------------------------------------------------------------------------------------------
 
 
 def _of_scene(project: Project, program: ProjectProgram, told: Callable[[Scene, Evaluated], ToolAnswer]) -> ToolAnswer:
-    """What ``told`` says of the program's scene; its diagnostics where it has none, or where nothing can be said."""
+    """Apply ``told`` to the program's scene; return its diagnostics if there is no scene or ``told`` raises."""
     try:
         with limited(project.limits):
             session, source = project.opened(program)
@@ -359,7 +357,7 @@ def _of_scene(project: Project, program: ProjectProgram, told: Callable[[Scene, 
 
 
 def _sheets(project: Project, program: ProjectProgram) -> list[Sheet] | ToolAnswer:
-    """The frames of a program or of a flattened scene (.json), or the answer that says why there are none."""
+    """Return the frames of a program or of a flattened scene (.json), or an answer that explains why there are none."""
     limit = project.limits.primitives
     try:
         sheets = sheets_in(str(project.file(program.path)), limit) if program.path and not program.text else None
@@ -381,7 +379,7 @@ def _frame(scene: Scene, frame: int | None) -> int:
 
 
 def _camera(project: Project, text: str) -> Viewpoint | Camera:
-    """What `--camera` understands; the file of a camera must lie in the project folder."""
+    """Parse a camera as `--camera` does; camera files must be in the project folder."""
     from scenelang.backends.pictures.camera import parse_viewpoint
 
     asked = text.strip()

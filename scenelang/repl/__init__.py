@@ -1,5 +1,5 @@
-"""The REPL: a session that goes on, in a terminal or driven by another program (docs/repl.md).
+"""REPL for the terminal, or driven by another program through plain streams (docs/repl.md).
 
-``loop`` takes one input after another, ``evaluation`` evaluates, ``commands`` are the lines with a comma, ``display``
-shows; ``console`` is the terminal with completion, ``plain`` everything else.
+``loop`` dispatches inputs, ``evaluation`` evaluates them, ``commands`` implements commands, ``display`` formats values;
+``console`` is the terminal front end, ``plain`` the stream front end.
 """

@@ -1,4 +1,4 @@
-"""The REPL's commands: a line that begins with a comma, such as ``,doc grid``. Their table, and how one is found."""
+"""REPL commands: lines that begin with a comma, such as ``,doc grid``."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @cache
 def commands() -> tuple[Command, ...]:
-    """Every command, in the order of the help."""
+    """Return all commands in the order of the help."""
 
     found = (*ABOUT_COMMANDS, *SCENE_COMMANDS, *FILE_COMMANDS, *MODEL_COMMANDS)
     order = _ORDER.split()
@@ -39,25 +39,25 @@ edit seed transpile reset save quit"""
 
 
 def wanted(rest: str, command: str, what: str) -> str:
-    """What stands after a command that needs something there. Raises SceneError."""
+    """Return the operand of a command. Raises SceneError if it is missing."""
     if not rest:
-        raise SceneError("value", f"`,{command}` wants {what}")
+        raise SceneError("value", f"`,{command}` requires {what}")
     return rest
 
 
 def unquoted(text: str) -> str:
-    """A file's name, which may stand in quotes."""
+    """Remove the quotes around a file name, if any."""
     text = text.strip()
     return text[1:-1] if len(text) > 1 and text[0] == text[-1] == '"' else text
 
 
 def table(rows: Sequence[tuple[str, str]]) -> list[str]:
-    """Two columns."""
+    """Format two aligned columns."""
     across = max((len(left) for left, _ in rows), default=0)
     return [f"{left.ljust(across)}  {right}".rstrip() for left, right in rows]
 
 
-# Commands about names and forms: help, doc, apropos, source, expand, time, trace, seed, reset, quit.
+# Commands for names and forms: help, doc, apropos, source, expand, time, trace, seed, reset, quit.
 
 
 _MOST_FOUND = 40
@@ -67,10 +67,10 @@ def _help(repl: Repl, rest: str) -> None:
     chosen = (find(repl.commands, rest.lstrip(",")),) if rest else commands()
     repl.screen.rows(table([(command.usage, command.doc) for command in chosen]))
     if not rest:
-        repl.screen.rows(["*1 *2 *3 are the last values, *e is the last error. Ctrl-C stops, Ctrl-D leaves."])
+        repl.screen.rows(["*1 *2 *3 are the last values, *e is the last error. Ctrl-C interrupts, Ctrl-D exits."])
 
 
-# --- what names are ------------------------------------------------------------------------------------------------
+# --- names ---------------------------------------------------------------------------------------------------------
 
 
 def _doc(repl: Repl, rest: str) -> None:
@@ -78,22 +78,22 @@ def _doc(repl: Repl, rest: str) -> None:
     lines = description(repl.evaluation.top, name)
     if not lines:
         known = known_names(repl.evaluation.top)
-        raise SceneError("unbound", f"there is nothing known of `{name[:40]}`", suggest(name, known))
+        raise SceneError("unbound", f"unknown name `{name[:40]}`", suggest(name, known))
     repl.screen.prose(lines)
 
 
 def _apropos(repl: Repl, rest: str) -> None:
     from scenelang.stdlib.reference import records
 
-    text = wanted(rest, "apropos", "a text to look for").lower()
+    text = wanted(rest, "apropos", "a search text").lower()
     own = [(name, "") for name, binding in repl.evaluation.top.names() if not isinstance(binding, Builtin)]
     found = [(name, _kind(repl, name)) for name, _ in own if text in name.lower() and not name.startswith("*")]
-    found += [(f'"{w}"', "a word of this session") for w in repl.evaluation.top.file.words if text in w.lower()]
+    found += [(f'"{w}"', "word of this session") for w in repl.evaluation.top.file.words if text in w.lower()]
     near = [record for record in records() if text in record.name.lower()]
     far = [record for record in records() if record not in near and text in record.doc.lower()]
     rows = [*found, *((record.name, record.doc) for record in [*near, *far])]
     if not rows:
-        repl.screen.rows([f"nothing holds `{rest[:40]}`"])
+        repl.screen.rows([f"no results for `{rest[:40]}`"])
         return
     repl.screen.rows(table(rows[:_MOST_FOUND]))
     if len(rows) > _MOST_FOUND:
@@ -102,7 +102,7 @@ def _apropos(repl: Repl, rest: str) -> None:
 
 def _kind(repl: Repl, name: str) -> str:
     function = function_of(repl.evaluation.top, name)
-    return signature_of(function) if function is not None else "of this session"
+    return signature_of(function) if function is not None else "defined in this session"
 
 
 def _source(repl: Repl, rest: str) -> None:
@@ -114,14 +114,12 @@ def _source(repl: Repl, rest: str) -> None:
         return
     text = _library_source(repl, name)
     if text is None:
-        raise SceneError(
-            "unbound", f"there is no definition of `{name[:40]}`", suggest(name, [n for n, _ in top.names()])
-        )
+        raise SceneError("unbound", f"`{name[:40]}` is not defined", suggest(name, [n for n, _ in top.names()]))
     repl.screen.rows(text.split("\n"))
 
 
 def _library_source(repl: Repl, name: str) -> str | None:
-    """A definition of the library that is written in the language."""
+    """Return the source of a library function written in the language, or None."""
     from scenelang.grammar.reader import read
 
     library = repl.evaluation.session.library
@@ -132,7 +130,7 @@ def _library_source(repl: Repl, name: str) -> str | None:
                 if start.match(datum.span.text):
                     return datum.span.text
     if name in library.builtins:
-        raise SceneError("value", f"`{name}` is built in; `,doc {name}` tells what it does")
+        raise SceneError("value", f"`{name}` is built in and has no source; see `,doc {name}`")
     return None
 
 
@@ -156,21 +154,23 @@ def _time(repl: Repl, rest: str) -> None:
     outcome = evaluation.evaluate(evaluation.source(wanted(rest, "time", "a form")))
     repl.show(outcome)
     if outcome.ok:
-        repl.screen.write(f"{outcome.seconds:.3f} s, {outcome.steps:,} steps, {outcome.entities:,} entities made")
+        repl.screen.write(f"{outcome.seconds:.3f} s, {outcome.steps:,} steps, {outcome.entities:,} entities created")
     repl.changed()
 
 
 def _trace(repl: Repl, rest: str) -> None:
     evaluation = repl.evaluation
     if not rest:
-        repl.screen.rows([f"traced: {name}" for name in sorted(evaluation.tracer.names)] or ["nothing is traced"])
+        repl.screen.rows([f"traced: {name}" for name in sorted(evaluation.tracer.names)] or ["no functions are traced"])
         return
     top, name = evaluation.top, rest
     if function_of(top, name) is None:
         name = f'"{rest.strip(chr(34))}"'
         if function_of(top, name) is None and name not in evaluation.tracer.names:
             known = [*(n for n, _ in top.names()), *top.file.words]
-            raise SceneError("unbound", f"`{rest[:40]}` is no function or word of this session", suggest(rest, known))
+            raise SceneError(
+                "unbound", f"`{rest[:40]}` is not a function or word of this session", suggest(rest, known)
+            )
     traced = evaluation.tracer.toggle(top, name)
     repl.screen.write(f"{name} is {'traced' if traced else 'no longer traced'}")
 
@@ -180,15 +180,15 @@ def _trace(repl: Repl, rest: str) -> None:
 
 def _seed(repl: Repl, rest: str) -> None:
     try:
-        seed = int(wanted(rest, "seed", "a whole number"))
+        seed = int(wanted(rest, "seed", "an integer"))
     except ValueError:
-        raise SceneError("value", f"`{rest[:40]}` is no whole number") from None
+        raise SceneError("value", f"expected an integer, got `{rest[:40]}`") from None
     repl.evaluation.set_seed(seed)
 
 
 def _reset(repl: Repl, rest: str) -> None:
     repl.evaluation.reset()
-    repl.screen.write("nothing is defined now")
+    repl.screen.write("all definitions removed")
 
 
 def _quit(repl: Repl, rest: str) -> None:
@@ -196,21 +196,21 @@ def _quit(repl: Repl, rest: str) -> None:
 
 
 ABOUT_COMMANDS = (
-    Command("help", ",help [COMMAND]", "the commands", _help, "COMMAND"),
-    Command("doc", ",doc NAME", "what a name, word, primitive, `:attribute` or code such as E401 is", _doc, "NAME"),
-    Command("apropos", ",apropos TEXT", "names whose name or description holds a text", _apropos, "TEXT"),
-    Command("source", ",source NAME", "the text of a definition, of a name or a word", _source, "NAME"),
-    Command("expand", ",expand FORM", "a form after macro expansion", _expand, "FORM"),
-    Command("time", ",time FORM", "evaluate a form; seconds, steps, entities", _time, "FORM"),
-    Command("trace", ",trace [NAME]", "show the calls of a function or word, or no more; alone: what is traced", _trace,
+    Command("help", ",help [COMMAND]", "list the commands", _help, "COMMAND"),
+    Command("doc", ",doc NAME", "describe a name, word, primitive, `:attribute` or code such as E401", _doc, "NAME"),
+    Command("apropos", ",apropos TEXT", "search names and descriptions", _apropos, "TEXT"),
+    Command("source", ",source NAME", "print the source of a function or word", _source, "NAME"),
+    Command("expand", ",expand FORM", "print a form after macro expansion", _expand, "FORM"),
+    Command("time", ",time FORM", "evaluate a form, and print seconds, steps and entities", _time, "FORM"),
+    Command("trace", ",trace [NAME]", "toggle tracing of a function or word; without NAME, list them", _trace,
             "NAME"),
-    Command("seed", ",seed N", "start the random streams anew", _seed, "N"),
-    Command("reset", ",reset", "forget all definitions", _reset),
-    Command("quit", ",quit", "leave", _quit),
+    Command("seed", ",seed N", "seed the random streams", _seed, "N"),
+    Command("reset", ",reset", "remove all definitions", _reset),
+    Command("quit", ",quit", "exit the REPL", _quit),
 )  # fmt: skip
 
 
-# Commands about files: load, reload, watch, transpile, save.
+# Commands for files: load, reload, watch, transpile, save.
 
 
 def _load(repl: Repl, rest: str) -> None:
@@ -235,7 +235,7 @@ def _reload(repl: Repl, rest: str) -> None:
 def _file_of(repl: Repl, command: str) -> str:
     path = repl.evaluation.loaded or repl.evaluation.file
     if path is None:
-        raise SceneError("value", f"`,{command}` wants a file that was loaded before", "`,load FILE` loads one")
+        raise SceneError("value", "no file has been loaded", "load a file with `,load FILE`")
     return path
 
 
@@ -252,7 +252,7 @@ def _watch(repl: Repl, rest: str) -> None:
         if repl.evaluation.loaded != path:
             return
     repl.watch = Watch(repl, path)
-    repl.screen.write(f"{path} is watched; `,watch` ends it")
+    repl.screen.write(f"watching {path}; stop with `,watch`")
 
 
 def _transpile(repl: Repl, rest: str) -> None:
@@ -277,16 +277,16 @@ def _save(repl: Repl, rest: str) -> None:
     from scenelang.backends.files import written_whole
 
     is_forced = rest.startswith("!") or rest.endswith(" !")
-    name = unquoted(wanted(rest.strip("! "), "save", "a file; `,save! FILE` overwrites"))
+    name = unquoted(wanted(rest.strip("! "), "save", "a file"))
     if name == "-":
-        raise SceneError("value", "`,save` writes to a file, and `-` names none", "a file of that name is `./-`")
+        raise SceneError("value", "`,save` cannot write to standard output", "use `./-` for a file of that name")
     path = Path(name)
     text = checked_program(repl.evaluation.session, repl.evaluation.top, str(path))
     if path.is_dir() or not path.parent.is_dir():
-        why = "it is a folder" if path.is_dir() else f"there is no folder {path.parent}"
+        why = "it is a folder" if path.is_dir() else f"no such folder: {path.parent}"
         raise SceneError("file", f"cannot write {path}: {why}")
     if path.exists() and not is_forced and not _may_replace(repl, path):
-        raise SceneError("file", f"{path} is there already", f"`,save! {path}` overwrites it")
+        raise SceneError("file", f"{path} already exists", f"overwrite it with `,save! {path}`")
     with written_whole(path) as temporary:
         temporary.write_text(text, "utf-8", newline="\n")
     repl.screen.write(f"wrote {path}")
@@ -299,30 +299,34 @@ def _may_replace(repl: Repl, path: Path) -> bool:
 FILE_COMMANDS = (
     Command("load", ",load FILE", "evaluate a file", _load, "FILE"),
     Command("reload", ",reload", "evaluate the file again", _reload),
-    Command("watch", ",watch [FILE]", "evaluate a file when it changes, say what changed; again: end", _watch, "FILE"),
-    Command("transpile", ",transpile FILE", "take over what a language model's Python defines", _transpile, "FILE"),
+    Command(
+        "watch", ",watch [FILE]", "evaluate a file on each change, and print the changes; again: stop", _watch, "FILE"
+    ),
+    Command(
+        "transpile", ",transpile FILE", "evaluate the definitions of a language model's Python", _transpile, "FILE"
+    ),
     Command("save", ",save FILE", "write the definitions as a program; `,save! FILE` overwrites", _save, "FILE"),
 )
 
 
-# Commands that ask a language model: generate, edit. Before their text they take the options of the command line.
+# Commands that call a language model: generate, edit. They accept the options of the command line.
 
 
 _MOST_CHANGES = 12
 
 
 def _request(repl: Repl, command: str, rest: str, what: str) -> ModelRequest:
-    """What a command asks for. Raises SceneError."""
+    """Parse the request of a command. Raises SceneError."""
     request = repl.request(command, wanted(rest, command, what))
     if not request.text:
-        raise SceneError("value", f"`,{command}` wants {what}")
+        raise SceneError("value", f"`,{command}` requires {what}")
     return request
 
 
 def _generate(repl: Repl, rest: str) -> None:
     from scenelang.inference.conductor import Inference
 
-    request = _request(repl, "generate", rest, "what the scene shows, such as ,generate a lighthouse")
+    request = _request(repl, "generate", rest, "a text prompt, such as ,generate a lighthouse")
     assert request.task is not None
     inference = Inference(request.task, request.settings, repl.evaluation.session.options)
     result = _asked(repl, request, inference)
@@ -349,14 +353,14 @@ def _edit(repl: Repl, rest: str) -> None:
     done = edit_of("the session", task, before, result.best, evaluation.limits.primitives)
     repl.screen.rows(done.text.splitlines())
     repl.screen.rows(change_lines(done.changes, _MOST_CHANGES, OF_AN_EDIT))
-    if repl.screen.ask is not None and not repl.screen.ask("take it over?"):
+    if repl.screen.ask is not None and not repl.screen.ask("apply the edit?"):
         return
     evaluation.reset()
     _take_over(repl, request.text, result.best.code)
 
 
 def _asked(repl: Repl, request: ModelRequest, inference: Inference) -> Result:
-    """Run to the end, in a run folder as on the command line. Raises SceneError."""
+    """Run inference to its end, in a run folder as on the command line. Raises SceneError."""
     from scenelang.inference.conductor import NoProgram
     from scenelang.inference.generation import begin, play, recorded
 
@@ -368,12 +372,12 @@ def _asked(repl: Repl, request: ModelRequest, inference: Inference) -> Result:
         if isinstance(error, NoProgram):
             repl.screen.report(error.verdict.diagnostics)
         if not repl.screen.quiet:
-            repl.screen.complain(f"the run is kept in {run.path}")
+            repl.screen.complain(f"the run is saved in {run.path}")
         raise
 
 
 def _take_over(repl: Repl, name: str, program: str) -> None:
-    """Evaluate what the model wrote as one input."""
+    """Evaluate the model's program as one input."""
     outcome = repl.evaluation.evaluate(Source(f"<{name[:40]}>", program), whole=True)
     repl.show(outcome)
     repl.changed()
@@ -381,24 +385,24 @@ def _take_over(repl: Repl, name: str, program: str) -> None:
 
 MODEL_COMMANDS = (
     Command(
-        "generate", ",generate [OPTIONS] TEXT", "take over a scene that a language model makes; options as of "
+        "generate", ",generate [OPTIONS] TEXT", "generate a scene with a language model; options as for "
         "`scenelang generate`", _generate, "TEXT",
     ),
     Command(
-        "edit", ",edit [OPTIONS] INSTRUCTION", "let a language model change what is defined", _edit, "TEXT",
+        "edit", ",edit [OPTIONS] INSTRUCTION", "edit the definitions with a language model", _edit, "TEXT",
     ),
 )  # fmt: skip
 
 
-# A watched file: evaluated again when it or what it imports changes, with a word on what that did to the scene.
+# Watched files: evaluated again when the file or an import changes, with a summary of the changes.
 
 
 _POLL = 0.2  # seconds
-_COMPARED = 50_000  # primitives; larger scenes are only counted
+_COMPARED = 50_000  # primitives; for larger scenes only counts are compared
 
 
 class Watch:
-    """A thread that looks at a file's stamp until ``stop``."""
+    """Thread that polls a file's modification stamp until ``stop``."""
 
     def __init__(self, repl: Repl, path: str) -> None:
         self.path = path
@@ -409,11 +413,11 @@ class Watch:
         threading.Thread(target=self._look, daemon=True).start()
 
     def again(self) -> Watch:
-        """Another watch in the place of one whose thread is gone."""
+        """Create a new watch in place of one whose thread did not survive a fork."""
         return Watch(self._repl, self.path)
 
     def stop(self) -> None:
-        """Look no more."""
+        """Stop watching."""
         self._ended.set()
 
     def _names(self) -> list[str]:
@@ -447,9 +451,9 @@ class Watch:
 
 
 def what_changed(old: Scene | None, new: Scene | None) -> Iterator[str]:
-    """What is different in the first frame of a scene, in brief."""
+    """Yield a brief summary of the changes in the first frame of a scene."""
     if new is None:
-        yield "there is no scene now"
+        yield "no scene"
         return
     count = primitive_count(new.root)
     if old is None:
@@ -477,18 +481,18 @@ def _differences(old: Scene, new: Scene) -> Iterator[str]:
     before, after = (sheet_of(flatten(scene, 2 * _COMPARED).frames[0]) for scene in (old, new))
     found = compare_frames(before, after)
     if found.equal:
-        yield "no primitive differs"
+        yield "no primitive changed"
         return
     for number, what in (
-        (len(found.moved), "moved"), (len(found.recolored), "recoloured"),
-        (len(found.missing), "gone"), (len(found.extra), "new"),
+        (len(found.moved), "moved"), (len(found.recolored), "recolored"),
+        (len(found.missing), "removed"), (len(found.extra), "added"),
     ):  # fmt: skip
         if number:
             yield f"{number:,} {what}"
 
 
-# Commands about scenes: tree, count, bounds, render, view, export. Without a form they take the value of the
-# last input if that is a scene, else the root, and say which.
+# Commands for scenes: tree, count, bounds, render, view, export. Without a form they use the last input's value if it
+# is a scene, else the root, and print which.
 
 
 _WIDTH, _HEIGHT = 640, 480
@@ -497,7 +501,7 @@ _OUTPUT = re.compile(r"""(?:^|\s)-o\s+("[^"]*"|\S+)\s*$""")
 
 
 def _scene(repl: Repl, form: str) -> Scene:
-    """The scene that a command is about; which one is said where the command does not."""
+    """Return the scene that a command operates on, and print which one if the command did not specify it."""
     subject = repl.evaluation.subject_of(form)
     if subject.what is not None:
         repl.screen.write(clean(f"of {subject.what}:"))
@@ -525,16 +529,16 @@ def _bounds(repl: Repl, rest: str) -> None:
 
     box = word_box(_scene(repl, rest), None)
     if box is None:
-        raise SceneError("empty-scene", "the scene has no geometry, so it has no bounding box")
+        raise SceneError("empty-scene", "the scene has no geometry and therefore no bounding box")
     rows = [(name, "[" + " ".join(map(_number, values)) + "]") for name, values in box_facts(box).items()]
     repl.screen.rows(table(rows))
 
 
 def _number(x: float) -> str:
-    return f"{round(x, 12) + 0.0:.6g}"  # no rounding errors, no negative zero
+    return f"{round(x, 12) + 0.0:.6g}"  # hide rounding errors and negative zero
 
 
-# --- pictures and files --------------------------------------------------------------------------------------------
+# --- images and files ----------------------------------------------------------------------------------------------
 
 
 def _render(repl: Repl, rest: str) -> None:
@@ -552,7 +556,7 @@ def _render(repl: Repl, rest: str) -> None:
 
 
 def _output_of(rest: str) -> tuple[str, str]:
-    """The form and the file of ``FORM -o FILE``."""
+    """Split ``FORM -o FILE`` into form and file."""
     match = _OUTPUT.search(rest)
     return (rest[: match.start()].strip(), unquoted(match[1])) if match else (rest, "")
 
@@ -567,8 +571,8 @@ def _check_picture(path: Path) -> None:
     from scenelang.backends.pictures.film import STILL_ENDINGS
 
     if path.suffix.lower() not in STILL_ENDINGS:
-        hint = f"it can be one of {' '.join(sorted(STILL_ENDINGS))}; films are made with `scenelang render`"
-        raise SceneError("backend", f"no picture can be written to `{path.name}`", hint)
+        hint = f"supported: {' '.join(sorted(STILL_ENDINGS))}; render videos with `scenelang render`"
+        raise SceneError("backend", f"cannot write an image to `{path.name}`", hint)
     check_folder(path)
 
 
@@ -601,15 +605,21 @@ def _export(repl: Repl, rest: str) -> None:
 def _view(repl: Repl, rest: str) -> None:
     if repl.live_view is None:
         repl.live_view = LiveView(repl.evaluation)
-    repl.screen.write(f"{repl.live_view.address} shows the root and follows the session")
+    repl.screen.write(f"{repl.live_view.address} shows the root and updates with the session")
     repl.live_view.open_browser()
 
 
 SCENE_COMMANDS = (
-    Command("tree", ",tree [FORM]", "the hierarchy of entities", _tree, "FORM"),
-    Command("count", ",count [FORM]", "how many of each word there are", _count, "FORM"),
-    Command("bounds", ",bounds [FORM]", "the exact bounding box", _bounds, "FORM"),
-    Command("render", ",render [FORM] [-o FILE]", "a draft picture, shown in terminals that can", _render, "FORM"),
-    Command("view", ",view", "the live viewer in a browser", _view),
-    Command("export", ",export FILE", "write the scene for other programs, by the file's ending", _export, "FILE"),
+    Command("tree", ",tree [FORM]", "print the entity hierarchy", _tree, "FORM"),
+    Command("count", ",count [FORM]", "count the instances of every word", _count, "FORM"),
+    Command("bounds", ",bounds [FORM]", "print the exact bounding box", _bounds, "FORM"),
+    Command(
+        "render",
+        ",render [FORM] [-o FILE]",
+        "render a draft image, displayed inline if the terminal supports it",
+        _render,
+        "FORM",
+    ),
+    Command("view", ",view", "open the live viewer in a browser", _view),
+    Command("export", ",export FILE", "export the scene, in the format of the file extension", _export, "FILE"),
 )

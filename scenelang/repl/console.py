@@ -1,4 +1,4 @@
-"""The REPL in a terminal: editing of several lines, history, colours, brackets, completion."""
+"""REPL in a terminal: multi-line editing, history, highlighting, bracket matching and completion."""
 
 from __future__ import annotations
 
@@ -50,10 +50,10 @@ if TYPE_CHECKING:
     from scenelang.stdlib.reference import ReferenceRecord
 
 
-# What can stand at the cursor: names, words in strings, attributes, commands, files; each with its doc in brief.
+# Completions at the cursor: names, words in strings, attributes, commands, files; each with a brief description.
 
 
-# The brackets of a text that is being typed: which are open at its end, which closing ones are wrong.
+# Bracket matching in the text being typed.
 
 
 _CLOSERS = {")": "(", "]": "["}
@@ -61,9 +61,11 @@ _CLOSERS = {")": "(", "]": "["}
 
 @dataclass(frozen=True, slots=True)
 class Scan:
-    """``openers`` are the offsets of the brackets that are open at the end, ``wrong`` those of closing brackets that
-    close nothing or the wrong kind. ``string`` is where a string begins that is still open, ``is_comment`` whether the
-    text ends inside a comment."""
+    """Result of a bracket scan.
+
+    ``openers`` contains the offsets of unclosed brackets, ``wrong`` those of unmatched or mismatched closing brackets.
+    ``string`` is the start of an unterminated string, if any; ``is_comment`` whether the text ends inside a comment.
+    """
 
     openers: tuple[int, ...]
     wrong: tuple[int, ...]
@@ -72,7 +74,7 @@ class Scan:
 
 
 def scan(text: str) -> Scan:
-    """Look through a text once."""
+    """Scan a text once."""
     openers: list[int] = []
     wrong: list[int] = []
     position, end = 0, len(text)
@@ -145,7 +147,7 @@ _LONGEST_META = 80
 
 
 class SceneCompleter(Completer):
-    """Completions for prompt_toolkit, from what the session knows at the moment."""
+    """Completer for prompt_toolkit, based on the current state of the session."""
 
     def __init__(self, evaluation: ReplEvaluation) -> None:
         self._evaluation = evaluation
@@ -188,7 +190,7 @@ class SceneCompleter(Completer):
         else:
             yield from _matching(prefix, self._names())
 
-    # --- what there is -----------------------------------------------------------------------------------------
+    # --- candidates --------------------------------------------------------------------------------------------
 
     def _words(self) -> Iterator[tuple[str, str]]:
         top = self._evaluation.top
@@ -201,7 +203,7 @@ class SceneCompleter(Completer):
                 yield word, doc
 
     def _attributes(self, opener: str) -> Iterator[tuple[str, str]]:
-        """Keywords of the function that is called, or attributes of the word; of any primitive outside of forms."""
+        """Yield keywords of the called function or attributes of the called word; outside of calls, all attributes."""
         if not opener:
             yield from ((f":{name}", attribute_doc(None, name) or "") for name in attribute_names())
             return
@@ -233,14 +235,14 @@ class SceneCompleter(Completer):
                 continue
             seen.add(name)
             function = function_of(top, name)
-            kind = "macro" if isinstance(binding, Macro) else "of this session"
+            kind = "macro" if isinstance(binding, Macro) else "defined in this session"
             yield name, signature_of(function) if function is not None else kind
         yield from ((record.name, record.doc) for record in _library() if record.name not in seen)
 
 
 @cache
 def _library() -> tuple[ReferenceRecord, ...]:
-    """All that programs see without importing it."""
+    """Return all names visible to programs without an import."""
     from scenelang.stdlib.reference import RecordKind, records
 
     return tuple(record for record in records() if record.module is None and record.kind is not RecordKind.TYPE)
@@ -251,7 +253,7 @@ def _type(parameter: Any) -> str:
 
 
 def _matching(prefix: str, found: Iterable[tuple[str, str]]) -> Iterator[Completion]:
-    """What begins with the prefix, by name; then what only holds it."""
+    """Return matches of the prefix by name first, then names that contain it."""
     rows = sorted(dict(found).items())
     begun = [row for row in rows if row[0].startswith(prefix)]
     held = [row for row in rows if len(prefix) > 2 and prefix in row[0][1:] and row not in begun]
@@ -260,17 +262,17 @@ def _matching(prefix: str, found: Iterable[tuple[str, str]]) -> Iterator[Complet
         yield Completion(text, -len(prefix), display_meta=meta[:_LONGEST_META])
 
 
-# How far a new line of an unfinished form is indented: bodies by two, operands under one another.
+# Indentation of a new line in an unfinished form: bodies by two columns, operands aligned with one another.
 
 
 _HEAD = re.compile(r"[^\s()\[\]\"';`,]+")
 _BLANK = re.compile(r"[ \t]*")
-_CLAUSES = ("cond", "case")  # whose operands are lists of a test and a body
+_CLAUSES = ("cond", "case")  # forms with clauses of a test and a body
 
 
 def indentation(text: str, indents: Mapping[str, int | None]) -> int:
-    """Columns for the line that follows ``text``. ``indents``: for each form how many operands stand on the head's line
-    before its body, None where operands are aligned."""
+    """Return the indentation of the line after ``text``. ``indents`` maps each form to the number of operands on the
+    head's line before its body, or None if operands are aligned."""
     found = scan(text)
     if not found.openers or found.string is not None:
         return 0
@@ -298,12 +300,12 @@ def indentation(text: str, indents: Mapping[str, int | None]) -> int:
 
 
 def _body(column: int, after: str, wanted: int) -> int:
-    """A body by two; what belongs on the head's line but does not stand there by four."""
+    """Indent a body by two columns, and distinguished operands before it by four."""
     return column + (2 if _operands(after) >= wanted else 4)
 
 
 def _operands(text: str) -> int:
-    """How many operands are complete in the text after a head."""
+    """Return the number of complete operands in the text after a head."""
     count, position = 0, 0
     while True:
         while position < len(text) and text[position].isspace():
@@ -320,7 +322,7 @@ def _operands(text: str) -> int:
 
 
 def _datum_end(text: str, start: int) -> int:
-    """Where the list or string that begins at ``start`` ends, the end of the text when it is open."""
+    """Return the end of the list or string that starts at ``start``, or the end of the text if it is unclosed."""
     if text[start] == '"':
         match = re.compile(r'"(?:[^"\\]|\\.)*"').match(text, start)
         return match.end() if match is not None else len(text)
@@ -338,12 +340,12 @@ _STYLE = Style.from_dict({"wrong-bracket": "bg:ansired ansiwhite", "prompt": "an
 
 
 def run(evaluation: ReplEvaluation, color: bool, quiet: bool, request: RequestReader = plain_request) -> int:
-    """Work until Ctrl-D or ``,quit``; how many inputs failed."""
+    """Run until Ctrl-D or ``,quit``; returns the number of failed inputs."""
     screen = Screen(_write, _write, color, protocol_of(os.environ), _ask, quiet)
     repl = Repl(evaluation, screen, commands(), request)
     session = _session(evaluation, color)
     if not quiet:
-        _write("The Scene Language. `,help` lists the commands, Ctrl-D leaves.")
+        _write("The Scene Language. `,help` lists the commands, Ctrl-D exits.")
     try:
         repl.open()
         while True:
@@ -412,14 +414,14 @@ def _keys() -> KeyBindings:
 
 
 def is_finished(text: str) -> bool:
-    """Whether Enter sends a text: a command, complete forms, or something that no more text can mend."""
+    """Return whether Enter submits a text: a command, complete forms, or an error that more text cannot fix."""
     if not text.strip() or is_command(text):
         return True
     return read(Source("<repl>", text)).completeness is not Completeness.INCOMPLETE
 
 
 class _WrongBrackets(Processor):
-    """Marks closing brackets that close nothing, or the wrong kind."""
+    """Highlights unmatched and mismatched closing brackets."""
 
     def apply_transformation(self, transformation_input: TransformationInput) -> Transformation:
         document = transformation_input.document
@@ -441,12 +443,12 @@ class _WrongBrackets(Processor):
 
 
 def history_path() -> Path:
-    """Where inputs are kept from session to session."""
+    """Return the path of the history file."""
     return user_folder("STATE") / "history"
 
 
 def _history() -> History:
-    """A file that only its owner reads; only this session's inputs where it cannot be written."""
+    """History in a file readable only by its owner; in memory if the file cannot be written."""
     path = history_path()
     try:
         path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)

@@ -1,4 +1,4 @@
-"""How the REPL shows values: never more than a dozen lines, whatever the value; no control characters."""
+"""Display of values in the REPL: at most a dozen lines, without control characters."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from scenelang.interpreter.runtime.values import (
 )
 from scenelang.interpreter.scene.entity import Entity, Frames, Scene
 
-# Pictures in the terminal: iTerm2's protocol, kitty's, sixel; each an escape sequence that a terminal may know.
+# Inline images: the protocols of iTerm2, kitty and sixel.
 
 
 _CHUNK = 4096
@@ -46,12 +46,12 @@ class Protocol(Enum):
 
 
 def protocol_of(environment: Mapping[str, str]) -> Protocol | None:
-    """What the terminal of an environment can show; ``SCENELANG_IMAGES`` says it (a name, or ``none``)."""
+    """Detect the terminal's image protocol; ``SCENELANG_IMAGES`` overrides it (a name, or ``none``)."""
     said = environment.get("SCENELANG_IMAGES")
     if said is not None:
         return next((p for p in Protocol if p.value == said), None)
     if "TMUX" in environment or environment.get("TERM", "").startswith("screen"):
-        return None  # they swallow the sequences
+        return None  # multiplexers do not pass the sequences through
     program, term = environment.get("TERM_PROGRAM", ""), environment.get("TERM", "")
     if program in ("iTerm.app", "WezTerm", "vscode") or environment.get("LC_TERMINAL") == "iTerm2":
         return Protocol.ITERM
@@ -63,7 +63,7 @@ def protocol_of(environment: Mapping[str, str]) -> Protocol | None:
 
 
 def inline(path: Path, protocol: Protocol, rows: int) -> str:
-    """The sequence that shows a picture file, ``rows`` lines of text high. Raises SceneError without pillow."""
+    """Return the escape sequence of an image file, ``rows`` text lines high. Raises SceneError without pillow."""
     image = need("PIL.Image", "pillow").open(path).convert("RGB")
     if protocol is Protocol.SIXEL:
         return _sixel(image, rows * 18)
@@ -86,7 +86,7 @@ def _kitty(encoded: str, rows: int) -> str:
 
 
 def _sixel(image: Any, height: int) -> str:
-    """The picture with a palette, in bands of six rows, each colour's row run-length encoded."""
+    """Encode an image as sixel: palette, bands of six rows, each color's row run-length encoded."""
     width = max(1, round(image.width * height / image.height))
     small = image.resize((width, height)).quantize(_SIXEL_COLORS)
     palette = small.getpalette()
@@ -115,10 +115,10 @@ def _runs(bits: list[int]) -> str:
     return "".join(out)
 
 
-# Entities as a short tree: a few lines, level by level, neighbours that look alike counted together.
+# Trees of entities: breadth-first within a few lines; equal neighbors are counted together.
 
 
-_LOOKED_AT = 20_000  # parts of one entity that are looked at
+_LOOKED_AT = 20_000  # maximum number of parts to examine per entity
 _MOST_FACTS = 60
 
 
@@ -131,7 +131,7 @@ class _Node:
 
 
 def tree_lines(value: Entity | Scene | Frames, most: int) -> list[str]:
-    """The tree of an entity, or of the first frame of a scene; at most ``most`` lines."""
+    """Return the tree of an entity, or of the first frame of a scene, in at most ``most`` lines."""
     if isinstance(value, Frames):
         return [f"{len(value.frames):,} frames; the first:", *_drawn(_Node("parts", value.frames[0]), most - 1)]
     if isinstance(value, Scene):
@@ -143,7 +143,7 @@ def tree_lines(value: Entity | Scene | Frames, most: int) -> list[str]:
 
 
 def parts_tree(value: Pair | MutableList, most: int) -> list[str]:
-    """The tree of parts, a list of entities and pairs ``(Entity . Matrix)``; empty when the value is none."""
+    """Return the tree of parts, a list of entities and pairs ``(Entity . Matrix)``; empty for other values."""
     items = list(islice(_items(value), _LOOKED_AT + 1))
     if type(value) is Pair and type(value.car) is Entity and type(value.cdr) is Matrix:
         items = [value]
@@ -176,7 +176,7 @@ def _node(entity: Entity, count: int) -> _Node:
 
 
 def _facts(entity: Entity) -> str:
-    """Handle, text and attributes, in brief."""
+    """Return handle, text and attributes, shortened."""
     z = entity.embedding
     facts = [f"<{z.handle}>"] if z.handle else []
     facts += [f'"{z.text[:40]}"'] if z.text else []
@@ -194,7 +194,7 @@ def _brief(value: Any) -> str:
 
 
 def _drawn(root: _Node, most: int) -> list[str]:
-    """Level by level as far as the lines go, then drawn from the top."""
+    """Expand the tree breadth-first while lines are left, then format it from the top."""
     left = most - 1
     waiting = deque([root])
     while waiting:
@@ -232,7 +232,7 @@ def _rows(root: _Node, prefix: str, inner: str) -> Iterator[str]:
 
 
 def _groups(parts: Iterable[Any]) -> list[tuple[Entity, int]]:
-    """Neighbours with one word and the same number of parts, counted."""
+    """Group adjacent parts with the same word and number of parts, with a count."""
     found: list[tuple[Entity, int]] = []
     for part in islice(parts, _LOOKED_AT):
         entity = part.car
@@ -249,7 +249,7 @@ _COUNTED = 100_000  # longer chains of pairs are not counted
 
 
 def displayed(value: Any, width: int = 80) -> str:
-    """The text for a value, at most ``MOST_LINES`` lines of at most ``width`` columns; empty for none."""
+    """Format a value, in at most ``MOST_LINES`` lines of at most ``width`` columns; empty for none."""
     lines = [clean(line) for line in _lines(value, max(width, 20))]
     if len(lines) > MOST_LINES:
         lines = [*lines[: MOST_LINES - 1], f"... {len(lines) - MOST_LINES + 1:,} more lines"]
@@ -257,7 +257,7 @@ def displayed(value: Any, width: int = 80) -> str:
 
 
 def clean(text: str) -> str:
-    """A line without characters that a terminal would act on."""
+    """Remove characters that control the terminal from a line."""
     return printable(text).replace("\n", "\\xa;")
 
 
@@ -285,7 +285,7 @@ def _lines(value: Any, width: int) -> Sequence[str]:
 
 
 def _text_lines(value: Any, width: int) -> Sequence[str]:
-    """Whatever has no form of its own: as text, cut, with its length when it is cut."""
+    """Format other values as text, truncated with their length."""
     limit = width * 4
     text = show(value, limit)
     if len(text) < limit:
@@ -319,7 +319,7 @@ def _most_items(width: int) -> int:
 
 
 def _row(shown: Sequence[Any], count: int, width: int) -> Sequence[str]:
-    """The first items of a vector of ``count``."""
+    """Format the first items of a vector of ``count`` items."""
     return _wrapped("[" + " ".join(map(_number, shown)) + _rest(count, width) + "]", width)
 
 
@@ -335,7 +335,7 @@ def _number(x: Any) -> str:
 
 
 def aligned(rows: Iterable[Sequence[Any]]) -> list[str]:
-    """Rows of numbers in columns, with four significant digits."""
+    """Format rows of numbers as columns, with four significant digits."""
     cells = [[_short(x) for x in row] for row in rows]
     widths = [max(map(len, column)) for column in zip(*cells)]
     lines = ["[" + " ".join(c.rjust(w) for c, w in zip(row, widths)) + "]" for row in cells]
@@ -373,7 +373,7 @@ def _table_lines(table: Table, width: int) -> list[str]:
 
 
 def signature_of(function: Procedure) -> str:
-    """A function as it is called."""
+    """Return the call signature of a function."""
     if isinstance(function, Builtin):
         return f"function {function.usage}"
     if type(function) is Closure:
@@ -385,7 +385,7 @@ def signature_of(function: Procedure) -> str:
 
 
 def error_lines(error: SceneError) -> list[str]:
-    """An error as a value: code, message, place."""
+    """Format an error value: code, message, position."""
     lines = [f"error {CODES[error.name].code}: {error.message}"]
     if error.span is not None:
         line, column = error.span.source.position(error.span.start)
@@ -393,7 +393,7 @@ def error_lines(error: SceneError) -> list[str]:
     return lines
 
 
-# Where a REPL writes: a terminal, or two plain streams.
+# Output of a REPL: a terminal, or two plain streams.
 
 
 _MOST_LOG_LINES = 200
@@ -402,8 +402,8 @@ _MOST_SCREEN_ROWS = 60
 
 @dataclass(frozen=True, slots=True)
 class Screen:
-    """``write`` gets text without a newline at its end, ``complain`` what is wrong. ``images``: how pictures can be
-    shown. ``ask`` puts a question that is answered with yes or no; None where nobody can be asked."""
+    """Output of a REPL. ``write`` prints a text without its final newline, ``complain`` an error. ``images`` is the
+    inline image protocol. ``ask`` asks a yes-or-no question; None without an interactive user."""
 
     write: Callable[[str], None]
     complain: Callable[[str], None]
@@ -421,12 +421,12 @@ class Screen:
         return shutil.get_terminal_size((100, 24)).lines
 
     def report(self, diagnostics: Iterable[Diagnostic]) -> None:
-        """Show diagnostics; warnings unless quiet."""
+        """Print diagnostics; warnings unless quiet."""
         for diagnostic in capped([d for d in diagnostics if d.is_error or not self.quiet]):
             self.complain(render_text(diagnostic, self.color))
 
     def log(self, lines: Sequence[str]) -> None:
-        """Show what a program printed, within bounds."""
+        """Print the output of a program, up to a maximum number of lines."""
         shown = [part for line in lines[:_MOST_LOG_LINES] for part in line.split("\n")][:_MOST_LOG_LINES]
         for line in shown:
             self.write(clean(line))
@@ -435,7 +435,7 @@ class Screen:
             self.write(f"... {left:,} more lines")
 
     def prose(self, lines: Iterable[str], most: int = _MOST_SCREEN_ROWS) -> None:
-        """Show lines of text, long ones wrapped; what continues a line stands under its beginning."""
+        """Print lines of text, wrapped with a hanging indent."""
         wrapped: list[str] = []
         for line in lines:
             indent = " " * (len(line) - len(line.lstrip()) + (0 if line.startswith(" ") else 2))
@@ -443,7 +443,7 @@ class Screen:
         self.rows(wrapped, most)
 
     def rows(self, lines: Iterable[str], most: int = _MOST_SCREEN_ROWS) -> None:
-        """Show the lines that a command gives, cut to the width, at most so many."""
+        """Print the output lines of a command, truncated to the width, up to a maximum number."""
         width = self.width
         for number, line in enumerate(lines):
             if number == most:

@@ -1,4 +1,4 @@
-"""Evaluations of a REPL: limits, Ctrl-C, diagnostics and what is remembered, around a top level that goes on."""
+"""Evaluation of REPL inputs with limits, interruption, diagnostics and history, on an incremental top level."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ from scenelang.session import EXPANSION_DEPTH, Options, Session, run_with_room, 
 from scenelang.viewer import workspace
 from scenelang.viewer.server import ViewServer
 
-# The definitions of a session as a program that loads again.
+# Saving the definitions of a session as a program.
 
 
 def program_text(top: TopLevel) -> str:
-    """The forms that made what there is now, with the comments above them, formatted; empty when there are none."""
+    """Return the current definitions with their comments as a formatted program; empty if there are none."""
     seen: set[str] = set()
     texts = []
     for form in top.lasting_forms():
@@ -50,33 +50,33 @@ def program_text(top: TopLevel) -> str:
 
 
 def checked_program(session: Session, top: TopLevel, name: str) -> str:
-    """``program_text``, proven to load again. Raises SceneError when there is nothing to save, or when it would not:
-    a definition needs an older version of another."""
+    """Return ``program_text`` after checking that it loads. Raises SceneError if nothing is defined, or if a definition
+    depends on a redefined version of another one."""
     text = program_text(top)
     if not text:
-        raise SceneError("value", "nothing has been defined, so there is nothing to save")
+        raise SceneError("value", "nothing to save: no definitions")
     errors = [d for d in session.check(Source(name, text)).diagnostics if d.is_error]
     if errors:
-        hint = "give again, in order, the definitions that depend on one another"
+        hint = "enter the interdependent definitions again, in order"
         raise SceneError(errors[0].name, f"the definitions do not load in this order: {errors[0].message}", hint)
     return text
 
 
 def comment_of(form: TopForm) -> list[str]:
-    """The lines of comment directly above a form, as they are written."""
+    """Return the comment lines directly above a form."""
     span = form.datums[0].span
     return comment_above(span.source, span.start)
 
 
 def _with_comment(form: TopForm, seen: set[str]) -> str:
-    """A form with its comment; a value that is defined again becomes an assignment."""
+    """Return a form with its comment; a redefinition of a value becomes an assignment."""
     texts: Sequence[str] = [datum.span.text for datum in form.datums]
     if is_assignment(form) and names_of(form) <= seen:
         texts = [re.sub(r"define", "set!", texts[0], count=1)]
     return "\n".join([*comment_of(form), *texts])
 
 
-# Calls of chosen words and functions, written into the log as they happen.
+# Tracing of calls to the log.
 
 
 MOST_LINES = 200
@@ -85,7 +85,8 @@ _DEEPEST = 20
 
 
 class Tracer:
-    """``names``: functions by name, words in quotes. A traced function runs through a body that tells of it."""
+    """Traces calls of functions and words. ``names`` contains function names, and words in quotes; a traced function
+    runs through a wrapper that prints its calls."""
 
     def __init__(self) -> None:
         self.names: set[str] = set()
@@ -93,7 +94,7 @@ class Tracer:
         self._lines = 0
 
     def attach(self, top: TopLevel) -> None:
-        """Have every traced name's present function tell of its calls, in the evaluation that begins."""
+        """Wrap the current function of every traced name, at the start of an evaluation."""
         self._depth = self._lines = 0
         for name in self.names:
             function = function_of(top, name)
@@ -102,7 +103,7 @@ class Tracer:
                 top.rt.forget_calls()
 
     def toggle(self, top: TopLevel, name: str) -> bool:
-        """Trace a name, or trace it no more; whether it is traced now."""
+        """Toggle tracing of a name; returns whether it is traced now."""
         if name not in self.names:
             self.names.add(name)
             return True
@@ -142,7 +143,7 @@ class Tracer:
 
 
 def function_of(top: TopLevel, name: str) -> Closure | None:
-    """The function that a name is bound to now; a word is a name in quotes."""
+    """Return the function currently bound to a name; a word is a name in quotes."""
     if name.startswith('"'):
         cell = top.rt.words.get(name[1:-1])
         value = cell.function if cell is not None else None
@@ -160,8 +161,8 @@ _LONGEST_INPUT = 60
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EvaluationOutcome:
-    """What an input came to. ``values`` are those of its expressions, in order; ``diagnostics`` end with the error
-    that stopped it, if any. ``seconds``, ``steps`` and ``entities`` are what it took."""
+    """Result of an input. ``values`` are the values of its expressions, in order; ``diagnostics`` ends with the error
+    that stopped it, if any. ``seconds``, ``steps`` and ``entities`` are its cost."""
 
     values: tuple[Any, ...] = ()
     diagnostics: tuple[Diagnostic, ...] = ()
@@ -177,20 +178,20 @@ class EvaluationOutcome:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ReplSubject:
-    """A scene that a command is about. ``what`` it is, in words; None where the command named it."""
+    """Scene that a command operates on. ``what`` describes it; None if the command specified it."""
 
     scene: Scene
     what: str | None
 
 
 def _brief(text: str) -> str:
-    """An input on one line, cut."""
+    """Shorten an input to one line."""
     line = " ".join(text.split())
     return line if len(line) <= _LONGEST_INPUT else line[: _LONGEST_INPUT - 3] + "..."
 
 
 class ReplEvaluation:
-    """The state of one REPL: session, top level, the file it was opened with, the number of inputs so far."""
+    """State of a REPL: session, top level, initial file and number of inputs."""
 
     def __init__(self, session: Session, file: str | None = None) -> None:
         self.session = session
@@ -198,23 +199,23 @@ class ReplEvaluation:
         self.seed = session.options.seed
         self.inputs = 0
         self.tracer = Tracer()
-        self.replacements = 0  # processes that had to be ended
-        self.loaded: str | None = None  # the last file that was loaded by command
+        self.replacements = 0  # number of killed processes
+        self.loaded: str | None = None  # last file loaded by a command
         self._macros: Runtime | None = None
         self.reset()
 
     def reset(self) -> None:
-        """Begin again with nothing defined."""
+        """Remove all definitions."""
         main = Source(self.file or "<repl>", "")
         self.top = self.session.top_level(main, self._macros_started)
-        self._recent: tuple[str, Any] | None = None  # the last input and its value, while nothing was defined since
+        self._recent: tuple[str, Any] | None = None  # last input and its value, until the next definition
         self.top.rt.streams.seed(self.seed)
 
     def _macros_started(self, runtime: Runtime) -> None:
         self._macros = runtime
 
     def set_seed(self, seed: int) -> None:
-        """Start the random streams anew."""
+        """Seed the random streams."""
         self.seed = seed % (1 << 32)
         self.top.rt.streams.seed(self.seed)
         self.top.rt.forget_calls()
@@ -222,12 +223,12 @@ class ReplEvaluation:
     # --- evaluating --------------------------------------------------------------------------------------------
 
     def source(self, text: str) -> Source:
-        """The next input as a source."""
+        """Return the next input as a source."""
         self.inputs += 1
         return Source(f"<repl {self.inputs}>", text)
 
     def evaluate(self, source: Source, whole: bool = False) -> EvaluationOutcome:
-        """Evaluate the forms of an input; never raises for a mistake in them."""
+        """Evaluate the forms of an input; errors are returned as diagnostics and never raised."""
 
         def work(give: Callable[[Given], None], warn: Callable[[Diagnostic], None]) -> None:
             watched = link()
@@ -246,7 +247,7 @@ class ReplEvaluation:
         return self.evaluate(source, whole=True)
 
     def reload(self, path: str) -> EvaluationOutcome:
-        """Evaluate a file again; what its last version defined and this one does not is forgotten."""
+        """Evaluate a file again, and remove definitions of its previous version that it no longer contains."""
         try:
             source = self.session.source(path)
         except SceneError as error:
@@ -283,7 +284,7 @@ class ReplEvaluation:
         return EvaluationOutcome(tuple(values), tuple(shown), tuple(rt.log), seconds, rt.meter.total, rt.entities)
 
     def attempt(self, action: Callable[[], Any]) -> Diagnostic | None:
-        """Run an action as an evaluation of its own; what went wrong, if anything, becomes ``*e``."""
+        """Run an action as a separate evaluation; an error is stored in ``*e`` and returned."""
         try:
             self.run(action)
         except (SceneError, RecursionError, MemoryError) as error:
@@ -295,8 +296,8 @@ class ReplEvaluation:
         return None
 
     def run(self, action: Callable[[], T]) -> T:
-        """Run an action under limits that begin anew; Ctrl-C ends it. Raises what it raises, and Ended, with all as it
-        was before, where a monitor had to end the process."""
+        """Run an action under fresh limits; Ctrl-C interrupts it. Re-raises its exceptions; raises Ended, with the
+        previous state restored, if the monitor killed the process."""
         rt = self.top.rt
         rt.renew()
         self.tracer.attach(self.top)
@@ -307,8 +308,8 @@ class ReplEvaluation:
 
     @contextmanager
     def _restored(self) -> Iterator[None]:
-        """A copy of this process stands by: it goes on from here when this one has to be ended. Threads do not come
-        along, so only the main thread can be copied."""
+        """Fork a checkpoint of this process, which continues if this process is killed. Only the main thread can fork,
+        since threads are not copied."""
         watched = link()
         if watched is None or threading.current_thread() is not threading.main_thread():
             yield
@@ -330,8 +331,8 @@ class ReplEvaluation:
     # --- scenes ------------------------------------------------------------------------------------------------
 
     def subject_of(self, text: str) -> ReplSubject:
-        """The scene of a form; without one that of the value which the last input gave, or else of the root, as it is
-        defined now. Raises SceneError."""
+        """Return the scene of a form; without a form, that of the last input's value, else of the root. Raises
+        SceneError."""
         if text.strip():
             return ReplSubject(self._scene_of_form(text), None)
         if self._recent is not None:
@@ -356,11 +357,11 @@ class ReplEvaluation:
         value = values[-1] if values else None
         scene = self.as_scene(value)
         if scene is None:
-            raise SceneError("type", "this is no scene", "a scene is an entity, parts, or frames")
+            raise SceneError("type", "expected a scene", "a scene is an entity, a list of parts, or frames")
         return scene
 
     def as_scene(self, value: Any) -> Scene | None:
-        """A value as a scene: an entity, parts, frames; None for anything else."""
+        """Convert a value to a scene (entity, parts or frames); returns None for other values."""
         if isinstance(value, Scene):
             return value
         if type(value) is Entity:
@@ -376,7 +377,7 @@ class ReplEvaluation:
         return Scene("value", [rt.make_entity("value", rt.handle("z1"), parts)], False) if parts else None
 
     def root(self) -> Scene:
-        """The scene of the root word, as `run` makes it. Raises SceneError when there is none."""
+        """Evaluate the root word, as `run` does. Raises SceneError if there is no root."""
         session = self.session
 
         def work() -> Scene:
@@ -389,7 +390,7 @@ class ReplEvaluation:
         return self.run(work)
 
     def _root_with_entries(self) -> Scene:
-        """Entries for automatic numbers need a second run, so the definitions run as a program of their own."""
+        """Evaluate the definitions as a separate program, since embeddings of automatic handles require two runs."""
 
         result = self.session.evaluate(Source(self.top.main.name, program_text(self.top)))
         if result.scene is None:
@@ -403,26 +404,26 @@ class ReplEvaluation:
 
     @property
     def folder(self) -> Path:
-        """The folder of the file that the REPL was opened with, else the working one."""
+        """Folder of the initial file, else the working directory."""
         return Path(self.file).parent if self.file else Path.cwd()
 
 
-# What is to be said of a name in a session: of its own definitions, and of what every program knows.
+# Descriptions of names: definitions of the session, and names known to every program.
 
 
 def description(top: TopLevel, name: str) -> list[str]:
-    """The lines that describe ``name``, which may be a name or a word (in quotes or not) of the session, or whatever
-    ``scenelang.primer`` knows; empty where nothing is known of it."""
+    """Return the description of ``name`` as lines: a name or word (quoted or not) of the session, or any name known to
+    ``scenelang.primer``; empty if unknown."""
     return list(_own(top, name)) or primer.description(name)
 
 
 def known_names(top: TopLevel) -> Iterator[str]:
-    """Everything that has a description."""
+    """Return all names that have a description."""
     return chain((name for name, _ in top.names()), primer.known_names())
 
 
 def _own(top: TopLevel, name: str) -> Iterator[str]:
-    """Signature and comment of a definition of the session."""
+    """Yield signature and comment of a definition of the session."""
     for key in (name, f'"{name.strip(chr(34))}"'):
         form = top.definition_of(key)
         if form is None:
@@ -446,14 +447,14 @@ def _signature(top: TopLevel, key: str) -> str:
     return f"{key} = {displayed(value, 60).splitlines()[0] if value is not None else 'none'}"
 
 
-# The live viewer beside a REPL: it shows what the session has defined, and follows it.
+# Live viewer of a REPL, updated after each input.
 
 
 _NAME = "session.scene"
 
 
 class _TextSession(Session):
-    """Reads the session's text, and finds imports beside the file that the REPL was opened with."""
+    """Session that reads the REPL's text, and resolves imports relative to the REPL's initial file."""
 
     def __init__(self, options: Options, folder: Path) -> None:
         super().__init__(options)
@@ -464,12 +465,12 @@ class _TextSession(Session):
 
 
 class LiveView:
-    """A server in the background. Raises SceneError when nothing is defined yet."""
+    """Viewer served by a background thread. Raises SceneError if nothing is defined."""
 
     def __init__(self, evaluation: ReplEvaluation) -> None:
         self._evaluation = evaluation
         if not program_text(evaluation.top):
-            raise SceneError("no-root", "nothing has been defined, so there is nothing to view")
+            raise SceneError("no-root", "nothing to view: no definitions")
         self._folder = Path(tempfile.mkdtemp(prefix="scenelang-"))
         self._text = ""
         self.update()
@@ -486,7 +487,7 @@ class LiveView:
         return replace(self._evaluation.session.options, seed=self._evaluation.seed)
 
     def _evaluate(self, file: str, values: Mapping[str, str], options: Options) -> workspace.WorkspaceEvaluation:
-        """Runs in a process of the worker, which has the session as it was when the viewer was opened."""
+        """Evaluate in the worker's process, which has a copy of the session from when the viewer was opened."""
 
         def open_session(_: str, values: Mapping[str, str]) -> Session:
             chosen = replace(options, defines={**options.defines, **values})
@@ -495,26 +496,26 @@ class LiveView:
         return workspace.evaluator(open_session, options.limits.primitives)(file, values)
 
     def update(self) -> None:
-        """Show what is defined now."""
+        """Update the viewer to the current definitions."""
         text = program_text(self._evaluation.top)
         if text != self._text:
             self._text = text
             (self._folder / _NAME).write_text(text, "utf-8")
 
     def open_browser(self) -> None:
-        """Open the page where there is a screen for it."""
+        """Open the page in a browser if a display is available."""
         from scenelang.backends.viewer.page import open_in_browser
 
         open_in_browser(self.address)
 
     def again(self) -> LiveView:
-        """Another viewer in the place of one whose threads are gone."""
+        """Create a new viewer in place of one whose threads did not survive a fork."""
         self._server.socket.close()
         shutil.rmtree(self._folder, ignore_errors=True)
         return LiveView(self._evaluation)
 
     def close(self) -> None:
-        """End the server and remove its file."""
+        """Stop the server and remove its files."""
         self._server.shutdown()
         self._server.server_close()
         self._worker.close()

@@ -1,4 +1,4 @@
-"""One REPL apart from how lines come in: an input is evaluated or a command run, and what comes of it is shown."""
+"""Main loop of a REPL, independent of the front end: evaluates inputs, runs commands, and shows the results."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 
 
 class Quit(Exception):
-    """The user wants to leave."""
+    """Raised by ``,quit``."""
 
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """A line that begins with a comma, such as ``,doc grid``.
+    """A command, entered as a line that begins with a comma, such as ``,doc grid``.
 
-    ``operand`` says what stands after the name, for help and completion: "", FORM, NAME, WORD, TEXT, FILE, N."""
+    ``operand`` is the kind of its operand, for help and completion: "", FORM, NAME, WORD, TEXT, FILE, N."""
 
     name: str
     usage: str
@@ -36,22 +36,22 @@ class Command:
 
 
 class Background(Protocol):
-    """A watched file, or whatever else works beside a REPL in a thread of its own."""
+    """A background thread of a REPL, such as a watched file."""
 
     path: str
 
     def again(self) -> Background:
-        """Another one in the place of one whose thread is gone."""
+        """Return a replacement for a thread that did not survive a fork."""
         ...
 
     def stop(self) -> None:
-        """End the work."""
+        """Stop the thread."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class ModelRequest:
-    """What ,generate or ,edit asks a language model for; ``task`` is that of ,generate."""
+    """Request of ,generate or ,edit to a language model; ``task`` is that of ,generate."""
 
     text: str
     settings: InferenceSettings
@@ -66,7 +66,7 @@ RequestReader = Callable[[str, str], ModelRequest]
 
 
 def plain_request(command: str, line: str) -> ModelRequest:
-    """A request without options: the line is its text."""
+    """Create a request without options, whose text is the line."""
     from scenelang.inference.brief import Ablation
     from scenelang.inference.generation import task_of
     from scenelang.inference.records import InferenceSettings
@@ -76,8 +76,8 @@ def plain_request(command: str, line: str) -> ModelRequest:
 
 
 class Repl:
-    """``feed`` takes one input after the other; ``lock`` is held while one is worked on, since a watched file is
-    evaluated by a thread of its own. ``request`` reads what stands behind ,generate and ,edit."""
+    """State and dispatch of a REPL. ``feed`` processes inputs in sequence under ``lock``, since a watched file is
+    evaluated in a separate thread. ``request`` parses the operand of ,generate and ,edit."""
 
     def __init__(
         self,
@@ -93,11 +93,11 @@ class Repl:
         self.lock = threading.RLock()
         self.watch: Background | None = None
         self.live_view: LiveView | None = None
-        self.pictures: Path | None = None  # the folder for pictures that were given no name
+        self.pictures: Path | None = None  # folder of images without a given file name
         self.errors = 0
 
     def feed(self, text: str) -> EvaluationOutcome:
-        """Evaluate an input or run a command; never raises for a mistake in it. Raises Quit."""
+        """Evaluate an input or run a command; errors are reported and never raised. Raises Quit."""
         before = self.evaluation.replacements
         with self.lock:
             try:
@@ -115,7 +115,7 @@ class Repl:
         return outcome
 
     def _restart(self) -> None:
-        """This process has taken the place of another one, whose threads are gone: start them again."""
+        """Restart background threads after this process has replaced a killed one."""
         if self.watch is not None:
             self.watch = self.watch.again()
         if self.live_view is not None:
@@ -123,7 +123,7 @@ class Repl:
             self.screen.write(f"the viewer is now at {self.live_view.address}")
 
     def open(self) -> bool:
-        """Load the file that the REPL was opened with; whether that went well."""
+        """Load the initial file; returns whether it succeeded."""
         file = self.evaluation.file
         if file is None:
             return True
@@ -133,7 +133,7 @@ class Repl:
             return outcome.ok
 
     def show(self, outcome: EvaluationOutcome) -> None:
-        """Show log, values and diagnostics of an evaluation."""
+        """Print log, values and diagnostics of an evaluation."""
         self.screen.log(outcome.log)
         for value in outcome.values:
             text = displayed(value, self.screen.width)
@@ -143,12 +143,12 @@ class Repl:
         self.errors += not outcome.ok
 
     def changed(self) -> None:
-        """Something may be defined that was not: tell the viewer."""
+        """Update the viewer after definitions may have changed."""
         if self.live_view is not None:
             self.live_view.update()
 
     def close(self) -> None:
-        """End what runs in the background."""
+        """Stop background threads."""
         if self.watch is not None:
             self.watch.stop()
         if self.live_view is not None:
@@ -175,34 +175,34 @@ class Repl:
         return EvaluationOutcome()
 
     def _failed(self, problem: Diagnostic) -> EvaluationOutcome:
-        """What a command comes to that could not do its work."""
+        """Report a failed command and return its outcome."""
         self.screen.report([problem])
         self.errors += 1
         return EvaluationOutcome(diagnostics=(problem,))
 
 
 def is_command(text: str) -> bool:
-    """Whether an input is a command rather than a form: a comma means nothing else at the top level."""
+    """Return whether an input is a command; a comma is not otherwise valid at the top level."""
     stripped = text.lstrip()
     return stripped.startswith(",") and (stripped[1:2].isalpha() or not stripped[1:].strip())
 
 
 def find(known: Sequence[Command], name: str) -> Command:
-    """The command of a name or of an unambiguous beginning. Raises SceneError with a suggestion."""
+    """Find a command by name or unambiguous prefix. Raises SceneError with a suggestion."""
     exact = [command for command in known if command.name == name]
     begun = exact or [command for command in known if name and command.name.startswith(name)]
     if len(begun) == 1:
         return begun[0]
     if begun:
         listed = ", ".join(f",{command.name}" for command in begun)
-        raise SceneError("value", f"`,{name[:40]}` could be {listed}")
+        raise SceneError("value", f"ambiguous command `,{name[:40]}`: {listed}")
     near = suggest(name, [command.name for command in known])
-    hint = near.replace("`", "`,", 1) if near else "`,help` lists the commands"
-    raise SceneError("value", f"there is no command `,{name[:40]}`", hint)
+    hint = near.replace("`", "`,", 1) if near else "see `,help` for a list of commands"
+    raise SceneError("value", f"unknown command `,{name[:40]}`", hint)
 
 
 def split(text: str) -> tuple[str, str]:
-    """The name of a command and what stands after it."""
+    """Split a command line into name and operand."""
     name, _, rest = text.strip()[1:].partition(" ")
     name = name.strip()
     return (name[:-1], f"! {rest.strip()}") if name.endswith("!") else (name, rest.strip())

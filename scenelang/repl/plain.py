@@ -1,4 +1,4 @@
-"""The REPL without a terminal: forms come from a stream, values go to one, diagnostics to another; or all as JSON."""
+"""REPL without a terminal: reads forms from a stream, and writes values and diagnostics to streams, or all as JSON."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from scenelang.repl.display import Screen, displayed
 from scenelang.repl.evaluation import EvaluationOutcome, ReplEvaluation
 from scenelang.repl.loop import Quit, Repl, RequestReader, is_command, plain_request
 
-_SMALL = 2_000  # characters; longer inputs are read when they look closed, and again when they have grown
+_SMALL = 2_000  # characters; longer inputs are parsed only when brackets balance, and again after growing
 _GROWTH = 1.1
 
 
 @dataclass(frozen=True, slots=True)
 class Plain:
-    """``prompt`` is written before each line is read; ``as_json``: one object per form or command."""
+    """Plain REPL. ``prompt`` is written before each line is read; ``as_json`` writes one object per form or command."""
 
     source: TextIO
     out: TextIO
@@ -35,7 +35,7 @@ class Plain:
     request: RequestReader = plain_request
 
     def run(self, evaluation: ReplEvaluation) -> int:
-        """Work until the input ends; how many inputs failed."""
+        """Process inputs until the stream ends; returns the number of failed inputs."""
         said: list[str] = []
         if self.as_json:
             screen = Screen(said.append, lambda text: None, quiet=self.quiet)
@@ -91,7 +91,7 @@ class Plain:
     # --- reading -----------------------------------------------------------------------------------------------
 
     def _inputs(self) -> Iterator[str]:
-        """Commands, and texts whose forms are complete or wrong; at the end what is left."""
+        """Yield commands and texts whose forms are complete or malformed; at the end of the stream, the rest."""
         text, nesting, tried = "", _Nesting(), 0
         while True:
             if self.prompt:

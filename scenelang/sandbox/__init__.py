@@ -1,6 +1,6 @@
-"""Hard limits: untrusted programs are evaluated in processes of their own, which a parent watches and ends.
+"""Hard limits: untrusted programs are evaluated in child processes that the parent monitors and kills if necessary.
 
-``supervision`` runs a command in a child under a monitor, ``worker`` serves requests by children, ``status`` is the
-page of memory that monitor and child share, ``confinement`` takes files, sockets and new programs from the thread that
-evaluates. The package knows nothing of commands, protocols or pictures (docs/security.md).
+``supervision`` runs a command in a child under a monitor, ``worker`` runs requests in children, ``status`` is the
+memory page shared by monitor and child, ``confinement`` removes access to files, sockets and programs from the
+evaluating thread. The package does not depend on commands, protocols or rendering (docs/security.md).
 """

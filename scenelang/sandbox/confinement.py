@@ -1,7 +1,7 @@
-"""Taking rights from the thread that evaluates: Landlock for files and TCP, seccomp for system calls.
+"""Confinement of the evaluating thread: Landlock for files and TCP, seccomp for system calls.
 
-Both hold for one thread and those that it starts, and cannot be undone, so the process's other threads go on to render
-and to write files. References: landlock(7), seccomp(2), and the kernel's ``include/uapi/linux/landlock.h``.
+Both apply to one thread and the threads it starts, and are irreversible; other threads of the process can still render
+and write files. References: landlock(7), seccomp(2), and the kernel's ``include/uapi/linux/landlock.h``.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _LANDLOCK_CREATE, _LANDLOCK_ADD, _LANDLOCK_RESTRICT = 444, 445, 446  # the same 
 _PR_SET_SECCOMP, _PR_SET_NO_NEW_PRIVS = 22, 38
 _SECCOMP_FILTER = 2
 
-# LANDLOCK_ACCESS_FS_*: execute, write, read file, read folder, ...; later versions of the interface know more rights.
+# LANDLOCK_ACCESS_FS_*: execute, write, read file, read folder, ...; later ABI versions define more rights.
 _READ_FILE, _READ_DIR, _WRITE_FILE = 1 << 2, 1 << 3, 1 << 1
 _FS_RIGHTS = {1: 13, 2: 14, 3: 15, 4: 15, 5: 16}
 _NET_RIGHTS = 0b11  # bind and connect TCP, from version 4
@@ -37,7 +37,7 @@ _X32 = 0x4000_0000
 
 @dataclass(frozen=True, slots=True)
 class _Architecture:
-    """What seccomp needs to know: AUDIT_ARCH_*, the calls that are refused, and those that start processes."""
+    """Architecture data of seccomp: AUDIT_ARCH_*, the denied system calls, and those that start processes."""
 
     audit: int
     refused: tuple[int, ...]
@@ -46,7 +46,7 @@ class _Architecture:
 
 
 # Numbers from the kernel's tables: sockets, execution, signals to others, tracing, mounts and namespaces, kernel
-# modules and BPF, and the ways to change files that Landlock does not cover (modes, owners, times, attributes).
+# modules and BPF, and changes of files that Landlock does not cover (modes, owners, times, attributes).
 _ARCHITECTURES = {
     "x86_64": _Architecture(
         0xC000_003E,
@@ -74,7 +74,7 @@ def _libc() -> Any:
 
 @cache
 def landlock_version() -> int:
-    """The version of the kernel's Landlock interface, 0 where there is none."""
+    """Return the version of the kernel's Landlock ABI, or 0 if it is not supported."""
     if not sys.platform.startswith("linux"):
         return 0
     version = _libc().syscall(_LANDLOCK_CREATE, None, ctypes.c_size_t(0), ctypes.c_uint32(1))
@@ -82,7 +82,7 @@ def landlock_version() -> int:
 
 
 def has_seccomp() -> bool:
-    """Whether system calls can be refused on this machine."""
+    """Return whether seccomp is supported on this machine."""
     if not sys.platform.startswith("linux") or platform.machine() not in _ARCHITECTURES:
         return False
     try:
@@ -92,8 +92,8 @@ def has_seccomp() -> bool:
 
 
 def confine(folders: Iterable[str | Path]) -> None:
-    """Leave this thread only the right to read the package, its libraries and ``folders``. What the kernel does not
-    know is left out; nothing is raised."""
+    """Restrict this thread to reading the package, its libraries and ``folders``. Restrictions that the kernel does not
+    support are skipped; nothing is raised."""
     if not sys.platform.startswith("linux"):
         return
     if _libc().prctl(_PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0:
@@ -104,7 +104,7 @@ def confine(folders: Iterable[str | Path]) -> None:
 
 @cache
 def _libraries() -> tuple[str, ...]:
-    """What Python and its packages read while they work."""
+    """Return the paths that Python and its packages read at run time."""
     found = [sys.prefix, sys.base_prefix, *(path or os.getcwd() for path in sys.path), str(Path(__file__).parents[2])]
     system = ("/usr/lib", "/usr/local/lib", "/lib", "/lib64", "/usr/share", "/etc/ld.so.cache", "/etc/localtime")
     return tuple(dict.fromkeys([*found, *system, "/proc/cpuinfo", "/proc/meminfo", "/sys/devices/system"]))
@@ -130,7 +130,7 @@ def _restrict_files(folders: Iterable[str | Path]) -> None:
 
 
 def _allow(ruleset: int, path: str, rights: int) -> None:
-    """Add what may be done beneath ``path``, if there is such a path."""
+    """Add access rights beneath ``path``, if it exists."""
     try:
         handle = os.open(path, os.O_PATH | os.O_CLOEXEC)
     except (OSError, ValueError):
@@ -160,7 +160,8 @@ def _restrict_calls() -> None:
 
 
 def _filter(architecture: _Architecture) -> list[tuple[int, int, int, int]]:
-    """Classic BPF over ``struct seccomp_data``: the number of the call at 0, architecture at 4, arguments from 16."""
+    """Build a classic BPF filter for ``struct seccomp_data``: system call at 0, architecture at 4, arguments from
+    16."""
     refuse = (_RET, 0, 0, _PR_ERRNO | _EPERM)
     lines = [(_LD, 0, 0, 4), (_JEQ, 1, 0, architecture.audit), refuse, (_LD, 0, 0, 0), (_JGE, 0, 1, _X32), refuse]
     for number in architecture.refused:

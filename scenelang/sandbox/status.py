@@ -1,4 +1,4 @@
-"""The page of memory that a monitor shares with the process it watches: phase, limits, the place that is running."""
+"""Memory page shared by a monitor and the process it supervises: phase, limits and running position."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from scenelang.interpreter.runtime.procedures import Closure
 from scenelang.interpreter.runtime.types import STD
 
 _SIZE = 1 << 16
-_PHASE = struct.Struct("=QddQQQQ")  # number (0: none), start, seconds, resident bytes allowed, limit, pid, successor
-_PLACE = struct.Struct("=II")  # sequence (odd while it is being written), length
-_WATCHED_AT = 56  # the process that the monitor watches
+_PHASE = struct.Struct("=QddQQQQ")  # number (0: none), start, seconds, maximum resident bytes, limit, pid, successor
+_PLACE = struct.Struct("=II")  # sequence (odd during a write), length
+_WATCHED_AT = 56  # pid of the supervised process
 _PLACE_AT = 64
 _REASON_AT = 1 << 15
 _LONGEST_LINE = 2_000
@@ -34,8 +34,8 @@ Chain = tuple[tuple[str, Span | None], ...]
 
 @dataclass(frozen=True, slots=True)
 class Phase:
-    """A stretch of work under limits: since when, for how many seconds, up to how many resident bytes, in which
-    process. ``memory`` is the limit as the user gave it."""
+    """A limited phase of work: start, time limit, maximum resident bytes, process. ``memory`` is the limit as given by
+    the user."""
 
     number: int
     start: float
@@ -46,7 +46,8 @@ class Phase:
 
 
 class Status:
-    """Written by the watched process, but for the reason why it was ended, which the monitor writes."""
+    """The shared page. It is written by the supervised process, except for the reason of a kill, written by the
+    monitor."""
 
     def __init__(self) -> None:
         self._page = mmap.mmap(-1, _SIZE)  # shared with forked processes
@@ -57,20 +58,20 @@ class Status:
         values = (phase.start, phase.seconds, phase.ceiling, phase.memory, phase.pid, self.successor)
         self._write_record(_PLACE_AT, None)
         _PHASE.pack_into(self._page, 0, 0, *values)
-        struct.pack_into("=Q", self._page, 0, phase.number)  # last: the monitor reads while this is written
+        struct.pack_into("=Q", self._page, 0, phase.number)  # written last, since the monitor may read concurrently
 
     def end(self) -> None:
         struct.pack_into("=Q", self._page, 0, 0)
 
     @property
     def phase(self) -> Phase | None:
-        """The phase that is running, if any."""
+        """The running phase, or None."""
         number, start, seconds, ceiling, memory, pid, _ = _PHASE.unpack_from(self._page, 0)
         return Phase(number, start, seconds, ceiling, memory, pid) if number else None
 
     @property
     def successor(self) -> int:
-        """The process that goes on where this one is ended, 0 for none."""
+        """Pid of the process that continues if this one is killed; 0 for none."""
         pid: int = _PHASE.unpack_from(self._page, 0)[6]
         return pid
 
@@ -80,7 +81,7 @@ class Status:
 
     @property
     def watched(self) -> int:
-        """The process that the monitor watches, where that has changed; written by the monitor."""
+        """Pid of the supervised process after a change; written by the monitor."""
         pid: int = struct.unpack_from("=Q", self._page, _WATCHED_AT)[0]
         return pid
 
@@ -88,22 +89,22 @@ class Status:
     def watched(self, pid: int) -> None:
         struct.pack_into("=Q", self._page, _WATCHED_AT, pid)
 
-    # --- the place ---------------------------------------------------------------------------------------------
+    # --- position --------------------------------------------------------------------------------------------------
 
     def put_place(self, chain: Chain) -> None:
-        """Note what is running: the innermost place first."""
+        """Record the running call chain, innermost first."""
         data = [(name, _place_data(span)) for name, span in chain[:_LONGEST_CHAIN]]
         self._write_record(_PLACE_AT, data)
 
     def place(self) -> Chain:
-        """What was running when last noted; empty where nothing was."""
+        """Return the last recorded call chain; empty if there is none."""
         data = self._read_record(_PLACE_AT)
         return tuple((name, _span(place)) for name, place in data or ())
 
-    # --- why a process was ended -------------------------------------------------------------------------------
+    # --- reason of a kill ------------------------------------------------------------------------------------------
 
     def put_reason(self, problem: Diagnostic) -> None:
-        """Tell the successor why the process before it was ended."""
+        """Tell the successor why its predecessor was killed."""
         chain = [(name, _place_data(span)) for name, span in problem.chain]
         notes = [note.message for note in problem.notes]
         fields = [problem.name, problem.message, _place_data(problem.span), problem.hint, notes, chain]
@@ -123,7 +124,7 @@ class Status:
     # --- records -----------------------------------------------------------------------------------------------
 
     def _write_record(self, at: int, data: Any) -> None:
-        """A sequence lock: odd while the record is being written, so that a reader never takes half of one."""
+        """Write a record under a sequence lock (odd during the write), so that readers detect torn reads."""
         sequence, _ = _PLACE.unpack_from(self._page, at)
         text = b"" if data is None else json.dumps(data).encode()
         if len(text) > _REASON_AT - _PLACE_AT - _PLACE.size:
@@ -145,7 +146,7 @@ class Status:
 
 
 def _place_data(span: Span | None) -> list[Any] | None:
-    """A span without the text around it: name, line, column, end, and the line itself."""
+    """Serialize a span without the rest of the text: name, line, column, end, and the line itself."""
     if span is None:
         return None
     line, column = span.source.position(span.start)
@@ -154,7 +155,7 @@ def _place_data(span: Span | None) -> list[Any] | None:
 
 
 def _span(data: list[Any] | None) -> Span | None:
-    """A span in a stand-in for the source, which has that line at its place and nothing else."""
+    """Deserialize a span, with a placeholder source that contains only its line."""
     if data is None:
         return None
     name, line, column, end_line, end_column, text = data
@@ -167,7 +168,7 @@ def _span(data: list[Any] | None) -> Span | None:
 
 
 def resident_bytes_of(pid: int) -> int:
-    """The resident memory of another process, 0 for one that is gone."""
+    """Return the resident memory of another process, or 0 if it has ended."""
     try:
         with open(f"/proc/{pid}/statm", "rb") as statm:
             return int(statm.read().split()[1]) * _PAGE
@@ -178,17 +179,17 @@ def resident_bytes_of(pid: int) -> int:
 _PAGE = os.sysconf("SC_PAGE_SIZE") if hasattr(os, "sysconf") else 4096
 
 
-# Which place of a program a thread is evaluating, read off its Python frames.
+# Position of an evaluating thread in the program, read from its Python frames.
 
 
 _PLACED = (ListDatum, ArrayDatum, Atom, *get_args(ast.Expr), ast.Define)
 _MOST_FRAMES = 300
-_FIRST_GLANCE = 0.02  # seconds
+_FIRST_GLANCE = 0.02  # initial delay, in seconds
 _GLANCE = 0.05
 
 
 def running(thread: int) -> Chain:
-    """The running calls of a thread that evaluates, innermost first, as in a diagnostic's chain; the first place has no
+    """Return the call chain of an evaluating thread, innermost first, as in a diagnostic; the first position has no
     name."""
     frame = sys._current_frames().get(thread)
     found: list[tuple[str, Span | None]] = []
@@ -208,13 +209,13 @@ def running(thread: int) -> Chain:
             source = frame.f_locals.get("source")
             text = source if isinstance(source, Source) and not source.name.startswith(STD) else None
         frame, frames = frame.f_back, frames + 1
-    if not found and text is not None:  # it is read or checked as a whole
+    if not found and text is not None:  # during parsing or checking the position is the whole text
         return (("", Span(text, 0, 0)),)
     return tuple(found)
 
 
 def _place(frame: FrameType) -> Span | None:
-    """The place in a program that a frame of the evaluator works at."""
+    """Return the span of the program that an evaluator frame is evaluating."""
     names = frame.f_locals
     span = names["use"].span if frame.f_code.co_name == "transform" and "use" in names else names.get("span")
     if not isinstance(span, Span):
@@ -226,12 +227,12 @@ def _place(frame: FrameType) -> Span | None:
 
 
 def _called(frame: FrameType) -> str | None:
-    """The word or function that a frame is calling."""
+    """Return the word or function that a frame is calling."""
     names = frame.f_locals
     function, word = names.get("function"), names.get("name")
     if frame.f_code.co_name == "call" and isinstance(word, str):
         return f'"{word}"'
-    if frame.f_code.co_name == "transform" and isinstance(word, str):  # a macro; the place is that of its use
+    if frame.f_code.co_name == "transform" and isinstance(word, str):  # a macro, at the position of its use
         return f"`{word}`"
     if isinstance(function, Closure) and not function.code.name.startswith('"'):
         return f"`{function.code.name}`"
@@ -239,8 +240,8 @@ def _called(frame: FrameType) -> str | None:
 
 
 class Sampler:
-    """A thread that notes every few hundredths of a second where another one is. A builtin that holds the interpreter's
-    lock keeps it from looking; what it saw last is then where that builtin was called."""
+    """Thread that periodically records the position of another thread. A builtin that holds the GIL blocks it; the last
+    recorded position is then the call of that builtin."""
 
     def __init__(self, status: Status, thread: int) -> None:
         self._status = status
@@ -256,7 +257,7 @@ class Sampler:
         while not self._ended.wait(pause):
             try:
                 chain = running(self._thread)
-            except RuntimeError:  # the frames changed while they were read
+            except RuntimeError:  # the frames changed concurrently
                 continue
             if chain and not self._ended.is_set():
                 self._status.put_place(chain)

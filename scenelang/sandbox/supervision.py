@@ -1,8 +1,9 @@
-"""Work in a child process under a monitor: time, memory, Ctrl-C and a crash of the child come to one code path.
+"""Run work in a child process under a monitor, which enforces limits of time and memory and handles Ctrl-C and crashes.
 
-The child says when a phase with limits begins and ends (``Link``); the monitor samples its clock and resident memory,
-and ends it where it goes past a limit that the evaluator's own meter should have held. Resident memory is what counts:
-address space does not, since a stack for deep recursion reserves half a gigabyte and touches little of it.
+The child reports the start and the end of each limited phase (``Link``). The monitor samples its clock and resident
+memory, and kills it if it exceeds a limit that the evaluator's own meter failed to enforce, such as inside a builtin.
+Resident memory is measured, not address space: the stack for deep recursion reserves half a gigabyte and touches
+little.
 """
 
 from __future__ import annotations
@@ -27,20 +28,20 @@ from scenelang.interpreter.runtime.limits import Limits, memory_error, resident_
 from scenelang.sandbox.confinement import confine
 from scenelang.sandbox.status import Chain, Phase, Sampler, Status, resident_bytes_of
 
-GRACE = 0.5  # seconds beyond the limit that the evaluator's own check is given
+GRACE = 0.5  # seconds beyond the limit, to let the evaluator's own check report first
 _INTERRUPT_GRACE = 1.0
 _MEMORY_SLACK = 1.03
-_GLANCE, _CLOSE_GLANCE, _IDLE_GLANCE = 0.005, 0.001, 0.02  # seconds between two looks
+_GLANCE, _CLOSE_GLANCE, _IDLE_GLANCE = 0.005, 0.001, 0.02  # sampling intervals, in seconds
 _ADOPTION = 10.0
 _NOTE_EVERY = 0.002
-_CLOSE = 0.6  # of the memory that is allowed
+_CLOSE = 0.6  # fraction of the memory limit from which sampling is faster
 _PR_SET_PDEATHSIG, _PR_SET_CHILD_SUBREAPER = 1, 36
 INTERRUPTED = 130
 _INTERRUPT = frozenset((signal.SIGINT,))
 
 
 def is_supported() -> bool:
-    """Whether this system has what hard limits are made of; some containers refuse the calls."""
+    """Return whether the system supports hard limits; some containers forbid the required system calls."""
     if not sys.platform.startswith("linux") or resident_bytes_of(os.getpid()) == 0:
         return False
     try:
@@ -52,14 +53,14 @@ def is_supported() -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Ending:
-    """How a child ended: by itself, with a code, or by a signal or the monitor, for which ``problem`` is the reason."""
+    """How a child ended: its exit code, and the ``problem`` if it was killed by a signal or the monitor."""
 
     code: int
     problem: Diagnostic | None = None
 
 
 class Ended(SceneError):
-    """A process was ended before its work was done; the diagnostic says why and where."""
+    """Raised if a process was killed before its work was done; the diagnostic contains reason and position."""
 
     def __init__(self, problem: Diagnostic) -> None:
         super().__init__(problem.name, problem.message, problem.hint, problem.span, problem.notes, list(problem.chain))
@@ -69,11 +70,11 @@ class Ended(SceneError):
         return Ended, (self.problem,)
 
 
-# --- the child's side --------------------------------------------------------------------------------------------
+# --- child process -----------------------------------------------------------------------------------------------
 
 
 class Link:
-    """What a watched process says to its monitor. ``confined`` is False where evaluation keeps all rights."""
+    """A supervised process's connection to its monitor. ``confined`` is False if evaluation keeps all access rights."""
 
     def __init__(self, status: Status, confined: bool = True) -> None:
         self._status = status
@@ -85,7 +86,7 @@ class Link:
 
     @contextmanager
     def phase(self, limits: Limits) -> Iterator[float]:
-        """Work that the limits hold for, and when it began; a phase within another is part of that one."""
+        """Start a limited phase and yield its start time; nested phases are part of the outer one."""
         if self._depth:
             self._depth += 1
             try:
@@ -110,7 +111,7 @@ class Link:
 
     @contextmanager
     def evaluating(self, folders: tuple[str, ...]) -> Iterator[None]:
-        """In the thread that evaluates: only reading is allowed from here on, and its place is noted."""
+        """Confine the evaluating thread to reading ``folders``, and sample its position."""
         if self._confined:
             confine(folders)
         sampler = Sampler(self._status, threading.get_ident())
@@ -120,28 +121,28 @@ class Link:
             sampler.stop()
 
     def note(self, span: Span | None, name: str | None = None) -> None:
-        """What begins now, where the sampler may not come to look; many in a row are noted now and then."""
+        """Record the position that starts now, for phases without a sampler; rapid sequences are thinned out."""
         now = time.monotonic()
         if span is not None and (name is not None or now - self._noted > _NOTE_EVERY):
             self._noted = now
             self._status.put_place((("", span), *(((name, None),) if name is not None else ())))
 
     def checkpoint(self) -> WorkCheckpoint:
-        """A copy of this process that goes on from here should what follows have to be ended."""
+        """Fork a checkpoint of this process, which continues if the process is killed."""
         return WorkCheckpoint(self._status)
 
 
-_LINK: list[Link] = []  # of this process: whether it is watched is a fact about it, as its id is
+_LINK: list[Link] = []  # process-wide, like the process id
 
 
 def link() -> Link | None:
-    """The link to this process's monitor, None for one that nobody watches."""
+    """Return the link to this process's monitor, or None if it is not supervised."""
     return _LINK[-1] if _LINK else None
 
 
 @contextmanager
 def limited(limits: Limits) -> Iterator[float]:
-    """A phase under the monitor, if there is one; gives the time at which it began."""
+    """Run a phase under the monitor, if there is one; yields its start time."""
     watched = link()
     if watched is None:
         yield time.monotonic()
@@ -151,7 +152,7 @@ def limited(limits: Limits) -> Iterator[float]:
 
 
 def become_child(status: Status, confined: bool = True) -> None:
-    """What a process does first that was forked to be watched."""
+    """Initialize a supervised process after the fork."""
     _die_with_parent(signal.SIGTERM)
     _LINK[:] = [Link(status, confined)]
 
@@ -161,8 +162,8 @@ def _die_with_parent(number: int) -> None:
 
 
 class WorkCheckpoint:
-    """A forked copy that waits. ``drop`` when the work went well; when the monitor ended the process, the copy goes on
-    in its place, with ``problem`` set."""
+    """A suspended fork of the process. ``drop`` it when the work succeeded; if the monitor killed the process, the fork
+    continues in its place, with ``problem`` set."""
 
     def __init__(self, status: Status) -> None:
         self.problem: Diagnostic | None = None
@@ -185,9 +186,9 @@ class WorkCheckpoint:
         if finished:
             os._exit(0)
         deadline = time.monotonic() + _ADOPTION
-        while os.getppid() == replaced or status.watched != os.getpid():  # until the monitor knows of this process
+        while os.getppid() == replaced or status.watched != os.getpid():  # until supervised
             time.sleep(0.001)
-            if time.monotonic() > deadline:  # the monitor is gone as well
+            if time.monotonic() > deadline:  # the monitor has ended, too
                 os._exit(1)
         signal.signal(signal.SIGINT, signal.default_int_handler)
         _die_with_parent(signal.SIGTERM)
@@ -195,7 +196,7 @@ class WorkCheckpoint:
         self.problem = status.reason() or crash(0)
 
     def drop(self) -> None:
-        """The work is done: the copy ends."""
+        """End the fork after the work succeeded."""
         if self._pid:
             self._status.successor = 0
             os.write(self._write, b".")
@@ -203,12 +204,12 @@ class WorkCheckpoint:
             os.waitpid(self._pid, 0)
 
 
-# --- the parent's side -------------------------------------------------------------------------------------------
+# --- parent process ----------------------------------------------------------------------------------------------
 
 
 def supervise(work: Callable[[], int], report: Callable[[Diagnostic], None]) -> int:
-    """Run ``work`` in a child and return its exit code; in the child, this returns what ``work`` does, and the caller
-    ends the process with it. ``report`` shows why the child was ended."""
+    """Run ``work`` in a child and return its exit code. In the child this returns the result of ``work``, with which
+    the caller must exit. ``report`` displays why the child was killed."""
     status = Status()
     sys.stdout.flush()
     sys.stderr.flush()
@@ -229,52 +230,52 @@ def supervise(work: Callable[[], int], report: Callable[[Diagnostic], None]) -> 
 
 
 def _leave(number: int, frame: FrameType | None) -> NoReturn:
-    """SIGTERM as an exception, so that temporary files go."""
+    """Convert SIGTERM to an exception, so that temporary files are removed."""
     raise SystemExit(128 + number)
 
 
 class Monitor:
-    """Watches a child until it ends."""
+    """Monitors a child until it ends."""
 
     def __init__(self, pid: int, status: Status, listens: bool = False) -> None:
         self._pid = pid
         self._status = status
-        self._listens = listens  # Ctrl-C is blocked in this process, and looked for
-        self._interrupted: tuple[int, float] | None = None  # in which phase, and when
+        self._listens = listens  # SIGINT is blocked in this process and polled
+        self._interrupted: tuple[int, float] | None = None  # phase and time of the interruption
         self._is_unwanted: Callable[[], bool] = lambda: False
 
     def _interrupt(self) -> None:
-        """Somebody wants the running phase to stop. The child got the signal too, and has a moment to end it itself;
-        outside of phases it handles Ctrl-C as it likes."""
+        """Request the end of the running phase. The child received the signal, too, and gets a moment to end the phase
+        itself; outside of phases it handles Ctrl-C on its own."""
         phase = self._phase()
         if phase is not None and (self._interrupted is None or self._interrupted[0] != phase.number):
             self._interrupted = phase.number, time.monotonic()
 
     def unless(self, is_unwanted: Callable[[], bool]) -> Monitor:
-        """The same monitor, which also ends the child when nobody wants its result any more."""
+        """Return a monitor that also kills the child when its result is no longer needed."""
         self._is_unwanted = is_unwanted
         return self
 
     def wait(self) -> Ending:
-        """How the child ended."""
+        """Monitor the child until it ends, and return how it ended."""
         while True:
             ending = self._watch()
             if ending is not None:
                 return ending
 
     def _listen(self) -> None:
-        """Note Ctrl-C, and pass it on where the terminal has not sent it to the child as well."""
+        """Record a pending Ctrl-C, and forward it if the terminal has not sent it to the child."""
         info = signal.sigtimedwait(_INTERRUPT, 0)
         if info is not None:
             self._interrupt()
-            if info.si_code <= 0:  # SI_USER and the like: somebody's kill
+            if info.si_code <= 0:  # SI_USER and similar: sent by kill
                 _kill(self._pid, signal.SIGINT)
 
     def terminate(self, number: int) -> None:
         _kill(self._pid, number)
 
     def _watch(self) -> Ending | None:
-        """Watch one process; None when its successor is to be watched."""
+        """Monitor one process; returns None when its successor is to be monitored."""
         handle = os.pidfd_open(self._pid)
         problem: Diagnostic | None = None
         try:
@@ -298,7 +299,7 @@ class Monitor:
         return self._ended(problem, -exit_code)
 
     def _ended(self, problem: Diagnostic | None, number: int) -> Ending | None:
-        """The child was ended by a signal: ours, or one that it could not help."""
+        """Return the reason for a child killed by a signal, ours or another one."""
         successor = self._status.successor
         if problem is None:
             if number in (signal.SIGTERM, signal.SIGHUP, signal.SIGPIPE):
@@ -314,13 +315,13 @@ class Monitor:
         return Ending(INTERRUPTED if problem.name == "interrupted" else 1, problem)
 
     def _phase(self) -> Phase | None:
-        """The phase that the watched process is in; not that of one that was ended before it."""
+        """Return the current phase of the supervised process, ignoring that of a killed predecessor."""
         phase = self._status.phase
         return phase if phase is not None and phase.pid == self._pid else None
 
     def _is_still_in(self, phase: Phase | None) -> bool:
-        """Whether the child is in this phase, and stays in it: it is stopped for that, since it may end the phase, and
-        with that the need to be ended, between a look and a signal."""
+        """Stop the child and return whether it is still in this phase. Without the stop, the phase might end between
+        the check and the kill."""
         if phase is None:
             return True
         _kill(self._pid, signal.SIGSTOP)
@@ -338,7 +339,7 @@ class Monitor:
         return _CLOSE_GLANCE if resident_bytes_of(self._pid) > _CLOSE * phase.ceiling else _GLANCE
 
     def _excess(self, phase: Phase | None) -> Diagnostic | None:
-        """The limit that the child is past in a phase, if any."""
+        """Return the diagnostic of the limit that the child exceeds in a phase, or None."""
         now = time.monotonic()
         if self._listens:
             self._listen()
@@ -360,29 +361,29 @@ class Monitor:
 
 
 def excess_of_time(seconds: float, chain: Chain) -> Diagnostic:
-    """E507, as the evaluator's own meter reports it."""
+    """Return E507, as the evaluator's own meter reports it."""
     return _placed(time_error(seconds).diagnostic, chain)
 
 
 def excess_of_memory(limit: int, chain: Chain) -> Diagnostic:
-    """E506, as the evaluator's own meter reports it."""
+    """Return E506, as the evaluator's own meter reports it."""
     return _placed(memory_error(limit).diagnostic, chain)
 
 
 def crash(number: int, chain: Chain = ()) -> Diagnostic:
-    """The process that did the work ended without a word."""
+    """Return the diagnostic of a process that crashed."""
     try:
-        how = f"ended by {signal.Signals(number).name}" if number else "ended early"
+        how = f"killed by {signal.Signals(number).name}" if number else "ended unexpectedly"
     except ValueError:
-        how = f"ended by signal {number}"
-    hint = "a native library failed; please report it, with the program"
+        how = f"killed by signal {number}"
+    hint = "a native library crashed; please report it with the program"
     if number == signal.SIGKILL:
-        hint = "another program ended it, or the system ran out of memory; lower --max-memory"
-    return _placed(Diagnostic("crash", f"the process that worked on the program was {how}", None, hint), chain)
+        hint = "another process killed it, or the system ran out of memory; set a lower --max-memory"
+    return _placed(Diagnostic("crash", f"the process that evaluated the program was {how}", None, hint), chain)
 
 
 def _placed(problem: Diagnostic, chain: Chain) -> Diagnostic:
-    """A problem at the place that was running."""
+    """Attach the position that was running to a diagnostic."""
     if not chain:
         return problem
     return Diagnostic(problem.name, problem.message, chain[0][1], problem.hint, problem.notes, chain[1:])
@@ -397,7 +398,7 @@ def _kill(pid: int, number: int) -> None:
 
 @contextmanager
 def _passed_on(monitor: Monitor) -> Iterator[Monitor]:
-    """Requests to end that reach this process are meant for the child. Ctrl-C is blocked; the monitor looks for it."""
+    """Forward termination signals to the child. SIGINT is blocked; the monitor polls for it."""
 
     def end(number: int, _: FrameType | None) -> None:
         monitor.terminate(number)
@@ -409,17 +410,17 @@ def _passed_on(monitor: Monitor) -> Iterator[Monitor]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-        signal.signal(signal.SIGINT, signal.SIG_IGN)  # one that comes now is too late
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # ignore late interruptions
         signal.pthread_sigmask(signal.SIG_UNBLOCK, _INTERRUPT)
 
 
-# Ctrl-C in work that is made of steps.
+# Ctrl-C during iterative work such as training.
 
 
 @contextmanager
 def interruptions() -> Iterator[Callable[[], bool]]:
-    """Whether Ctrl-C was pressed: from the first time that this is asked on, the step that is being made ends first.
-    Pressed again it interrupts at once."""
+    """Yield a function that returns whether Ctrl-C was pressed, to stop after the current step. A second Ctrl-C
+    interrupts immediately."""
     if threading.current_thread() is not threading.main_thread():
         yield lambda: False
         return
@@ -432,7 +433,7 @@ def interruptions() -> Iterator[Callable[[], bool]]:
         pressed.set()
 
     def stopped() -> bool:
-        if signal.getsignal(signal.SIGINT) is not note:  # what comes before the first step needs no care
+        if signal.getsignal(signal.SIGINT) is not note:  # before the first step Ctrl-C may interrupt directly
             signal.signal(signal.SIGINT, note)
         return pressed.is_set()
 

@@ -1,8 +1,8 @@
-"""Work for servers, each request in a process of its own: a program that has to be ended costs its request only.
+"""Worker processes for servers: each request runs in a separate process, so that killing it affects only that request.
 
-A worker forks once, before its server starts threads, and that copy forks a child for every request: all modules are
-loaded already, and no lock of the server's threads is held. What goes between them is plain data, pickled by code of
-ours on both sides; entity trees stay in the child.
+A worker forks a zygote before its server starts threads; the zygote forks a child for every request, with all modules
+loaded and no locks of the server's threads held. Only data pickled by our own code on both sides is exchanged; entity
+trees stay in the child.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ from scenelang.sandbox.status import Status
 from scenelang.sandbox.supervision import Ended, Monitor, become_child, crash, is_supported
 
 _HEADER = struct.Struct("=Q")
-_LARGEST = 1 << 32  # bytes of an answer
+_LARGEST = 1 << 32  # maximum bytes of an answer
 
 
 class Worker:
-    """``ask(*arguments)`` calls ``function`` in a new process and returns its value, or raises what it raised.
-    Arguments, values and errors are pickled. ``folders`` is what those processes may read; None leaves them all rights
-    but those that evaluation itself gives up.
+    """Calls ``function`` in a new process per request. ``ask(*arguments)`` returns its value, or raises its exception.
+    Arguments, values and exceptions are pickled. ``folders`` are readable for these processes; None removes only the
+    rights that evaluation itself gives up.
 
-    Create it before other threads start. Several threads may ask; requests run one after another.
+    Create it before starting other threads. ``ask`` may be called from several threads; requests run sequentially.
     """
 
     def __init__(self, function: Callable[..., Any], folders: tuple[str, ...] | None = None) -> None:
@@ -43,16 +43,14 @@ class Worker:
         self._lock = threading.Lock()
         self._pid = 0
         self._socket: socket.socket | None = None
-        self._number = 0  # of the last request
-        self._running = 0  # the number of the request that runs, 0 for none
-        self._cancelled = mmap.mmap(
-            -1, _HEADER.size
-        )  # the number of the request to end, shared with the waiting process
+        self._number = 0  # number of the last request
+        self._running = 0  # number of the running request, 0 for none
+        self._cancelled = mmap.mmap(-1, _HEADER.size)  # number of the request to cancel, shared with the zygote
         if is_supported():
             self._start()
 
     def ask(self, *arguments: Any) -> Any:
-        """Raises Ended where the process went past a limit or crashed."""
+        """Run a request; raises Ended if its process exceeded a limit or crashed."""
         if self._socket is None:
             return self._function(*arguments)
         with self._lock:
@@ -70,11 +68,11 @@ class Worker:
         raise value
 
     def interrupt(self) -> None:
-        """End the request that is running, if any, as Ctrl-C would."""
+        """Cancel the running request, if any, as Ctrl-C would."""
         self._cancelled[:] = _HEADER.pack(self._running)
 
     def close(self) -> None:
-        """End the waiting process and what it runs."""
+        """Stop the zygote and its running request."""
         if self._socket is not None:
             self._socket.close()
             self._socket = None
@@ -86,7 +84,7 @@ class Worker:
         try:
             _send(self._socket, _HEADER.pack(self._number) + request)
             return _receive(self._socket)
-        except (OSError, EOFError):  # the waiting process itself was ended from outside: the next request has another
+        except (OSError, EOFError):  # the zygote was killed; the next request starts another
             self.close()
             self._start()
             return pickle.dumps(("ended", crash(0)))
@@ -106,7 +104,7 @@ class Worker:
 
 
 def _quietly(work: Callable[[], None]) -> NoReturn:
-    """Run the life of a forked process; nothing of the process that it was forked from may run in it."""
+    """Run a forked process to its end, without returning to the code of the parent."""
     code = 1
     try:
         work()
@@ -115,7 +113,7 @@ def _quietly(work: Callable[[], None]) -> NoReturn:
         os._exit(code)
 
 
-# --- the waiting process -----------------------------------------------------------------------------------------
+# --- zygote --------------------------------------------------------------------------------------------------------
 
 
 def _serve(
@@ -125,11 +123,11 @@ def _serve(
     parent: int,
     cancelled: mmap.mmap,
 ) -> None:
-    """Fork a child for every request until the server is gone."""
+    """Fork a child for every request until the server ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     gc.collect()
-    gc.freeze()  # what the collector never visits stays shared with the children
+    gc.freeze()  # keeps memory pages shared with the children
     while os.getppid() == parent:
         try:
             request = _receive(channel)
@@ -143,7 +141,7 @@ def _serve(
 def _answer(
     function: Callable[..., Any], request: bytes, folders: tuple[str, ...] | None, is_unwanted: Callable[[], bool]
 ) -> bytes:
-    """What a child of its own makes of a request, or why it was ended."""
+    """Return the pickled result of a request computed by a child, or why the child was killed."""
     status = Status()
     memory = os.memfd_create("answer")
     try:
@@ -179,12 +177,12 @@ def _work(
 def _pickled(answer: tuple[str, Any]) -> bytes:
     try:
         return pickle.dumps(answer)
-    except Exception as error:  # an error of a library may hold anything
+    except Exception as error:  # exceptions of libraries may not be picklable
         said = f"internal error: {type(answer[1]).__name__}: {answer[1]} ({error})"
         return pickle.dumps(("error", RuntimeError(said[:2000])))
 
 
-# --- a request or an answer, with its length before it ---------------------------------------------------------------
+# --- framing: length-prefixed messages -------------------------------------------------------------------------------
 
 
 def _send(channel: socket.socket, data: bytes) -> None:
@@ -211,13 +209,13 @@ def _exactly(channel: socket.socket, length: int) -> bytes:
     return buffer.getvalue()
 
 
-# --- a trial -------------------------------------------------------------------------------------------------------
+# --- trial run -----------------------------------------------------------------------------------------------------
 
 
 def trial(work: Callable[[], object]) -> Diagnostic | None:
-    """Do ``work`` in a copy of this process first: why that copy had to be ended, None where it came to an end. What it
-    computed is lost, and what it raised is raised again when the work is done here. A copy that crashes is tried again:
-    threads that were not copied may have left a native library in the middle of something."""
+    """Run ``work`` in a forked process first; returns why the fork was killed, or None if it ended by itself. Its
+    result and exceptions are discarded, since the work is repeated here. A crashed fork is tried again: threads that
+    were not copied by the fork may have left a native library in an inconsistent state."""
     if not is_supported():
         return None
     problem = _trial(work)
@@ -242,5 +240,5 @@ def _tried(work: Callable[[], object], status: Status) -> None:
         os.dup2(null, number)
     try:
         work()
-    except Exception:  # raised again where the work is done
+    except Exception:  # raised again when the work is repeated
         return

@@ -1,4 +1,4 @@
-"""`scenelang view`: shows programs in a browser, watches their files, writes params back (docs/viewer.md).
+"""`scenelang view`: live view of programs in a browser, with file watching and editable params (docs/viewer.md).
 
-``workspace`` is the state of what is shown, ``server`` answers the page. What the page draws is ``backends.viewer``.
+``workspace`` is the state of the view, ``server`` the HTTP server. Rendering in the page is in ``backends.viewer``.
 """

@@ -1,8 +1,8 @@
-"""The HTTP server of the live viewer: this machine only, a token in every address, nothing from or for other sites.
+"""HTTP server of the live viewer: bound to localhost, protected by a token in every URL, closed to other origins.
 
 Paths below ``/TOKEN/``: the page, its script and style; ``files``; ``state?file=N``; ``picture?file=N`` (the packet);
-``events`` (server-sent); POST ``set`` and ``save`` with JSON. Any other path and a wrong token are 404, a foreign Host
-or Origin is 403.
+``events`` (server-sent); POST ``set`` and ``save`` with JSON. Other paths and wrong tokens return 404, a foreign Host
+or Origin returns 403.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from scenelang.viewer.workspace import Workspace, state_data
 
 HOST = "127.0.0.1"
 LARGEST_BODY = 64 * 1024
-_POLL = 0.3  # seconds between two looks at the files
+_POLL = 0.3  # polling interval of the files, in seconds
 _HEARTBEAT = 10.0
 _TIMEOUT = 30.0
 _MOST_LISTENERS = 32
@@ -35,7 +35,7 @@ _POLICY = (
 
 
 class ViewServer(ThreadingHTTPServer):
-    """Serves one workspace. ``address`` is what a browser opens. Raises SceneError("file") when the port is taken."""
+    """HTTP server of a workspace. ``address`` is the URL to open. Raises SceneError("file") if the port is in use."""
 
     daemon_threads = True
     allow_reuse_address = True
@@ -60,11 +60,11 @@ class ViewServer(ThreadingHTTPServer):
 
     @property
     def hosts(self) -> tuple[str, str]:
-        """The values of Host that are ours: a page of another site that resolves to this machine has another."""
+        """Return the accepted Host headers, to reject DNS rebinding."""
         return f"{HOST}:{self.server_port}", f"localhost:{self.server_port}"
 
     def subscribe(self) -> queue.SimpleQueue[int | None] | None:
-        """A queue of the numbers of files whose state is new, None when too many listen."""
+        """Subscribe to changes: returns a queue of file numbers, or None if there are too many subscribers."""
         with self._events_lock:
             if len(self._events) >= _MOST_LISTENERS:
                 return None
@@ -83,7 +83,7 @@ class ViewServer(ThreadingHTTPServer):
         super().server_close()
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """A browser that went away is no news."""
+        """Ignore disconnected browsers."""
 
     def _announce(self, file: int) -> None:
         with self._events_lock:
@@ -96,7 +96,7 @@ class ViewServer(ThreadingHTTPServer):
 
 
 class _Refused(Exception):
-    """A request that gets an error: its status and one line."""
+    """Raised to refuse a request with a status and a one-line message."""
 
     def __init__(self, status: HTTPStatus, message: str) -> None:
         self.status, self.message = status, message
@@ -115,15 +115,15 @@ class _Handler(BaseHTTPRequestHandler):
         self._guarded(self._post)
 
     def log_message(self, format: str, *arguments: Any) -> None:
-        """Quiet: the address with the token stands in no log."""
+        """Log nothing, so that the URL with its token does not appear in logs."""
 
-    # --- what is let in --------------------------------------------------------------------------------------------
+    # --- access control --------------------------------------------------------------------------------------------
 
     def _guarded(self, action: Callable[[str, dict[str, str]], None]) -> None:
         try:
             action(*self._checked())
         except _Refused as refused:
-            self.close_connection = True  # an unread body must not be taken for the next request
+            self.close_connection = True  # an unread body must not be parsed as the next request
             self._send_json({"message": refused.message}, refused.status)
         except SceneError as error:
             self._send_json({"message": error.message}, HTTPStatus.CONFLICT)
@@ -131,28 +131,28 @@ class _Handler(BaseHTTPRequestHandler):
             self.close_connection = True
 
     def _checked(self) -> tuple[str, dict[str, str]]:
-        """The path below the token and the query of a request that is ours; raises _Refused for any other."""
+        """Return path and query of an authorized request; raises _Refused otherwise."""
         origin = self.headers.get("Origin")
         if self.headers.get("Host") not in self.server.hosts:
-            raise _Refused(HTTPStatus.FORBIDDEN, "this server answers to 127.0.0.1 only")
+            raise _Refused(HTTPStatus.FORBIDDEN, "this server only accepts requests to 127.0.0.1")
         if origin is not None and origin not in [f"http://{host}" for host in self.server.hosts]:
-            raise _Refused(HTTPStatus.FORBIDDEN, "requests from other sites are refused")
+            raise _Refused(HTTPStatus.FORBIDDEN, "cross-site requests are not allowed")
         is_link = self.command == "GET" and self.headers.get("Sec-Fetch-Dest") == "document"  # a link to the page
         if self.headers.get("Sec-Fetch-Site") in ("cross-site", "same-site") and not is_link:
-            raise _Refused(HTTPStatus.FORBIDDEN, "requests from other sites are refused")
+            raise _Refused(HTTPStatus.FORBIDDEN, "cross-site requests are not allowed")
         parts = urlsplit(self.path)
         _, _, rest = parts.path.partition("/")
         token, slash, name = rest.partition("/")
         if not slash or not hmac.compare_digest(token.encode(), self.server.token.encode()):
-            raise _Refused(HTTPStatus.NOT_FOUND, "there is nothing here")
+            raise _Refused(HTTPStatus.NOT_FOUND, "not found")
         query = parse_qs(parts.query, max_num_fields=8)
         return name, {key: values[0] for key, values in query.items()}
 
     def _file(self, text: Any) -> int:
-        """The number of a file; raises _Refused for one that is none."""
+        """Parse the number of a file; raises _Refused if it is invalid."""
         number = int(text) if isinstance(text, (str, int)) and str(text).isdecimal() and len(str(text)) < 6 else -1
         if not 0 <= number < len(self.server.workspace.files):
-            raise _Refused(HTTPStatus.NOT_FOUND, "there is no such file")
+            raise _Refused(HTTPStatus.NOT_FOUND, "file not found")
         return number
 
     # --- GET -------------------------------------------------------------------------------------------------------
@@ -171,7 +171,7 @@ class _Handler(BaseHTTPRequestHandler):
         elif name == "events":
             self._send_events()
         else:
-            raise _Refused(HTTPStatus.NOT_FOUND, "there is nothing here")
+            raise _Refused(HTTPStatus.NOT_FOUND, "not found")
 
     def _send_state(self, file: int) -> None:
         workspace = self.server.workspace
@@ -180,13 +180,13 @@ class _Handler(BaseHTTPRequestHandler):
     def _send_picture(self, file: int, version: str | None) -> None:
         state = self.server.workspace.state(file)
         if state.packet is None:
-            raise _Refused(HTTPStatus.NOT_FOUND, "there is no picture yet")
+            raise _Refused(HTTPStatus.NOT_FOUND, "not rendered yet")
         self._send(state.packet, "application/octet-stream")
 
     def _send_events(self) -> None:
         events = self.server.subscribe()
         if events is None:
-            raise _Refused(HTTPStatus.SERVICE_UNAVAILABLE, "too many pages are open")
+            raise _Refused(HTTPStatus.SERVICE_UNAVAILABLE, "too many open pages")
         self.close_connection = True
         try:
             self._headers(HTTPStatus.OK, "text/event-stream", None)
@@ -207,11 +207,11 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _post(self, name: str, query: dict[str, str]) -> None:
         if name not in ("set", "save"):
-            raise _Refused(HTTPStatus.NOT_FOUND, "there is nothing here")
+            raise _Refused(HTTPStatus.NOT_FOUND, "not found")
         data = self._body()
         file, param = self._file(data.get("file")), data.get("name")
         if not isinstance(param, str):
-            raise _Refused(HTTPStatus.BAD_REQUEST, "the name of a param is missing")
+            raise _Refused(HTTPStatus.BAD_REQUEST, "missing name of a param")
         self.server.workspace.state(file)
         if name == "set":
             self.server.workspace.try_value(file, param, data.get("value"))
@@ -220,20 +220,20 @@ class _Handler(BaseHTTPRequestHandler):
         self._send_state(file)
 
     def _body(self) -> dict[str, Any]:
-        """The JSON object that was sent; raises _Refused."""
+        """Read the JSON object of the request body; raises _Refused."""
         if self.headers.get_content_type() != "application/json":
             raise _Refused(HTTPStatus.UNSUPPORTED_MEDIA_TYPE, "send JSON")
         length = self.headers.get("Content-Length", "")
         if not length.isdecimal() or self.headers.get("Transfer-Encoding") is not None:
-            raise _Refused(HTTPStatus.LENGTH_REQUIRED, "say how long the body is")
+            raise _Refused(HTTPStatus.LENGTH_REQUIRED, "missing Content-Length")
         if len(length) > 9 or int(length) > LARGEST_BODY:
-            raise _Refused(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, "the body is too large")
+            raise _Refused(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, "request body too large")
         try:
             data = json.loads(self.rfile.read(int(length)))
         except (ValueError, RecursionError):
-            raise _Refused(HTTPStatus.BAD_REQUEST, "this is no JSON") from None
+            raise _Refused(HTTPStatus.BAD_REQUEST, "invalid JSON") from None
         if not isinstance(data, dict):
-            raise _Refused(HTTPStatus.BAD_REQUEST, "send a JSON object")
+            raise _Refused(HTTPStatus.BAD_REQUEST, "expected a JSON object")
         return data
 
     # --- answers ---------------------------------------------------------------------------------------------------

@@ -284,8 +284,8 @@ async def test_code_actions(client: LanguageClient) -> None:
     await editor.diagnostics()
     found = await actions("old")
     assert after(found["Remove it"]) == '(bind "a"\n  (lambda ()\n    (call "cube")))\n'
-    assert "    ; lint: allow unused\n    (define old 3)" in after(found["Allow `unused` here"])
-    assert "old" not in after(found["Apply every safe fix"])
+    assert "    ; lint: allow unused\n    (define old 3)" in after(found["Suppress `unused` here"])
+    assert "old" not in after(found["Apply all safe fixes"])
 
 
 @pytest.mark.asyncio(loop_scope="module")
