@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from keyword import iskeyword
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -47,11 +48,7 @@ def register(shell: InteractiveShell) -> None:
 
     parser = MagicArgumentParser(
         "%%scene",
-<<<<<<< HEAD
         description="Evaluate the cell as a scene program, display the scene, and assign it to a variable. "
-=======
-        description="Evaluate the cell as a program of the Scene Language, display the scene and assign it. "
->>>>>>> dd5fb1e952343bcc3c62f375a536ba78564b8a7d
         "If ipywidgets is installed, params of the program become controls.",
     )
     parser.add_argument("variable", nargs="?", default="scene", help="variable to assign (default: scene)")
@@ -65,7 +62,11 @@ def register(shell: InteractiveShell) -> None:
     parser.add_argument("--no-widgets", action="store_true", help="use the defaults of params, without controls")
 
     def scene(line: str, cell: str) -> None:
-        given = parser.parse_argstring(line)
+        try:
+            given = parser.parse_argstring(line)
+        except ValueError as error:  # quotes that are not closed
+            print(f"error: {error}", file=sys.stderr)
+            return
         with_errors(lambda: _run(given, cell, shell.user_ns))
 
     scene.__doc__ = parser.format_help()
@@ -74,7 +75,7 @@ def register(shell: InteractiveShell) -> None:
 
 def _run(given: Any, cell: str, variables: dict[str, Any]) -> None:
     camera = _checked(parse_viewpoint, given.camera) if given.camera else None
-    if not given.variable.isidentifier():
+    if not given.variable.isidentifier() or iskeyword(given.variable):
         raise UsageError("value", f"expected a variable name, got `{given.variable}`")
     size = _checked(picture_size, given.size)
     options = CellOptions(given.variable, size, given.quality, camera, given.frame, given.view)
@@ -128,8 +129,10 @@ def _panel(scene: Scene, options: CellOptions, variables: dict[str, Any], contro
     output = ipywidgets.Output()
     widgets = {control.param.name: (control, _widget(control)) for control in controls}
 
-    def draw(made: Scene) -> None:
-        shown = options.shown(made)
+    first = options.shown(scene)  # before the output exists, which would print a traceback of its own
+
+    def draw(made: Scene, shown: Any = None) -> None:
+        shown = options.shown(made) if shown is None else shown
         variables[options.variable] = made
         output.clear_output(wait=True)
         display(shown)
@@ -139,7 +142,7 @@ def _panel(scene: Scene, options: CellOptions, variables: dict[str, Any], contro
             with_errors(lambda: draw(_with_defines(scene, {n: c.literal(w.value) for n, (c, w) in widgets.items()})))
 
     with output:
-        draw(scene)
+        draw(scene, first)
     for _, widget in widgets.values():
         widget.observe(changed, names="value")
     return ipywidgets.VBox([*(widget for _, widget in widgets.values()), output])

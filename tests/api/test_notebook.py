@@ -61,8 +61,9 @@ def test_a_mistake_is_a_diagnostic_and_keeps_nothing(shell: Any) -> None:
     assert "<cell>:1:" in errors
     assert "Traceback" not in errors
     assert "scene" not in shell.user_ns
-    for line in ("--size huge", "2x", "--camera up=1", "--quality none"):
-        _, _, errors = run(shell, line, '(bind "a" (lambda () (call "cube")))')
+    for line in ("--size huge", "2x", "class", "--camera up=1", "--quality none", "--frame 9", "'open"):
+        shown, _, errors = run(shell, line, TOWER)
+        assert shown == [], line
         assert errors.startswith("error"), line
         assert "Traceback" not in errors
 
