@@ -227,8 +227,8 @@ def _clean(text: str) -> str:
 # SceneError.
 
 
-_LARGEST_FILE = 128_000_000  # bytes; parsed data can take thirty times as much memory
-_LONGEST_PATH = 1_000
+_MAX_FILE_SIZE = 128_000_000  # bytes; parsed data can take thirty times as much memory
+_MAX_PATH_LENGTH = 1_000
 
 
 def read_sheets(path: str, limit: int) -> list[Sheet]:
@@ -249,11 +249,11 @@ _HINT = "create one with `scenelang flatten FILE --json`"
 
 def _text(path: str) -> str:
     try:
-        data = read_regular(path, _LARGEST_FILE + 1)
+        data = read_regular(path, _MAX_FILE_SIZE + 1)
     except (OSError, ValueError) as error:
         raise SceneError("file", f"cannot read {path}: {getattr(error, 'strerror', None) or 'invalid path'}") from None
-    if len(data) > _LARGEST_FILE:
-        raise SceneError("file", f"{path} exceeds the maximum size of {_LARGEST_FILE:,} bytes")
+    if len(data) > _MAX_FILE_SIZE:
+        raise SceneError("file", f"{path} exceeds the maximum size of {_MAX_FILE_SIZE:,} bytes")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -331,6 +331,6 @@ def _matrix(value: Any) -> list[list[float]]:
 def _path(value: Any) -> tuple[str, ...]:
     if value is None:
         return ()
-    if not isinstance(value, list) or len(value) > _LONGEST_PATH or not all(isinstance(word, str) for word in value):
+    if not isinstance(value, list) or len(value) > _MAX_PATH_LENGTH or not all(isinstance(word, str) for word in value):
         raise ValueError("has a path that is not a list of strings")
     return tuple(value)

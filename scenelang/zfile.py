@@ -33,7 +33,7 @@ _WORDING = "scenelang-wording"
 _MADE = "scenelang-made"
 _ENCODINGS = "scenelang-encodings"
 _MATRIX = "/encodings"  # not a valid handle name
-_LARGEST_HEADER = 4_000_000  # bytes
+_MAX_HEADER_SIZE = 4_000_000  # bytes
 Vectors = Mapping[str, npt.NDArray[Any]]
 
 
@@ -234,8 +234,8 @@ def _contents(path: Path) -> tuple[dict[str, str], dict[str, npt.NDArray[Any]]]:
 def _check_header(path: Path) -> None:
     """Raise ValueError if the header is too large to read, OSError if the file is not a regular file."""
     start = read_regular(path, 8)
-    if len(start) == 8 and int.from_bytes(start, "little") > _LARGEST_HEADER:
-        raise ValueError(f"its header is longer than {_LARGEST_HEADER:,} bytes")
+    if len(start) == 8 and int.from_bytes(start, "little") > _MAX_HEADER_SIZE:
+        raise ValueError(f"its header is longer than {_MAX_HEADER_SIZE:,} bytes")
 
 
 @contextmanager

@@ -45,7 +45,7 @@ from scenelang.interpreter.scene.flatten import flatten
 # Entries of an evaluation: programs, or a JSON list of programs and films with their prompts.
 
 
-_MOST_LIST_BYTES, _MOST_ENTRIES, _LONGEST = 16_000_000, 10_000, 10_000
+_MAX_LIST_BYTES, _MAX_ENTRIES, _MAX_LENGTH = 16_000_000, 10_000, 10_000
 _KEYS = ("scene", "film", "prompt", "method", "image", "count", "distilled", "dynamic")
 
 
@@ -77,8 +77,8 @@ def entries_of(files: Sequence[str]) -> list[EvaluationEntry]:
     """Convert programs and lists to entries without duplicates; raises SceneError: "file" for an unreadable list,
     "value" for an invalid entry."""
     found = [entry for file in files for entry in _read(Path(file))]
-    if len(found) > _MOST_ENTRIES:
-        raise SceneError("value", f"expected at most {_MOST_ENTRIES:,} scenes, got {len(found):,}")
+    if len(found) > _MAX_ENTRIES:
+        raise SceneError("value", f"expected at most {_MAX_ENTRIES:,} scenes, got {len(found):,}")
     return list(dict.fromkeys(found))
 
 
@@ -86,7 +86,7 @@ def _read(path: Path) -> list[EvaluationEntry]:
     if path.suffix.lower() != ".json":
         return [EvaluationEntry(scene=path)]
     try:
-        if path.stat().st_size > _MOST_LIST_BYTES:
+        if path.stat().st_size > _MAX_LIST_BYTES:
             raise SceneError("file", f"{path} exceeds the maximum size of a list of scenes")
         data = json.loads(read_regular(path))
     except (OSError, ValueError, RecursionError) as error:
@@ -122,7 +122,7 @@ def _text(item: Mapping[str, Any], key: str, where: str) -> str | None:
     value = item.get(key)
     if value is None:
         return None
-    if not isinstance(value, str) or not value.strip() or len(value) > _LONGEST or "\0" in value:
+    if not isinstance(value, str) or not value.strip() or len(value) > _MAX_LENGTH or "\0" in value:
         raise SceneError("value", f"{where}: `{key}` must be a string")
     return value if key in ("scene", "film", "image", "distilled") else " ".join(value.split())
 
@@ -144,7 +144,7 @@ def _counts(value: Any, where: str) -> tuple[tuple[str, int], ...] | None:
 
 FILE = "results.json"
 _FORMAT, _VERSION = "scenelang-evaluation", 1
-_MOST_BYTES = 256_000_000
+_MAX_BYTES = 256_000_000
 
 Key = tuple[str, str, str]
 
@@ -193,7 +193,7 @@ def read_results(folder: Path) -> Results:
     try:
         if not path.exists():
             return Results()
-        if path.stat().st_size > _MOST_BYTES:
+        if path.stat().st_size > _MAX_BYTES:
             raise ValueError("file too large")
         data = json.loads(path.read_text("utf-8"))
         if data["format"] != _FORMAT:

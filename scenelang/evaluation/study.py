@@ -20,7 +20,7 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.reports import table
 
 FORMAT, VERSION = "scenelang-study", 1
-_MOST_BYTES = 500_000_000  # maximum size of a page
+_MAX_BYTES = 500_000_000  # maximum size of a page
 _NUMBERS = {2: "two", 3: "three", 4: "four", 5: "five", 6: "six", 7: "seven", 8: "eight", 9: "nine"}
 _LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 _KINDS = {".mp4": "video/mp4", ".gif": "image/gif", ".webp": "image/webp", ".apng": "image/apng", ".png": "image/png",
@@ -72,7 +72,7 @@ def study_page(questions: Sequence[StudyQuestion]) -> str:
 
     Raises SceneError("unsupported") if the results are too large for one page.
     """
-    if sum(len(result.data) for question in questions for result in question.results) > _MOST_BYTES // 4 * 3:
+    if sum(len(result.data) for question in questions for result in question.results) > _MAX_BYTES // 4 * 3:
         raise SceneError("unsupported", "the videos are too large for one page", hint="use a smaller --size")
     told = {
         "format": FORMAT,
@@ -144,7 +144,7 @@ def _digest(text: str) -> str:
 
 
 _FORMAT, _VERSION = "scenelang-study-answers", 1
-_MOST_ANSWER_BYTES = 4_000_000
+_MAX_ANSWER_BYTES = 4_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -217,7 +217,7 @@ def _asked(answers: Answers) -> dict[str, tuple[str, ...]]:
 def read_answers(path: Path) -> Answers:
     """Read one file of answers; raises SceneError("file")."""
     try:
-        if path.stat().st_size > _MOST_ANSWER_BYTES:
+        if path.stat().st_size > _MAX_ANSWER_BYTES:
             raise ValueError("file too large")
         data = json.loads(path.read_text("utf-8"))
         if not isinstance(data, dict):

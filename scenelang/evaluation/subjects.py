@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from scenelang.backends.pictures.stage import Shot
 
 _NEURAL = ("clip", "lpips", "dynamic")
-_MOST_VIEWS = 10_000
+_MAX_VIEWS = 10_000
 _TURN = 36  # frames of a turntable on the study's page
 _FPS = 12.0
 Opened = tuple[Scene, str]  # scene and program text
@@ -82,8 +82,8 @@ class MetricOptions:
             if name not in METRICS:
                 raise UsageError("value", f"unknown metric `{name}`", suggest(name, METRICS) or ", ".join(METRICS))
         for option, count in (("--clip-views", self.clip_views), ("--lpips-views", self.lpips_views)):
-            if not 1 <= count <= _MOST_VIEWS:
-                raise UsageError("value", f"expected `{option}` between 1 and {_MOST_VIEWS:,}, got {count:,}")
+            if not 1 <= count <= _MAX_VIEWS:
+                raise UsageError("value", f"expected `{option}` between 1 and {_MAX_VIEWS:,}, got {count:,}")
         if not 0.0 < self.fps <= HIGHEST_FPS:
             raise UsageError("value", f"expected `--fps` above 0 and at most {HIGHEST_FPS:g}, got {self.fps:g}")
 

@@ -126,9 +126,9 @@ class LiveCount:
         self._width = len(line)
 
 
-_GLANCE = 0.1  # polling interval for Ctrl-C, in seconds
-_FIRST_WAIT, _LONGEST_WAIT, _LONGER = 0.5, 30.0, 1.5  # polling intervals of a batch, in seconds
-_LONGEST_BATCH = 25 * 3600.0  # batches expire after a day; plus an hour
+_POLL_INTERVAL = 0.1  # polling interval for Ctrl-C, in seconds
+_FIRST_WAIT, _MAX_WAIT, _LONGER = 0.5, 30.0, 1.5  # polling intervals of a batch, in seconds
+_MAX_BATCH_TIME = 25 * 3600.0  # batches expire after a day; plus an hour
 Ended = SampleOutcome | SceneError
 
 
@@ -206,7 +206,7 @@ class Conductor:
             thread.start()
         try:
             while any(thread.is_alive() for thread in threads):
-                threads[0].join(_GLANCE) if threads[0].is_alive() else time.sleep(_GLANCE)
+                threads[0].join(_POLL_INTERVAL) if threads[0].is_alive() else time.sleep(_POLL_INTERVAL)
         except KeyboardInterrupt:
             self._cancelled.set()
             raise
@@ -326,13 +326,13 @@ class Conductor:
         provider, wait, started = self._client.batches(), _FIRST_WAIT, time.monotonic()
         try:
             while count := provider.pending(batch):
-                if time.monotonic() - started > _LONGEST_BATCH:
+                if time.monotonic() - started > _MAX_BATCH_TIME:
                     raise SceneError(
                         "model-request", "the batch is not finished after a day", "check again with --resume"
                     )
                 self._live.waiting(count)
                 time.sleep(wait)
-                wait = min(_LONGEST_WAIT, wait * _LONGER)
+                wait = min(_MAX_WAIT, wait * _LONGER)
         finally:
             self._live.end()
 

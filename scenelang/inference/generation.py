@@ -40,8 +40,8 @@ if TYPE_CHECKING:
     from scenelang.backends.language_models.catalogue import Usage
     from scenelang.scene import Image, Scene
 
-_LONGEST_TASK = 100_000  # characters
-_MOST_PICTURES = 20
+_MAX_TASK_LENGTH = 100_000  # characters
+_MAX_IMAGES = 20
 _TOKENS_OF_WORDS = 8_000
 _SIZE = 512
 _DRAFT_SIZE = 768
@@ -62,8 +62,8 @@ def task_of(
     text = text.strip()
     if not text and not images:
         raise UsageError("value", "expected a text prompt, or an image with --image")
-    if len(text) > _LONGEST_TASK or len(images) > _MOST_PICTURES:
-        raise UsageError("value", f"the task exceeds {_LONGEST_TASK:,} characters or {_MOST_PICTURES} images")
+    if len(text) > _MAX_TASK_LENGTH or len(images) > _MAX_IMAGES:
+        raise UsageError("value", f"the task exceeds {_MAX_TASK_LENGTH:,} characters or {_MAX_IMAGES} images")
     if ablation.takes_program:
         if notation is Notation.LANGUAGE:
             raise UsageError("value", "--dsl cannot be combined with --ablate P")

@@ -46,7 +46,7 @@ from scenelang.reports import table
 _PRIVATE = 0o700
 _VERSION = 1
 _SLUG = re.compile(r"[^a-z0-9]+")
-_LONGEST_SLUG = 40
+_MAX_SLUG_LENGTH = 40
 _ATTEMPT = re.compile(r"(\d+)-([a-z]+)\Z")
 
 
@@ -326,7 +326,7 @@ def _without_pictures(data: Any, pictures: list[bytes]) -> Any:
 
 def new_run(folder: Path, text: str, clean: Callable[[str], str]) -> Run:
     """Create a run folder named by time and task. Raises SceneError if that fails."""
-    slug = _SLUG.sub("-", clean(text).lower()).strip("-")[:_LONGEST_SLUG].rstrip("-") or "run"
+    slug = _SLUG.sub("-", clean(text).lower()).strip("-")[:_MAX_SLUG_LENGTH].rstrip("-") or "run"
     stamp = datetime.now().strftime("%Y%m%d-%H%M%S-%f")[:-3]  # milliseconds, so that names sort by time
     try:
         folder.mkdir(mode=_PRIVATE, parents=True, exist_ok=True)
@@ -520,7 +520,7 @@ def _grammar() -> str:
 # Formatting: a list of runs, and the attempts of one run.
 
 
-_LONGEST_TASK = 60
+_MAX_TASK_LENGTH = 60
 
 
 def list_of_runs(summaries: Iterable[Mapping[str, Any]]) -> str:
@@ -554,7 +554,7 @@ def run_report(run: Run, facts: Mapping[str, Any], attempts: Sequence[Attempt]) 
 
 
 def _short(text: str) -> str:
-    return text if len(text) <= _LONGEST_TASK else text[: _LONGEST_TASK - 3] + "..."
+    return text if len(text) <= _MAX_TASK_LENGTH else text[: _MAX_TASK_LENGTH - 3] + "..."
 
 
 def _attempt_row(attempt: Attempt) -> tuple[str, ...]:

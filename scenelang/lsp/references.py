@@ -125,8 +125,8 @@ class Documents:
         return list(self._open.values())
 
 
-_MOST_FILES = 300
-_LARGEST = 2_000_000
+_MAX_FILES = 300
+_MAX_SIZE = 2_000_000
 
 Definition = tuple[Path, int]  # file and offset of a name's definition, as its identity across files
 
@@ -260,7 +260,7 @@ def _workspace_files(documents: Documents, document: Document) -> list[Path]:
     for path in root.rglob("*.scene"):
         if not any(part.startswith(".") or part == "node_modules" for part in path.relative_to(root).parts):
             found.append(path)
-        if len(found) >= _MOST_FILES:
+        if len(found) >= _MAX_FILES:
             break
     return sorted(found)
 
@@ -268,9 +268,9 @@ def _workspace_files(documents: Documents, document: Document) -> list[Path]:
 def _names_of(path: Path, documents: Documents) -> Names | None:
     """Resolve the names of a file that is not open."""
     try:
-        if path.stat().st_size > _LARGEST:
+        if path.stat().st_size > _MAX_SIZE:
             return None
-        text = read_regular(path, _LARGEST).decode("utf-8-sig")
+        text = read_regular(path, _MAX_SIZE).decode("utf-8-sig")
     except (OSError, ValueError):
         return None
     version = Editing(session_for(path, documents), documents.texts).check(Source(str(path), text)).version

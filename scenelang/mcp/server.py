@@ -33,14 +33,14 @@ _INSTRUCTIONS = (
     f"and inspect the images. `diff` shows the effect of an edit. The resource {PRIMER} contains the same overview."
 )
 _READS = ToolAnnotations(read_only_hint=True, destructive_hint=False, idempotent_hint=True, open_world_hint=False)
-_LONGEST_ARGUMENT = 4_000  # characters, for arguments other than programs
+_MAX_ARGUMENT_LENGTH = 4_000  # characters, for arguments other than programs
 _PROGRAMS = ("program", "program_a", "program_b")
 
 Result = Callable[..., Awaitable[CallToolResult]]  # (tool, arguments after the project)
 Text = Annotated[str, Field(description="text of a program, or a model's Python; omit if path is given")]
 File = Annotated[str, Field(description="file in the project folder; omit if program is given")]
 Root = Annotated[str, Field(description="word to evaluate; default: the word that no other word calls")]
-Side = Annotated[int, Field(ge=1, le=tools.LARGEST, description="pixels")]
+Side = Annotated[int, Field(ge=1, le=tools.MAX_SIDE, description="pixels")]
 Number = Annotated[int, Field(ge=0, le=1_000_000, description="frame of a 4D scene, counted from 0")]
 Part = Annotated[float, Field(gt=0, lt=1, description="relative tolerance, as a fraction of the scene's size")]
 CAMERA = (
@@ -56,8 +56,8 @@ class SceneServer(MCPServer[Any]):
         self, name: str, arguments: dict[str, Any], context: Context[Any, Any] | None = None
     ) -> CallToolResult | InputRequiredResult:
         for key, value in arguments.items():
-            if isinstance(value, str) and len(value) > _LONGEST_ARGUMENT and key not in _PROGRAMS:
-                raise ToolError(f"`{clipped(key)}` exceeds {_LONGEST_ARGUMENT:,} characters")
+            if isinstance(value, str) and len(value) > _MAX_ARGUMENT_LENGTH and key not in _PROGRAMS:
+                raise ToolError(f"`{clipped(key)}` exceeds {_MAX_ARGUMENT_LENGTH:,} characters")
         try:
             return await super().call_tool(name, arguments, context)
         except ToolError as error:

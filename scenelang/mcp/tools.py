@@ -31,11 +31,11 @@ if TYPE_CHECKING:
 # no control characters.
 
 
-MOST_ITEMS = 100  # of lists of changes and of printed lines
-_MOST_DIAGNOSTICS = 20
-_MOST_INSIDE = 10  # items of nested lists
-_LONGEST_TEXT = 20_000  # characters
-_LONGEST_STRING = 500
+MAX_ITEMS = 100  # of lists of changes and of printed lines
+_MAX_DIAGNOSTICS = 20
+_MAX_INSIDE = 10  # items of nested lists
+_MAX_TEXT_LENGTH = 20_000  # characters
+_MAX_STRING_LENGTH = 500
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,12 +55,12 @@ def answer(lines: Iterable[str], data: dict[str, Any]) -> ToolAnswer:
 def bounded_text(lines: Iterable[str]) -> str:
     """Join lines to a text, truncated with the number of omitted characters."""
     text = printable("\n".join(lines))
-    if len(text) <= _LONGEST_TEXT:
+    if len(text) <= _MAX_TEXT_LENGTH:
         return text
-    return f"{text[:_LONGEST_TEXT]}\n... and {len(text) - _LONGEST_TEXT:,} more characters"
+    return f"{text[:_MAX_TEXT_LENGTH]}\n... and {len(text) - _MAX_TEXT_LENGTH:,} more characters"
 
 
-def bounded(data: dict[str, Any], most: int = MOST_ITEMS) -> dict[str, Any]:
+def bounded(data: dict[str, Any], most: int = MAX_ITEMS) -> dict[str, Any]:
     """Truncate lists and strings in JSON data. ``NAME_left_out`` beside a truncated list is the number of omitted
     items."""
     found: dict[str, Any] = {}
@@ -75,16 +75,16 @@ def _bounded(value: Any, most: int) -> Any:
     if isinstance(value, str):
         return clipped(value)
     if isinstance(value, dict):
-        return bounded(value, min(most, _MOST_INSIDE))
+        return bounded(value, min(most, _MAX_INSIDE))
     if isinstance(value, list):
-        return [_bounded(item, min(most, _MOST_INSIDE)) for item in value[:most]]
+        return [_bounded(item, min(most, _MAX_INSIDE)) for item in value[:most]]
     return value
 
 
 def clipped(text: str) -> str:
     """Truncate a string and remove control characters."""
-    shown = printable(text[:_LONGEST_STRING])
-    left = len(text) - _LONGEST_STRING
+    shown = printable(text[:_MAX_STRING_LENGTH])
+    left = len(text) - _MAX_STRING_LENGTH
     return shown if left <= 0 else f"{shown}... and {left:,} more characters"
 
 
@@ -94,7 +94,7 @@ def clipped(text: str) -> str:
 def diagnosed(diagnostics: Sequence[Diagnostic]) -> tuple[list[str], dict[str, Any]]:
     """Format the first diagnostics, errors first, as lines and as data, with the number of omitted ones."""
     ordered = sorted(diagnostics, key=lambda diagnostic: not diagnostic.is_error)
-    shown = ordered[:_MOST_DIAGNOSTICS]
+    shown = ordered[:_MAX_DIAGNOSTICS]
     left = len(ordered) - len(shown)
     lines = [render_text(diagnostic) for diagnostic in shown] + ([f"... and {left:,} more"] if left else [])
     data: dict[str, Any] = {"diagnostics": [to_json(diagnostic) for diagnostic in shown]}
@@ -103,8 +103,8 @@ def diagnosed(diagnostics: Sequence[Diagnostic]) -> tuple[list[str], dict[str, A
 
 def printed(log: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
     """Format the printed output of a program, as lines and as data."""
-    left = len(log) - MOST_ITEMS
-    lines = [clipped(line) for line in log[:MOST_ITEMS]] + ([f"... and {left:,} more lines"] if left > 0 else [])
+    left = len(log) - MAX_ITEMS
+    lines = [clipped(line) for line in log[:MAX_ITEMS]] + ([f"... and {left:,} more lines"] if left > 0 else [])
     return ["printed:", *lines] if log else [], {"log": list(log)}
 
 
@@ -153,7 +153,7 @@ def primer_text() -> str:
 
 
 _NAME = "<program>"
-_LONGEST_PROGRAM = 1_000_000  # characters; larger programs can be passed as files
+_MAX_PROGRAM_LENGTH = 1_000_000  # characters; larger programs can be passed as files
 _SHOWN = 120
 
 
@@ -219,15 +219,15 @@ class Project:
 
 
 def _checked(text: str) -> str:
-    if len(text) > _LONGEST_PROGRAM:
-        raise WrongArguments(f"`program` exceeds {_LONGEST_PROGRAM:,} characters; save it as a file and use `path`")
+    if len(text) > _MAX_PROGRAM_LENGTH:
+        raise WrongArguments(f"`program` exceeds {_MAX_PROGRAM_LENGTH:,} characters; save it as a file and use `path`")
     return text
 
 
-LARGEST = 1024  # pixels per side of an image
+MAX_SIDE = 1024  # pixels per side of an image
 SIZE = 512
-_MOST_WORDS = 200
-_LONGEST_WORD = 200
+_MAX_WORDS = 200
+_MAX_WORD_LENGTH = 200
 _CHANGES_TOLD = 20
 
 
@@ -272,7 +272,7 @@ def count(project: Project, program: ProjectProgram, frame: int) -> ToolAnswer:
 
     def told(scene: Scene, _: Evaluated) -> ToolAnswer:
         counts = count_words(scene.frames[_frame(scene, frame)])
-        shown = dict(islice(((word, n) for word, n in counts.items() if len(word) <= _LONGEST_WORD), _MOST_WORDS))
+        shown = dict(islice(((word, n) for word, n in counts.items() if len(word) <= _MAX_WORD_LENGTH), _MAX_WORDS))
         left = len(counts) - len(shown)
         lines = [f"{n:,} {word}" for word, n in shown.items()] + ([f"... and {left:,} more words"] if left else [])
         data: dict[str, Any] = {"ok": True, "frame": frame, "counts": shown}
@@ -322,8 +322,8 @@ def diff(project: Project, a: ProjectProgram, b: ProjectProgram, tolerance: floa
             found = changes_between(sides[0], sides[1], tolerance)
     except SceneError as error:
         return refused([error.diagnostic])
-    data = found.data(MOST_ITEMS)
-    left = len(found.changes) - MOST_ITEMS
+    data = found.data(MAX_ITEMS)
+    left = len(found.changes) - MAX_ITEMS
     more = {"changes_left_out": left} if left > 0 else {}
     return answer(change_lines(found, _CHANGES_TOLD), {"ok": True, **data, **more})
 

@@ -60,7 +60,7 @@ def table(rows: Sequence[tuple[str, str]]) -> list[str]:
 # Commands for names and forms: help, doc, apropos, source, expand, time, trace, seed, reset, quit.
 
 
-_MOST_FOUND = 40
+_MAX_FOUND = 40
 
 
 def _help(repl: Repl, rest: str) -> None:
@@ -95,9 +95,9 @@ def _apropos(repl: Repl, rest: str) -> None:
     if not rows:
         repl.screen.rows([f"no results for `{rest[:40]}`"])
         return
-    repl.screen.rows(table(rows[:_MOST_FOUND]))
-    if len(rows) > _MOST_FOUND:
-        repl.screen.rows([f"... {len(rows) - _MOST_FOUND} more"])
+    repl.screen.rows(table(rows[:_MAX_FOUND]))
+    if len(rows) > _MAX_FOUND:
+        repl.screen.rows([f"... {len(rows) - _MAX_FOUND} more"])
 
 
 def _kind(repl: Repl, name: str) -> str:
@@ -312,7 +312,7 @@ FILE_COMMANDS = (
 # Commands that call a language model: generate, edit. They accept the options of the command line.
 
 
-_MOST_CHANGES = 12
+_MAX_CHANGES = 12
 
 
 def _request(repl: Repl, command: str, rest: str, what: str) -> ModelRequest:
@@ -352,7 +352,7 @@ def _edit(repl: Repl, rest: str) -> None:
     result = _asked(repl, request, Inference(task, request.settings, options, name))
     done = edit_of("the session", task, before, result.best, evaluation.limits.primitives)
     repl.screen.rows(done.text.splitlines())
-    repl.screen.rows(change_lines(done.changes, _MOST_CHANGES, OF_AN_EDIT))
+    repl.screen.rows(change_lines(done.changes, _MAX_CHANGES, OF_AN_EDIT))
     if repl.screen.ask is not None and not repl.screen.ask("apply the edit?"):
         return
     evaluation.reset()

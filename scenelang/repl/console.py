@@ -143,7 +143,7 @@ _SYMBOL = re.compile(r"[^\s()\[\]\"';`,]*\Z")
 _WORD_PLACE = re.compile(r"\(\s*(?:call|bind|retrieve|scene|primitive|bound\?)\s+\Z")
 _CALLED = re.compile(r'\(\s*(?:call|primitive)\s+"((?:[^"\\]|\\.)*)"')
 _COMMAND_HEAD = re.compile(r"\(\s*([^\s()\[\]\"';`,]+)")
-_LONGEST_META = 80
+_MAX_META_LENGTH = 80
 
 
 class SceneCompleter(Completer):
@@ -259,7 +259,7 @@ def _matching(prefix: str, found: Iterable[tuple[str, str]]) -> Iterator[Complet
     held = [row for row in rows if len(prefix) > 2 and prefix in row[0][1:] and row not in begun]
     for text, doc in [*begun, *held]:
         meta = " ".join(doc.split())
-        yield Completion(text, -len(prefix), display_meta=meta[:_LONGEST_META])
+        yield Completion(text, -len(prefix), display_meta=meta[:_MAX_META_LENGTH])
 
 
 # Indentation of a new line in an unfinished form: bodies by two columns, operands aligned with one another.

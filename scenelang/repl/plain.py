@@ -123,7 +123,7 @@ _CODE = re.compile(r'#;|;[^\n]*|#\||["()\[\]]')
 
 
 class _Nesting:
-    """Whether a string, a comment or a bracket is open after the lines so far; each line is looked at once."""
+    """Incremental scanner for unclosed strings, comments and brackets; each line is scanned once."""
 
     def __init__(self) -> None:
         self._depth = 0

@@ -26,7 +26,7 @@ from scenelang.sandbox.status import Status
 from scenelang.sandbox.supervision import Ended, Monitor, become_child, crash, is_supported
 
 _HEADER = struct.Struct("=Q")
-_LARGEST = 1 << 32  # maximum bytes of an answer
+_MAX_SIZE = 1 << 32  # maximum bytes of an answer
 
 
 class Worker:
@@ -192,7 +192,7 @@ def _send(channel: socket.socket, data: bytes) -> None:
 
 def _receive(channel: socket.socket) -> bytes:
     (length,) = _HEADER.unpack(_exactly(channel, _HEADER.size))
-    if length > _LARGEST:
+    if length > _MAX_SIZE:
         raise EOFError
     return _exactly(channel, length)
 
