@@ -166,8 +166,8 @@ def change_lines(found: Changes, limit: int, names: Mapping[str, str] = _AS_IT_I
     if found.equal:
         yield f"equal: {found.matched:,} primitives{of_frames}"
         return
-    told = [f"{found.matched:,} matched", *(f"{counts[kind]:,} {names[kind]}" for kind in _KINDS if counts[kind])]
-    yield f"different: {', '.join(told)}{of_frames}"
+    parts = [f"{found.matched:,} matched", *(f"{counts[kind]:,} {names[kind]}" for kind in _KINDS if counts[kind])]
+    yield f"different: {', '.join(parts)}{of_frames}"
     if frames[0] != frames[1]:
         yield f"A has {frames[0]:,} frame{_s(frames[0])}, B has {frames[1]:,}; the first {min(frames):,} were compared"
     ordered = sorted(changes, key=lambda change: (change.word, change.frame))
@@ -177,7 +177,7 @@ def change_lines(found: Changes, limit: int, names: Mapping[str, str] = _AS_IT_I
             word = change.word
             yield _clean(word)
         label = f"frame {change.frame}: " if max(frames) > 1 else ""
-        yield f"  {label}{_told(change, names[change.kind])}"
+        yield f"  {label}{_change_line(change, names[change.kind])}"
     if len(changes) > limit:
         yield f"... and {len(changes) - limit:,} more"
 
@@ -186,7 +186,7 @@ def _s(count: int) -> str:
     return "" if count == 1 else "s"
 
 
-def _told(change: Change, kind: str) -> str:
+def _change_line(change: Change, kind: str) -> str:
     """Format a change as one line, such as ``moved tower/step[3]: [0 1 0] -> [0 2 0]``."""
     side = change.before or change.after or {}
     start = f"{kind} {_clean(side['path'])}"

@@ -54,8 +54,8 @@ def questions_of(tasks: Sequence[StudyQuestion], seed: int) -> list[StudyQuestio
     for task in tasks:
         methods = [result.method for result in task.results]
         if not 2 <= len(methods) <= len(_LETTERS):
-            said = f'"{task.prompt[:60]}" has {len(methods)} methods, expected 2 to {len(_LETTERS)}'
-            raise SceneError("value", said, hint=_HINT)
+            message = f'"{task.prompt[:60]}" has {len(methods)} methods, expected 2 to {len(_LETTERS)}'
+            raise SceneError("value", message, hint=_HINT)
         if len(set(methods)) != len(methods):
             raise SceneError("value", f'"{task.prompt[:60]}" has two results of one method', hint=_HINT)
     draws = random.Random(f"study {seed}")
@@ -74,7 +74,7 @@ def study_page(questions: Sequence[StudyQuestion]) -> str:
     """
     if sum(len(result.data) for question in questions for result in question.results) > _MAX_BYTES // 4 * 3:
         raise SceneError("unsupported", "the videos are too large for one page", hint="use a smaller --size")
-    told = {
+    data_of_page = {
         "format": FORMAT,
         "version": VERSION,
         "study": study_id(questions),
@@ -85,14 +85,14 @@ def study_page(questions: Sequence[StudyQuestion]) -> str:
         f"default-src 'none'; img-src data:; media-src data:; script-src '{_digest(script)}'; "
         f"style-src '{_digest(style)}'; base-uri 'none'; form-action 'none'"
     )
-    data = json.dumps(told).replace("<", "\\u003c")
-    asked = "".join(_fieldset(number, question) for number, question in enumerate(questions))
+    data = json.dumps(data_of_page).replace("<", "\\u003c")
+    fieldsets = "".join(_fieldset(number, question) for number, question in enumerate(questions))
     return (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
         f'<meta http-equiv="Content-Security-Policy" content="{html.escape(policy)}">'
         '<meta name="viewport" content="width=device-width, initial-scale=1"><title>User study</title>'
         f'<style>{style}</style></head>\n<body><main><h1>User study</h1><p id="instruction">'
-        f'{html.escape(instruction(questions))}</p>\n<form id="form">{asked}</form>\n'
+        f'{html.escape(instruction(questions))}</p>\n<form id="form">{fieldsets}</form>\n'
         '<p id="progress" role="status"></p><button id="save" type="button" disabled>Download the answers</button>'
         f'</main>\n<script type="application/json" id="study">{data}</script>\n<script>{script}</script>'
         "</body></html>\n"
@@ -198,7 +198,7 @@ def preferences(paths: Sequence[Path]) -> Preferences:
     found = [read_answers(path) for path in paths]
     seen: dict[str, Path] = {}
     for path, answers in zip(paths, found, strict=True):
-        if answers.study != found[0].study or _asked(answers) != _asked(found[0]):
+        if answers.study != found[0].study or _methods_by_prompt(answers) != _methods_by_prompt(found[0]):
             raise SceneError("value", f"{path} and {paths[0]} contain answers to different studies")
         if answers.participant in seen:
             raise SceneError("value", f"{path} and {seen[answers.participant]} contain answers of the same participant")
@@ -210,7 +210,7 @@ def preferences(paths: Sequence[Path]) -> Preferences:
     return Preferences(len(found), percentages)
 
 
-def _asked(answers: Answers) -> dict[str, tuple[str, ...]]:
+def _methods_by_prompt(answers: Answers) -> dict[str, tuple[str, ...]]:
     return {prompt: methods for prompt, (methods, _) in answers.choices.items()}
 
 
@@ -229,10 +229,10 @@ def read_answers(path: Path) -> Answers:
             raise ValueError("no answers, or duplicate answers to a question")
         return Answers(_text(data["study"]), _text(data["participant"]), choices)
     except KeyError as error:
-        said = f"missing {error}"
+        message = f"missing {error}"
     except (OSError, ValueError, TypeError, AttributeError, RecursionError) as error:
-        said = str(error)[:120]
-    raise SceneError("file", f"cannot read the answers in {path}: {said}")
+        message = str(error)[:120]
+    raise SceneError("file", f"cannot read the answers in {path}: {message}")
 
 
 def _choice(item: Any) -> tuple[str, tuple[tuple[str, ...], str]]:

@@ -24,7 +24,7 @@ from scenelang.evaluation.running import (
     MetricRecord,
     Results,
     Subject,
-    Tellers,
+    Callbacks,
     entries_of,
     measure_called,
     read_results,
@@ -192,7 +192,7 @@ def measured(
     preferred = preferences(answers) if answers else None  # read first to fail early
     evaluation = Evaluation(Results() if folder is None else read_results(folder))
     keep = (lambda _: None) if folder is None else (lambda results: write_results(folder, results))
-    evaluation.measure(subjects, measures, Tellers(keep, fail, show))
+    evaluation.measure(subjects, measures, Callbacks(keep, fail, show))
     records = evaluation.records
     records = [*records, *(alignment(preferred, records) if preferred is not None else ())]
     return MetricReport(tuple(records), tuple(sorted(evaluation.left_out)), evaluation.failures)
@@ -260,10 +260,10 @@ def evaluate_metrics(
         source = session.source(str(entry.scene))
         return session.evaluate(source).require(), source.text
 
-    kept = made_folder(Path(folder)) if folder is not None else None
+    results_folder = made_folder(Path(folder)) if folder is not None else None
     measures = chosen.measures(models)
     subjects = subjects_of(entries_of([str(file) for file in files]), drawings, opened)
-    return measured(subjects, measures, kept, [Path(path) for path in answers], show=progress or _silent)
+    return measured(subjects, measures, results_folder, [Path(path) for path in answers], show=progress or _silent)
 
 
 # --- the user study --------------------------------------------------------------------------------------------------

@@ -111,11 +111,11 @@ class LiveCount:
                 self._width = 0
 
     def _line(self) -> str:
-        told = [
+        labels = [
             f"{label}: ~{tokens:,} tokens, {lines:,} lines" if tokens else f"{label}: waiting for the service"
             for label, tokens, lines in self._counts.values()
         ]
-        return "; ".join(told)
+        return "; ".join(labels)
 
     def _show(self, line: str) -> None:
         if self._stream is None:
@@ -368,12 +368,12 @@ class Describer:
         """Return a text for each question. Raises SceneError if the model cannot be reached."""
         try:
             pieces = range(0, len(questions), _IN_ONE_REQUEST)
-            return [text for at in pieces for text in self._asked(questions[at : at + _IN_ONE_REQUEST], at)]
+            return [text for at in pieces for text in self._answers(questions[at : at + _IN_ONE_REQUEST], at)]
         finally:
             self._live.end()
 
-    def _asked(self, questions: Sequence[AppearanceQuestion], at: int) -> Iterator[str]:
-        lines = "\n".join(f"{number}. {_told(question)}" for number, question in enumerate(questions, 1))
+    def _answers(self, questions: Sequence[AppearanceQuestion], at: int) -> Iterator[str]:
+        lines = "\n".join(f"{number}. {_question_line(question)}" for number, question in enumerate(questions, 1))
         turn = said("user", self._prompts.text("words.md", questions=lines))
         request = self._speaker.request(self._prompts.text("words.system.md"), (turn,))
         answer = self._client.ask(request, at, 1, self._live.counting(0, at, "words"))
@@ -381,7 +381,7 @@ class Describer:
         return (found.get(number, "") for number in range(1, len(questions) + 1))
 
 
-def _told(question: AppearanceQuestion) -> str:
+def _question_line(question: AppearanceQuestion) -> str:
     """Format a question as one line: the word, its attributes, and the nearest color name."""
     attributes = {name: _short(value) for name, value in question.attributes.items()}
     color = f", about {question.color}" if question.color else ""

@@ -193,7 +193,7 @@ class Run:
         """Record the evaluation of an answer."""
         folder = self._attempt(sample, number, purpose)
         self.keep_text(f"{folder}/program.scene", verdict.program)
-        self.keep_text(f"{folder}/diagnostics.txt", verdict.told())
+        self.keep_text(f"{folder}/diagnostics.txt", verdict.report_text())
         facts = {
             "usable": verdict.is_usable,
             "diagnostics": [to_json(d) for d in verdict.diagnostics],
@@ -459,13 +459,13 @@ class InferenceSettings:
 
     def speaker(self, model: catalogue.Model, notation: Notation) -> Speaker:
         """Return the request parameters of the model. Raises SceneError for an unsupported effort."""
-        wanted = self.max_tokens or min(_DEFAULT_TOKENS, model.max_output)
-        if wanted > model.max_output:
+        tokens = self.max_tokens or min(_DEFAULT_TOKENS, model.max_output)
+        if tokens > model.max_output:
             hint = f"its maximum is {model.max_output:,}"
-            raise SceneError("value", f"`{model.name}` does not support answers of {wanted:,} tokens", hint)
+            raise SceneError("value", f"`{model.name}` does not support answers of {tokens:,} tokens", hint)
         grammar = _grammar() if self.sends_grammar(notation) else None
-        most = self.max_tokens or model.max_output
-        return Speaker(model.name, wanted, most, model.thinking, model.effort(self.effort), grammar)
+        most_tokens = self.max_tokens or model.max_output
+        return Speaker(model.name, tokens, most_tokens, model.thinking, model.effort(self.effort), grammar)
 
 
 def check_limits(given: Mapping[str, Any], as_flags: bool = False) -> None:
@@ -495,8 +495,8 @@ def typed(kind: type[Typed], data: Mapping[str, Any]) -> Typed:
     """Construct a dataclass from JSON data. Raises TypeError for unknown fields or wrong types."""
     found = kind(**data)
     for name, hint in get_type_hints(kind).items():
-        wanted = (int, float) if hint is float else hint
-        if not isinstance(getattr(found, name), wanted):
+        expected_type = (int, float) if hint is float else hint
+        if not isinstance(getattr(found, name), expected_type):
             raise TypeError(name)
     return found
 

@@ -66,7 +66,7 @@ class Verdict:
     def is_usable(self) -> bool:
         return self.scene is not None and not any(d.is_error for d in self.diagnostics)
 
-    def told(self) -> str:
+    def report_text(self) -> str:
         """Render the diagnostics for the model: errors first, with a maximum number."""
         ordered = sorted(self.diagnostics, key=lambda d: not d.is_error)
         texts = [_shortened(render_text(d, color=False)) for d in ordered[:_MAX_REPORTED]]
@@ -364,14 +364,14 @@ class SamplePlan:
 def sample_steps(brief: Brief, reader: AnswerReader, speaker: Speaker, plan: SamplePlan) -> Steps:
     """Generate one sample. Raises SceneError, such as ``model-refusal`` or one thrown in for a failed request, if no
     valid program results."""
-    best, answer = yield from _mended(brief, reader, speaker, plan, Purpose.DRAFT, (brief.first,))
+    best, answer = yield from _with_repairs(brief, reader, speaker, plan, Purpose.DRAFT, (brief.first,))
     for _ in range(plan.critiques):
         shown = views(best.scene) if best.is_usable and best.scene is not None else []
         if not shown:
             break
         turns = (brief.first, said("assistant", answer), brief.critique(shown, _noticed(best)))
         try:
-            better, improved = yield from _mended(brief, reader, speaker, plan, Purpose.CRITIQUE, turns, best)
+            better, improved = yield from _with_repairs(brief, reader, speaker, plan, Purpose.CRITIQUE, turns, best)
         except SceneError as error:
             return SampleOutcome(best, error)
         if better is best or not better.is_usable or len(better.findings) > len(best.findings):
@@ -384,7 +384,7 @@ def _noticed(verdict: Verdict) -> str:
     return "\n\n".join(render_text(d, color=False) for d in verdict.findings[:_MAX_FINDINGS])
 
 
-def _mended(
+def _with_repairs(
     brief: Brief,
     reader: AnswerReader,
     speaker: Speaker,
@@ -410,7 +410,7 @@ def _mended(
         yield SampleProgress(verdict)
         if verdict.is_usable:
             return verdict, reply.text
-        asked = (*turns, *_shown(reply.text), brief.repair(verdict.told()))
+        asked = (*turns, *_shown(reply.text), brief.repair(verdict.report_text()))
     return verdict, reply.text
 
 

@@ -71,8 +71,8 @@ def _line(error: ToolError) -> str:
         wrong = (f"`{'.'.join(map(str, each['loc']))}`: {each['msg']}" for each in cause.errors()[:5])
         return clipped("; ".join(wrong)).replace("\n", " ")
     if isinstance(error, UnexpectedToolError) and cause is not None:
-        said = f"{type(cause).__name__}: {cause}"
-        return clipped(f"internal error: {said} (please report it)").replace("\n", " ")
+        message = f"{type(cause).__name__}: {cause}"
+        return clipped(f"internal error: {message} (please report it)").replace("\n", " ")
     return clipped(str(cause or error)).replace("\n", " ")
 
 
@@ -119,7 +119,7 @@ def build_server(project: Project, version: str, worker: Worker) -> SceneServer:
 
     async def result(tool: Callable[..., ToolAnswer], *arguments: Any) -> CallToolResult:
         async with turns:
-            return await _asked(worker, tool, project, *arguments)
+            return await _call_tool(worker, tool, project, *arguments)
 
     _add_facts(server, result)
     _add_pictures(server, result)
@@ -196,7 +196,7 @@ def _add_help(server: SceneServer) -> None:
         return primer_text()
 
 
-async def _asked(worker: Worker, tool: Callable[..., ToolAnswer], *arguments: Any) -> CallToolResult:
+async def _call_tool(worker: Worker, tool: Callable[..., ToolAnswer], *arguments: Any) -> CallToolResult:
     """Run a tool in a worker's process; it is killed if the client cancels the call."""
     try:
         return _result(await _in_thread(worker, tool, *arguments))

@@ -111,8 +111,8 @@ def printed(log: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
 def refused(diagnostics: Sequence[Diagnostic], log: Sequence[str] = ()) -> ToolAnswer:
     """Return the answer for a program with errors."""
     lines, data = diagnosed(diagnostics)
-    said, more = printed(log)
-    return answer([*lines, *said], {"ok": False, **data, **(more if log else {})})
+    printed_lines, more = printed(log)
+    return answer([*lines, *printed_lines], {"ok": False, **data, **(more if log else {})})
 
 
 # Language overview for agents.
@@ -257,20 +257,20 @@ def check(project: Project, program: ProjectProgram, geometry: bool) -> ToolAnsw
 def run(project: Project, program: ProjectProgram) -> ToolAnswer:
     """Return a summary of the scene: root, counts, bounding box, frames, printed output."""
 
-    def told(scene: Scene, result: Evaluated) -> ToolAnswer:
+    def reply(scene: Scene, result: Evaluated) -> ToolAnswer:
         facts = summary(scene)
         lines, data = diagnosed(result.diagnostics)
-        said, log = printed(result.log)
+        printed_lines, log = printed(result.log)
         rows = [f"{name}: {value}" for name, value in summary_rows(facts)]
-        return answer([*rows, *said, *lines], {"ok": True, **facts, **log, **data})
+        return answer([*rows, *printed_lines, *lines], {"ok": True, **facts, **log, **data})
 
-    return _of_scene(project, program, told)
+    return _of_scene(project, program, reply)
 
 
 def count(project: Project, program: ProjectProgram, frame: int) -> ToolAnswer:
     """Return the instances of every word in a frame, in order of first appearance."""
 
-    def told(scene: Scene, _: Evaluated) -> ToolAnswer:
+    def reply(scene: Scene, _: Evaluated) -> ToolAnswer:
         counts = count_words(scene.frames[_frame(scene, frame)])
         shown = dict(islice(((word, n) for word, n in counts.items() if len(word) <= _MAX_WORD_LENGTH), _MAX_WORDS))
         left = len(counts) - len(shown)
@@ -278,14 +278,14 @@ def count(project: Project, program: ProjectProgram, frame: int) -> ToolAnswer:
         data: dict[str, Any] = {"ok": True, "frame": frame, "counts": shown}
         return answer(lines, data | ({"counts_left_out": left} if left else {}))
 
-    return _of_scene(project, program, told)
+    return _of_scene(project, program, reply)
 
 
 def render(project: Project, program: ProjectProgram, view: ToolView) -> ToolAnswer:
     """Render a draft image of a frame."""
     camera = _camera(project, view.camera)
 
-    def told(scene: Scene, result: Evaluated) -> ToolAnswer:
+    def reply(scene: Scene, result: Evaluated) -> ToolAnswer:
         from scenelang.backends.pictures import film
 
         frame = _frame(scene, view.frame)
@@ -303,7 +303,7 @@ def render(project: Project, program: ProjectProgram, view: ToolView) -> ToolAns
         lines, _ = diagnosed(warned)
         return ToolAnswer(bounded_text([f"{scene.word}{of}, {view.width} x {view.height} pixels", *lines]), None, png)
 
-    return _of_scene(project, program, told)
+    return _of_scene(project, program, reply)
 
 
 def diff(project: Project, a: ProjectProgram, b: ProjectProgram, tolerance: float = TOLERANCE) -> ToolAnswer:
@@ -330,28 +330,28 @@ def diff(project: Project, a: ProjectProgram, b: ProjectProgram, tolerance: floa
 
 def explain(name: str) -> ToolAnswer:
     """Describe a name of the language, a primitive, an attribute or a diagnostic; without a name, return the primer."""
-    asked = name.strip()
-    if not asked:
+    query = name.strip()
+    if not query:
         return ToolAnswer(primer_text())
-    lines = description(asked)
+    lines = description(query)
     if not lines:
-        hint = suggest(asked, known_names()) or "call help without a name for an overview"
-        raise WrongArguments(f"unknown name `{asked[:80]}`; {hint}")
+        hint = suggest(query, known_names()) or "call help without a name for an overview"
+        raise WrongArguments(f"unknown name `{query[:80]}`; {hint}")
     return ToolAnswer(bounded_text(lines))
 
 
 # --- shared --------------------------------------------------------------------------------------------------------
 
 
-def _of_scene(project: Project, program: ProjectProgram, told: Callable[[Scene, Evaluated], ToolAnswer]) -> ToolAnswer:
-    """Apply ``told`` to the program's scene; return its diagnostics if there is no scene or ``told`` raises."""
+def _of_scene(project: Project, program: ProjectProgram, reply: Callable[[Scene, Evaluated], ToolAnswer]) -> ToolAnswer:
+    """Apply ``reply`` to the program's scene; return its diagnostics if there is no scene or ``reply`` raises."""
     try:
         with limited(project.limits):
             session, source = project.opened(program)
             result = session.evaluate(source)
             if result.scene is None:
                 return refused(result.diagnostics, result.log)
-            return told(result.scene, result)
+            return reply(result.scene, result)
     except SceneError as error:
         return refused([error.diagnostic])
 
@@ -382,8 +382,8 @@ def _camera(project: Project, text: str) -> Viewpoint | Camera:
     """Parse a camera as `--camera` does; camera files must be in the project folder."""
     from scenelang.backends.pictures.camera import parse_viewpoint
 
-    asked = text.strip()
+    query = text.strip()
     try:
-        return parse_viewpoint(str(project.file(asked)) if asked.lower().endswith(".json") else asked)
+        return parse_viewpoint(str(project.file(query)) if query.lower().endswith(".json") else query)
     except SceneError as error:
         raise wrong_arguments(error) from None

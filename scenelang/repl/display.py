@@ -47,9 +47,9 @@ class Protocol(Enum):
 
 def protocol_of(environment: Mapping[str, str]) -> Protocol | None:
     """Detect the terminal's image protocol; ``SCENELANG_IMAGES`` overrides it (a name, or ``none``)."""
-    said = environment.get("SCENELANG_IMAGES")
-    if said is not None:
-        return next((p for p in Protocol if p.value == said), None)
+    override = environment.get("SCENELANG_IMAGES")
+    if override is not None:
+        return next((p for p in Protocol if p.value == override), None)
     if "TMUX" in environment or environment.get("TERM", "").startswith("screen"):
         return None  # multiplexers do not pass the sequences through
     program, term = environment.get("TERM_PROGRAM", ""), environment.get("TERM", "")

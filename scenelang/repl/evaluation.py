@@ -290,8 +290,10 @@ class ReplEvaluation:
         except (SceneError, RecursionError, MemoryError) as error:
             problem = self.session.problem_of(error)
             assert problem is not None
-            kept = error if isinstance(error, SceneError) else SceneError(problem.name, problem.message, problem.hint)
-            self.top.latest.remember_error(kept)
+            scene_error = (
+                error if isinstance(error, SceneError) else SceneError(problem.name, problem.message, problem.hint)
+            )
+            self.top.latest.remember_error(scene_error)
             return problem
         return None
 

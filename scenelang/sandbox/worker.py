@@ -178,8 +178,8 @@ def _pickled(answer: tuple[str, Any]) -> bytes:
     try:
         return pickle.dumps(answer)
     except Exception as error:  # exceptions of libraries may not be picklable
-        said = f"internal error: {type(answer[1]).__name__}: {answer[1]} ({error})"
-        return pickle.dumps(("error", RuntimeError(said[:2000])))
+        message = f"internal error: {type(answer[1]).__name__}: {answer[1]} ({error})"
+        return pickle.dumps(("error", RuntimeError(message[:2000])))
 
 
 # --- framing: length-prefixed messages -------------------------------------------------------------------------------

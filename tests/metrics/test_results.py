@@ -18,7 +18,7 @@ from scenelang.evaluation.running import (
     MetricRecord,
     Results,
     Subject,
-    Tellers,
+    Callbacks,
     entries_of,
     read_results,
     write_results,
@@ -61,7 +61,7 @@ class Measuring:
 def run(folder: Path, subjects: list[Subject], *measures: Measuring) -> tuple[Evaluation, list[tuple[str, str]]]:
     told: list[tuple[str, str]] = []
     evaluation = Evaluation(read_results(folder))
-    tellers = Tellers(lambda results: write_results(folder, results), lambda e, about: told.append((e.name, about)))
+    tellers = Callbacks(lambda results: write_results(folder, results), lambda e, about: told.append((e.name, about)))
     evaluation.measure(subjects, measures, tellers)
     return evaluation, told
 

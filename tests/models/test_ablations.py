@@ -42,7 +42,7 @@ def brief(ablation: Ablation, notation: Notation, program: str | None, seed: int
 
 def read(chosen: Brief, answer: str) -> Verdict:
     verdict = AnswerReader(chosen, Options()).read(answer)
-    assert verdict.is_usable, verdict.told()
+    assert verdict.is_usable, verdict.report_text()
     return verdict
 
 
