@@ -16,6 +16,7 @@ from scenelang.backends.neural.weights import Models
 from scenelang.backends.pictures.film import HIGHEST_FPS, PictureOptions, check, picture_backend
 from scenelang.evaluation.running import (
     METRICS,
+    Callbacks,
     Drawing,
     Evaluation,
     EvaluationEntry,
@@ -24,7 +25,6 @@ from scenelang.evaluation.running import (
     MetricRecord,
     Results,
     Subject,
-    Callbacks,
     entries_of,
     measure_called,
     read_results,

@@ -12,13 +12,13 @@ from support import evaluate
 from scenelang.backends.base import Progress
 from scenelang.backends.pictures.film import PictureOptions
 from scenelang.evaluation.running import (
+    Callbacks,
     Drawing,
     Evaluation,
     EvaluationEntry,
     MetricRecord,
     Results,
     Subject,
-    Callbacks,
     entries_of,
     read_results,
     write_results,
