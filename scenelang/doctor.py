@@ -217,10 +217,10 @@ def _needed(package: str, only_sometimes: bool) -> Check:
 def _extra(name: str, packages: Sequence[str]) -> Check:
     """Return the versions of an extra's packages, or the packages that are missing."""
     versions = {package: version_of(package) for package in packages}
-    lacking = [package for package, found in versions.items() if found is None]
-    if lacking:
-        remedy = f"pipx inject scenelang {' '.join(lacking)}" if in_pipx() else f"pip install 'scenelang[{name}]'"
-        return Check("extras", name, CheckState.MISSING, f"not installed: {', '.join(lacking)}", remedy)
+    missing = [package for package, found in versions.items() if found is None]
+    if missing:
+        remedy = f"pipx inject scenelang {' '.join(missing)}" if in_pipx() else f"pip install 'scenelang[{name}]'"
+        return Check("extras", name, CheckState.MISSING, f"not installed: {', '.join(missing)}", remedy)
     return Check("extras", name, CheckState.OK, ", ".join(f"{package} {found}" for package, found in versions.items()))
 
 
@@ -283,14 +283,14 @@ def _tried(names: Sequence[str], end: float) -> Mapping[str, tuple[bool, str]]:
     results: dict[str, tuple[bool, str]] = {}
     left = list(names)
     while left and time.monotonic() < end:
-        begun = ""
+        current = ""
         with _Lines([sys.executable, "-P", "-m", "scenelang.doctor", *left], end) as lines:
             for line in lines:
-                begun = str(line["name"])
+                current = str(line["name"])
                 if "ok" in line:
-                    results[begun] = (bool(line["ok"]), str(line["detail"]))
-        if time.monotonic() < end and begun not in results:
-            results[begun or left[0]] = (False, "the test process crashed")
+                    results[current] = (bool(line["ok"]), str(line["detail"]))
+        if time.monotonic() < end and current not in results:
+            results[current or left[0]] = (False, "the test process crashed")
         left = [name for name in left if name not in results]
     return results
 

@@ -19,9 +19,9 @@ from scenelang.grammar.layout_styles import head_of
 from scenelang.grammar.reader import read
 from scenelang.interpreter.expand.forms import INDENTS
 
-_MOST_FILES = 200
-_LARGEST_FILE = 4_000_000  # bytes
-_LARGEST_PROGRAM = 16_000_000  # bytes
+_MAX_FILES = 200
+_MAX_FILE_SIZE = 4_000_000  # bytes
+_MAX_PROGRAM_SIZE = 16_000_000  # bytes
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,12 +82,12 @@ def _program_text(name: str) -> str:
     if name != "-" and os.path.isdir(name):
         raise SceneError("file", f"no programs (.scene) in {name}")
     try:
-        most = _LARGEST_PROGRAM + 1
+        most = _MAX_PROGRAM_SIZE + 1
         data = sys.stdin.buffer.read(most) if name == "-" else read_regular(name, most)
     except (OSError, ValueError) as error:
         raise SceneError("file", f"cannot read {name}: {getattr(error, 'strerror', None) or 'invalid path'}") from None
-    if len(data) > _LARGEST_PROGRAM:
-        raise SceneError("file", f"{name} exceeds the maximum program size of {_LARGEST_PROGRAM:,} bytes")
+    if len(data) > _MAX_PROGRAM_SIZE:
+        raise SceneError("file", f"{name} exceeds the maximum program size of {_MAX_PROGRAM_SIZE:,} bytes")
     try:
         return data.decode("utf-8")
     except UnicodeDecodeError as error:
@@ -114,7 +114,7 @@ def _learn(known: dict[str, int | None], source: Source, folder: Path, seen: set
     """Add the macros of the files that ``source`` imports."""
     for name, prefix in _imports(read(source).forms):
         path = _found(folder, name)
-        if path is None or path in seen or len(seen) >= _MOST_FILES:
+        if path is None or path in seen or len(seen) >= _MAX_FILES:
             continue
         seen.add(path)
         text = _text_of(path)
@@ -142,7 +142,7 @@ def _imports(forms: Sequence[Datum]) -> Iterator[tuple[str, str]]:
 def _found(folder: Path, name: str) -> Path | None:
     try:
         path = (folder / name).resolve()
-        return path if path.is_file() and path.stat().st_size <= _LARGEST_FILE else None
+        return path if path.is_file() and path.stat().st_size <= _MAX_FILE_SIZE else None
     except (OSError, ValueError, RuntimeError):
         return None
 

@@ -481,9 +481,9 @@ def _styled(scene: Scene, name: str | None) -> InversionTarget:
 def _check_replaced(work: _Work, handles: Sequence[str]) -> None:
     """Raise SceneError("value") if the style would overwrite embeddings learned by ``invert``."""
     made = work.z.made
-    lost = next((handle for handle in handles if handle in made and made[handle].how != "style"), None)
-    if lost is not None and not work.run.force and not work.run.resume:
-        message = f"<{lost}> already has an embedding, learned from {made[lost].source}"
+    overwritten = next((handle for handle in handles if handle in made and made[handle].how != "style"), None)
+    if overwritten is not None and not work.run.force and not work.run.resume:
+        message = f"<{overwritten}> already has an embedding, learned from {made[overwritten].source}"
         raise SceneError("value", message, hint="use --force to overwrite it")
 
 

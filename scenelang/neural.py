@@ -684,14 +684,14 @@ def _learning(
     from scenelang.backends.neural.distillation.run import check_same
 
     if before is None:
-        return Learning(cast, teachers, settings, device, _taken_over(run, cast))
+        return Learning(cast, teachers, settings, device, _reused(run, cast))
     check_same(before, cast, asked)
     learning = Learning(cast, teachers, settings, device, before.frozen_states())
     learning.restore(before.tensors)
     return learning
 
 
-def _taken_over(run: RunFolder, cast: Cast) -> dict[int, Any]:
+def _reused(run: RunFolder, cast: Cast) -> dict[int, Any]:
     """Return the objects already optimized by an earlier run; raises SceneError if nothing is left to optimize."""
     if run.start is None:
         return {}

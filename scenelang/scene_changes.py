@@ -168,8 +168,8 @@ def change_lines(found: Changes, limit: int, names: Mapping[str, str] = _AS_IT_I
     if found.equal:
         yield f"equal: {found.matched:,} primitives{of_frames}"
         return
-    told = [f"{found.matched:,} matched", *(f"{counts[kind]:,} {names[kind]}" for kind in _KINDS if counts[kind])]
-    yield f"different: {', '.join(told)}{of_frames}"
+    parts = [f"{found.matched:,} matched", *(f"{counts[kind]:,} {names[kind]}" for kind in _KINDS if counts[kind])]
+    yield f"different: {', '.join(parts)}{of_frames}"
     if frames[0] != frames[1]:
         yield f"A has {frames[0]:,} frame{_s(frames[0])}, B has {frames[1]:,}; the first {min(frames):,} were compared"
     ordered = sorted(changes, key=lambda change: (change.word, change.frame))
@@ -179,7 +179,7 @@ def change_lines(found: Changes, limit: int, names: Mapping[str, str] = _AS_IT_I
             word = change.word
             yield _clean(word)
         label = f"frame {change.frame}: " if max(frames) > 1 else ""
-        yield f"  {label}{_told(change, names[change.kind])}"
+        yield f"  {label}{_change_line(change, names[change.kind])}"
     if len(changes) > limit:
         yield f"... and {len(changes) - limit:,} more"
 
@@ -188,7 +188,7 @@ def _s(count: int) -> str:
     return "" if count == 1 else "s"
 
 
-def _told(change: Change, kind: str) -> str:
+def _change_line(change: Change, kind: str) -> str:
     """Format a change as one line, such as ``moved tower/step[3]: [0 1 0] -> [0 2 0]``."""
     side = change.before or change.after or {}
     start = f"{kind} {_clean(side['path'])}"
@@ -229,8 +229,8 @@ def _clean(text: str) -> str:
 # SceneError.
 
 
-_LARGEST_FILE = 128_000_000  # bytes; parsed data can take thirty times as much memory
-_LONGEST_PATH = 1_000
+_MAX_FILE_SIZE = 128_000_000  # bytes; parsed data can take thirty times as much memory
+_MAX_PATH_LENGTH = 1_000
 
 
 def read_sheets(path: str, limit: int) -> list[Sheet]:
@@ -251,11 +251,11 @@ _HINT = "create one with `scenelang flatten FILE --json`"
 
 def _text(path: str) -> str:
     try:
-        data = read_regular(path, _LARGEST_FILE + 1)
+        data = read_regular(path, _MAX_FILE_SIZE + 1)
     except (OSError, ValueError) as error:
         raise SceneError("file", f"cannot read {path}: {getattr(error, 'strerror', None) or 'invalid path'}") from None
-    if len(data) > _LARGEST_FILE:
-        raise SceneError("file", f"{path} exceeds the maximum size of {_LARGEST_FILE:,} bytes")
+    if len(data) > _MAX_FILE_SIZE:
+        raise SceneError("file", f"{path} exceeds the maximum size of {_MAX_FILE_SIZE:,} bytes")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -333,6 +333,6 @@ def _matrix(value: Any) -> list[list[float]]:
 def _path(value: Any) -> tuple[str, ...]:
     if value is None:
         return ()
-    if not isinstance(value, list) or len(value) > _LONGEST_PATH or not all(isinstance(word, str) for word in value):
+    if not isinstance(value, list) or len(value) > _MAX_PATH_LENGTH or not all(isinstance(word, str) for word in value):
         raise ValueError("has a path that is not a list of strings")
     return tuple(value)

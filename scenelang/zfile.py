@@ -33,7 +33,7 @@ _WORDING = "scenelang-wording"
 _MADE = "scenelang-made"
 _ENCODINGS = "scenelang-encodings"
 _MATRIX = "/encodings"  # not a valid handle name
-_LARGEST_HEADER = 4_000_000  # bytes
+_MAX_HEADER_SIZE = 4_000_000  # bytes
 Vectors = Mapping[str, npt.NDArray[Any]]
 
 
@@ -45,7 +45,7 @@ def beside(program: str) -> Path:
 
 def read_z(path: Path) -> tuple[dict[str, ZEntry], dict[str, npt.NDArray[Any]]]:
     """Read entries and vectors by handle name; raises SceneError if the file is missing or malformed."""
-    with _faults(path):
+    with _read_errors(path):
         header, vectors = _contents(path)
         entries = {str(name): _named_entry(name, fields) for name, fields in _parsed(header, _KEY).items()}
     learned = {name: vector for name, vector in vectors.items() if name != _MATRIX}
@@ -58,7 +58,7 @@ def read_entries(path: Path) -> dict[str, ZEntry]:
     """Read only the entries by handle name, without the potentially large vectors; raises SceneError."""
     from safetensors import safe_open
 
-    with _faults(path):
+    with _read_errors(path):
         _check_header(path)
         with safe_open(str(path), framework="numpy") as file:
             names, header = list(file.keys()), file.metadata() or {}
@@ -106,18 +106,18 @@ def _write_z(path: Path, entries: Mapping[str, ZEntry], vectors: Vectors) -> Non
         for name, entry in entries.items()
     }
     header, old = _old(path)
-    kept = {_MATRIX: old[_MATRIX]} if _MATRIX in old else {}
+    encodings = {_MATRIX: old[_MATRIX]} if _MATRIX in old else {}
     if _MADE in header:
         made = _table(path, header, _MADE)
         header[_MADE] = json.dumps({name: each for name, each in made.items() if name in vectors})
-    _write(path, {**header, _KEY: json.dumps(data)}, {**vectors, **kept})
+    _write(path, {**header, _KEY: json.dumps(data)}, {**vectors, **encodings})
 
 
 def read_wording(path: Path) -> Wording | None:
     """Read the stored descriptions, or return None; raises SceneError if the file is missing or malformed."""
     from scenelang.backends.neural.wording import from_json
 
-    with _faults(path):
+    with _read_errors(path):
         text = _contents(path)[0].get(_WORDING)
         return None if text is None else from_json(json.loads(text))
 
@@ -144,7 +144,7 @@ class Made:
 
 def read_made(path: Path) -> dict[str, Made]:
     """Read the provenance of the vectors by handle, as far as it is recorded; raises SceneError."""
-    with _faults(path):
+    with _read_errors(path):
         found = _parsed(_contents(path)[0], _MADE)
         return {str(name): _made(name, fields) for name, fields in found.items()}
 
@@ -161,8 +161,8 @@ def write_vectors(path: Path, vectors: Vectors, made: Mapping[str, Made]) -> Non
     """Add or replace learned vectors atomically, creating the file if necessary."""
     with alone_in(path.parent):
         header, old = _old(path)
-        told = _table(path, header, _MADE) | {name: asdict(each) for name, each in made.items()}
-        _write(path, {**header, _MADE: json.dumps(told)}, {**old, **vectors})
+        provenance = _table(path, header, _MADE) | {name: asdict(each) for name, each in made.items()}
+        _write(path, {**header, _MADE: json.dumps(provenance)}, {**old, **vectors})
 
 
 def swap_handles(path: Path, one: str, other: str) -> bool:
@@ -193,7 +193,7 @@ def read_encodings(path: Path) -> Encodings | None:
     """Read the stored encodings, or return None; raises SceneError if the file is malformed."""
     from scenelang.backends.neural.sentences import from_json
 
-    with _faults(path):
+    with _read_errors(path):
         header, vectors = _contents(path)
         return from_json(json.loads(header[_ENCODINGS]), vectors[_MATRIX]) if _ENCODINGS in header else None
 
@@ -212,13 +212,13 @@ def _old(path: Path) -> tuple[dict[str, str], dict[str, npt.NDArray[Any]]]:
     """Return header and tensors of the file, both empty if it does not exist."""
     if not path.exists():
         return {}, {}
-    with _faults(path):
+    with _read_errors(path):
         return _contents(path)
 
 
 def _table(path: Path, header: Mapping[str, str], key: str) -> dict[str, Any]:
     """Parse a header entry as a table by handle name; raises SceneError if it is malformed."""
-    with _faults(path):
+    with _read_errors(path):
         return _parsed(header, key)
 
 
@@ -234,12 +234,12 @@ def _contents(path: Path) -> tuple[dict[str, str], dict[str, npt.NDArray[Any]]]:
 def _check_header(path: Path) -> None:
     """Raise ValueError if the header is too large to read, OSError if the file is not a regular file."""
     start = read_regular(path, 8)
-    if len(start) == 8 and int.from_bytes(start, "little") > _LARGEST_HEADER:
-        raise ValueError(f"its header is longer than {_LARGEST_HEADER:,} bytes")
+    if len(start) == 8 and int.from_bytes(start, "little") > _MAX_HEADER_SIZE:
+        raise ValueError(f"its header is longer than {_MAX_HEADER_SIZE:,} bytes")
 
 
 @contextmanager
-def _faults(path: Path) -> Iterator[None]:
+def _read_errors(path: Path) -> Iterator[None]:
     """Convert exceptions while reading the file to SceneError."""
     from safetensors import SafetensorError
 

@@ -91,7 +91,7 @@ def _was_interrupted(error: BaseException) -> bool:
 
 
 def _report_fault(error: Exception) -> int:
-    """Report an internal error in one line that says how to get the traceback."""
+    """Report an internal error, with a hint how to get the traceback."""
     if os.environ.get("SCENELANG_TRACEBACK"):
         raise error
     message = f"{type(error).__name__}: {error}"

@@ -45,7 +45,7 @@ from scenelang.interpreter.scene.flatten import flatten
 # Entries of an evaluation: programs, or a JSON list of programs and films with their prompts.
 
 
-_MOST_LIST_BYTES, _MOST_ENTRIES, _LONGEST = 16_000_000, 10_000, 10_000
+_MAX_LIST_BYTES, _MAX_ENTRIES, _MAX_LENGTH = 16_000_000, 10_000, 10_000
 _KEYS = ("scene", "film", "prompt", "method", "image", "count", "distilled", "dynamic")
 
 
@@ -77,8 +77,8 @@ def entries_of(files: Sequence[str]) -> list[EvaluationEntry]:
     """Convert programs and lists to entries without duplicates; raises SceneError: "file" for an unreadable list,
     "value" for an invalid entry."""
     found = [entry for file in files for entry in _read(Path(file))]
-    if len(found) > _MOST_ENTRIES:
-        raise SceneError("value", f"expected at most {_MOST_ENTRIES:,} scenes, got {len(found):,}")
+    if len(found) > _MAX_ENTRIES:
+        raise SceneError("value", f"expected at most {_MAX_ENTRIES:,} scenes, got {len(found):,}")
     return list(dict.fromkeys(found))
 
 
@@ -86,12 +86,12 @@ def _read(path: Path) -> list[EvaluationEntry]:
     if path.suffix.lower() != ".json":
         return [EvaluationEntry(scene=path)]
     try:
-        if path.stat().st_size > _MOST_LIST_BYTES:
+        if path.stat().st_size > _MAX_LIST_BYTES:
             raise SceneError("file", f"{path} exceeds the maximum size of a list of scenes")
         data = json.loads(read_regular(path))
     except (OSError, ValueError, RecursionError) as error:
-        said = error.strerror if isinstance(error, OSError) else str(error)
-        raise SceneError("file", f"cannot read {path}: {said}") from None
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise SceneError("file", f"cannot read {path}: {reason}") from None
     if not isinstance(data, list):  # scenes may be JSON files, too
         return [EvaluationEntry(scene=path)]
     return [_entry(item, path, number) for number, item in enumerate(data, 1)]
@@ -122,7 +122,7 @@ def _text(item: Mapping[str, Any], key: str, where: str) -> str | None:
     value = item.get(key)
     if value is None:
         return None
-    if not isinstance(value, str) or not value.strip() or len(value) > _LONGEST or "\0" in value:
+    if not isinstance(value, str) or not value.strip() or len(value) > _MAX_LENGTH or "\0" in value:
         raise SceneError("value", f"{where}: `{key}` must be a string")
     return value if key in ("scene", "film", "image", "distilled") else " ".join(value.split())
 
@@ -144,7 +144,7 @@ def _counts(value: Any, where: str) -> tuple[tuple[str, int], ...] | None:
 
 FILE = "results.json"
 _FORMAT, _VERSION = "scenelang-evaluation", 1
-_MOST_BYTES = 256_000_000
+_MAX_BYTES = 256_000_000
 
 Key = tuple[str, str, str]
 
@@ -193,7 +193,7 @@ def read_results(folder: Path) -> Results:
     try:
         if not path.exists():
             return Results()
-        if path.stat().st_size > _MOST_BYTES:
+        if path.stat().st_size > _MAX_BYTES:
             raise ValueError("file too large")
         data = json.loads(path.read_text("utf-8"))
         if data["format"] != _FORMAT:
@@ -222,9 +222,9 @@ def _record(item: Any) -> MetricRecord:
     return record
 
 
-def _damaged(path: Path, said: str) -> SceneError:
+def _damaged(path: Path, reason: str) -> SceneError:
     hint = "move it away, or choose another folder with -o"
-    return SceneError("file", f"cannot read the results in {path}: {said}", hint=hint)
+    return SceneError("file", f"cannot read the results in {path}: {reason}", hint=hint)
 
 
 # Subjects: a scene rendered by a backend, or a film, with its prompt.
@@ -290,7 +290,7 @@ class Subject:
         """Return the fingerprint of a measurement: evaluated scene, prompt, rendering, and the metric's parameters
         ``asks``; raises SceneError."""
         options = self.drawing.options
-        told = {
+        inputs = {
             "content": self._content(),
             "prompt": self.prompt,
             "backend": None if self.scene is None else self.drawing.backend,
@@ -300,7 +300,7 @@ class Subject:
             "image": None if self.entry.image is None else file_digest(self.entry.image),
             "asks": dict(asks),
         }
-        return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
+        return hashlib.sha256(json.dumps(inputs, sort_keys=True).encode()).hexdigest()
 
     def _content(self) -> str:
         if self.scene is None:
@@ -411,8 +411,8 @@ class LpipsMeasure:
     def measure(self, subject: Subject, progress: Progress | None) -> Values:
         assert self._network is not None
         assert subject.entry.image is not None
-        wanted = np.asarray(open_picture(subject.entry.image), np.uint8)
-        return _mean(self._network.distances(wanted, subject.around(self._views, progress)))
+        reference = np.asarray(open_picture(subject.entry.image), np.uint8)
+        return _mean(self._network.distances(reference, subject.around(self._views, progress)))
 
 
 class CountMeasure:
@@ -479,7 +479,7 @@ _ABSENT = ("weights", "backend")  # errors of a metric's requirements, not of a 
 
 
 @dataclass(frozen=True, slots=True)
-class Tellers:
+class Callbacks:
     """Callbacks of an evaluation: ``keep`` each state of the results, ``fail`` each error with its context, ``show``
     the progress of a measurement."""
 
@@ -497,7 +497,7 @@ class Evaluation:
     left_out: set[str] = field(default_factory=set)
     failures: int = 0
 
-    def measure(self, subjects: Iterable[Subject], measures: Sequence[Measure], tellers: Tellers) -> None:
+    def measure(self, subjects: Iterable[Subject], measures: Sequence[Measure], callbacks: Callbacks) -> None:
         """Measure everything that is not stored yet. Unavailable metrics and scenes that cannot be rendered are skipped
         and reported."""
         for subject in subjects:
@@ -505,12 +505,12 @@ class Evaluation:
                 if measure.name in self.left_out:
                     continue
                 try:
-                    self._one(subject, measure, tellers)
+                    self._one(subject, measure, callbacks)
                 except SceneError as error:
                     self.failures += 1
-                    tellers.fail(error, subject.entry.place)
+                    callbacks.fail(error, subject.entry.place)
 
-    def _one(self, subject: Subject, measure: Measure, tellers: Tellers) -> None:
+    def _one(self, subject: Subject, measure: Measure, callbacks: Callbacks) -> None:
         asks = measure.asks(subject)
         if asks is None:
             return
@@ -518,15 +518,15 @@ class Evaluation:
         made = subject.fingerprint(asks)
         record = self.results.known(key, made)
         if record is None:
-            if not self._is_ready(measure, tellers):
+            if not self._is_ready(measure, callbacks):
                 return
-            values = measure.measure(subject, tellers.show(subject, measure))
+            values = measure.measure(subject, callbacks.show(subject, measure))
             record = MetricRecord(*key, made, subject.group, subject.prompt, values)
             self.results = self.results.and_also(record)
-            tellers.keep(self.results)
+            callbacks.keep(self.results)
         self.records.append(record)
 
-    def _is_ready(self, measure: Measure, tellers: Tellers) -> bool:
+    def _is_ready(self, measure: Measure, callbacks: Callbacks) -> bool:
         try:
             measure.ready()
         except SceneError as error:
@@ -534,6 +534,6 @@ class Evaluation:
                 raise
             self.failures += 1
             self.left_out.add(measure.name)
-            tellers.fail(error, f"the metric `{measure.name}` is skipped")
+            callbacks.fail(error, f"the metric `{measure.name}` is skipped")
             return False
         return True

@@ -20,7 +20,7 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.reports import table
 
 FORMAT, VERSION = "scenelang-study", 1
-_MOST_BYTES = 500_000_000  # maximum size of a page
+_MAX_BYTES = 500_000_000  # maximum size of a page
 _NUMBERS = {2: "two", 3: "three", 4: "four", 5: "five", 6: "six", 7: "seven", 8: "eight", 9: "nine"}
 _LETTERS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 _KINDS = {".mp4": "video/mp4", ".gif": "image/gif", ".webp": "image/webp", ".apng": "image/apng", ".png": "image/png",
@@ -54,8 +54,8 @@ def questions_of(tasks: Sequence[StudyQuestion], seed: int) -> list[StudyQuestio
     for task in tasks:
         methods = [result.method for result in task.results]
         if not 2 <= len(methods) <= len(_LETTERS):
-            said = f'"{task.prompt[:60]}" has {len(methods)} methods, expected 2 to {len(_LETTERS)}'
-            raise SceneError("value", said, hint=_HINT)
+            message = f'"{task.prompt[:60]}" has {len(methods)} methods, expected 2 to {len(_LETTERS)}'
+            raise SceneError("value", message, hint=_HINT)
         if len(set(methods)) != len(methods):
             raise SceneError("value", f'"{task.prompt[:60]}" has two results of one method', hint=_HINT)
     draws = random.Random(f"study {seed}")
@@ -72,9 +72,9 @@ def study_page(questions: Sequence[StudyQuestion]) -> str:
 
     Raises SceneError("unsupported") if the results are too large for one page.
     """
-    if sum(len(result.data) for question in questions for result in question.results) > _MOST_BYTES // 4 * 3:
+    if sum(len(result.data) for question in questions for result in question.results) > _MAX_BYTES // 4 * 3:
         raise SceneError("unsupported", "the videos are too large for one page", hint="use a smaller --size")
-    told = {
+    data_of_page = {
         "format": FORMAT,
         "version": VERSION,
         "study": study_id(questions),
@@ -85,14 +85,14 @@ def study_page(questions: Sequence[StudyQuestion]) -> str:
         f"default-src 'none'; img-src data:; media-src data:; script-src '{_digest(script)}'; "
         f"style-src '{_digest(style)}'; base-uri 'none'; form-action 'none'"
     )
-    data = json.dumps(told).replace("<", "\\u003c")
-    asked = "".join(_fieldset(number, question) for number, question in enumerate(questions))
+    data = json.dumps(data_of_page).replace("<", "\\u003c")
+    fieldsets = "".join(_fieldset(number, question) for number, question in enumerate(questions))
     return (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
         f'<meta http-equiv="Content-Security-Policy" content="{html.escape(policy)}">'
         '<meta name="viewport" content="width=device-width, initial-scale=1"><title>User study</title>'
         f'<style>{style}</style></head>\n<body><main><h1>User study</h1><p id="instruction">'
-        f'{html.escape(instruction(questions))}</p>\n<form id="form">{asked}</form>\n'
+        f'{html.escape(instruction(questions))}</p>\n<form id="form">{fieldsets}</form>\n'
         '<p id="progress" role="status"></p><button id="save" type="button" disabled>Download the answers</button>'
         f'</main>\n<script type="application/json" id="study">{data}</script>\n<script>{script}</script>'
         "</body></html>\n"
@@ -144,7 +144,7 @@ def _digest(text: str) -> str:
 
 
 _FORMAT, _VERSION = "scenelang-study-answers", 1
-_MOST_ANSWER_BYTES = 4_000_000
+_MAX_ANSWER_BYTES = 4_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,7 +198,7 @@ def preferences(paths: Sequence[Path]) -> Preferences:
     found = [read_answers(path) for path in paths]
     seen: dict[str, Path] = {}
     for path, answers in zip(paths, found, strict=True):
-        if answers.study != found[0].study or _asked(answers) != _asked(found[0]):
+        if answers.study != found[0].study or _methods_by_prompt(answers) != _methods_by_prompt(found[0]):
             raise SceneError("value", f"{path} and {paths[0]} contain answers to different studies")
         if answers.participant in seen:
             raise SceneError("value", f"{path} and {seen[answers.participant]} contain answers of the same participant")
@@ -210,14 +210,14 @@ def preferences(paths: Sequence[Path]) -> Preferences:
     return Preferences(len(found), percentages)
 
 
-def _asked(answers: Answers) -> dict[str, tuple[str, ...]]:
+def _methods_by_prompt(answers: Answers) -> dict[str, tuple[str, ...]]:
     return {prompt: methods for prompt, (methods, _) in answers.choices.items()}
 
 
 def read_answers(path: Path) -> Answers:
     """Read one file of answers; raises SceneError("file")."""
     try:
-        if path.stat().st_size > _MOST_ANSWER_BYTES:
+        if path.stat().st_size > _MAX_ANSWER_BYTES:
             raise ValueError("file too large")
         data = json.loads(path.read_text("utf-8"))
         if not isinstance(data, dict):
@@ -229,10 +229,10 @@ def read_answers(path: Path) -> Answers:
             raise ValueError("no answers, or duplicate answers to a question")
         return Answers(_text(data["study"]), _text(data["participant"]), choices)
     except KeyError as error:
-        said = f"missing {error}"
+        message = f"missing {error}"
     except (OSError, ValueError, TypeError, AttributeError, RecursionError) as error:
-        said = str(error)[:120]
-    raise SceneError("file", f"cannot read the answers in {path}: {said}")
+        message = str(error)[:120]
+    raise SceneError("file", f"cannot read the answers in {path}: {message}")
 
 
 def _choice(item: Any) -> tuple[str, tuple[tuple[str, ...], str]]:

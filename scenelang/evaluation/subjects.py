@@ -16,6 +16,7 @@ from scenelang.backends.neural.weights import Models
 from scenelang.backends.pictures.film import HIGHEST_FPS, PictureOptions, check, picture_backend
 from scenelang.evaluation.running import (
     METRICS,
+    Callbacks,
     Drawing,
     Evaluation,
     EvaluationEntry,
@@ -24,7 +25,6 @@ from scenelang.evaluation.running import (
     MetricRecord,
     Results,
     Subject,
-    Tellers,
     entries_of,
     measure_called,
     read_results,
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from scenelang.backends.pictures.stage import Shot
 
 _NEURAL = ("clip", "lpips", "dynamic")
-_MOST_VIEWS = 10_000
+_MAX_VIEWS = 10_000
 _TURN = 36  # frames of a turntable on the study's page
 _FPS = 12.0
 Opened = tuple[Scene, str]  # scene and program text
@@ -82,8 +82,8 @@ class MetricOptions:
             if name not in METRICS:
                 raise UsageError("value", f"unknown metric `{name}`", suggest(name, METRICS) or ", ".join(METRICS))
         for option, count in (("--clip-views", self.clip_views), ("--lpips-views", self.lpips_views)):
-            if not 1 <= count <= _MOST_VIEWS:
-                raise UsageError("value", f"expected `{option}` between 1 and {_MOST_VIEWS:,}, got {count:,}")
+            if not 1 <= count <= _MAX_VIEWS:
+                raise UsageError("value", f"expected `{option}` between 1 and {_MAX_VIEWS:,}, got {count:,}")
         if not 0.0 < self.fps <= HIGHEST_FPS:
             raise UsageError("value", f"expected `--fps` above 0 and at most {HIGHEST_FPS:g}, got {self.fps:g}")
 
@@ -192,7 +192,7 @@ def measured(
     preferred = preferences(answers) if answers else None  # read first to fail early
     evaluation = Evaluation(Results() if folder is None else read_results(folder))
     keep = (lambda _: None) if folder is None else (lambda results: write_results(folder, results))
-    evaluation.measure(subjects, measures, Tellers(keep, fail, show))
+    evaluation.measure(subjects, measures, Callbacks(keep, fail, show))
     records = evaluation.records
     records = [*records, *(alignment(preferred, records) if preferred is not None else ())]
     return MetricReport(tuple(records), tuple(sorted(evaluation.left_out)), evaluation.failures)
@@ -260,10 +260,10 @@ def evaluate_metrics(
         source = session.source(str(entry.scene))
         return session.evaluate(source).require(), source.text
 
-    kept = made_folder(Path(folder)) if folder is not None else None
+    results_folder = made_folder(Path(folder)) if folder is not None else None
     measures = chosen.measures(models)
     subjects = subjects_of(entries_of([str(file) for file in files]), drawings, opened)
-    return measured(subjects, measures, kept, [Path(path) for path in answers], show=progress or _silent)
+    return measured(subjects, measures, results_folder, [Path(path) for path in answers], show=progress or _silent)
 
 
 # --- the user study --------------------------------------------------------------------------------------------------

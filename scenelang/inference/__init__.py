@@ -1,6 +1,6 @@
-"""Scenes from words and pictures: a language model proposes, grammar and interpreter check (the paper, section 5).
+"""Scene generation from text and images: a language model proposes programs, grammar and interpreter validate them.
 
-``brief`` is what is asked, ``steps`` what an answer is worth, ``conductor`` asks, repairs and chooses, ``records``
-keeps runs, ``listing`` is a scene without a program, ``generation`` has ``generate`` and ``edit``. It does not know
-which provider answers.
+See section 5 of the paper. ``brief`` contains the prompts, ``steps`` evaluates answers, ``conductor`` sends requests,
+repairs and selects, ``records`` stores runs, ``listing`` converts scenes to flat lists, ``generation`` implements
+``generate`` and ``edit``. The package is independent of the provider.
 """

@@ -14,7 +14,7 @@ from scenelang.backends.files import read_regular
 from scenelang.backends.language_models.catalogue import ImageContent, TextContent, Turn, said
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError, suggest
-from scenelang.inference.listing import MOST_ITEMS, Renamed, listing, rename_language, rename_python
+from scenelang.inference.listing import MAX_ITEMS, Renamed, listing, rename_language, rename_python
 from scenelang.interpreter.scene.primitives import (
     attributes_read,
     block_words,
@@ -32,7 +32,7 @@ from scenelang.stdlib.reference import helper_header, in_json
 
 _PLACE = re.compile(r"\{\{(\w+)\}\}")
 _NEEDED = frozenset(("task", "program", "instruction", "diagnostics", "questions"))
-_LARGEST = 1_000_000  # bytes
+_MAX_SIZE = 1_000_000  # bytes
 
 
 class Prompts:
@@ -92,7 +92,7 @@ def _check_places(path: Path, text: str, own: str) -> None:
 
 def _file_text(path: Path) -> str:
     try:
-        if path.stat().st_size > _LARGEST:
+        if path.stat().st_size > _MAX_SIZE:
             raise SceneError("prompt", f"the prompt template {path} is too large")
         return read_regular(path).decode("utf-8")
     except (OSError, UnicodeDecodeError) as error:
@@ -228,7 +228,7 @@ class Brief:
             text = primer(words_of(task.kind), untold(task.kind))
             answer = self.prompts.text("bare.md" if self.is_bare else "fenced.md")
             return self.prompts.text("system.language.md", primer=text, rules=rules, answer=answer)
-        fields, primitives, most = self._fields(), self._primitives(), f"{MOST_ITEMS:,}"
+        fields, primitives, most = self._fields(), self._primitives(), f"{MAX_ITEMS:,}"
         return self.prompts.text("system.list.md", fields=fields, primitives=primitives, rules=rules, most=most)
 
     def _of_frames(self) -> dict[str, str]:

@@ -111,11 +111,11 @@ class LiveCount:
                 self._width = 0
 
     def _line(self) -> str:
-        told = [
+        labels = [
             f"{label}: ~{tokens:,} tokens, {lines:,} lines" if tokens else f"{label}: waiting for the service"
             for label, tokens, lines in self._counts.values()
         ]
-        return "; ".join(told)
+        return "; ".join(labels)
 
     def _show(self, line: str) -> None:
         if self._stream is None:
@@ -126,9 +126,9 @@ class LiveCount:
         self._width = len(line)
 
 
-_GLANCE = 0.1  # polling interval for Ctrl-C, in seconds
-_FIRST_WAIT, _LONGEST_WAIT, _LONGER = 0.5, 30.0, 1.5  # polling intervals of a batch, in seconds
-_LONGEST_BATCH = 25 * 3600.0  # batches expire after a day; plus an hour
+_POLL_INTERVAL = 0.1  # polling interval for Ctrl-C, in seconds
+_FIRST_WAIT, _MAX_WAIT, _LONGER = 0.5, 30.0, 1.5  # polling intervals of a batch, in seconds
+_MAX_BATCH_TIME = 25 * 3600.0  # batches expire after a day; plus an hour
 Ended = SampleOutcome | SceneError
 
 
@@ -206,7 +206,7 @@ class Conductor:
             thread.start()
         try:
             while any(thread.is_alive() for thread in threads):
-                threads[0].join(_GLANCE) if threads[0].is_alive() else time.sleep(_GLANCE)
+                threads[0].join(_POLL_INTERVAL) if threads[0].is_alive() else time.sleep(_POLL_INTERVAL)
         except KeyboardInterrupt:
             self._cancelled.set()
             raise
@@ -326,13 +326,13 @@ class Conductor:
         provider, wait, started = self._client.batches(), _FIRST_WAIT, time.monotonic()
         try:
             while count := provider.pending(batch):
-                if time.monotonic() - started > _LONGEST_BATCH:
+                if time.monotonic() - started > _MAX_BATCH_TIME:
                     raise SceneError(
                         "model-request", "the batch is not finished after a day", "check again with --resume"
                     )
                 self._live.waiting(count)
                 time.sleep(wait)
-                wait = min(_LONGEST_WAIT, wait * _LONGER)
+                wait = min(_MAX_WAIT, wait * _LONGER)
         finally:
             self._live.end()
 
@@ -368,12 +368,12 @@ class Describer:
         """Return a text for each question. Raises SceneError if the model cannot be reached."""
         try:
             pieces = range(0, len(questions), _IN_ONE_REQUEST)
-            return [text for at in pieces for text in self._asked(questions[at : at + _IN_ONE_REQUEST], at)]
+            return [text for at in pieces for text in self._answers(questions[at : at + _IN_ONE_REQUEST], at)]
         finally:
             self._live.end()
 
-    def _asked(self, questions: Sequence[AppearanceQuestion], at: int) -> Iterator[str]:
-        lines = "\n".join(f"{number}. {_told(question)}" for number, question in enumerate(questions, 1))
+    def _answers(self, questions: Sequence[AppearanceQuestion], at: int) -> Iterator[str]:
+        lines = "\n".join(f"{number}. {_question_line(question)}" for number, question in enumerate(questions, 1))
         turn = said("user", self._prompts.text("words.md", questions=lines))
         request = self._speaker.request(self._prompts.text("words.system.md"), (turn,))
         answer = self._client.ask(request, at, 1, self._live.counting(0, at, "words"))
@@ -381,7 +381,7 @@ class Describer:
         return (found.get(number, "") for number in range(1, len(questions) + 1))
 
 
-def _told(question: AppearanceQuestion) -> str:
+def _question_line(question: AppearanceQuestion) -> str:
     """Format a question as one line: the word, its attributes, and the nearest color name."""
     attributes = {name: _short(value) for name, value in question.attributes.items()}
     color = f", about {question.color}" if question.color else ""

@@ -40,8 +40,8 @@ if TYPE_CHECKING:
     from scenelang.backends.language_models.catalogue import Usage
     from scenelang.scene import Image, Scene
 
-_LONGEST_TASK = 100_000  # characters
-_MOST_PICTURES = 20
+_MAX_TASK_LENGTH = 100_000  # characters
+_MAX_IMAGES = 20
 _TOKENS_OF_WORDS = 8_000
 _SIZE = 512
 _DRAFT_SIZE = 768
@@ -62,8 +62,8 @@ def task_of(
     text = text.strip()
     if not text and not images:
         raise UsageError("value", "expected a text prompt, or an image with --image")
-    if len(text) > _LONGEST_TASK or len(images) > _MOST_PICTURES:
-        raise UsageError("value", f"the task exceeds {_LONGEST_TASK:,} characters or {_MOST_PICTURES} images")
+    if len(text) > _MAX_TASK_LENGTH or len(images) > _MAX_IMAGES:
+        raise UsageError("value", f"the task exceeds {_MAX_TASK_LENGTH:,} characters or {_MAX_IMAGES} images")
     if ablation.takes_program:
         if notation is Notation.LANGUAGE:
             raise UsageError("value", "--dsl cannot be combined with --ablate P")
@@ -347,9 +347,9 @@ def edited(inference: Inference, run: Run, path: Path, live: TextIO | None = Non
     made = edit_of(path.name, inference.task, before, result.best, inference.options.limits.primitives)
     run.keep_text("edit.diff", made.text + "\n")
     came_to = generated(run, without_known(result, before), inference.options)
-    kept = run.facts.get("digest")
+    saved_digest = run.facts.get("digest")
     scene = Scene(before, str(path), options=inference.options)
-    digest = str(kept) if kept is not None else None
+    digest = str(saved_digest) if saved_digest is not None else None
     return Edited(path, made.text, made.changes, scene, came_to, inference.task, result.best, digest)
 
 
@@ -500,9 +500,9 @@ def generate(
         made = sl.generate("a chess board", model="claude-opus-5-5", settings=sl.InferenceSettings(samples=3))
         made.scene.render().save("board.png")
     """
-    asked = task_of(task, images, TaskKind(kind), Notation(notation), Ablation(ablation), seed)
+    request = task_of(task, images, TaskKind(kind), Notation(notation), Ablation(ablation), seed)
     options = Options(seed=seed, limits=limits or Limits())
-    inference = Inference(asked, _settings(settings, model), options)
+    inference = Inference(request, _settings(settings, model), options)
     facts = {"output": None, "render": False, "invert": False}
     run = begin(inference, "generate", task or "reconstruction", runs, **facts)
     with recorded(run):
@@ -570,8 +570,8 @@ def estimate(
     chosen = _settings(settings, model)
     if path is not None:
         return first_estimate(_edit_of(Path(path), task, chosen, ablation, 0, None))
-    asked = task_of(task, images, TaskKind(kind), Notation(notation), Ablation(ablation))
-    return first_estimate(Inference(asked, chosen, Options()))
+    request = task_of(task, images, TaskKind(kind), Notation(notation), Ablation(ablation))
+    return first_estimate(Inference(request, chosen, Options()))
 
 
 def resume(

@@ -27,17 +27,17 @@ from scenelang.interpreter.scene.flatten import FlatFrame, flatten
 from scenelang.interpreter.scene.primitives import is_word
 from scenelang.interpreter.transpile.python_text import HELPERS
 
-MOST_ITEMS = 5_000
+MAX_ITEMS = 5_000
 _FENCE = re.compile(r"^[ \t]*+```[ \t]*+(?:json)?[ \t]*+\n(.*?)^[ \t]*+```", re.M | re.S)
 _DIGITS = 6
 _NOTHING = 1e-12  # rounding residue of a quarter rotation
-_DEEPEST = 20
+_MAX_DEPTH = 20
 _ROOT = "scene"
 
 
 def listing(scene: Scene, with_words: bool) -> str:
-    """Return the primitives of a scene as JSON, one per line. Raises SceneError for more than ``MOST_ITEMS``."""
-    flat = flatten(scene, MOST_ITEMS)
+    """Return the primitives of a scene as JSON, one per line. Raises SceneError for more than ``MAX_ITEMS``."""
+    flat = flatten(scene, MAX_ITEMS)
     frames = [_frame(frame, with_words) for frame in flat.frames]
     return _lines(frames[0]) if not flat.animated else "[\n" + ",\n".join(map(_lines, frames)) + "\n]"
 
@@ -118,8 +118,8 @@ def _frames(data: Any) -> list[list[Any]]:
     if not isinstance(data, list) or not data:
         raise SceneError("listing", "the answer is not a list of primitives")
     frames = data if all(isinstance(item, list) for item in data) else [data]
-    if sum(map(len, frames)) > MOST_ITEMS:
-        raise SceneError("listing", f"the list has more than {MOST_ITEMS:,} primitives")
+    if sum(map(len, frames)) > MAX_ITEMS:
+        raise SceneError("listing", f"the list has more than {MAX_ITEMS:,} primitives")
     return frames
 
 
@@ -159,7 +159,7 @@ def _is_name(text: str) -> bool:
 
 def _literal(value: Any, depth: int = 0) -> str:
     """Convert JSON data to an expression of the language: arrays of numbers, lists, association lists."""
-    if depth > _DEEPEST:
+    if depth > _MAX_DEPTH:
         raise SceneError("listing", "an attribute of the list is nested too deeply")
     if value is None:
         return "none"

@@ -46,7 +46,7 @@ from scenelang.reports import table
 _PRIVATE = 0o700
 _VERSION = 1
 _SLUG = re.compile(r"[^a-z0-9]+")
-_LONGEST_SLUG = 40
+_MAX_SLUG_LENGTH = 40
 _ATTEMPT = re.compile(r"(\d+)-([a-z]+)\Z")
 
 
@@ -193,7 +193,7 @@ class Run:
         """Record the evaluation of an answer."""
         folder = self._attempt(sample, number, purpose)
         self.keep_text(f"{folder}/program.scene", verdict.program)
-        self.keep_text(f"{folder}/diagnostics.txt", verdict.told())
+        self.keep_text(f"{folder}/diagnostics.txt", verdict.report_text())
         facts = {
             "usable": verdict.is_usable,
             "diagnostics": [to_json(d) for d in verdict.diagnostics],
@@ -326,7 +326,7 @@ def _without_pictures(data: Any, pictures: list[bytes]) -> Any:
 
 def new_run(folder: Path, text: str, clean: Callable[[str], str]) -> Run:
     """Create a run folder named by time and task. Raises SceneError if that fails."""
-    slug = _SLUG.sub("-", clean(text).lower()).strip("-")[:_LONGEST_SLUG].rstrip("-") or "run"
+    slug = _SLUG.sub("-", clean(text).lower()).strip("-")[:_MAX_SLUG_LENGTH].rstrip("-") or "run"
     stamp = datetime.now().strftime("%Y%m%d-%H%M%S-%f")[:-3]  # milliseconds, so that names sort by time
     try:
         folder.mkdir(mode=_PRIVATE, parents=True, exist_ok=True)
@@ -459,13 +459,13 @@ class InferenceSettings:
 
     def speaker(self, model: catalogue.Model, notation: Notation) -> Speaker:
         """Return the request parameters of the model. Raises SceneError for an unsupported effort."""
-        wanted = self.max_tokens or min(_DEFAULT_TOKENS, model.max_output)
-        if wanted > model.max_output:
+        tokens = self.max_tokens or min(_DEFAULT_TOKENS, model.max_output)
+        if tokens > model.max_output:
             hint = f"its maximum is {model.max_output:,}"
-            raise SceneError("value", f"`{model.name}` does not support answers of {wanted:,} tokens", hint)
+            raise SceneError("value", f"`{model.name}` does not support answers of {tokens:,} tokens", hint)
         grammar = _grammar() if self.sends_grammar(notation) else None
-        most = self.max_tokens or model.max_output
-        return Speaker(model.name, wanted, most, model.thinking, model.effort(self.effort), grammar)
+        most_tokens = self.max_tokens or model.max_output
+        return Speaker(model.name, tokens, most_tokens, model.thinking, model.effort(self.effort), grammar)
 
 
 def check_limits(given: Mapping[str, Any], as_flags: bool = False) -> None:
@@ -495,8 +495,8 @@ def typed(kind: type[Typed], data: Mapping[str, Any]) -> Typed:
     """Construct a dataclass from JSON data. Raises TypeError for unknown fields or wrong types."""
     found = kind(**data)
     for name, hint in get_type_hints(kind).items():
-        wanted = (int, float) if hint is float else hint
-        if not isinstance(getattr(found, name), wanted):
+        expected_type = (int, float) if hint is float else hint
+        if not isinstance(getattr(found, name), expected_type):
             raise TypeError(name)
     return found
 
@@ -520,7 +520,7 @@ def _grammar() -> str:
 # Formatting: a list of runs, and the attempts of one run.
 
 
-_LONGEST_TASK = 60
+_MAX_TASK_LENGTH = 60
 
 
 def list_of_runs(summaries: Iterable[Mapping[str, Any]]) -> str:
@@ -554,7 +554,7 @@ def run_report(run: Run, facts: Mapping[str, Any], attempts: Sequence[Attempt]) 
 
 
 def _short(text: str) -> str:
-    return text if len(text) <= _LONGEST_TASK else text[: _LONGEST_TASK - 3] + "..."
+    return text if len(text) <= _MAX_TASK_LENGTH else text[: _MAX_TASK_LENGTH - 3] + "..."
 
 
 def _attempt_row(attempt: Attempt) -> tuple[str, ...]:

@@ -41,10 +41,10 @@ if TYPE_CHECKING:
 
 
 _FENCE = re.compile(r"^[ \t]*+(?:```|~~~)[ \t]*+([\w+-]*+)[^\n]*+\n(.*?)(?:^[ \t]*(?:```|~~~)[ \t]*$|\Z)", re.M | re.S)
-_MOST_LOOKED_AT = 200_000  # primitives; larger films are not checked for motion
-_MOST_TOLD = 12  # diagnostics sent to the model
-_LONGEST_ANSWER = 500_000  # characters; more than the longest answers of models
-_LONGEST_LINE = 500  # characters per line sent to the model
+_MAX_COMPARED = 200_000  # primitives; larger films are not checked for motion
+_MAX_REPORTED = 12  # diagnostics sent to the model
+_MAX_ANSWER_LENGTH = 500_000  # characters; more than the longest answers of models
+_MAX_LINE_LENGTH = 500  # characters per line sent to the model
 _EVALUATING = Lock()  # evaluation sets process-wide limits, so answers are evaluated one at a time
 
 
@@ -66,17 +66,17 @@ class Verdict:
     def is_usable(self) -> bool:
         return self.scene is not None and not any(d.is_error for d in self.diagnostics)
 
-    def told(self) -> str:
+    def report_text(self) -> str:
         """Render the diagnostics for the model: errors first, with a maximum number."""
         ordered = sorted(self.diagnostics, key=lambda d: not d.is_error)
-        texts = [_shortened(render_text(d, color=False)) for d in ordered[:_MOST_TOLD]]
-        if len(ordered) > _MOST_TOLD:
-            texts.append(f"... and {len(ordered) - _MOST_TOLD} more")
+        texts = [_shortened(render_text(d, color=False)) for d in ordered[:_MAX_REPORTED]]
+        if len(ordered) > _MAX_REPORTED:
+            texts.append(f"... and {len(ordered) - _MAX_REPORTED} more")
         return "\n\n".join(texts)
 
 
 def _shortened(text: str) -> str:
-    return "\n".join(f"{x[:_LONGEST_LINE]}..." if len(x) > _LONGEST_LINE else x for x in text.split("\n"))
+    return "\n".join(f"{x[:_MAX_LINE_LENGTH]}..." if len(x) > _MAX_LINE_LENGTH else x for x in text.split("\n"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,8 +90,8 @@ class AnswerReader:
 
     def read(self, answer: str) -> Verdict:
         """Evaluate an answer; errors in it are returned as diagnostics and never raised."""
-        if len(answer) > _LONGEST_ANSWER:
-            return _refused("model-answer", f"the answer exceeds {_LONGEST_ANSWER:,} characters")
+        if len(answer) > _MAX_ANSWER_LENGTH:
+            return _refused("model-answer", f"the answer exceeds {_MAX_ANSWER_LENGTH:,} characters")
         if not answer.strip():
             return _refused("model-answer", "the answer is empty")
         with _EVALUATING:
@@ -170,7 +170,7 @@ def has_blocks(scene: Scene) -> bool:
 def _stands_still(scene: Scene) -> bool:
     """Return whether all frames are equal; films too large to compare count as animated."""
     try:
-        first, *others = sheets_of(scene, _MOST_LOOKED_AT)
+        first, *others = sheets_of(scene, _MAX_COMPARED)
     except SceneError:
         return False
     return all(changes_between([first], [other]).equal for other in others)
@@ -194,9 +194,9 @@ def _refused(name: str, message: str) -> Verdict:
 
 
 ENDINGS = {"image/png": "png", "image/jpeg": "jpg", "image/webp": "webp", "image/gif": "gif"}  # supported by models
-_LARGEST_SIDE = 1568  # pixels; services downscale larger images
-_LARGEST_FILE = 3_500_000  # bytes, before base64 encoding
-_MOST_BYTES = 100_000_000
+_MAX_SIDE = 1568  # pixels; services downscale larger images
+_MAX_FILE_SIZE = 3_500_000  # bytes, before base64 encoding
+_MAX_BYTES = 100_000_000
 _ORIENTATION = 0x0112  # EXIF tag of the camera's orientation
 
 
@@ -206,21 +206,21 @@ def read_picture(path: str) -> ImageContent:
     from PIL import Image, ImageOps, UnidentifiedImageError
 
     try:
-        if Path(path).stat().st_size > _MOST_BYTES:
-            raise SceneError("file", f"the image {path} exceeds {_MOST_BYTES:,} bytes")
+        if Path(path).stat().st_size > _MAX_BYTES:
+            raise SceneError("file", f"the image {path} exceeds {_MAX_BYTES:,} bytes")
         data = read_regular(path)
         with Image.open(BytesIO(data)) as image:
             image.load()
             media_type = Image.MIME.get(image.format or "", "")
             is_upright = image.getexif().get(_ORIENTATION, 1) == 1
-            fits = is_upright and max(image.size) <= _LARGEST_SIDE and len(data) <= _LARGEST_FILE
+            fits = is_upright and max(image.size) <= _MAX_SIDE and len(data) <= _MAX_FILE_SIZE
             if fits and media_type in ENDINGS:
                 return ImageContent(media_type, data)
             upright = ImageOps.exif_transpose(image).convert("RGBA")
     except (OSError, ValueError, UnidentifiedImageError, Image.DecompressionBombError, SyntaxError) as error:
         reason = getattr(error, "strerror", None) or "not an image"
         raise SceneError("file", f"cannot read the image {path}: {reason}") from None
-    upright.thumbnail((_LARGEST_SIDE, _LARGEST_SIDE))
+    upright.thumbnail((_MAX_SIDE, _MAX_SIDE))
     flat = Image.new("RGBA", upright.size, "white")
     flat.alpha_composite(upright)
     buffer = BytesIO()
@@ -297,8 +297,8 @@ def encoded(picture: Picture) -> Encoded:
     return Encoded("image/png", png_of(picture))
 
 
-_MOST_BROKEN = 2  # consecutive incomplete answers before a sample fails
-_MOST_FINDINGS = 6
+_MAX_BROKEN = 2  # consecutive incomplete answers before a sample fails
+_MAX_FINDINGS = 6
 
 
 class Purpose(Enum):
@@ -364,14 +364,14 @@ class SamplePlan:
 def sample_steps(brief: Brief, reader: AnswerReader, speaker: Speaker, plan: SamplePlan) -> Steps:
     """Generate one sample. Raises SceneError, such as ``model-refusal`` or one thrown in for a failed request, if no
     valid program results."""
-    best, answer = yield from _mended(brief, reader, speaker, plan, Purpose.DRAFT, (brief.first,))
+    best, answer = yield from _with_repairs(brief, reader, speaker, plan, Purpose.DRAFT, (brief.first,))
     for _ in range(plan.critiques):
         shown = views(best.scene) if best.is_usable and best.scene is not None else []
         if not shown:
             break
         turns = (brief.first, said("assistant", answer), brief.critique(shown, _noticed(best)))
         try:
-            better, improved = yield from _mended(brief, reader, speaker, plan, Purpose.CRITIQUE, turns, best)
+            better, improved = yield from _with_repairs(brief, reader, speaker, plan, Purpose.CRITIQUE, turns, best)
         except SceneError as error:
             return SampleOutcome(best, error)
         if better is best or not better.is_usable or len(better.findings) > len(best.findings):
@@ -381,10 +381,10 @@ def sample_steps(brief: Brief, reader: AnswerReader, speaker: Speaker, plan: Sam
 
 
 def _noticed(verdict: Verdict) -> str:
-    return "\n\n".join(render_text(d, color=False) for d in verdict.findings[:_MOST_FINDINGS])
+    return "\n\n".join(render_text(d, color=False) for d in verdict.findings[:_MAX_FINDINGS])
 
 
-def _mended(
+def _with_repairs(
     brief: Brief,
     reader: AnswerReader,
     speaker: Speaker,
@@ -410,7 +410,7 @@ def _mended(
         yield SampleProgress(verdict)
         if verdict.is_usable:
             return verdict, reply.text
-        asked = (*turns, *_shown(reply.text), brief.repair(verdict.told()))
+        asked = (*turns, *_shown(reply.text), brief.repair(verdict.report_text()))
     return verdict, reply.text
 
 
@@ -441,7 +441,7 @@ def _complete(
             )
         if reply.stop is Stop.BROKEN:
             broken += 1
-            if broken > _MOST_BROKEN:
+            if broken > _MAX_BROKEN:
                 why = f": {reply.note}" if reply.note else ""
                 raise SceneError("model-answer", f"the answer was incomplete {broken} times{why}")
             continue
@@ -458,7 +458,7 @@ def _cut(speaker: Speaker) -> Diagnostic:
 # Selection among samples: no errors, then the fewest geometry warnings, then the model's judgement of renderings.
 
 
-_MOST_JUDGED = 9
+_MAX_JUDGED = 9
 _ANSWER = re.compile(r"BEST:\s*#?(\d+)", re.I)
 
 
@@ -474,7 +474,7 @@ def candidates(outcomes: Mapping[int, SampleOutcome]) -> list[int]:
 def judge_steps(prompts: Prompts, speaker: Speaker, task: Task, verdicts: Sequence[Verdict]) -> Steps:
     """Ask the model which rendered scene fulfills the task best, as a separate sample. The outcome is the selected
     verdict, or the first one if the answer names none."""
-    judged = verdicts[:_MOST_JUDGED]
+    judged = verdicts[:_MAX_JUDGED]
     scenes = [verdict.scene for verdict in judged if verdict.scene is not None]
     try:
         sheet = contact_sheet(scenes)

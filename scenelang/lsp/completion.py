@@ -157,7 +157,7 @@ def _comment_text(lines: Iterable[str]) -> str:
     return "\n".join(found)
 
 
-_MOST = 80
+_MAX_COUNT = 80
 _WORDS = ("call", "bind", "retrieve", "bound?", "scene", "primitive")
 _KINDS = {
     RecordKind.FORM: lsp.CompletionItemKind.Keyword,
@@ -187,10 +187,10 @@ def complete(document: Document, cursor: int) -> lsp.CompletionList:
         items = list(_names(document, around, start, end, cursor))
     fitting = [item for item in items if _fits(item.label, around.token)]
     place = lsp.Range(*(range_of(Span(document.source, at, at)).start for at in (around.start, cursor)))
-    for item in fitting[:_MOST]:
+    for item in fitting[:_MAX_COUNT]:
         if around.kind == "atom" and "::" not in around.token:
             item.text_edit = lsp.TextEdit(place, item.insert_text or item.label)
-    return lsp.CompletionList(is_incomplete=len(fitting) > _MOST, items=fitting[:_MOST])
+    return lsp.CompletionList(is_incomplete=len(fitting) > _MAX_COUNT, items=fitting[:_MAX_COUNT])
 
 
 def _fits(label: str, token: str) -> bool:

@@ -125,8 +125,8 @@ class Documents:
         return list(self._open.values())
 
 
-_MOST_FILES = 300
-_LARGEST = 2_000_000
+_MAX_FILES = 300
+_MAX_SIZE = 2_000_000
 
 Definition = tuple[Path, int]  # file and offset of a name's definition, as its identity across files
 
@@ -197,9 +197,9 @@ def _import_at(document: Document, names: Names, cursor: int) -> Span | None:
     match = IMPORT_FORM.search(document.source.text, start, end)
     if match is None or not match.start(1) <= cursor <= match.end(1) + 1:
         return None
-    wanted = match[1] if match[1].startswith(STD) else str((document.path.parent / match[1]).resolve())
+    name = match[1] if match[1].startswith(STD) else str((document.path.parent / match[1]).resolve())
     for source in names.version.program.sources:
-        if wanted in (source.name, str(file_of(Span(source, 0, 0)).resolve())):
+        if name in (source.name, str(file_of(Span(source, 0, 0)).resolve())):
             return Span(source, 0, 0)
     return None
 
@@ -260,7 +260,7 @@ def _workspace_files(documents: Documents, document: Document) -> list[Path]:
     for path in root.rglob("*.scene"):
         if not any(part.startswith(".") or part == "node_modules" for part in path.relative_to(root).parts):
             found.append(path)
-        if len(found) >= _MOST_FILES:
+        if len(found) >= _MAX_FILES:
             break
     return sorted(found)
 
@@ -268,9 +268,9 @@ def _workspace_files(documents: Documents, document: Document) -> list[Path]:
 def _names_of(path: Path, documents: Documents) -> Names | None:
     """Resolve the names of a file that is not open."""
     try:
-        if path.stat().st_size > _LARGEST:
+        if path.stat().st_size > _MAX_SIZE:
             return None
-        text = read_regular(path, _LARGEST).decode("utf-8-sig")
+        text = read_regular(path, _MAX_SIZE).decode("utf-8-sig")
     except (OSError, ValueError):
         return None
     version = Editing(session_for(path, documents), documents.texts).check(Source(str(path), text)).version
@@ -538,14 +538,14 @@ def code_actions(document: Document, uri: str, params: lsp.CodeActionParams) -> 
     source = document.source
     first, last = offset(source, params.range.start), offset(source, params.range.end)
     diagnostics = document.analyse().diagnostics
-    wanted = params.context.only
+    kinds = params.context.only
     found: list[lsp.CodeAction] = []
-    if wanted is None or any(lsp.CodeActionKind.QuickFix.startswith(kind) for kind in wanted):
+    if kinds is None or any(lsp.CodeActionKind.QuickFix.startswith(kind) for kind in kinds):
         for diagnostic in diagnostics:
             span = diagnostic.span
             if span is not None and span.source is source and span.start <= last and first <= span.end:
                 found += _for(diagnostic, source, uri)
-    if wanted is None or any(lsp.CodeActionKind.SourceFixAll.startswith(kind) for kind in wanted):
+    if kinds is None or any(lsp.CodeActionKind.SourceFixAll.startswith(kind) for kind in kinds):
         found += _fix_all(document, uri)
     return found
 

@@ -29,7 +29,7 @@ class Server(LanguageServer):
     def __init__(self, version: str) -> None:
         super().__init__("scenelang", version)
         self.documents = Documents()
-        self.asked: Document | None = None  # document of the last completion, to resolve its items
+        self.completed: Document | None = None  # document of the last completion, to resolve its items
         self._uris: dict[Path, str] = {}  # URIs of open documents, as sent by the editor
         self._waiting: dict[str, asyncio.TimerHandle] = {}
 
@@ -154,12 +154,12 @@ def _reading(server: Server) -> None:
         lsp.CompletionOptions(trigger_characters=["(", '"', ":", "<"], resolve_provider=True),
     )
     def complete(document: Document, params: lsp.CompletionParams) -> lsp.CompletionList:
-        server.asked = document
+        server.completed = document
         return completion.complete(document, _cursor(document, params.position))
 
     @server.feature(lsp.COMPLETION_ITEM_RESOLVE)
     def resolve(item: lsp.CompletionItem) -> lsp.CompletionItem:
-        return completion.resolve(server.asked, item)
+        return completion.resolve(server.completed, item)
 
     @server.answers(
         lsp.TEXT_DOCUMENT_SIGNATURE_HELP,

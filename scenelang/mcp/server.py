@@ -33,14 +33,14 @@ _INSTRUCTIONS = (
     f"and inspect the images. `diff` shows the effect of an edit. The resource {PRIMER} contains the same overview."
 )
 _READS = ToolAnnotations(read_only_hint=True, destructive_hint=False, idempotent_hint=True, open_world_hint=False)
-_LONGEST_ARGUMENT = 4_000  # characters, for arguments other than programs
+_MAX_ARGUMENT_LENGTH = 4_000  # characters, for arguments other than programs
 _PROGRAMS = ("program", "program_a", "program_b")
 
 Result = Callable[..., Awaitable[CallToolResult]]  # (tool, arguments after the project)
 Text = Annotated[str, Field(description="text of a program, or a model's Python; omit if path is given")]
 File = Annotated[str, Field(description="file in the project folder; omit if program is given")]
 Root = Annotated[str, Field(description="word to evaluate; default: the word that no other word calls")]
-Side = Annotated[int, Field(ge=1, le=tools.LARGEST, description="pixels")]
+Side = Annotated[int, Field(ge=1, le=tools.MAX_SIDE, description="pixels")]
 Number = Annotated[int, Field(ge=0, le=1_000_000, description="frame of a 4D scene, counted from 0")]
 Part = Annotated[float, Field(gt=0, lt=1, description="relative tolerance, as a fraction of the scene's size")]
 CAMERA = (
@@ -56,8 +56,8 @@ class SceneServer(MCPServer[Any]):
         self, name: str, arguments: dict[str, Any], context: Context[Any, Any] | None = None
     ) -> CallToolResult | InputRequiredResult:
         for key, value in arguments.items():
-            if isinstance(value, str) and len(value) > _LONGEST_ARGUMENT and key not in _PROGRAMS:
-                raise ToolError(f"`{clipped(key)}` exceeds {_LONGEST_ARGUMENT:,} characters")
+            if isinstance(value, str) and len(value) > _MAX_ARGUMENT_LENGTH and key not in _PROGRAMS:
+                raise ToolError(f"`{clipped(key)}` exceeds {_MAX_ARGUMENT_LENGTH:,} characters")
         try:
             return await super().call_tool(name, arguments, context)
         except ToolError as error:
@@ -71,8 +71,8 @@ def _line(error: ToolError) -> str:
         wrong = (f"`{'.'.join(map(str, each['loc']))}`: {each['msg']}" for each in cause.errors()[:5])
         return clipped("; ".join(wrong)).replace("\n", " ")
     if isinstance(error, UnexpectedToolError) and cause is not None:
-        said = f"{type(cause).__name__}: {cause}"
-        return clipped(f"internal error: {said} (please report it)").replace("\n", " ")
+        message = f"{type(cause).__name__}: {cause}"
+        return clipped(f"internal error: {message} (please report it)").replace("\n", " ")
     return clipped(str(cause or error)).replace("\n", " ")
 
 
@@ -119,7 +119,7 @@ def build_server(project: Project, version: str, worker: Worker) -> SceneServer:
 
     async def result(tool: Callable[..., ToolAnswer], *arguments: Any) -> CallToolResult:
         async with turns:
-            return await _asked(worker, tool, project, *arguments)
+            return await _call_tool(worker, tool, project, *arguments)
 
     _add_facts(server, result)
     _add_pictures(server, result)
@@ -196,7 +196,7 @@ def _add_help(server: SceneServer) -> None:
         return primer_text()
 
 
-async def _asked(worker: Worker, tool: Callable[..., ToolAnswer], *arguments: Any) -> CallToolResult:
+async def _call_tool(worker: Worker, tool: Callable[..., ToolAnswer], *arguments: Any) -> CallToolResult:
     """Run a tool in a worker's process; it is killed if the client cancels the call."""
     try:
         return _result(await _in_thread(worker, tool, *arguments))

@@ -31,11 +31,11 @@ if TYPE_CHECKING:
 # no control characters.
 
 
-MOST_ITEMS = 100  # of lists of changes and of printed lines
-_MOST_DIAGNOSTICS = 20
-_MOST_INSIDE = 10  # items of nested lists
-_LONGEST_TEXT = 20_000  # characters
-_LONGEST_STRING = 500
+MAX_ITEMS = 100  # of lists of changes and of printed lines
+_MAX_DIAGNOSTICS = 20
+_MAX_INSIDE = 10  # items of nested lists
+_MAX_TEXT_LENGTH = 20_000  # characters
+_MAX_STRING_LENGTH = 500
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,12 +55,12 @@ def answer(lines: Iterable[str], data: dict[str, Any]) -> ToolAnswer:
 def bounded_text(lines: Iterable[str]) -> str:
     """Join lines to a text, truncated with the number of omitted characters."""
     text = printable("\n".join(lines))
-    if len(text) <= _LONGEST_TEXT:
+    if len(text) <= _MAX_TEXT_LENGTH:
         return text
-    return f"{text[:_LONGEST_TEXT]}\n... and {len(text) - _LONGEST_TEXT:,} more characters"
+    return f"{text[:_MAX_TEXT_LENGTH]}\n... and {len(text) - _MAX_TEXT_LENGTH:,} more characters"
 
 
-def bounded(data: dict[str, Any], most: int = MOST_ITEMS) -> dict[str, Any]:
+def bounded(data: dict[str, Any], most: int = MAX_ITEMS) -> dict[str, Any]:
     """Truncate lists and strings in JSON data. ``NAME_left_out`` beside a truncated list is the number of omitted
     items."""
     found: dict[str, Any] = {}
@@ -75,16 +75,16 @@ def _bounded(value: Any, most: int) -> Any:
     if isinstance(value, str):
         return clipped(value)
     if isinstance(value, dict):
-        return bounded(value, min(most, _MOST_INSIDE))
+        return bounded(value, min(most, _MAX_INSIDE))
     if isinstance(value, list):
-        return [_bounded(item, min(most, _MOST_INSIDE)) for item in value[:most]]
+        return [_bounded(item, min(most, _MAX_INSIDE)) for item in value[:most]]
     return value
 
 
 def clipped(text: str) -> str:
     """Truncate a string and remove control characters."""
-    shown = printable(text[:_LONGEST_STRING])
-    left = len(text) - _LONGEST_STRING
+    shown = printable(text[:_MAX_STRING_LENGTH])
+    left = len(text) - _MAX_STRING_LENGTH
     return shown if left <= 0 else f"{shown}... and {left:,} more characters"
 
 
@@ -94,7 +94,7 @@ def clipped(text: str) -> str:
 def diagnosed(diagnostics: Sequence[Diagnostic]) -> tuple[list[str], dict[str, Any]]:
     """Format the first diagnostics, errors first, as lines and as data, with the number of omitted ones."""
     ordered = sorted(diagnostics, key=lambda diagnostic: not diagnostic.is_error)
-    shown = ordered[:_MOST_DIAGNOSTICS]
+    shown = ordered[:_MAX_DIAGNOSTICS]
     left = len(ordered) - len(shown)
     lines = [render_text(diagnostic) for diagnostic in shown] + ([f"... and {left:,} more"] if left else [])
     data: dict[str, Any] = {"diagnostics": [to_json(diagnostic) for diagnostic in shown]}
@@ -103,16 +103,16 @@ def diagnosed(diagnostics: Sequence[Diagnostic]) -> tuple[list[str], dict[str, A
 
 def printed(log: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
     """Format the printed output of a program, as lines and as data."""
-    left = len(log) - MOST_ITEMS
-    lines = [clipped(line) for line in log[:MOST_ITEMS]] + ([f"... and {left:,} more lines"] if left > 0 else [])
+    left = len(log) - MAX_ITEMS
+    lines = [clipped(line) for line in log[:MAX_ITEMS]] + ([f"... and {left:,} more lines"] if left > 0 else [])
     return ["printed:", *lines] if log else [], {"log": list(log)}
 
 
 def refused(diagnostics: Sequence[Diagnostic], log: Sequence[str] = ()) -> ToolAnswer:
     """Return the answer for a program with errors."""
     lines, data = diagnosed(diagnostics)
-    said, more = printed(log)
-    return answer([*lines, *said], {"ok": False, **data, **(more if log else {})})
+    printed_lines, more = printed(log)
+    return answer([*lines, *printed_lines], {"ok": False, **data, **(more if log else {})})
 
 
 # Language overview for agents.
@@ -153,7 +153,7 @@ def primer_text() -> str:
 
 
 _NAME = "<program>"
-_LONGEST_PROGRAM = 1_000_000  # characters; larger programs can be passed as files
+_MAX_PROGRAM_LENGTH = 1_000_000  # characters; larger programs can be passed as files
 _SHOWN = 120
 
 
@@ -219,15 +219,15 @@ class Project:
 
 
 def _checked(text: str) -> str:
-    if len(text) > _LONGEST_PROGRAM:
-        raise WrongArguments(f"`program` exceeds {_LONGEST_PROGRAM:,} characters; save it as a file and use `path`")
+    if len(text) > _MAX_PROGRAM_LENGTH:
+        raise WrongArguments(f"`program` exceeds {_MAX_PROGRAM_LENGTH:,} characters; save it as a file and use `path`")
     return text
 
 
-LARGEST = 1024  # pixels per side of an image
+MAX_SIDE = 1024  # pixels per side of an image
 SIZE = 512
-_MOST_WORDS = 200
-_LONGEST_WORD = 200
+_MAX_WORDS = 200
+_MAX_WORD_LENGTH = 200
 _CHANGES_TOLD = 20
 
 
@@ -257,35 +257,35 @@ def check(project: Project, program: ProjectProgram, geometry: bool) -> ToolAnsw
 def run(project: Project, program: ProjectProgram) -> ToolAnswer:
     """Return a summary of the scene: root, counts, bounding box, frames, printed output."""
 
-    def told(scene: Scene, result: Evaluated) -> ToolAnswer:
+    def reply(scene: Scene, result: Evaluated) -> ToolAnswer:
         facts = summary(scene)
         lines, data = diagnosed(result.diagnostics)
-        said, log = printed(result.log)
+        printed_lines, log = printed(result.log)
         rows = [f"{name}: {value}" for name, value in summary_rows(facts)]
-        return answer([*rows, *said, *lines], {"ok": True, **facts, **log, **data})
+        return answer([*rows, *printed_lines, *lines], {"ok": True, **facts, **log, **data})
 
-    return _of_scene(project, program, told)
+    return _of_scene(project, program, reply)
 
 
 def count(project: Project, program: ProjectProgram, frame: int) -> ToolAnswer:
     """Return the instances of every word in a frame, in order of first appearance."""
 
-    def told(scene: Scene, _: Evaluated) -> ToolAnswer:
+    def reply(scene: Scene, _: Evaluated) -> ToolAnswer:
         counts = count_words(scene.frames[_frame(scene, frame)])
-        shown = dict(islice(((word, n) for word, n in counts.items() if len(word) <= _LONGEST_WORD), _MOST_WORDS))
+        shown = dict(islice(((word, n) for word, n in counts.items() if len(word) <= _MAX_WORD_LENGTH), _MAX_WORDS))
         left = len(counts) - len(shown)
         lines = [f"{n:,} {word}" for word, n in shown.items()] + ([f"... and {left:,} more words"] if left else [])
         data: dict[str, Any] = {"ok": True, "frame": frame, "counts": shown}
         return answer(lines, data | ({"counts_left_out": left} if left else {}))
 
-    return _of_scene(project, program, told)
+    return _of_scene(project, program, reply)
 
 
 def render(project: Project, program: ProjectProgram, view: ToolView) -> ToolAnswer:
     """Render a draft image of a frame."""
     camera = _camera(project, view.camera)
 
-    def told(scene: Scene, result: Evaluated) -> ToolAnswer:
+    def reply(scene: Scene, result: Evaluated) -> ToolAnswer:
         from scenelang.backends.pictures import film
 
         frame = _frame(scene, view.frame)
@@ -303,7 +303,7 @@ def render(project: Project, program: ProjectProgram, view: ToolView) -> ToolAns
         lines, _ = diagnosed(warned)
         return ToolAnswer(bounded_text([f"{scene.word}{of}, {view.width} x {view.height} pixels", *lines]), None, png)
 
-    return _of_scene(project, program, told)
+    return _of_scene(project, program, reply)
 
 
 def diff(project: Project, a: ProjectProgram, b: ProjectProgram, tolerance: float = TOLERANCE) -> ToolAnswer:
@@ -322,36 +322,36 @@ def diff(project: Project, a: ProjectProgram, b: ProjectProgram, tolerance: floa
             found = changes_between(sides[0], sides[1], tolerance)
     except SceneError as error:
         return refused([error.diagnostic])
-    data = found.data(MOST_ITEMS)
-    left = len(found.changes) - MOST_ITEMS
+    data = found.data(MAX_ITEMS)
+    left = len(found.changes) - MAX_ITEMS
     more = {"changes_left_out": left} if left > 0 else {}
     return answer(change_lines(found, _CHANGES_TOLD), {"ok": True, **data, **more})
 
 
 def explain(name: str) -> ToolAnswer:
     """Describe a name of the language, a primitive, an attribute or a diagnostic; without a name, return the primer."""
-    asked = name.strip()
-    if not asked:
+    query = name.strip()
+    if not query:
         return ToolAnswer(primer_text())
-    lines = description(asked)
+    lines = description(query)
     if not lines:
-        hint = suggest(asked, known_names()) or "call help without a name for an overview"
-        raise WrongArguments(f"unknown name `{asked[:80]}`; {hint}")
+        hint = suggest(query, known_names()) or "call help without a name for an overview"
+        raise WrongArguments(f"unknown name `{query[:80]}`; {hint}")
     return ToolAnswer(bounded_text(lines))
 
 
 # --- shared --------------------------------------------------------------------------------------------------------
 
 
-def _of_scene(project: Project, program: ProjectProgram, told: Callable[[Scene, Evaluated], ToolAnswer]) -> ToolAnswer:
-    """Apply ``told`` to the program's scene; return its diagnostics if there is no scene or ``told`` raises."""
+def _of_scene(project: Project, program: ProjectProgram, reply: Callable[[Scene, Evaluated], ToolAnswer]) -> ToolAnswer:
+    """Apply ``reply`` to the program's scene; return its diagnostics if there is no scene or ``reply`` raises."""
     try:
         with limited(project.limits):
             session, source = project.opened(program)
             result = session.evaluate(source)
             if result.scene is None:
                 return refused(result.diagnostics, result.log)
-            return told(result.scene, result)
+            return reply(result.scene, result)
     except SceneError as error:
         return refused([error.diagnostic])
 
@@ -382,8 +382,8 @@ def _camera(project: Project, text: str) -> Viewpoint | Camera:
     """Parse a camera as `--camera` does; camera files must be in the project folder."""
     from scenelang.backends.pictures.camera import parse_viewpoint
 
-    asked = text.strip()
+    query = text.strip()
     try:
-        return parse_viewpoint(str(project.file(asked)) if asked.lower().endswith(".json") else asked)
+        return parse_viewpoint(str(project.file(query)) if query.lower().endswith(".json") else query)
     except SceneError as error:
         raise wrong_arguments(error) from None

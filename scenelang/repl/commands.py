@@ -38,7 +38,7 @@ _ORDER = """help doc apropos source tree count bounds expand time trace load rel
 edit seed transpile reset save quit"""
 
 
-def wanted(rest: str, command: str, what: str) -> str:
+def operand_of(rest: str, command: str, what: str) -> str:
     """Return the operand of a command. Raises SceneError if it is missing."""
     if not rest:
         raise SceneError("value", f"`,{command}` requires {what}")
@@ -60,7 +60,7 @@ def table(rows: Sequence[tuple[str, str]]) -> list[str]:
 # Commands for names and forms: help, doc, apropos, source, expand, time, trace, seed, reset, quit.
 
 
-_MOST_FOUND = 40
+_MAX_FOUND = 40
 
 
 def _help(repl: Repl, rest: str) -> None:
@@ -74,7 +74,7 @@ def _help(repl: Repl, rest: str) -> None:
 
 
 def _doc(repl: Repl, rest: str) -> None:
-    name = wanted(rest, "doc", "a name")
+    name = operand_of(rest, "doc", "a name")
     lines = description(repl.evaluation.top, name)
     if not lines:
         known = known_names(repl.evaluation.top)
@@ -85,7 +85,7 @@ def _doc(repl: Repl, rest: str) -> None:
 def _apropos(repl: Repl, rest: str) -> None:
     from scenelang.stdlib.reference import records
 
-    text = wanted(rest, "apropos", "a search text").lower()
+    text = operand_of(rest, "apropos", "a search text").lower()
     own = [(name, "") for name, binding in repl.evaluation.top.names() if not isinstance(binding, Builtin)]
     found = [(name, _kind(repl, name)) for name, _ in own if text in name.lower() and not name.startswith("*")]
     found += [(f'"{w}"', "word of this session") for w in repl.evaluation.top.file.words if text in w.lower()]
@@ -95,9 +95,9 @@ def _apropos(repl: Repl, rest: str) -> None:
     if not rows:
         repl.screen.rows([f"no results for `{rest[:40]}`"])
         return
-    repl.screen.rows(table(rows[:_MOST_FOUND]))
-    if len(rows) > _MOST_FOUND:
-        repl.screen.rows([f"... {len(rows) - _MOST_FOUND} more"])
+    repl.screen.rows(table(rows[:_MAX_FOUND]))
+    if len(rows) > _MAX_FOUND:
+        repl.screen.rows([f"... {len(rows) - _MAX_FOUND} more"])
 
 
 def _kind(repl: Repl, name: str) -> str:
@@ -106,7 +106,7 @@ def _kind(repl: Repl, name: str) -> str:
 
 
 def _source(repl: Repl, rest: str) -> None:
-    name = wanted(rest, "source", "a name or a word")
+    name = operand_of(rest, "source", "a name or a word")
     top = repl.evaluation.top
     form = top.definition_of(name) or top.definition_of(f'"{name.strip(chr(34))}"')
     if form is not None:
@@ -143,7 +143,7 @@ def _expand(repl: Repl, rest: str) -> None:
     from scenelang.interpreter.expand.forms import INDENTS
 
     evaluation = repl.evaluation
-    source = evaluation.source(wanted(rest, "expand", "a form"))
+    source = evaluation.source(operand_of(rest, "expand", "a form"))
     trees = evaluation.run(lambda: evaluation.top.expansion(source))
     text = layout(unparse(trees), indents=INDENTS)
     repl.screen.rows(text.rstrip("\n").split("\n"))
@@ -151,7 +151,7 @@ def _expand(repl: Repl, rest: str) -> None:
 
 def _time(repl: Repl, rest: str) -> None:
     evaluation = repl.evaluation
-    outcome = evaluation.evaluate(evaluation.source(wanted(rest, "time", "a form")))
+    outcome = evaluation.evaluate(evaluation.source(operand_of(rest, "time", "a form")))
     repl.show(outcome)
     if outcome.ok:
         repl.screen.write(f"{outcome.seconds:.3f} s, {outcome.steps:,} steps, {outcome.entities:,} entities created")
@@ -180,7 +180,7 @@ def _trace(repl: Repl, rest: str) -> None:
 
 def _seed(repl: Repl, rest: str) -> None:
     try:
-        seed = int(wanted(rest, "seed", "an integer"))
+        seed = int(operand_of(rest, "seed", "an integer"))
     except ValueError:
         raise SceneError("value", f"expected an integer, got `{rest[:40]}`") from None
     repl.evaluation.set_seed(seed)
@@ -214,7 +214,7 @@ ABOUT_COMMANDS = (
 
 
 def _load(repl: Repl, rest: str) -> None:
-    path = unquoted(wanted(rest, "load", "a file"))
+    path = unquoted(operand_of(rest, "load", "a file"))
     outcome = repl.evaluation.load(path)
     repl.show(outcome)
     if outcome.ok:
@@ -256,7 +256,7 @@ def _watch(repl: Repl, rest: str) -> None:
 
 
 def _transpile(repl: Repl, rest: str) -> None:
-    path = unquoted(wanted(rest, "transpile", "a file with a language model's Python"))
+    path = unquoted(operand_of(rest, "transpile", "a file with a language model's Python"))
     evaluation = repl.evaluation
     translation = evaluation.session.transpile(evaluation.session.source(path))
     repl.screen.report(translation.diagnostics)
@@ -277,7 +277,7 @@ def _save(repl: Repl, rest: str) -> None:
     from scenelang.backends.files import written_whole
 
     is_forced = rest.startswith("!") or rest.endswith(" !")
-    name = unquoted(wanted(rest.strip("! "), "save", "a file"))
+    name = unquoted(operand_of(rest.strip("! "), "save", "a file"))
     if name == "-":
         raise SceneError("value", "`,save` cannot write to standard output", "use `./-` for a file of that name")
     path = Path(name)
@@ -312,12 +312,12 @@ FILE_COMMANDS = (
 # Commands that call a language model: generate, edit. They accept the options of the command line.
 
 
-_MOST_CHANGES = 12
+_MAX_CHANGES = 12
 
 
 def _request(repl: Repl, command: str, rest: str, what: str) -> ModelRequest:
     """Parse the request of a command. Raises SceneError."""
-    request = repl.request(command, wanted(rest, command, what))
+    request = repl.request(command, operand_of(rest, command, what))
     if not request.text:
         raise SceneError("value", f"`,{command}` requires {what}")
     return request
@@ -329,9 +329,9 @@ def _generate(repl: Repl, rest: str) -> None:
     request = _request(repl, "generate", rest, "a text prompt, such as ,generate a lighthouse")
     assert request.task is not None
     inference = Inference(request.task, request.settings, repl.evaluation.session.options)
-    result = _asked(repl, request, inference)
+    result = _run_inference(repl, request, inference)
     repl.screen.report(result.best.diagnostics)
-    _take_over(repl, request.text, result.best.program)
+    _evaluate_program(repl, request.text, result.best.program)
 
 
 def _edit(repl: Repl, rest: str) -> None:
@@ -349,17 +349,17 @@ def _edit(repl: Repl, rest: str) -> None:
     task = edit_task(Source(name, program), before, request.text, ablation, request.seed)
     imports = imported_files(evaluation.session.check(Source(name, program)).program)
     options = replace(evaluation.session.options, imports=imports)
-    result = _asked(repl, request, Inference(task, request.settings, options, name))
+    result = _run_inference(repl, request, Inference(task, request.settings, options, name))
     done = edit_of("the session", task, before, result.best, evaluation.limits.primitives)
     repl.screen.rows(done.text.splitlines())
-    repl.screen.rows(change_lines(done.changes, _MOST_CHANGES, OF_AN_EDIT))
+    repl.screen.rows(change_lines(done.changes, _MAX_CHANGES, OF_AN_EDIT))
     if repl.screen.ask is not None and not repl.screen.ask("apply the edit?"):
         return
     evaluation.reset()
-    _take_over(repl, request.text, result.best.code)
+    _evaluate_program(repl, request.text, result.best.code)
 
 
-def _asked(repl: Repl, request: ModelRequest, inference: Inference) -> Result:
+def _run_inference(repl: Repl, request: ModelRequest, inference: Inference) -> Result:
     """Run inference to its end, in a run folder as on the command line. Raises SceneError."""
     from scenelang.inference.conductor import NoProgram
     from scenelang.inference.generation import begin, play, recorded
@@ -376,7 +376,7 @@ def _asked(repl: Repl, request: ModelRequest, inference: Inference) -> Result:
         raise
 
 
-def _take_over(repl: Repl, name: str, program: str) -> None:
+def _evaluate_program(repl: Repl, name: str, program: str) -> None:
     """Evaluate the model's program as one input."""
     outcome = repl.evaluation.evaluate(Source(f"<{name[:40]}>", program), whole=True)
     repl.show(outcome)
@@ -592,7 +592,7 @@ def _draw(repl: Repl, scene: Scene, path: Path) -> None:
 def _export(repl: Repl, rest: str) -> None:
     from scenelang.backends import base
 
-    path = Path(unquoted(wanted(rest, "export", "a file, such as scene.glb")))
+    path = Path(unquoted(operand_of(rest, "export", "a file, such as scene.glb")))
     backend = base.for_file(path, base.Work.EXPORT)
     check_folder(path)
     scene = _scene(repl, "")

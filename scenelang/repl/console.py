@@ -143,7 +143,7 @@ _SYMBOL = re.compile(r"[^\s()\[\]\"';`,]*\Z")
 _WORD_PLACE = re.compile(r"\(\s*(?:call|bind|retrieve|scene|primitive|bound\?)\s+\Z")
 _CALLED = re.compile(r'\(\s*(?:call|primitive)\s+"((?:[^"\\]|\\.)*)"')
 _COMMAND_HEAD = re.compile(r"\(\s*([^\s()\[\]\"';`,]+)")
-_LONGEST_META = 80
+_MAX_META_LENGTH = 80
 
 
 class SceneCompleter(Completer):
@@ -255,11 +255,11 @@ def _type(parameter: Any) -> str:
 def _matching(prefix: str, found: Iterable[tuple[str, str]]) -> Iterator[Completion]:
     """Return matches of the prefix by name first, then names that contain it."""
     rows = sorted(dict(found).items())
-    begun = [row for row in rows if row[0].startswith(prefix)]
-    held = [row for row in rows if len(prefix) > 2 and prefix in row[0][1:] and row not in begun]
-    for text, doc in [*begun, *held]:
+    matches = [row for row in rows if row[0].startswith(prefix)]
+    held = [row for row in rows if len(prefix) > 2 and prefix in row[0][1:] and row not in matches]
+    for text, doc in [*matches, *held]:
         meta = " ".join(doc.split())
-        yield Completion(text, -len(prefix), display_meta=meta[:_LONGEST_META])
+        yield Completion(text, -len(prefix), display_meta=meta[:_MAX_META_LENGTH])
 
 
 # Indentation of a new line in an unfinished form: bodies by two columns, operands aligned with one another.
@@ -289,9 +289,9 @@ def indentation(text: str, indents: Mapping[str, int | None]) -> int:
         return column + 1
     if name == "let" and re.match(r"\s+[^\s()]", after):
         return _body(column, after, 2)  # a named let
-    wanted = indents.get(name, 0 if name.startswith(("def", "with-")) else None)
-    if wanted is not None:
-        return _body(column, after, wanted)
+    head_operands = indents.get(name, 0 if name.startswith(("def", "with-")) else None)
+    if head_operands is not None:
+        return _body(column, after, head_operands)
     blank = _BLANK.match(text, head.end())
     start = blank.end() if blank is not None else head.end()
     if start >= len(text) or text[start] in "\n;":
@@ -299,9 +299,9 @@ def indentation(text: str, indents: Mapping[str, int | None]) -> int:
     return column + start - opener
 
 
-def _body(column: int, after: str, wanted: int) -> int:
+def _body(column: int, after: str, head_operands: int) -> int:
     """Indent a body by two columns, and distinguished operands before it by four."""
-    return column + (2 if _operands(after) >= wanted else 4)
+    return column + (2 if _operands(after) >= head_operands else 4)
 
 
 def _operands(text: str) -> int:

@@ -47,9 +47,9 @@ class Protocol(Enum):
 
 def protocol_of(environment: Mapping[str, str]) -> Protocol | None:
     """Detect the terminal's image protocol; ``SCENELANG_IMAGES`` overrides it (a name, or ``none``)."""
-    said = environment.get("SCENELANG_IMAGES")
-    if said is not None:
-        return next((p for p in Protocol if p.value == said), None)
+    override = environment.get("SCENELANG_IMAGES")
+    if override is not None:
+        return next((p for p in Protocol if p.value == override), None)
     if "TMUX" in environment or environment.get("TERM", "").startswith("screen"):
         return None  # multiplexers do not pass the sequences through
     program, term = environment.get("TERM_PROGRAM", ""), environment.get("TERM", "")
@@ -118,8 +118,8 @@ def _runs(bits: list[int]) -> str:
 # Trees of entities: breadth-first within a few lines; equal neighbors are counted together.
 
 
-_LOOKED_AT = 20_000  # maximum number of parts to examine per entity
-_MOST_FACTS = 60
+_MAX_EXAMINED = 20_000  # maximum number of parts to examine per entity
+_MAX_FACTS = 60
 
 
 @dataclass(slots=True)
@@ -144,12 +144,12 @@ def tree_lines(value: Entity | Scene | Frames, most: int) -> list[str]:
 
 def parts_tree(value: Pair | MutableList, most: int) -> list[str]:
     """Return the tree of parts, a list of entities and pairs ``(Entity . Matrix)``; empty for other values."""
-    items = list(islice(_items(value), _LOOKED_AT + 1))
+    items = list(islice(_items(value), _MAX_EXAMINED + 1))
     if type(value) is Pair and type(value.car) is Entity and type(value.cdr) is Matrix:
         items = [value]
     if not items or not all(_is_part(item) for item in items):
         return []
-    count = f"{len(items):,}" if len(items) <= _LOOKED_AT else f"more than {_LOOKED_AT:,}"
+    count = f"{len(items):,}" if len(items) <= _MAX_EXAMINED else f"more than {_MAX_EXAMINED:,}"
     return _drawn(_Node(f"{count} part{'' if len(items) == 1 else 's'}", [_as_part(item) for item in items]), most)
 
 
@@ -182,7 +182,7 @@ def _facts(entity: Entity) -> str:
     facts += [f'"{z.text[:40]}"'] if z.text else []
     facts += [f":{name} {_brief(value)}" for name, value in islice(z.attributes.items(), 6)]
     text = " ".join(facts)
-    return f"  {text[:_MOST_FACTS]}{'...' if len(text) > _MOST_FACTS else ''}" if text else ""
+    return f"  {text[:_MAX_FACTS]}{'...' if len(text) > _MAX_FACTS else ''}" if text else ""
 
 
 def _brief(value: Any) -> str:
@@ -202,7 +202,7 @@ def _drawn(root: _Node, most: int) -> list[str]:
         groups = _groups(node.parts)
         if not groups:
             continue
-        rest = len(node.parts) - min(len(node.parts), _LOOKED_AT)
+        rest = len(node.parts) - min(len(node.parts), _MAX_EXAMINED)
         if left <= 0:
             node.label += f"  ... {_parts(len(node.parts))}"
             continue
@@ -234,7 +234,7 @@ def _rows(root: _Node, prefix: str, inner: str) -> Iterator[str]:
 def _groups(parts: Iterable[Any]) -> list[tuple[Entity, int]]:
     """Group adjacent parts with the same word and number of parts, with a count."""
     found: list[tuple[Entity, int]] = []
-    for part in islice(parts, _LOOKED_AT):
+    for part in islice(parts, _MAX_EXAMINED):
         entity = part.car
         if found and found[-1][0].word == entity.word and len(found[-1][0].children) == len(entity.children):
             found[-1] = (found[-1][0], found[-1][1] + 1)
@@ -243,16 +243,16 @@ def _groups(parts: Iterable[Any]) -> list[tuple[Entity, int]]:
     return found
 
 
-MOST_LINES = 12
-_MOST_ROWS, _MOST_COLUMNS = 10, 10
+MAX_LINES = 12
+_MAX_ROWS, _MAX_COLUMNS = 10, 10
 _COUNTED = 100_000  # longer chains of pairs are not counted
 
 
 def displayed(value: Any, width: int = 80) -> str:
-    """Format a value, in at most ``MOST_LINES`` lines of at most ``width`` columns; empty for none."""
+    """Format a value, in at most ``MAX_LINES`` lines of at most ``width`` columns; empty for none."""
     lines = [clean(line) for line in _lines(value, max(width, 20))]
-    if len(lines) > MOST_LINES:
-        lines = [*lines[: MOST_LINES - 1], f"... {len(lines) - MOST_LINES + 1:,} more lines"]
+    if len(lines) > MAX_LINES:
+        lines = [*lines[: MAX_LINES - 1], f"... {len(lines) - MAX_LINES + 1:,} more lines"]
     return "\n".join(line if len(line) <= width else line[: width - 3] + "..." for line in lines)
 
 
@@ -266,7 +266,7 @@ def _lines(value: Any, width: int) -> Sequence[str]:
         return []
     kind = type(value)
     if kind is Entity or kind is Scene or kind is Frames:
-        return tree_lines(value, MOST_LINES)
+        return tree_lines(value, MAX_LINES)
     if kind is Matrix:
         return aligned([value[0:4], value[4:8], value[8:12], (0.0, 0.0, 0.0, 1.0)])
     if kind is Array or kind is MutableArray:
@@ -279,7 +279,7 @@ def _lines(value: Any, width: int) -> Sequence[str]:
         return error_lines(value.error)
     if isinstance(value, Procedure):
         return [signature_of(value)]
-    if (kind is Pair or kind is MutableList) and (lines := parts_tree(value, MOST_LINES)):
+    if (kind is Pair or kind is MutableList) and (lines := parts_tree(value, MAX_LINES)):
         return lines
     return _text_lines(value, width)
 
@@ -355,9 +355,9 @@ def _array_lines(data: Any, width: int) -> Sequence[str]:
     if data.ndim != 2 or not data.size:
         shape = " x ".join(map(str, data.shape))
         return [f"array of {shape}", *(_text_lines(data.tolist(), width) if data.size < 50 else ())]
-    columns = min(data.shape[1], _MOST_COLUMNS)
-    lines = aligned(data[:_MOST_ROWS, :columns].tolist())
-    if data.shape[0] > _MOST_ROWS or data.shape[1] > columns:
+    columns = min(data.shape[1], _MAX_COLUMNS)
+    lines = aligned(data[:_MAX_ROWS, :columns].tolist())
+    if data.shape[0] > _MAX_ROWS or data.shape[1] > columns:
         lines.append(f"... {data.shape[0]:,} x {data.shape[1]:,}")
     return lines
 
@@ -366,7 +366,7 @@ def _table_lines(table: Table, width: int) -> list[str]:
     entries = list(table.entries.values())
     if not entries:
         return ["(table)"]
-    shown = [(show(key, 30), show(value, width)) for key, value in entries[: MOST_LINES - 2]]
+    shown = [(show(key, 30), show(value, width)) for key, value in entries[: MAX_LINES - 2]]
     across = max(len(key) for key, _ in shown)
     lines = [f"table of {len(entries):,}:", *(f"  {key.ljust(across)}  {value}" for key, value in shown)]
     return [*lines, f"  ... {len(entries) - len(shown):,} more"] if len(entries) > len(shown) else lines
@@ -396,8 +396,8 @@ def error_lines(error: SceneError) -> list[str]:
 # Output of a REPL: a terminal, or two plain streams.
 
 
-_MOST_LOG_LINES = 200
-_MOST_SCREEN_ROWS = 60
+_MAX_LOG_LINES = 200
+_MAX_SCREEN_ROWS = 60
 
 
 @dataclass(frozen=True, slots=True)
@@ -427,14 +427,14 @@ class Screen:
 
     def log(self, lines: Sequence[str]) -> None:
         """Print the output of a program, up to a maximum number of lines."""
-        shown = [part for line in lines[:_MOST_LOG_LINES] for part in line.split("\n")][:_MOST_LOG_LINES]
+        shown = [part for line in lines[:_MAX_LOG_LINES] for part in line.split("\n")][:_MAX_LOG_LINES]
         for line in shown:
             self.write(clean(line))
         left = sum(line.count("\n") + 1 for line in lines) - len(shown)
         if left:
             self.write(f"... {left:,} more lines")
 
-    def prose(self, lines: Iterable[str], most: int = _MOST_SCREEN_ROWS) -> None:
+    def prose(self, lines: Iterable[str], most: int = _MAX_SCREEN_ROWS) -> None:
         """Print lines of text, wrapped with a hanging indent."""
         wrapped: list[str] = []
         for line in lines:
@@ -442,7 +442,7 @@ class Screen:
             wrapped += textwrap.wrap(clean(line), self.width, subsequent_indent=indent, break_on_hyphens=False) or [""]
         self.rows(wrapped, most)
 
-    def rows(self, lines: Iterable[str], most: int = _MOST_SCREEN_ROWS) -> None:
+    def rows(self, lines: Iterable[str], most: int = _MAX_SCREEN_ROWS) -> None:
         """Print the output lines of a command, truncated to the width, up to a maximum number."""
         width = self.width
         for number, line in enumerate(lines):

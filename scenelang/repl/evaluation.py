@@ -79,9 +79,9 @@ def _with_comment(form: TopForm, seen: set[str]) -> str:
 # Tracing of calls to the log.
 
 
-MOST_LINES = 200
-_WIDEST = 60
-_DEEPEST = 20
+MAX_LINES = 200
+_MAX_WIDTH = 60
+_MAX_DEPTH = 20
 
 
 class Tracer:
@@ -118,8 +118,8 @@ class Tracer:
         body = code.body
 
         def run(frame: Frame) -> Any:
-            arguments = " ".join(show(frame[p.slot], _WIDEST) for p in code.parameters)
-            indent = "  " * min(self._depth, _DEEPEST)
+            arguments = " ".join(show(frame[p.slot], _MAX_WIDTH) for p in code.parameters)
+            indent = "  " * min(self._depth, _MAX_DEPTH)
             self._tell(top, f"{indent}({name}{' ' if arguments else ''}{arguments})")
             self._depth += 1
             try:
@@ -129,17 +129,17 @@ class Tracer:
                     value = rt.next_body(rt.next_frame)
             finally:
                 self._depth -= 1
-            self._tell(top, f"{indent}=> {show(value, _WIDEST)}")
+            self._tell(top, f"{indent}=> {show(value, _MAX_WIDTH)}")
             return value
 
         return run
 
     def _tell(self, top: TopLevel, line: str) -> None:
         self._lines += 1
-        if self._lines <= MOST_LINES:
+        if self._lines <= MAX_LINES:
             top.rt.print(line)
-        elif self._lines == MOST_LINES + 1:
-            top.rt.print(f"... more than {MOST_LINES} lines of trace")
+        elif self._lines == MAX_LINES + 1:
+            top.rt.print(f"... more than {MAX_LINES} lines of trace")
 
 
 def function_of(top: TopLevel, name: str) -> Closure | None:
@@ -156,7 +156,7 @@ def function_of(top: TopLevel, name: str) -> Closure | None:
 
 
 T = TypeVar("T")
-_LONGEST_INPUT = 60
+_MAX_INPUT_LENGTH = 60
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -187,7 +187,7 @@ class ReplSubject:
 def _brief(text: str) -> str:
     """Shorten an input to one line."""
     line = " ".join(text.split())
-    return line if len(line) <= _LONGEST_INPUT else line[: _LONGEST_INPUT - 3] + "..."
+    return line if len(line) <= _MAX_INPUT_LENGTH else line[: _MAX_INPUT_LENGTH - 3] + "..."
 
 
 class ReplEvaluation:
@@ -290,8 +290,10 @@ class ReplEvaluation:
         except (SceneError, RecursionError, MemoryError) as error:
             problem = self.session.problem_of(error)
             assert problem is not None
-            kept = error if isinstance(error, SceneError) else SceneError(problem.name, problem.message, problem.hint)
-            self.top.latest.remember_error(kept)
+            scene_error = (
+                error if isinstance(error, SceneError) else SceneError(problem.name, problem.message, problem.hint)
+            )
+            self.top.latest.remember_error(scene_error)
             return problem
         return None
 

@@ -168,8 +168,8 @@ class Repl:
             assert problem is not None
             return self._failed(problem)
         except OSError as error:
-            said = f"{error.strerror or error}: {error.filename or 'output'}"
-            return self._failed(SceneError("file", said).diagnostic)
+            message = f"{error.strerror or error}: {error.filename or 'output'}"
+            return self._failed(SceneError("file", message).diagnostic)
         except KeyboardInterrupt:
             return self._failed(LimitError("interrupted", f"`,{command.name}` was interrupted").diagnostic)
         return EvaluationOutcome()
@@ -190,11 +190,11 @@ def is_command(text: str) -> bool:
 def find(known: Sequence[Command], name: str) -> Command:
     """Find a command by name or unambiguous prefix. Raises SceneError with a suggestion."""
     exact = [command for command in known if command.name == name]
-    begun = exact or [command for command in known if name and command.name.startswith(name)]
-    if len(begun) == 1:
-        return begun[0]
-    if begun:
-        listed = ", ".join(f",{command.name}" for command in begun)
+    matches = exact or [command for command in known if name and command.name.startswith(name)]
+    if len(matches) == 1:
+        return matches[0]
+    if matches:
+        listed = ", ".join(f",{command.name}" for command in matches)
         raise SceneError("value", f"ambiguous command `,{name[:40]}`: {listed}")
     near = suggest(name, [command.name for command in known])
     hint = near.replace("`", "`,", 1) if near else "see `,help` for a list of commands"

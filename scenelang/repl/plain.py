@@ -36,43 +36,43 @@ class Plain:
 
     def run(self, evaluation: ReplEvaluation) -> int:
         """Process inputs until the stream ends; returns the number of failed inputs."""
-        said: list[str] = []
+        output: list[str] = []
         if self.as_json:
-            screen = Screen(said.append, lambda text: None, quiet=self.quiet)
+            screen = Screen(output.append, lambda text: None, quiet=self.quiet)
         else:
             screen = Screen(lambda text: _say(self.out, text), lambda text: _say(self.errors, text), quiet=self.quiet)
         repl = Repl(evaluation, screen, commands(), self.request)
         try:
             if evaluation.file is not None:
-                self._answer(repl, evaluation.load(evaluation.file), said)
+                self._answer(repl, evaluation.load(evaluation.file), output)
             for text in self._inputs():
                 for part in _parts(text) if self.as_json else [text]:
-                    self._feed(repl, part, said)
+                    self._feed(repl, part, output)
         except Quit:
             pass
         finally:
             repl.close()
         return repl.errors
 
-    def _feed(self, repl: Repl, text: str, said: list[str]) -> None:
+    def _feed(self, repl: Repl, text: str, output: list[str]) -> None:
         if not self.as_json or is_command(text):
             outcome = repl.feed(text)
             if self.as_json:
-                self._object(outcome, said)
+                self._object(outcome, output)
             return
         evaluation = repl.evaluation
         with repl.lock:
-            self._answer(repl, evaluation.evaluate(evaluation.source(text)), said)
+            self._answer(repl, evaluation.evaluate(evaluation.source(text)), output)
             repl.changed()
 
-    def _answer(self, repl: Repl, outcome: EvaluationOutcome, said: list[str]) -> None:
+    def _answer(self, repl: Repl, outcome: EvaluationOutcome, output: list[str]) -> None:
         if not self.as_json:
             repl.show(outcome)
             return
         repl.errors += not outcome.ok
-        self._object(outcome, said)
+        self._object(outcome, output)
 
-    def _object(self, outcome: EvaluationOutcome, said: list[str]) -> None:
+    def _object(self, outcome: EvaluationOutcome, output: list[str]) -> None:
         value = outcome.values[-1] if outcome.values else None
         found = capped([d for d in outcome.diagnostics if d.is_error or not self.quiet])
         data = {
@@ -81,11 +81,11 @@ class Plain:
             "type": type_name(value) if outcome.values else None,
             "diagnostics": [to_json(d) for d in found],
             "log": list(outcome.log),
-            "output": "\n".join(said),
+            "output": "\n".join(output),
             "seconds": round(outcome.seconds, 6),
             "steps": outcome.steps,
         }
-        said.clear()
+        output.clear()
         _say(self.out, json.dumps(data))
 
     # --- reading -----------------------------------------------------------------------------------------------
@@ -123,7 +123,7 @@ _CODE = re.compile(r'#;|;[^\n]*|#\||["()\[\]]')
 
 
 class _Nesting:
-    """Whether a string, a comment or a bracket is open after the lines so far; each line is looked at once."""
+    """Incremental scanner for unclosed strings, comments and brackets; each line is scanned once."""
 
     def __init__(self) -> None:
         self._depth = 0

@@ -25,9 +25,9 @@ _PLACE = struct.Struct("=II")  # sequence (odd during a write), length
 _WATCHED_AT = 56  # pid of the supervised process
 _PLACE_AT = 64
 _REASON_AT = 1 << 15
-_LONGEST_LINE = 2_000
-_LONGEST_CHAIN = 12
-_MOST_LINES = 1_000_000
+_MAX_LINE_LENGTH = 2_000
+_MAX_CHAIN_LENGTH = 12
+_MAX_LINES = 1_000_000
 
 Chain = tuple[tuple[str, Span | None], ...]
 
@@ -93,7 +93,7 @@ class Status:
 
     def put_place(self, chain: Chain) -> None:
         """Record the running call chain, innermost first."""
-        data = [(name, _place_data(span)) for name, span in chain[:_LONGEST_CHAIN]]
+        data = [(name, _place_data(span)) for name, span in chain[:_MAX_CHAIN_LENGTH]]
         self._write_record(_PLACE_AT, data)
 
     def place(self) -> Chain:
@@ -151,7 +151,7 @@ def _place_data(span: Span | None) -> list[Any] | None:
         return None
     line, column = span.source.position(span.start)
     end_line, end_column = span.source.position(span.end)
-    return [span.source.name, line, column, end_line, end_column, span.source.line(line)[: column + _LONGEST_LINE]]
+    return [span.source.name, line, column, end_line, end_column, span.source.line(line)[: column + _MAX_LINE_LENGTH]]
 
 
 def _span(data: list[Any] | None) -> Span | None:
@@ -159,7 +159,7 @@ def _span(data: list[Any] | None) -> Span | None:
     if data is None:
         return None
     name, line, column, end_line, end_column, text = data
-    line, end_line = min(line, _MOST_LINES), min(end_line, _MOST_LINES)
+    line, end_line = min(line, _MAX_LINES), min(end_line, _MAX_LINES)
     rest = "\n" * (end_line - line) + " " * (end_column if end_line > line else max(0, end_column - len(text)))
     source = Source(name, "\n" * (line - 1) + text + rest)
     start = line - 1 + column - 1
@@ -183,9 +183,9 @@ _PAGE = os.sysconf("SC_PAGE_SIZE") if hasattr(os, "sysconf") else 4096
 
 
 _PLACED = (ListDatum, ArrayDatum, Atom, *get_args(ast.Expr), ast.Define)
-_MOST_FRAMES = 300
-_FIRST_GLANCE = 0.02  # initial delay, in seconds
-_GLANCE = 0.05
+_MAX_FRAMES = 300
+_INITIAL_DELAY = 0.02  # initial delay, in seconds
+_POLL_INTERVAL = 0.05
 
 
 def running(thread: int) -> Chain:
@@ -195,7 +195,7 @@ def running(thread: int) -> Chain:
     found: list[tuple[str, Span | None]] = []
     text: Source | None = None
     frames = 0
-    while frame is not None and frames < _MOST_FRAMES:
+    while frame is not None and frames < _MAX_FRAMES:
         place = _place(frame)
         if frame.f_code.co_name == "evaluate_root":
             found.append((f'"{frame.f_locals.get("word")}"', None))
@@ -253,7 +253,7 @@ class Sampler:
         self._ended.set()
 
     def _look(self) -> None:
-        pause = _FIRST_GLANCE
+        pause = _INITIAL_DELAY
         while not self._ended.wait(pause):
             try:
                 chain = running(self._thread)
@@ -261,4 +261,4 @@ class Sampler:
                 continue
             if chain and not self._ended.is_set():
                 self._status.put_place(chain)
-            pause = _GLANCE
+            pause = _POLL_INTERVAL

@@ -31,7 +31,7 @@ from scenelang.sandbox.status import Chain, Phase, Sampler, Status, resident_byt
 GRACE = 0.5  # seconds beyond the limit, to let the evaluator's own check report first
 _INTERRUPT_GRACE = 1.0
 _MEMORY_SLACK = 1.03
-_GLANCE, _CLOSE_GLANCE, _IDLE_GLANCE = 0.005, 0.001, 0.02  # sampling intervals, in seconds
+_POLL_INTERVAL, _FAST_POLL_INTERVAL, _IDLE_POLL_INTERVAL = 0.005, 0.001, 0.02  # sampling intervals, in seconds
 _ADOPTION = 10.0
 _NOTE_EVERY = 0.002
 _CLOSE = 0.6  # fraction of the memory limit from which sampling is faster
@@ -335,8 +335,8 @@ class Monitor:
     def _pause(self) -> float:
         phase = self._phase()
         if phase is None:
-            return _IDLE_GLANCE
-        return _CLOSE_GLANCE if resident_bytes_of(self._pid) > _CLOSE * phase.ceiling else _GLANCE
+            return _IDLE_POLL_INTERVAL
+        return _FAST_POLL_INTERVAL if resident_bytes_of(self._pid) > _CLOSE * phase.ceiling else _POLL_INTERVAL
 
     def _excess(self, phase: Phase | None) -> Diagnostic | None:
         """Return the diagnostic of the limit that the child exceeds in a phase, or None."""

@@ -26,7 +26,7 @@ from scenelang.sandbox.status import Status
 from scenelang.sandbox.supervision import Ended, Monitor, become_child, crash, is_supported
 
 _HEADER = struct.Struct("=Q")
-_LARGEST = 1 << 32  # maximum bytes of an answer
+_MAX_SIZE = 1 << 32  # maximum bytes of an answer
 
 
 class Worker:
@@ -178,8 +178,8 @@ def _pickled(answer: tuple[str, Any]) -> bytes:
     try:
         return pickle.dumps(answer)
     except Exception as error:  # exceptions of libraries may not be picklable
-        said = f"internal error: {type(answer[1]).__name__}: {answer[1]} ({error})"
-        return pickle.dumps(("error", RuntimeError(said[:2000])))
+        message = f"internal error: {type(answer[1]).__name__}: {answer[1]} ({error})"
+        return pickle.dumps(("error", RuntimeError(message[:2000])))
 
 
 # --- framing: length-prefixed messages -------------------------------------------------------------------------------
@@ -192,7 +192,7 @@ def _send(channel: socket.socket, data: bytes) -> None:
 
 def _receive(channel: socket.socket) -> bytes:
     (length,) = _HEADER.unpack(_exactly(channel, _HEADER.size))
-    if length > _LARGEST:
+    if length > _MAX_SIZE:
         raise EOFError
     return _exactly(channel, length)
 

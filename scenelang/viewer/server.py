@@ -23,11 +23,11 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.viewer.workspace import Workspace, state_data
 
 HOST = "127.0.0.1"
-LARGEST_BODY = 64 * 1024
+MAX_BODY_SIZE = 64 * 1024
 _POLL = 0.3  # polling interval of the files, in seconds
 _HEARTBEAT = 10.0
 _TIMEOUT = 30.0
-_MOST_LISTENERS = 32
+_MAX_LISTENERS = 32
 _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src data:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
@@ -66,7 +66,7 @@ class ViewServer(ThreadingHTTPServer):
     def subscribe(self) -> queue.SimpleQueue[int | None] | None:
         """Subscribe to changes: returns a queue of file numbers, or None if there are too many subscribers."""
         with self._events_lock:
-            if len(self._events) >= _MOST_LISTENERS:
+            if len(self._events) >= _MAX_LISTENERS:
                 return None
             self._events.append(queue.SimpleQueue())
             return self._events[-1]
@@ -226,7 +226,7 @@ class _Handler(BaseHTTPRequestHandler):
         length = self.headers.get("Content-Length", "")
         if not length.isdecimal() or self.headers.get("Transfer-Encoding") is not None:
             raise _Refused(HTTPStatus.LENGTH_REQUIRED, "missing Content-Length")
-        if len(length) > 9 or int(length) > LARGEST_BODY:
+        if len(length) > 9 or int(length) > MAX_BODY_SIZE:
             raise _Refused(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, "request body too large")
         try:
             data = json.loads(self.rfile.read(int(length)))

@@ -345,10 +345,10 @@ class Workspace:
         defines = {control.param.name: control for control in old.controls}
         literals = {name: defines[name].literal(value) for name, value in values.items() if name in defines}
         state = self._evaluated(file, old, literals)
-        kept = _kept_values(old, state, values)
-        if kept != values:  # an overridden param was removed, or its default changed
-            state = self._evaluated(file, old, {name: literals[name] for name in kept if name in literals})
-        self._states[file] = replace(state, values=kept)
+        overridden = _valid_overrides(old, state, values)
+        if overridden != values:  # an overridden param was removed, or its default changed
+            state = self._evaluated(file, old, {name: literals[name] for name in overridden if name in literals})
+        self._states[file] = replace(state, values=overridden)
         for announce in self._listeners:
             announce(file)
 
@@ -387,8 +387,8 @@ def evaluator(open_session: OpenSession, limit: int, splats: SplatsOf | None = N
         except SceneError as error:
             found = (*found, error.diagnostic)
         except Exception as error:  # an internal error must not end the viewer
-            said = f"internal error: {type(error).__name__}: {error}"
-            found = (*found, SceneError("unsupported", said, "please report it").diagnostic)
+            message = f"internal error: {type(error).__name__}: {error}"
+            found = (*found, SceneError("unsupported", message, "please report it").diagnostic)
         controls = controls_of(program.params) if program is not None else None
         return WorkspaceEvaluation(packet, found, stamps, controls, program is not None and _is_read(program))
 
@@ -400,7 +400,7 @@ def _is_read(program: Program) -> bool:
     return all(d.name == "param" for d in program.diagnostics if d.is_error)
 
 
-def _kept_values(old: State, new: State, values: Mapping[str, Any]) -> dict[str, Any]:
+def _valid_overrides(old: State, new: State, values: Mapping[str, Any]) -> dict[str, Any]:
     """Return the overridden values of params that still exist with the same default."""
     before = {control.param.name: control.param.default for control in old.controls}
     now = {control.param.name: control.param.default for control in new.controls}
@@ -461,7 +461,7 @@ def _param_data(control: ParamControl, values: Mapping[str, Any], is_live: bool)
     }
 
 
-def saved_page(workspace: Workspace, told: Callable[[Sequence[Diagnostic]], None]) -> str | None:
+def saved_page(workspace: Workspace, report: Callable[[Sequence[Diagnostic]], None]) -> str | None:
     """Return a self-contained page with the scenes of all files, or None if one has errors. ``told`` is called with the
     diagnostics."""
     from scenelang.backends.viewer.page import SavedScene, self_contained
@@ -469,7 +469,7 @@ def saved_page(workspace: Workspace, told: Callable[[Sequence[Diagnostic]], None
     scenes = []
     for number, name in enumerate(workspace.files):
         state = workspace.state(number)
-        told(state.diagnostics)
+        report(state.diagnostics)
         if state.packet is None or not state.ok:
             return None
         scenes.append(SavedScene(name, state_data(name, state, is_live=False), state.packet))

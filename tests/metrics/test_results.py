@@ -12,13 +12,13 @@ from support import evaluate
 from scenelang.backends.base import Progress
 from scenelang.backends.pictures.film import PictureOptions
 from scenelang.evaluation.running import (
+    Callbacks,
     Drawing,
     Evaluation,
     EvaluationEntry,
     MetricRecord,
     Results,
     Subject,
-    Tellers,
     entries_of,
     read_results,
     write_results,
@@ -61,7 +61,7 @@ class Measuring:
 def run(folder: Path, subjects: list[Subject], *measures: Measuring) -> tuple[Evaluation, list[tuple[str, str]]]:
     told: list[tuple[str, str]] = []
     evaluation = Evaluation(read_results(folder))
-    tellers = Tellers(lambda results: write_results(folder, results), lambda e, about: told.append((e.name, about)))
+    tellers = Callbacks(lambda results: write_results(folder, results), lambda e, about: told.append((e.name, about)))
     evaluation.measure(subjects, measures, tellers)
     return evaluation, told
 

@@ -11,7 +11,7 @@ import pytest
 from models.conftest import RESPONSES, Place, answers, python, recorded, system, texts
 from scenelang.grammar.datum import Source
 from scenelang.inference.brief import Ablation, Brief, Notation, Prompts, Task, TaskKind
-from scenelang.inference.listing import MOST_ITEMS, listing, program_of, rename_language, rename_python
+from scenelang.inference.listing import MAX_ITEMS, listing, program_of, rename_language, rename_python
 from scenelang.inference.steps import AnswerReader, Verdict
 from scenelang.interpreter.scene.entity import Scene, primitive_count
 from scenelang.scene_changes import Changes, changes_between, sheets_of
@@ -42,7 +42,7 @@ def brief(ablation: Ablation, notation: Notation, program: str | None, seed: int
 
 def read(chosen: Brief, answer: str) -> Verdict:
     verdict = AnswerReader(chosen, Options()).read(answer)
-    assert verdict.is_usable, verdict.told()
+    assert verdict.is_usable, verdict.report_text()
     return verdict
 
 
@@ -156,7 +156,7 @@ CORPUS = [
 @pytest.mark.parametrize("path", CORPUS)
 def test_lists_of_the_corpus_round_trip(path: Path) -> None:
     before = scene_of(path.stem)
-    if sum(primitive_count(frame) for frame in before.frames) > MOST_ITEMS:
+    if sum(primitive_count(frame) for frame in before.frames) > MAX_ITEMS:
         pytest.skip("a list holds fewer primitives")
     result = Session().evaluate(Source("list.scene", program_of(listing(before, True), "a task")))
     assert result.scene is not None, [d.message for d in result.diagnostics]

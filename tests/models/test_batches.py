@@ -319,7 +319,7 @@ def test_what_an_earlier_run_asked_is_not_submitted(make: Make, tmp_path: Path) 
 def test_a_batch_that_never_ends_is_given_up(make: Make, monkeypatch: pytest.MonkeyPatch) -> None:
     place = make(cubes(1))
     place.server.patience = 1_000_000
-    monkeypatch.setattr(conductor, "_LONGEST_BATCH", 0.1)
+    monkeypatch.setattr(conductor, "_MAX_BATCH_TIME", 0.1)
     with pytest.raises(SceneError, match="not done after a day"):
         place.play(samples=1)
     assert place.run_.facts["batch"]["id"] == "msgbatch_0"  # it may be looked at again

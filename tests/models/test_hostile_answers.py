@@ -52,7 +52,7 @@ def read(folder: Path, answer: str, notation: Notation = Notation.PYTHON, kind: 
     verdict = AnswerReader(brief, Options(limits=LIMITS, project=folder / "project")).read(answer)
     assert time.monotonic() - started < TIME
     assert {path: path.stat().st_mtime_ns for path in folder.rglob("*")} == before
-    told = verdict.told()
+    told = verdict.report_text()
     assert len(told) < 50_000
     assert "swordfish" not in told + verdict.program
     assert "Traceback" not in told
@@ -121,7 +121,7 @@ MUST_FAIL = (
 def test_a_trick_is_a_mistake_that_is_told(folder: Path, trick: str) -> None:
     verdict = read(folder, TRICKS[trick])
     assert not verdict.is_usable
-    assert verdict.told()
+    assert verdict.report_text()
 
 
 def scene(body: str) -> str:

@@ -100,7 +100,7 @@ def test_what_is_said_of_an_answer() -> None:
     verdict = AnswerReader(chosen, Options()).read(WRONG)
     picture = ImageContent("image/png", b"png")
     turns = {
-        "repair": chosen.repair(verdict.told()),
+        "repair": chosen.repair(verdict.report_text()),
         "cut": chosen.cut(64_000),
         "critique": chosen.critique([("The scene, from above:", picture)], "warning: a cube floats"),
         "critique without findings": chosen.critique([("The scene, from above:", picture)], ""),
@@ -162,7 +162,7 @@ MODE = (TaskKind.FILM, Notation.LANGUAGE)
 def test_examples_are_right(kind: TaskKind, notation: Notation, ablation: Ablation) -> None:
     chosen = brief(task(kind, notation, ablation))
     verdict = AnswerReader(chosen, Options()).read(chosen.example)
-    assert verdict.is_usable, verdict.told()
+    assert verdict.is_usable, verdict.report_text()
     assert verdict.diagnostics == ()
     assert verdict.findings == ()
     checked = Session().check_geometry(Source("example.scene", verdict.program))
@@ -176,7 +176,7 @@ def test_examples_of_lists_are_right(kind: TaskKind, ablation: Ablation) -> None
     shown = chosen.example.split("```json\n")[1].split("```")[0]
     whole = re.sub(r",\n\.\.\.\n", "\n", shown)
     verdict = read_list(kind, ablation, whole)
-    assert [d for d in verdict.diagnostics if "does not move" not in d.message] == [], verdict.told()
+    assert [d for d in verdict.diagnostics if "does not move" not in d.message] == [], verdict.report_text()
     items = json.loads(whole)[0] if kind is TaskKind.FILM else json.loads(whole)
     assert len(items) >= 7
     assert all(("word" in item) is (ablation is Ablation.P) for item in items)
@@ -313,8 +313,8 @@ def test_all_parameters_by_position_and_by_name(helper: str) -> None:
         positions = ["part", "part", "[part]"]
     for arguments in (positions, [f"{name}={VALUES[name]}" for name in names] or positions):
         verdict = verdict_on(helper, arguments)
-        assert verdict.is_usable, f"{arguments}\n{verdict.told()}"
-        assert not verdict.diagnostics, verdict.told()
+        assert verdict.is_usable, f"{arguments}\n{verdict.report_text()}"
+        assert not verdict.diagnostics, verdict.report_text()
 
 
 # Decorators take whatever they are given: nothing of the scene depends on it.
@@ -353,8 +353,8 @@ def test_defaults_of_the_header_are_the_languages() -> None:
         ("primitive_call", "'cone', {}", "'cone', {'radius': 1, 'p0': (0, 0, 0), 'p1': (0, 1, 0)}"),
     ):
         one, two = verdict_on(helper, [short]), verdict_on(helper, [long])
-        assert one.scene is not None, one.told()
-        assert two.scene is not None, two.told()
+        assert one.scene is not None, one.report_text()
+        assert two.scene is not None, two.report_text()
         assert changes_between(sheets_of(one.scene, 10), sheets_of(two.scene, 10)).equal, (helper, short)
 
 

@@ -13,7 +13,7 @@ from urllib.parse import urlsplit
 import pytest
 
 from scenelang.cli.main import main
-from scenelang.viewer.server import LARGEST_BODY, ViewServer
+from scenelang.viewer.server import MAX_BODY_SIZE, ViewServer
 
 TEXT = '(param n 2)\n(bind "row" (lambda () (union-loop n (lambda (i) (call "cube")))))\n'
 
@@ -123,7 +123,7 @@ def test_other_files_are_none(server: ViewServer, number: str) -> None:
 
 
 def test_bodies_are_bounded_and_json(server: ViewServer) -> None:
-    assert ask(server, "set", "POST", b"x" * (LARGEST_BODY + 1), Content_Type="application/json")[0] == 413
+    assert ask(server, "set", "POST", b"x" * (MAX_BODY_SIZE + 1), Content_Type="application/json")[0] == 413
     assert ask(server, "set", "POST", b"", Content_Type="application/json", Content_Length="99999999999999")[0] == 413
     assert ask(server, "set", "POST", b"{}", Content_Type="text/plain")[0] == 415
     for body in (b"{", b"[]", b"3", b"[" * 60_000, b"\xff"):
