@@ -410,7 +410,7 @@ class _Instance:
     def build(self, template: Datum, bound: dict[Any, Any], escaped: bool = False) -> Datum:
         self.size += 1
         if self.size > MAX_EXPANDED_ITEMS:
-            raise LimitError("expansion", f"the expansion of `{self.known.name}` is too large", None, self.span)
+            raise LimitError("expansion", f"the expansion of `{self.ruleset.name}` is too large", None, self.span)
         if isinstance(template, Atom):
             return self._atom(template, bound)
         items = template.items
@@ -443,7 +443,7 @@ class _Instance:
                 name = base_name(value)
                 raise SceneError(
                     "macro",
-                    f"the pattern variable `{name}` must be followed by `{self.known.dots}` here",
+                    f"the pattern variable `{name}` must be followed by `{self.ruleset.dots}` here",
                     None,
                     atom.span,
                 )
@@ -468,7 +468,7 @@ class _Instance:
     def _repeat(self, item: Datum, bound: dict[Any, Any], depth: int) -> list[Datum]:
         variables = [v for v in _pattern_variables(self.ruleset, item) if isinstance(bound.get(v), list)]
         if not variables:
-            message = f"no repeated pattern variable before `{self.known.dots}` in this template"
+            message = f"no repeated pattern variable before `{self.ruleset.dots}` in this template"
             raise SceneError("macro", message, None, item.span)
         lengths = {len(bound[v]) for v in variables}
         if len(lengths) > 1:
