@@ -448,7 +448,7 @@ def test_without_a_command_help_lists_all_by_what_they_are_for(shell: Shell) -> 
 )
 def test_an_unknown_command_names_the_nearest(typed: str, meant: str, shell: Shell) -> None:
     shell(typed, code=2)
-    assert shell.err == f"scenelang: error: there is no command `{typed}`; did you mean `{meant}`?\n"
+    assert shell.err == f"scenelang: error: unknown command `{typed}`; did you mean `{meant}`?\n"
     shell("x" * 500, code=2)
     assert len(shell.err) < 200
     assert "`scenelang --help` lists all" in shell.err
