@@ -107,7 +107,7 @@ def test_looks_are_missed_before_the_build_is_laid(room: str, monkeypatch: pytes
 @pytest.mark.parametrize(
     ("arguments", "code", "said"),
     [
-        (["--textures", "x"], 2, "goes with `--minecraft`"),
+        (["--textures", "x"], 2, "requires `--minecraft`"),
         (["--minecraft", "--html", "a.png"], 2, "a page is an .html file"),
         (["--minecraft", "--html", "a.html"], 1, "the game's textures were not found on this machine"),
         (["--minecraft", "--html", "a.html", "--textures", "x"], 1, "there is nothing at `x`"),
