@@ -1,4 +1,4 @@
-"""``python -m scenelang``: the command line."""
+"""Entry point of ``python -m scenelang``."""
 
 from scenelang.cli.start import entry
 

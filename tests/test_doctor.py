@@ -154,4 +154,7 @@ def test_services_tell_of_keys_and_show_none(monkeypatch: pytest.MonkeyPatch, tm
     assert (second.name, second.state) == ("openai", CheckState.NOTE)
     monkeypatch.setenv("ANTHROPIC_API_KEY", "sk-secret-secret")
     first, _ = service_checks()
-    assert (first.state, first.detail) == (CheckState.NOTE, "API key found for https://api.anthropic.com; not contacted")
+    assert (first.state, first.detail) == (
+        CheckState.NOTE,
+        "API key found for https://api.anthropic.com; not contacted",
+    )
