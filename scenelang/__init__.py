@@ -1,4 +1,4 @@
-"""The Scene Language for Python: scenes as programs, words and embeddings (docs/python.md).
+"""Python API of the Scene Language: scenes as programs, words and embeddings (docs/python.md).
 
 >>> import scenelang as sl
 >>> scene = sl.evaluate('(bind "dot" (lambda () (call "sphere" :radius 2)))')

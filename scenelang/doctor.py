@@ -257,7 +257,7 @@ def _has(package: str) -> bool:
 
 def _start(command: Sequence[str]) -> subprocess.Popen[str] | None:
     try:
-        # a list of words, no shell: our own interpreter
+        # no shell: our own interpreter with a list of arguments
         return subprocess.Popen(  # noqa: S603  # nosec B603
             command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
         )
@@ -361,7 +361,7 @@ def _variant_checks(variants: Mapping[str, subprocess.Popen[str] | None], end: f
 
 _BROWSERS = ("firefox", "chromium", "chromium-browser", "google-chrome", "microsoft-edge", "safari", "brave-browser")
 _IMAGE_TERMINALS = ("iTerm.app", "WezTerm", "ghostty", "kitty")
-_PATIENCE = 2.0  # seconds, for a driver's tool
+_PATIENCE = 2.0  # timeout of nvidia-smi, in seconds
 
 
 def system_checks() -> Iterator[Check]:
@@ -461,7 +461,7 @@ def _gpu() -> Check:
     if tool is None:
         return Check("system", "GPU", CheckState.NOTE, "no NVIDIA GPU found (optional)")
     try:
-        # a list of words, no shell: our interpreter or a program by its own name
+        # no shell: a fixed program with a list of arguments
         done = subprocess.run([tool, "-L"], capture_output=True, text=True, timeout=_PATIENCE)  # noqa: S603  # nosec B603
     except (OSError, subprocess.SubprocessError):
         return Check("system", "GPU", CheckState.NOTE, "the NVIDIA driver does not respond (optional)")

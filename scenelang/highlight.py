@@ -1,6 +1,6 @@
 """Pygments lexer of the language, with the alias `scene`. Names are loaded lazily, when text is highlighted.
 
-Incomplete text is fine: a string or comment that is still open is coloured to the end. No text is lost, and nothing
+Incomplete text is supported: an unterminated string or comment extends to the end. No text is lost, and nothing
 is an error token, so the lexer serves while a program is being typed.
 """
 

@@ -11,7 +11,7 @@ from typing import Any, TextIO
 from scenelang.backends.files import write_text
 from scenelang.grammar.diagnostics import printable
 
-_PATIENCE = 1.0  # seconds before progress is shown
+_PATIENCE = 1.0  # delay before progress is shown, in seconds
 _WIDTH = 30
 _COLORS = {"+": "32", "-": "31", "@": "36"}
 

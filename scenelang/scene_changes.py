@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 TOLERANCE = 1e-5  # relative to the scene's size
 _KINDS = ("moved", "recoloured", "resized", "missing", "extra")
-_PAIRED = "resized"  # the kind that only ``paired_by_path`` makes
+_PAIRED = "resized"  # this kind is only produced by ``paired_by_path``
 _AS_IT_IS: Mapping[str, str] = MappingProxyType({kind: kind for kind in _KINDS})
 OF_AN_EDIT: Mapping[str, str] = MappingProxyType({**_AS_IT_IS, "missing": "removed", "extra": "added"})
 

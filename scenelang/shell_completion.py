@@ -14,7 +14,7 @@ from argcomplete import autocomplete
 from argcomplete.completers import SuppressCompleter
 
 Completer = Callable[..., Iterable[str]]
-_PROGRAMS = (".scene", ".py", ".txt", ".json")  # endings of what commands read as a program
+_PROGRAMS = (".scene", ".py", ".txt", ".json")  # file extensions of programs
 _CAMERAS = ("turntable", "top", "isometric", "follow")
 _BINDING = re.compile(r'\(bind\s+"([^"]*)"')
 
@@ -97,7 +97,7 @@ def _words(**_: Any) -> Iterator[str]:
     line = os.environ["COMP_LINE"]
     try:
         names = shlex.split(line)
-    except ValueError:  # a quotation mark that is still open
+    except ValueError:  # an unterminated quotation
         names = line.split()
     for path in (Path(name) for name in names if name.endswith(".scene")):
         if path.is_file():

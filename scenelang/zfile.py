@@ -235,7 +235,7 @@ def _check_header(path: Path) -> None:
     """Raise ValueError if the header is too large to read, OSError if the file is not a regular file."""
     start = read_regular(path, 8)
     if len(start) == 8 and int.from_bytes(start, "little") > _MAX_HEADER_SIZE:
-        raise ValueError(f"its header is longer than {_MAX_HEADER_SIZE:,} bytes")
+        raise ValueError(f"header exceeds {_MAX_HEADER_SIZE:,} bytes")
 
 
 @contextmanager

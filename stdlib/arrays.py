@@ -484,7 +484,7 @@ def _numpy_product(rt: Runtime, name: str, multiply: Callable[..., Any], left: N
     inner = left.shape[-1]
     if inner != right.shape[-2 if right.ndim > 1 else 0]:
         message = f"`{name}` cannot multiply arrays of the shapes {_shape(left)} and {_shape(right)}"
-        raise SceneError("value", message, hint="the columns of the first must be as many as the rows of the second")
+        raise SceneError("value", message, hint="the first needs as many columns as the second has rows")
     size = max(1, left.size // max(1, inner)) * max(1, right.size // max(1, inner))
     rt.meter.check_size(size, "an array")
     rt.charge(size * inner >> (6 if left.dtype.kind == right.dtype.kind == "f" else 4))

@@ -85,7 +85,7 @@ def color_of(name: str) -> Vector:
         text = "#" + digits
     vector = _from_hex(text)
     if vector is None:
-        raise SceneError("value", f"{show(name, 40)} is no colour", hint='a colour is written "#c08040" or "#c84"')
+        raise SceneError("value", f"unknown colour {show(name, 40)}", hint='write a CSS name, "#c08040" or "#c84"')
     return vector
 
 

@@ -122,7 +122,7 @@ def _rows(rt: Runtime, name: str, sequences: tuple[Any, ...]) -> Any:
 
 
 @calling.define("any", "f::Function xs::Sequence more::Sequence ...", "Any",
-                 "The first result of `f` that is true, or #f; later items are not looked at.",
+                 "Return the first true result of `f`, or #f; later items are not evaluated.",
                  ("(any even? '(1 2 3))", "#t"))  # fmt: skip
 def any_(rt: Runtime, f: Any, xs: Any, *more: Any) -> Any:
     for row in _rows(rt, "any", (xs, *more)):

@@ -118,7 +118,12 @@ registry = Registry("entities")
 define = registry.define
 
 
-@define("retrieve", "word::Word", "Function", "The function bound to `word`; `(lambda _ (list))` when there is none.")
+@define(
+    "retrieve",
+    "word::Word",
+    "Function",
+    "Return the function bound to `word`, or `(lambda _ (list))` if it is unbound.",
+)
 def retrieve(rt: Runtime, word: str) -> Any:
     function = rt.word_cell(word).function
     return function if function is not None else rt.library.builtins["no-entities"]

@@ -198,7 +198,7 @@ def _power(a: Any, b: Any) -> Any:
             raise too_large(bits)
     result = a**b
     if type(result) is complex:
-        raise SceneError("domain", f"`expt` of {show(a, 30)} to the power {show(b, 30)} is no real number")
+        raise SceneError("domain", f"`expt` of {show(a, 30)} to the power {show(b, 30)} is not a real number")
     return result
 
 
@@ -491,7 +491,7 @@ _define_unary("sign", _sign, "-1, 0 or 1, as `x` is negative, zero or positive."
     "exact",
     "x::Any",
     "Integer",
-    "A whole number as an Integer; any other number is an error, as there are no rationals. Item by item on arrays.",
+    "A whole number as an Integer; other numbers are an error: there are no rationals. Elementwise on arrays.",
     ("(exact 3.)", "3"),
 )
 def exact(rt: Runtime, x: Any) -> Any:
@@ -508,7 +508,7 @@ def exact(rt: Runtime, x: Any) -> Any:
     "round",
     "x::Any [digits::Integer]",
     "Number",
-    "The nearest Integer, halves to the even one. With `digits`, rounded to so many places after the point, as Python "
+    "The nearest Integer, halves to the even one. With `digits`, rounded to that many decimal places, as Python "
     "rounds. Item by item on arrays.",
     ("(list (round 2.5) (round 3.14159 2))", "(2 3.14)"),
 )
@@ -731,7 +731,7 @@ def is_even(rt: Runtime, n: int) -> bool:
 
 
 @registry.define(
-    "odd?", "n::Integer", "Boolean", "True for an Integer that is no multiple of two.", ("(odd? -3)", "#t")
+    "odd?", "n::Integer", "Boolean", "True for an Integer that is not a multiple of two.", ("(odd? -3)", "#t")
 )
 def is_odd(rt: Runtime, n: int) -> bool:
     return n % 2 == 1
@@ -785,7 +785,7 @@ def _digits_of(number: int, radix: int) -> str:
     "string->number",
     "text::String [radix::Integer]",
     "Any",
-    "The number that a text is, or #f when it is none.",
+    "Parse a string as a number; #f if it is not one.",
     ('(list (string->number "2.5") (string->number "ff" 16) (string->number "three"))', "(2.5 255 #f)"),
 )
 def string_to_number(rt: Runtime, text: str, radix: int = 10) -> Any:

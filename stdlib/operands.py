@@ -225,7 +225,7 @@ def endless(name: str) -> SceneError:
 def improper(name: str, tail: Any) -> SceneError:
     """A chain of pairs does not end in the empty list."""
     if type(tail) is Matrix:
-        hint = "a pair `(entity . matrix)` is no list: put it into one with `(list pair)` or `(union pair)`"
+        hint = "a pair `(entity . matrix)` is not a list: wrap it with `(list pair)` or `(union pair)`"
     else:
         hint = "only a chain of pairs that ends in '() is a list"
     return SceneError("type", f"`{name}` wants a proper list, but this one ends in {show(tail, 40)}", hint=hint)

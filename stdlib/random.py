@@ -88,7 +88,7 @@ def set_random_state(rt: Runtime, saved: Stream) -> None:
 
 
 @registry.define("set-seed!", "seed::Integer", "Any",
-                 "Seeds the stream of `random uniform randint` and their kin anew, from here on.",
+                 "Reseed the stream of `random`, `uniform`, `randint` and related functions.",
                  ("(begin (set-seed! 7) (let ((a (random))) (set-seed! 7) (= a (random))))", "#t"))  # fmt: skip
 def set_seed(rt: Runtime, seed: int) -> None:
     rt.draw()
@@ -96,7 +96,7 @@ def set_seed(rt: Runtime, seed: int) -> None:
 
 
 @registry.define("py-set-seed!", "seed::Integer", "Any",
-                 "Seeds the stream of `py-random` and its kin anew, from here on.",
+                 "Reseed the stream of `py-random` and related functions.",
                  ("(begin (py-set-seed! 7) (let ((a (py-random))) (py-set-seed! 7) (= a (py-random))))",
                   "#t"))  # fmt: skip
 def py_set_seed(rt: Runtime, seed: int) -> None:
@@ -106,7 +106,7 @@ def py_set_seed(rt: Runtime, seed: int) -> None:
 
 
 @registry.define("random-stream", "[seed::Integer]", "Stream",
-                 "A stream of its own for `:stream`, as numpy's `RandomState(seed)`; the seed is 0 when left out.",
+                 "Create a separate stream for `:stream`, as numpy's `RandomState(seed)`; the default seed is 0.",
                  ("(let ((a (random-stream 3)) (b (random-stream 3))) (= (random :stream a) (random :stream b)))",
                   "#t"))  # fmt: skip
 def random_stream(rt: Runtime, seed: int = 0) -> Stream:
@@ -115,7 +115,7 @@ def random_stream(rt: Runtime, seed: int = 0) -> Stream:
 
 
 @registry.define("default-rng", "[seed::Integer]", "Stream",
-                 "A stream of its own for `:stream`, as numpy's `default_rng(seed)`; the seed is 0 when left out.",
+                 "Create a separate stream for `:stream`, as numpy's `default_rng(seed)`; the default seed is 0.",
                  ("(randint 5 6 :stream (default-rng 3))", "5"))  # fmt: skip
 def default_rng(rt: Runtime, seed: int = 0) -> Stream:
     rt.charge(8)
@@ -126,8 +126,8 @@ def default_rng(rt: Runtime, seed: int = 0) -> Stream:
 
 
 @registry.define("py-random-stream", "[seed::Integer]", "Stream",
-                 "A stream of its own for the `:stream` of `py-random` and its kin, as Python's `random.Random(seed)`; "
-                 "the seed is 0 when left out.",
+                 "Create a separate stream for the `:stream` of `py-random` and the like, as Python's `random.Random(seed)`; "
+                 "the default seed is 0.",
                  ("(py-randint 5 5 :stream (py-random-stream 3))", "5"))  # fmt: skip
 def py_random_stream(rt: Runtime, seed: int = 0) -> Stream:
     import random

@@ -68,7 +68,7 @@ class ReferenceRecord:
 
 # The topics in the order of the reference: title and what a reader should know first.
 TOPICS: dict[str, tuple[str, str]] = {
-    "forms": ("Special forms", "Forms are no functions: they decide themselves what is evaluated."),
+    "forms": ("Special forms", "Special forms are not functions: each decides which of its parts are evaluated."),
     "paper": (
         "The paper's macros",
         "The four names that the paper defines in the language. Here they are procedures, so they may be passed on.",
@@ -104,7 +104,7 @@ TOPICS: dict[str, tuple[str, str]] = {
     "control": ("Control and errors", ""),
     "python": (
         "Python's dynamic rules",
-        "For programs that were made of Python: what Python does on values whose type could not be told. They need "
+        "For programs that were made of Python: what Python does on values whose type could not be inferred. They need "
         '`(import "std/python.scene")`. In programs that people write, the plain operators say what is meant.',
     ),
     "constants": ("Constants", ""),
@@ -140,7 +140,7 @@ _TYPES: dict[str, str] = {
     "Any": "Anything.",
     "Word": "A string that names a class of entities.",
     "String": "Text.",
-    "Embedding": "An embedding; a handle or a string where one is wanted is one too.",
+    "Embedding": "An embedding; a handle or a string is accepted as one.",
     "Matrix": "A pose: a finite 4x4 matrix whose last row is 0 0 0 1; nested lists and arrays of that shape serve.",
     "Vector": "A one-dimensional array of numbers; a list of numbers serves.",
     "Point": "A vector of three numbers.",
@@ -163,7 +163,7 @@ _TYPES: dict[str, str] = {
     "Table": "A table.",
     "Set": "A set.",
     "Stream": "A random stream of one's own.",
-    "Record": "A record; the name of a record type stands for its own records.",
+    "Record": "A record; the name of a record type denotes its records.",
 }
 
 

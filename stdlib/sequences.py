@@ -136,7 +136,7 @@ def _check_count(count: int, members: list[Any], xs: Any) -> None:
         raise bad_index(count, len(members), kind_of(xs))
 
 
-@registry.define("take", "xs::Any count::Integer", "Sequence", "The first `count` items; there must be so many.",
+@registry.define("take", "xs::Any count::Integer", "Sequence", "Return the first `count` items; fewer are an error.",
                  ("(take '(a b c) 2)", "(a b)"))  # fmt: skip
 def take(rt: Runtime, xs: Any, count: int) -> Any:
     if isinstance(xs, (Pair, HandleList)):
@@ -674,7 +674,7 @@ def keys_of(rt: Runtime, members: list[Any], key: Any) -> list[Any]:
 def no_order(members: list[Any]) -> SceneError:
     kinds = list(dict.fromkeys(type_name(item) for item in members))
     mixed = " and ".join(kinds[:2]) if len(kinds) > 1 else "items of different types"
-    return SceneError("type", f"there is no order between {mixed}", hint="say what to compare: `:key`")
+    return SceneError("type", f"cannot order {mixed}", hint="add `:key` with a function of what to compare")
 
 
 def sorted_items(rt: Runtime, members: list[Any], less: Any, key: Any, reverse: bool) -> list[Any]:

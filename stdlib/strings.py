@@ -129,7 +129,7 @@ def _trimmed(rt: Runtime, text: str, characters: str | None, left: bool = False,
     return text[start:end]
 
 
-@registry.define("string-contains?", "text::String part::String", "Boolean", "True when `part` stands in the text.",
+@registry.define("string-contains?", "text::String part::String", "Boolean", "True if `text` contains `part`.",
                  ('(string-contains? "chair leg" "leg")', "#t"))  # fmt: skip
 def string_contains(rt: Runtime, text: str, part: str) -> bool:
     rt.charge(len(text) >> 4)
@@ -151,7 +151,7 @@ def string_suffix(rt: Runtime, text: str, suffix: str) -> bool:
 
 
 @registry.define("string-index", "text::String part::String [start::Integer]", "Any",
-                 "The index where `part` first stands in the text, looking from `start` on, or #f.",
+                 "Return the index of the first `part` in the text from `start` on, or #f.",
                  ('(list (string-index "chair leg" "leg") (string-index "chair" "x"))', "(6 #f)"))  # fmt: skip
 def string_index(rt: Runtime, text: str, part: str, start: int = 0) -> Any:
     if not 0 <= start <= len(text):
@@ -235,8 +235,8 @@ def _define_comparison(sign: str, holds: Callable[[str, str], bool], doc: str, e
 
 
 _define_comparison("=", operator.eq, "True when all texts are the same.", ('(string=? "a" "a")', "#t"))
-_define_comparison("<", operator.lt, "True when the texts stand in rising order.", ('(string<? "a" "b" "c")', "#t"))
-_define_comparison(">", operator.gt, "True when the texts stand in falling order.", ('(string>? "a" "b")', "#f"))
+_define_comparison("<", operator.lt, "True if the strings are in ascending order.", ('(string<? "a" "b" "c")', "#t"))
+_define_comparison(">", operator.gt, "True if the strings are in descending order.", ('(string>? "a" "b")', "#f"))
 _define_comparison("<=", operator.le, "True when no text comes after the next.", ('(string<=? "a" "a")', "#t"))
 _define_comparison(">=", operator.ge, "True when no text comes before the next.", ('(string>=? "a" "b")', "#f"))
 

@@ -43,8 +43,8 @@ def test_as_text(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[
     monkeypatch.setattr(doctor, "checks", lambda: iter(found))
     assert main(["doctor"]) == 0
     text = capsys.readouterr().out
-    assert "Everything that needs no extra works." in text
-    assert text.endswith("To add what is missing:\n  pip install 'scenelang[usd]'\n")
+    assert "All required features work." in text
+    assert text.endswith("To install missing features:\n  pip install 'scenelang[usd]'\n")
     monkeypatch.setattr(doctor, "checks", lambda: iter([*found, Check("works", "gltf", CheckState.BROKEN, "no")]))
     assert main(["doctor"]) == 1
     assert "BROKEN gltf" in capsys.readouterr().out
@@ -80,7 +80,7 @@ def test_trials_that_fail_or_crash_leave_the_others(monkeypatch: pytest.MonkeyPa
     commands = iter([[sys.executable, "-c", deadly]])
     monkeypatch.setattr(doctor, "_start", lambda asked: start(next(commands, asked)))
     told = doctor._tried(["bad", "no such trial", "language"], time.monotonic() + 20)
-    assert told["bad"] == (False, "the process that tried it broke off")
+    assert told["bad"] == (False, "the test process crashed")
     assert told["no such trial"][0] is False
     assert told["language"][0] is True
     assert doctor._finding("gltf", {"gltf": (False, "x")}).state is CheckState.BROKEN
@@ -154,4 +154,7 @@ def test_services_tell_of_keys_and_show_none(monkeypatch: pytest.MonkeyPatch, tm
     assert (second.name, second.state) == ("openai", CheckState.NOTE)
     monkeypatch.setenv("ANTHROPIC_API_KEY", "sk-secret-secret")
     first, _ = service_checks()
-    assert (first.state, first.detail) == (CheckState.NOTE, "a key for https://api.anthropic.com; not asked")
+    assert (first.state, first.detail) == (
+        CheckState.NOTE,
+        "API key found for https://api.anthropic.com; not contacted",
+    )

@@ -178,11 +178,11 @@ def test_what_a_killed_process_left_is_swept(tmp_path: Path) -> None:
 
 
 BROKEN = {
-    "not JSON": ({"scenelang": "{"}, "`scenelang` of its header is not JSON"),
-    "a list": ({"scenelang": "[]"}, "`scenelang` of its header is not a table"),
-    "an entry": ({"scenelang": '{"z1": 3}'}, "the entry <z1>: it is not a table"),
-    "a text": ({"scenelang": '{"z7": {"text": 3}}'}, "the entry <z7>: a text must be a string"),
-    "attributes": ({"scenelang": '{"z7": {"attributes": 3}}'}, "the entry <z7>: its attributes are not a table"),
+    "not JSON": ({"scenelang": "{"}, "header entry `scenelang` is not valid JSON"),
+    "a list": ({"scenelang": "[]"}, "header entry `scenelang` is not a JSON object"),
+    "an entry": ({"scenelang": '{"z1": 3}'}, "entry <z1>: expected a JSON object"),
+    "a text": ({"scenelang": '{"z7": {"text": 3}}'}, "entry <z7>: `text` must be a string"),
+    "attributes": ({"scenelang": '{"z7": {"attributes": 3}}'}, "entry <z7>: `attributes` must be a JSON object"),
 }
 
 

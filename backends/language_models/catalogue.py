@@ -209,16 +209,16 @@ def account(
     where there is no key and one is needed."""
     table = configuration().get(family, {})
     if not isinstance(table, dict):
-        raise SceneError("file", f"{config_file()}: `{family}` is no table")
+        raise SceneError("file", f"{config_file()}: expected `{family}` to be a TOML table")
     key = next((os.environ[name] for name in key_variables if os.environ.get(name)), None) or table.get("api_key")
     if key is not None and not (isinstance(key, str) and _KEY.fullmatch(key.strip())):
-        raise SceneError("model-key", f"the key for `{family}` is no text that a key can be")
+        raise SceneError("model-key", f"the API key for `{family}` contains characters that no HTTP header can carry")
     if key is None and needs_key:
-        message = f"there is no key for `{family}`: neither in the environment nor in {config_file()}"
+        message = f"no API key for `{family}` in the environment or in {config_file()}"
         raise SceneError("model-key", message, f"export {key_variables[0]}=...")
     address = os.environ.get(address_variable) or table.get("base_url") or default_address
     if not isinstance(address, str) or not _is_address(address.strip()):
-        raise SceneError("value", f"the base URL for `{family}` is no address", "it begins with http:// or https://")
+        raise SceneError("value", f"invalid base URL for `{family}`", "use a URL that starts with http:// or https://")
     key, address = key.strip() if key is not None else None, address.strip().rstrip("/")
     return Account(key, address, table, _secrets(key, address))
 
@@ -353,7 +353,7 @@ def _row(name: str) -> Mapping[str, Any] | None:
 def _configured() -> Mapping[str, Any]:
     found = configuration().get("models", {})
     if not isinstance(found, dict) or not all(isinstance(row, dict) for row in found.values()):
-        raise SceneError("file", f"{config_file()}: `models` is no table of tables")
+        raise SceneError("file", f"{config_file()}: expected `models` to be a table of tables")
     return found
 
 
@@ -363,7 +363,7 @@ def _given(text: str) -> dict[str, float]:
     except ValueError:
         numbers = []
     if len(numbers) != 2 or not all(isfinite(x) and x >= 0 for x in numbers):
-        raise SceneError("value", f"`{text}` is no price", "write INPUT,OUTPUT in dollars per million tokens: 2,10")
+        raise SceneError("value", f"invalid price `{text}`", "write INPUT,OUTPUT in dollars per million tokens: 2,10")
     return {"input": numbers[0], "output": numbers[1], "cache_write": numbers[0] * 1.25, "cache_read": numbers[0]}
 
 
@@ -387,7 +387,7 @@ def _model(name: str, row: Mapping[str, Any]) -> Model:
 
 def _tokens(number: Any) -> int:
     if int(number) < 1:
-        raise ValueError(f"{number} is no number of tokens")
+        raise ValueError(f"expected a number of tokens, got {number}")
     return int(number)
 
 
@@ -396,5 +396,5 @@ def _prices(row: Mapping[str, Any]) -> Prices:
     sent, answered = float(row["input"]), float(row["output"])
     prices = (sent, answered, float(row.get("cache_write", 1.25 * sent)), float(row.get("cache_read", sent)))
     if not all(isfinite(price) and price >= 0 for price in prices):
-        raise ValueError("a price is no amount of dollars")
+        raise ValueError("a price must be an amount in US dollars")
     return Prices(*prices)

@@ -90,7 +90,7 @@ def _check_cached(open_clip: Any, name: ClipName) -> None:
     for file in ("open_clip_model.safetensors", "open_clip_pytorch_model.bin"):
         if isinstance(hub.try_to_load_from_cache(repository, file), str):
             return
-    raise FileNotFoundError(f"{repository or name} has not been fetched, and the hub cannot be asked")
+    raise FileNotFoundError(f"{repository or name} is not in the cache, and downloads are disabled")
 
 
 def _made(open_clip: Any, architecture: str, device: str, **options: Any) -> Any:
@@ -125,7 +125,7 @@ def open_picture(path: Path | str | BytesIO) -> Any:
                 raise SceneError("file", f"{path} has more than {_LARGEST:,} pixels")
             return need("PIL.ImageOps", "pillow").exif_transpose(picture).convert("RGB")
     except (OSError, ValueError, SyntaxError, image.DecompressionBombError) as error:
-        raise SceneError("file", f"{path} is no picture that can be read: {str(error)[:120]}") from None
+        raise SceneError("file", f"cannot read {path} as an image: {str(error)[:120]}") from None
 
 
 # Prompts with handles: text in which `<z2>` stands for learned vectors, or for a text of its own.

@@ -188,7 +188,7 @@ def load_diffusion(
     if path.is_file():
         return _of_file(path, device, dtype, architecture)
     if not path.is_dir():
-        raise SceneError("weights", f"there is no folder or file {path} of a diffusion model")
+        raise SceneError("weights", f"no diffusion model at {path}")
     return Shelf(fetch=False).load(
         str(path),
         lambda folder: _in_folder(folder, device, dtype, architecture),
@@ -246,7 +246,7 @@ def _views(name: str, config: Any) -> int:
     kind = config.class_embed_type
     cameras = kind == "projection" and config.projection_class_embeddings_input_dim == 16
     if config.addition_embed_type is not None or config.num_class_embeds is not None or (kind and not cameras):
-        raise other_model(name, "its `unet` wants conditions that are no cameras")
+        raise other_model(name, "its `unet` expects conditions other than cameras")
     if type(config.sample_size) is not int:
         raise other_model(name, "its `unet` says no size of pictures")
     return VIEWS if cameras else 1
@@ -257,7 +257,9 @@ def _pixels(place: _Place, config: Any) -> Pixels:
         return Autoencoder(place.network(need("diffusers", INSTALL).AutoencoderKL, "vae"))
     factor = math.isqrt(config.in_channels // 3)
     if 3 * factor * factor != config.in_channels:
-        raise other_model(place.name, f"it has no `vae`, and {config.in_channels} channels are no squares of pixels")
+        raise other_model(
+            place.name, f"it has no `vae`, and {config.in_channels} channels are not a square number of pixels"
+        )
     return Unshuffled(factor)
 
 

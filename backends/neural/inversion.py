@@ -360,7 +360,7 @@ def style_handle(scene: Scene) -> str:
 
 def _frames(scene: Scene) -> list[_Frame]:
     if sum(map(primitive_count, scene.frames)) > MOST:
-        raise LimitError("primitives", f"the scene has more than the {MOST:,} primitives whose parts can be told apart")
+        raise LimitError("primitives", f"the scene has more than the {MOST:,} primitives that can be distinguished")
     numbers = frame_numbers(scene) if len(scene.frames) > 1 else None
     ancestries = [ancestry_of(root) for root in scene.frames]
     return [_Frame(each, instance_handles(scene, each, numbers)) for each in ancestries]
@@ -409,7 +409,9 @@ def _target(instances: Sequence[tuple[_Frame, int]]) -> InversionTarget:
     entity = frame.ancestry.entity(first)
     if len(handles) > _MOST_HANDLES:
         message = f'"{entity.word}" has {len(handles):,} embeddings, more than {_MOST_HANDLES:,} that are stored alike'
-        raise LimitError("entities", message, hint="name an entity around them, whose embedding is said of all in it")
+        raise LimitError(
+            "entities", message, hint="name an entity around them, whose embedding applies to everything in it"
+        )
     return InversionTarget(thing(entity), handles, any(i == 0 for _, i in instances))
 
 
@@ -420,7 +422,7 @@ def _target(instances: Sequence[tuple[_Frame, int]]) -> InversionTarget:
 STATE = "inversion.safetensors"
 VERSION = 1
 _ENTRY = "scenelang-inversion"
-_AGAIN = "--force begins anew"
+_AGAIN = "use --force to start over"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -475,7 +477,7 @@ def kept_in(folder: Path) -> SavedInversion:
             raise ValueError("its steps are not those of its losses")
         return kept
     except FileNotFoundError:
-        raise SceneError("file", f"there is no inversion in {folder}") from None
+        raise SceneError("file", f"no inversion in {folder}") from None
     except (safetensors.SafetensorError, OSError, ValueError, KeyError, TypeError, RecursionError) as error:
         raise _unreadable(folder, error) from None
 
@@ -497,7 +499,7 @@ def restore(learning: Inverting, kept: SavedInversion, asked: Mapping[str, Any],
 
 
 def _unreadable(folder: Path, error: Exception) -> SceneError:
-    return SceneError("file", f"{folder / STATE} is no inversion that can be read: {str(error)[:120]}")
+    return SceneError("file", f"{folder / STATE} is not a readable inversion checkpoint: {str(error)[:120]}")
 
 
 # An inversion from its beginning or a break to its end: steps, a file now and then, a stop when it is asked for.

@@ -72,7 +72,7 @@ def read_film(path: Path | str) -> list[Picture]:
     """
     source = Path(path)
     if source.suffix.lower() not in ENDINGS:
-        raise SceneError("file", f"{path} is no film: it can be one of {' '.join(ENDINGS)}")
+        raise SceneError("file", f"{path} is not a video: expected one of {' '.join(ENDINGS)}")
     frames = _video(source) if source.suffix.lower() == ".mp4" else _animation(source)
     found: list[Picture] = []
     size = 0
@@ -117,7 +117,7 @@ def _check(path: Path, width: int, height: int) -> None:
 
 
 def _unread(path: Path, error: Exception) -> SceneError:
-    return SceneError("file", f"{path} is no film that can be read: {str(error)[:120]}")
+    return SceneError("file", f"cannot read {path} as a video: {str(error)[:120]}")
 
 
 # CLIP similarity: how much pictures of a scene are like a text (the paper's metric of alignment).
@@ -503,7 +503,7 @@ def _fill(backbone: Any, state: dict[str, Any]) -> None:
         part = key.partition(".")[2]
         found = state.get(f"features.{part}", state.get(key))
         if getattr(found, "shape", None) != tensor.shape:
-            raise SceneError("weights", f"these are no weights of AlexNet: `features.{part}` is not as it should be")
+            raise SceneError("weights", f"not AlexNet weights: unexpected shape of `features.{part}`")
         filled[key] = found
     backbone.load_state_dict(filled)
 
@@ -558,5 +558,5 @@ def _loaded(shelf: Shelf) -> Any:
     try:
         network.load_state_dict(state)
     except (RuntimeError, AttributeError, TypeError) as error:
-        raise SceneError("weights", "these are no weights of RAFT, large, as torchvision names them") from error
+        raise SceneError("weights", "not the weights of torchvision's RAFT large") from error
     return network

@@ -71,7 +71,7 @@ def read_tensors(path: Path) -> dict[str, Any]:
     if not isinstance(inner, dict) or not all(
         isinstance(key, str) and isinstance(value, torch.Tensor) for key, value in inner.items()
     ):
-        raise other_model(path.name, "it is no table of tensors by name")
+        raise other_model(path.name, "it is not a state dict: expected tensors by name")
     return inner
 
 

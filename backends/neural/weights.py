@@ -72,7 +72,7 @@ def shelf(folder: str | Path | None = None, fetch: bool = True) -> Shelf:
         return Shelf(None, fetch)
     path = Path(given).expanduser()
     if not path.is_dir():
-        raise SceneError("file", f"there is no folder {given} of models")
+        raise SceneError("file", f"no model directory {given}")
     return Shelf(path, fetch)
 
 
@@ -103,7 +103,7 @@ def _silent_hub() -> Iterator[None]:
 def _absent(name: str, place: Path | None, error: Exception) -> SceneError:
     said = shorten(str(error), 160, placeholder=" ...") or type(error).__name__
     if type(error).__name__ in _NOT_FETCHED:  # the hub's own words tell of its settings, which nobody made
-        said = "they have not been fetched, and the hub cannot be asked"
+        said = "they are not in the cache, and downloads are disabled"
     if place is not None:
         return SceneError("weights", f"{place} does not hold the model `{name}`: {said}")
     hint = f"connect to the network, or name the folder that holds it: --models-dir DIR, or {VARIABLE}"
@@ -127,7 +127,7 @@ def device(name: str | None = None) -> str:
     if name is None:
         return here[0]
     if name.partition(":")[0] not in here:
-        raise SceneError("value", f"there is no device `{name}` here", hint=f"there is {', '.join(here)}")
+        raise SceneError("value", f"unknown device `{name}`", hint=f"available: {', '.join(here)}")
     return name
 
 
@@ -152,7 +152,7 @@ class Models:
 
     folder: str | Path | None = setting(
         None,
-        "a folder that holds models, each in a folder of its own (SCENELANG_MODELS)",
+        "local model directory, one subdirectory per model (SCENELANG_MODELS)",
         "--models-dir",
         metavar="DIR",
     )

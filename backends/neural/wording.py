@@ -118,7 +118,7 @@ def check_template(template: str) -> None:
     known = "a template knows {embedding}, {word} and {style}"
     for brace in _LONE.findall(template):
         if brace not in _HOLES:
-            raise SceneError("value", f"`{brace}` means nothing in a template", known)
+            raise SceneError("value", f"`{brace}` is not a placeholder of a template", known)
     if HOLE not in template:
         raise SceneError("value", "a template without {embedding} says nothing of how a thing looks", known)
     if len(template) > MAX_TEMPLATE or not template.isprintable():

@@ -33,7 +33,7 @@ def find_root(program: Program) -> tuple[str, list[Diagnostic]]:
     words = program.words or program.all_words
     if not words:
         hint = 'bind one: `(bind "word" (lambda () (call "cube")))`'
-        raise SceneError("no-root", "the program binds no word, so there is no scene", hint)
+        raise SceneError("no-root", "the program binds no word, so there is nothing to evaluate", hint)
     used = {text for each in program.facts for text in each.strings}
     candidates = [word for word in words if word not in used]
     if not candidates:
@@ -83,7 +83,7 @@ def _near_word(word: str, known: Sequence[str]) -> str | None:
 
 
 def _misspelled(word: str, near: str, span: Span) -> Diagnostic:
-    message = f'"{word}" is never bound, so it is a primitive of its own'
+    message = f'"{word}" is never bound, so it is drawn as a labelled box'
     fix = Fix(f'Change to "{near}"', (Edit(span, f'"{near}"'),))
     return Diagnostic("near-word", message, span, f'did you mean "{near}"?', fixes=(fix,))
 

@@ -180,7 +180,7 @@ def word_box(scene: Scene, word: str | None) -> Box | None:
     if not boxes:
         return None
     if not all(map(isfinite, (x for box in boxes for x in box))):
-        raise SceneError("pose", "poses multiply to numbers too large to tell, so the scene has no bounding box")
+        raise SceneError("pose", "pose overflow: the bounding box exceeds the float range")
     return (
         min(b[0] for b in boxes), min(b[1] for b in boxes), min(b[2] for b in boxes),
         max(b[3] for b in boxes), max(b[4] for b in boxes), max(b[5] for b in boxes),

@@ -74,7 +74,7 @@ def flatten(scene: Scene, limit: int = DEFAULT_LIMIT) -> FlatScene:
         )
     frames = tuple(flatten_entity(root) for root in scene.frames)
     if not all(np.isfinite(frame.matrices).all() for frame in frames):
-        raise SceneError("pose", "poses multiply to numbers too large to tell, so the scene has no geometry")
+        raise SceneError("pose", "pose overflow: coordinates exceed the float range")
     return FlatScene(scene.word, frames, scene.animated)
 
 

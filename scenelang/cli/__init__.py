@@ -1,5 +1,5 @@
-"""The command line: each command parses its arguments, makes one call of the API, and prints the result.
+"""Command-line interface: each command parses its arguments, calls the API, and prints the result.
 
-``main`` runs it, ``commands`` is the table, ``options`` makes arguments of classes of settings, ``output``
-prints; the other files have the commands by subject. Nothing outside imports from here.
+``main`` runs it, ``commands`` is the table of commands, ``options`` converts settings to options,
+``output`` prints; the other modules implement the commands by subject. No other package imports this one.
 """

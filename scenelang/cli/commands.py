@@ -44,7 +44,7 @@ class Command(NamedTuple):
 # In the order of the help listing and the reference.
 GROUPS: dict[str, dict[str, Command]] = {
     "Write programs": {
-        "check": Command(EVALUATION, "programs", "find mistakes without running the program"),
+        "check": Command(EVALUATION, "programs", "check programs for errors without running them"),
         "run": Command(PROGRAM, "programs", "evaluate a program and summarize its scene"),
         "repl": Command(EVALUATION, "servers", "start an interactive session (REPL)"),
         "fmt": Command(TEXT, "programs", "format programs: line breaks and indentation"),

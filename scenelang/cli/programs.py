@@ -1,4 +1,4 @@
-"""Commands about programs: check, run, tree, flatten, count, bounds, expand, fmt, diff, transpile, explain, grammar,
+"""Commands for programs: check, run, tree, flatten, count, bounds, expand, fmt, diff, transpile, explain, grammar,
 import, doctor."""
 
 from __future__ import annotations

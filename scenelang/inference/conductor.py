@@ -64,7 +64,7 @@ def _part_text(part: Mapping[str, Any]) -> str:
 # Progress line on a terminal while answers arrive.
 
 
-_BETWEEN = 0.1  # seconds between changes of the line
+_BETWEEN = 0.1  # minimum interval between updates, in seconds
 _LETTERS_PER_TOKEN = 3.5
 
 

@@ -245,7 +245,7 @@ def _groups(parts: Iterable[Any]) -> list[tuple[Entity, int]]:
 
 MAX_LINES = 12
 _MAX_ROWS, _MAX_COLUMNS = 10, 10
-_COUNTED = 100_000  # longer chains of pairs are not counted
+_COUNTED = 100_000  # maximum length of a chain of pairs to count
 
 
 def displayed(value: Any, width: int = 80) -> str:

@@ -155,7 +155,7 @@ class _Nesting:
 
 
 def _parts(text: str) -> list[str]:
-    """The forms of an input one by one; the whole of one that does not read."""
+    """Yield the forms of an input one by one, or the whole input if it cannot be parsed."""
     forms = [] if is_command(text) else read(Source("<repl>", text)).forms
     return [form.span.text for form in forms] or [text]
 
@@ -166,7 +166,7 @@ def _say(stream: TextIO, text: str) -> None:
 
 
 def standard(prompt: str, as_json: bool, quiet: bool, request: RequestReader = plain_request) -> Plain:
-    """On the process's own streams; what is no UTF-8 is read as replacement characters."""
+    """Create a plain REPL on the process's standard streams; invalid UTF-8 becomes replacement characters."""
     for stream in (sys.stdin, sys.stdout, sys.stderr):
         reconfigure = getattr(stream, "reconfigure", None)
         if reconfigure is not None:

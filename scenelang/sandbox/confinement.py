@@ -166,7 +166,7 @@ def _filter(architecture: _Architecture) -> list[tuple[int, int, int, int]]:
     lines = [(_LD, 0, 0, 4), (_JEQ, 1, 0, architecture.audit), refuse, (_LD, 0, 0, 0), (_JGE, 0, 1, _X32), refuse]
     for number in architecture.refused:
         lines += [(_JEQ, 0, 1, number), refuse]
-    # glibc falls back to clone where clone3 does not exist, and clone's flags can be looked at
+    # clone3 is denied, since its flags are behind a pointer; glibc then falls back to clone, whose flags can be checked
     lines += [(_JEQ, 0, 1, architecture.clone3), (_RET, 0, 0, _PR_ERRNO | _ENOSYS)]
     lines += [(_JEQ, 0, 3, architecture.clone), (_LD, 0, 0, 16), (_JSET, 1, 0, _CLONE_THREAD), refuse]
     return [*lines, (_RET, 0, 0, _ALLOW)]

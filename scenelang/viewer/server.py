@@ -137,7 +137,9 @@ class _Handler(BaseHTTPRequestHandler):
             raise _Refused(HTTPStatus.FORBIDDEN, "this server only accepts requests to 127.0.0.1")
         if origin is not None and origin not in [f"http://{host}" for host in self.server.hosts]:
             raise _Refused(HTTPStatus.FORBIDDEN, "cross-site requests are not allowed")
-        is_link = self.command == "GET" and self.headers.get("Sec-Fetch-Dest") == "document"  # a link to the page
+        is_link = (
+            self.command == "GET" and self.headers.get("Sec-Fetch-Dest") == "document"
+        )  # navigation by a link is allowed
         if self.headers.get("Sec-Fetch-Site") in ("cross-site", "same-site") and not is_link:
             raise _Refused(HTTPStatus.FORBIDDEN, "cross-site requests are not allowed")
         parts = urlsplit(self.path)

@@ -112,7 +112,7 @@ def test_words_for_numbers(beach: sl.Scene) -> None:
     assert z.describe(beach).known == 2
     asked = z.describe(beach, describe=lambda questions: ["mossy"] * len(questions), force=True)
     assert any("mossy" in text for text in asked.texts)
-    with pytest.raises(sl.SceneError, match="describes this scene already"):
+    with pytest.raises(sl.SceneError, match="is already described"):
         z.describe(beach, describe=lambda questions: [])
     with pytest.raises(sl.SceneError, match="means nothing"):
         z.words_of(beach, template="{embedding} {colour}")
@@ -125,7 +125,7 @@ def test_mistakes_about_embeddings(beach: sl.Scene) -> None:
         (lambda: sl.Embeddings.open("none.safetensors"), "No such file"),
         (lambda: sl.Embeddings.beside("none.scene"), "cannot read none.scene"),
         (lambda: sl.Embeddings.beside("beach.json"), "finished scene"),
-        (lambda: sl.Embeddings(None).set("<z2>", text="a"), "say where Z is"),
+        (lambda: sl.Embeddings(None).set("<z2>", text="a"), "expected an embeddings file"),
         (lambda: z.set("<z2>"), "nothing to set"),
         (lambda: z.set("<z 2", text="a"), "no handle"),
         (lambda: z.set("<z2>", attributes={"a": object()}), "cannot be stored"),
@@ -133,7 +133,7 @@ def test_mistakes_about_embeddings(beach: sl.Scene) -> None:
         (lambda: z.set("<z2>", image="none.png"), "no picture"),
         (lambda: z.swap("<z2>", "<z3>"), "no file of embeddings"),
         (lambda: z.remove("<z2>"), "nothing to remove"),
-        (lambda: z.similar("<z2>"), "has been encoded yet"),
+        (lambda: z.similar("<z2>"), "has not been encoded"),
         (lambda: z.export("a.png"), "cannot be written"),
         (lambda: z.export("a.npz"), "no file of embeddings"),
         (lambda: z.encode(beach, models=sl.Models(device="tpu")), "no device"),
@@ -264,7 +264,7 @@ def test_a_style_is_learned_from_a_picture(beach: sl.Scene, toy: sl.InversionMod
     assert found.embeddings.made["z1"].source == "picture 1"
     assert found.folder == Path("beach.style")
     found.embeddings.set("<z2>", vectors=np.ones(64))
-    with pytest.raises(sl.SceneError, match="has vectors of <z2> already"):
+    with pytest.raises(sl.SceneError, match="<z2> already has an embedding"):
         sl.learn_style(beach, photo(), entity="moai", subject=subject, settings=QUICK, networks=toy, models=CPU)
 
 
@@ -272,20 +272,20 @@ def test_mistakes_about_inversions(beach: sl.Scene, toy: sl.InversionModels) -> 
     whole = sl.PictureSubject(whole=True)
     nowhere = sl.evaluate(BEACH)
     wrong: list[tuple[Any, str]] = [
-        (lambda: sl.PictureSubject(text="a", mask="m.png"), "nothing to look for"),
+        (lambda: sl.PictureSubject(text="a", mask="m.png"), "cannot be combined with `--text`"),
         (lambda: sl.PictureSubject(whole=True, text="a"), "whole picture"),
         (lambda: sl.PictureSubject(class_word=" "), "--class-word"),
         (lambda: sl.InversionSettings(steps=0), "steps"),
         (lambda: sl.RunFolder(resume=True, force=True), "choose one"),
         (lambda: sl.RunFolder(resume=True, start="a"), "choose one"),
-        (lambda: sl.invert(beach, photo(), subject=whole, models=CPU), "about one entity"),
+        (lambda: sl.invert(beach, photo(), subject=whole, models=CPU), "requires exactly one"),
         (lambda: sl.invert(beach, photo(), entities=["castle"], models=CPU), "castle"),
         (lambda: sl.invert(beach, photo(), entities=["beach"], models=CPU), "style of the scene"),
         (lambda: sl.invert(beach, "none.png", entities=["moai"], subject=whole, models=CPU), "no picture"),
         (lambda: sl.invert(beach, [], entities=["moai"], subject=whole, models=CPU), "no picture"),
         (lambda: sl.invert(beach, photo(), run=sl.RunFolder(resume=True), models=CPU), "no inversion in"),
-        (lambda: sl.invert(nowhere, photo(), models=CPU), "name a folder"),
-        (lambda: sl.learn_style(nowhere, photo(), run=sl.RunFolder("run"), models=CPU), "say where Z is"),
+        (lambda: sl.invert(nowhere, photo(), models=CPU), "expected a run folder"),
+        (lambda: sl.learn_style(nowhere, photo(), run=sl.RunFolder("run"), models=CPU), "expected an embeddings file"),
     ]
     for action, text in wrong:
         with pytest.raises(sl.SceneError, match=text):
@@ -310,7 +310,7 @@ def test_things_are_distilled(beach: sl.Scene, models: Path) -> None:
     assert not found.finished
     assert str(starts[0]) == "2 things, 2 to learn, 6 steps in run"
     assert shares == pytest.approx([1 / 6, 2 / 6])
-    with pytest.raises(sl.SceneError, match="holds a run already"):
+    with pytest.raises(sl.SceneError, match="already contains a run"):
         sl.distill(beach, sl.RunFolder("run"), **asked)
     found = sl.distill(beach, sl.RunFolder("run", resume=True), **asked)
     assert found.finished

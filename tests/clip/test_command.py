@@ -183,7 +183,7 @@ def test_what_z_holds_stays(place: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "code", "text"),
     [
-        (["similar", "<z2>"], 1, "has been encoded yet"),
+        (["similar", "<z2>"], 1, "has not been encoded"),
         (["export", "-o", "a.npz"], 1, "no file of embeddings"),
         (["export", "-o", "a.png"], 2, ".npz"),
         (["encode", "--models-dir", "nowhere"], 1, "no folder"),

@@ -89,7 +89,7 @@ def test_ctrl_c_keeps_the_run(words: list[str]) -> None:
         running.send_signal(signal.SIGINT)
         _, told = running.communicate(timeout=60)
     assert running.returncode == 130
-    assert told.decode().splitlines()[-2:] == ["run is kept; `--resume` goes on", "interrupted"]
+    assert told.decode().splitlines()[-2:] == ["saved to run; continue with `--resume`", "interrupted"]
     assert int(kept_in(Path("run")).tensors["step"]) >= 1
     assert not [path for path in Path("run").iterdir() if path.name.startswith(".")]
 
@@ -97,7 +97,7 @@ def test_ctrl_c_keeps_the_run(words: list[str]) -> None:
 def test_a_run_is_not_overwritten_unasked(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert main([*words, "-q"]) == 0
     assert main(words) == 1
-    assert "run holds a run already" in said(capsys)
+    assert "run already contains a run" in said(capsys)
     assert main([*words, "--force", "-q"]) == 0
     assert main([*words, "--resume", "--seed", "5"]) == 1
     assert "other settings: seed" in said(capsys)
@@ -143,11 +143,11 @@ def test_frames_have_one_theta_and_their_own_poses(words: list[str]) -> None:
         (["--film", "nowhere/a.gif"], 1, "nowhere"),
         (["--resume", "--start", "b"], 2, "choose one"),
         (["--resume", "--force"], 2, "choose one"),
-        (["--resume"], 1, "there is no distillation in run"),
-        (["--start", "b"], 1, "there is no distillation in b"),
+        (["--resume"], 1, "no distillation in run"),
+        (["--start", "b"], 1, "no distillation in b"),
         (["-o", "a.scene"], 1, "cannot be a folder"),
-        (["--device", "tpu"], 1, "there is no device `tpu`"),
-        (["--template", "a {color} thing"], 1, "means nothing in a template"),
+        (["--device", "tpu"], 1, "unknown device `tpu`"),
+        (["--template", "a {color} thing"], 1, "is not a placeholder of a template"),
         (["--film", "a.txt"], 1, "cannot write a film as `a.txt`"),
     ],
 )

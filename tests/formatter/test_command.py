@@ -135,7 +135,7 @@ def test_json(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_a_folder_without_programs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["fmt", str(tmp_path)]) == 1
-    assert "there are no programs" in capsys.readouterr().err
+    assert "no programs (.scene)" in capsys.readouterr().err
 
 
 def test_a_fault_leaves_the_file_alone(

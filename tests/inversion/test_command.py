@@ -122,10 +122,10 @@ def test_what_is_not_to_be_found(
     blind = lambda detector, picture, text, least: [] if "tower" in text else detect(detector, picture, text, least)
     monkeypatch.setattr(grounding, "detect", blind)
     assert invert(entity="tower") == 1
-    assert 'looks like "tower"' in capsys.readouterr().err
+    assert 'no "tower" detected' in capsys.readouterr().err
     assert not Z.exists()
     assert main(["invert", "yard.scene", "--from", "photo.png", *QUICK[:6]]) == 0
-    assert 'not found in the picture, so left as they are: "tower"' in capsys.readouterr().err
+    assert 'not found in the image and left unchanged: "tower"' in capsys.readouterr().err
     assert sorted(read_z(Z)[1]) == ["z1", "z2"]
 
 
@@ -146,7 +146,7 @@ def test_a_broken_run_goes_on(yard: Path, monkeypatch: pytest.MonkeyPatch, capsy
 
     monkeypatch.setattr(Inverting, "step", interrupted)
     assert invert("--no-segment") == 130
-    assert "`--resume` goes on" in capsys.readouterr().err
+    assert "continue with `--resume`" in capsys.readouterr().err
     assert not Z.exists()
     assert kept_in(Path("yard.inversion")).done == 2
     monkeypatch.setattr(Inverting, "step", step)
@@ -170,9 +170,9 @@ def test_the_weights_of_all_models_stay(yard: Path, models: Path) -> None:
     ("words", "code", "text"),
     [
         (["--no-segment", "--text", "a"], 2, "--no-segment"),
-        (["--mask", "a.png", "--text", "a"], 2, "nothing to look for"),
+        (["--mask", "a.png", "--text", "a"], 2, "cannot be combined with `--text`"),
         (["--mask", "none.png"], 1, "no picture"),
-        (["--entity", "tower", "--no-segment"], 2, "about one entity"),
+        (["--entity", "tower", "--no-segment"], 2, "requires exactly one"),
         (["--resume"], 1, "no inversion in yard.inversion"),
         (["--resume", "--force"], 2, "choose one"),
         (["--steps", "0"], 1, "steps"),
@@ -222,7 +222,7 @@ def test_a_style_replaces_no_likeness_unasked(yard: Path, capsys: pytest.Capture
     likeness = {"z2": np.ones((1, 64), np.float32)}
     write_vectors(Z, likeness, {"z2": Made("inversion", "statue.png", "MVDream/MVDream", "2026-11-22")})
     assert style("--entity", "statue") == 1
-    assert "learned of statue.png" in capsys.readouterr().err
+    assert "learned from statue.png" in capsys.readouterr().err
     assert np.array_equal(read_z(Z)[1]["z2"], likeness["z2"])
     assert style("--entity", "statue", "--force") == 0
     assert read_made(Z)["z2"].how == "style"

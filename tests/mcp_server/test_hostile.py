@@ -65,8 +65,8 @@ def test_embeddings_beside_a_program_are_no_way_out(agent: Any) -> None:
 @pytest.mark.parametrize(
     ("tool", "arguments", "part"),
     [
-        ("check", {}, "give either"),
-        ("check", {"program": CUBE, "path": "a.scene"}, "give either"),
+        ("check", {}, "expected either"),
+        ("check", {"program": CUBE, "path": "a.scene"}, "expected either"),
         ("check", {"program": 3}, "`program`"),
         ("check", {"program": "(" * 1_000_001}, "1,000,000"),
         ("render", {"program": CUBE, "width": 1025}, "1024"),
@@ -75,7 +75,7 @@ def test_embeddings_beside_a_program_are_no_way_out(agent: Any) -> None:
         ("render", {"program": CUBE, "camera": "x" * 5_000}, "longer"),
         ("count", {"program": CUBE, "frame": -1}, "`frame`"),
         ("diff", {"program_a": CUBE, "program_b": CUBE, "tolerance": 2}, "`tolerance`"),
-        ("help", {"name": "\x1b[2J" * 100}, "nothing known"),
+        ("help", {"name": "\x1b[2J" * 100}, "unknown name"),
         ("nothing", {}, "nothing"),
     ],
 )

@@ -192,7 +192,7 @@ def test_a_metric_without_weights_is_left_out(
     lines = [line for line in err.splitlines() if "error" in line]
     assert len(lines) == 2, "one line for each metric, however many scenes"
     assert all("E707" in line for line in lines)
-    assert ["`clip` is left out" in lines[0], "`dynamic` is left out" in lines[1]] == [True, True]
+    assert ["`clip` is skipped" in lines[0], "`dynamic` is skipped" in lines[1]] == [True, True]
     assert "LPIPS" in out
     assert "Count" in out
 
@@ -211,17 +211,17 @@ def test_a_wrong_program_stops_no_other(place: Path, capsys: pytest.CaptureFixtu
 @pytest.mark.parametrize(
     ("words", "code", "text"),
     [
-        ([], 2, "name the programs"),
+        ([], 2, "expected programs"),
         (["cans.scene", "--metric", "clop"], 2, "clip"),
         (["cans.scene", "--backend", "nothing"], 2, "nothing"),
         (["cans.scene", "--backend", "gltf"], 2, "draws no pictures"),
         (["cans.scene", "--clip-views", "0"], 2, "--clip-views"),
         (["cans.scene", "--fps", "nan"], 2, "--fps"),
         (["cans.scene", "--study", "page.txt"], 2, ".html"),
-        (["--study", "page.html"], 2, "name the programs"),
+        (["--study", "page.html"], 2, "expected programs"),
         (["cans.scene", "--study", "page.html"], 1, "has 1 to choose from"),
         (["none.json"], 1, "cannot be read"),
-        (["--study-results", "none.json"], 1, "holds no answers"),
+        (["--study-results", "none.json"], 1, "cannot read the answers"),
         (["cans.scene", "--environment", "mars"], 2, "mars"),
     ],
 )

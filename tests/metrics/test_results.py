@@ -159,7 +159,7 @@ def test_files_of_results_read_back(tmp_path: Path) -> None:
 )  # fmt: skip
 def test_damaged_and_foreign_files_are_told(tmp_path: Path, text: str) -> None:
     (tmp_path / "results.json").write_text(text)
-    with pytest.raises(SceneError, match="no results that can be read") as caught:
+    with pytest.raises(SceneError, match="cannot read the results") as caught:
         read_results(tmp_path)
     assert caught.value.name == "file"
     assert (tmp_path / "results.json").read_text() == text, "it stays as it is"
@@ -191,9 +191,9 @@ def test_lists(tmp_path: Path, listed: Any) -> None:
 @pytest.mark.parametrize(
     ("item", "text"),
     [
-        ("a.scene", "an entry is an object"),
-        ({}, "one of `scene` and `film`"),
-        ({"scene": "a", "film": "b"}, "one of `scene` and `film`"),
+        ("a.scene", "expected an object"),
+        ({}, "either `scene` or `film`"),
+        ({"scene": "a", "film": "b"}, "either `scene` or `film`"),
         ({"scene": "a", "promt": "b"}, "`promt`"),
         ({"scene": 3}, "`scene` must be a text"),
         ({"scene": "a\0"}, "`scene` must be a text"),

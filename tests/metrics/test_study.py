@@ -134,7 +134,7 @@ def test_hostile_texts_stay_texts() -> None:
 @pytest.mark.parametrize(
     ("tasks", "text"),
     [
-        ([], "nothing to choose from"),
+        ([], "expected at least one prompt"),
         ([StudyQuestion("a cube", TASKS[0].results[:1])], "has 1 to choose from"),
         ([StudyQuestion("a cube", TASKS[0].results[:1] * 2)], "two results of one method"),
         (
@@ -190,9 +190,9 @@ def test_percentages(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("second", "text"),
     [
-        (answers("1", "A", "B"), "answers of one participant"),
-        (answers("2", "A", "B", study="t"), "another study"),
-        (answers("2", "A"), "another study"),
+        (answers("1", "A", "B"), "answers of the same participant"),
+        (answers("2", "A", "B", study="t"), "different studies"),
+        (answers("2", "A"), "different studies"),
     ],
 )
 def test_answers_that_do_not_go_together(tmp_path: Path, second: Any, text: str) -> None:
@@ -209,8 +209,8 @@ def test_answers_that_do_not_go_together(tmp_path: Path, second: Any, text: str)
      answers("1", "A", answers=[{"prompt": "p", "methods": ["A"], "choice": ["A"]}]), "[" * 100_000],
 )  # fmt: skip
 def test_files_that_hold_no_answers(tmp_path: Path, data: Any) -> None:
-    with pytest.raises(SceneError, match="holds no answers") as caught:
+    with pytest.raises(SceneError, match="cannot read the answers") as caught:
         preferences(written(tmp_path, data))
     assert caught.value.name == "file"
-    with pytest.raises(SceneError, match="holds no answers"):
+    with pytest.raises(SceneError, match="cannot read the answers"):
         preferences([tmp_path / "none.json"])

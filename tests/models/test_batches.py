@@ -213,7 +213,7 @@ def test_where_every_entry_failed_it_is_said_why(make: Make) -> None:
 def test_an_answer_that_is_missing_is_an_error(make: Make, monkeypatch: pytest.MonkeyPatch) -> None:
     place = make(cubes(1), cubes(2))
     monkeypatch.setattr(conductor.Client, "collect", lambda self, batch, reserved: {})
-    with pytest.raises(SceneError, match="the batch has no answer to this question"):
+    with pytest.raises(SceneError, match="the batch contains no answer to this request"):
         place.play()
 
 
@@ -320,7 +320,7 @@ def test_a_batch_that_never_ends_is_given_up(make: Make, monkeypatch: pytest.Mon
     place = make(cubes(1))
     place.server.patience = 1_000_000
     monkeypatch.setattr(conductor, "_MAX_BATCH_TIME", 0.1)
-    with pytest.raises(SceneError, match="not done after a day"):
+    with pytest.raises(SceneError, match="not finished after a day"):
         place.play(samples=1)
     assert place.run_.facts["batch"]["id"] == "msgbatch_0"  # it may be looked at again
 

@@ -249,6 +249,6 @@ def test_an_effort_that_a_model_does_not_know(name: str, effort: str, hint: str)
 
 def test_answers_are_no_longer_than_the_model_has() -> None:
     settings = InferenceSettings(model="claude-haiku-4-5", max_tokens=64_001)
-    with pytest.raises(SceneError, match="does not answer with 64,001 tokens"):
+    with pytest.raises(SceneError, match="does not support answers of 64,001 tokens"):
         settings.speaker(model("claude-haiku-4-5"), Notation.PYTHON)
     assert InferenceSettings(model="new", price="1,2").speaker(model("new", "1,2"), Notation.PYTHON).max_tokens == 8_192

@@ -116,7 +116,7 @@ def test_a_file_that_changed_is_not_overwritten(place: Place, tower: Path) -> No
     tower.write_text(TOWER + "; mine\n")
     done = place.run("edit", "--resume", "last", "--apply")
     assert done.code == 1
-    assert "has changed since its program was sent" in done.err
+    assert "was modified since its program was sent" in done.err
     assert tower.read_text() == TOWER + "; mine\n"
     assert place.run("edit", "--resume", "last", "-o", "new.scene").code == 0
     assert (place.work / "new.scene").read_text() == TALLER
@@ -182,19 +182,19 @@ def test_dry_run_sends_nothing(place: Place, tower: Path, monkeypatch: pytest.Mo
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
-        ((), 2, "say which program is to be edited"),
-        (("tower.scene", " "), 2, "say which program is to be edited"),
-        (("-", "x"), 2, "edit wants a file"),
-        (("tower.scene", "x", "--apply", "-o", "y.scene"), 2, "--apply writes over the file"),
-        (("tower.scene", "x", "-o", "no/y.scene"), 1, "there is no folder no"),
-        (("tower.scene", "x", "--picture", "a.glb"), 2, "no picture can be written"),
+        ((), 2, "expected a program and an instruction"),
+        (("tower.scene", " "), 2, "expected a program and an instruction"),
+        (("-", "x"), 2, "cannot edit standard input"),
+        (("tower.scene", "x", "--apply", "-o", "y.scene"), 2, "--apply overwrites FILE"),
+        (("tower.scene", "x", "-o", "no/y.scene"), 1, "no model directory no"),
+        (("tower.scene", "x", "--picture", "a.glb"), 2, "cannot write an image"),
         (("missing.scene", "x"), 1, "cannot read missing.scene"),
         (("wrong.scene", "x"), 1, "E301"),
         (("scene.json", "x"), 1, "finished scene"),
         (("--resume", "nothing"), 1, "there is no run `nothing`"),
         (("tower.scene", "x", "-n", "0"), 2, "-n may be 1 to 64"),
         (("tower.scene", "x", "--effort", "huge"), 2, "has no effort `huge`"),
-        (("tower.scene", "x", "--max-tokens", "900000"), 2, "does not answer with 900,000 tokens"),
+        (("tower.scene", "x", "--max-tokens", "900000"), 2, "does not support answers of 900,000 tokens"),
     ],
 )
 def test_wrong_usage(place: Place, tower: Path, words: tuple[str, ...], code: int, said: str) -> None:
@@ -238,7 +238,7 @@ def test_an_edit_imports_nothing_new(place: Place, tower: Path, path: str) -> No
     server = place.serve([fenced(f'(import "{path}")\n{TOWER}'), fenced(hidden), fenced(TALLER)])
     done = place.run("edit", "tower.scene", "x", "-o", "new.scene")
     assert done.code == 0, done.err
-    assert "may not import" in texts(server.requests[1]["messages"][-1])
+    assert "is not allowed for this program" in texts(server.requests[1]["messages"][-1])
     assert "hunter2" not in json.dumps(server.requests)
     assert not any("hunter2" in file.read_text() for file in place.runs.rglob("*.*") if file.suffix != ".png")
 

@@ -43,7 +43,7 @@ def test_a_task_becomes_a_program(place: Place) -> None:
     assert "; a chessboard at game start\n" in place.work.joinpath("chess.scene").read_text()
     assert not place.differs(place.work / "chess.scene", GOLDEN / "t01-chessboard.json")
     assert done.out == "wrote chess.scene\n"
-    assert "sample 1; 1,000 tokens sent" in done.err
+    assert "sample 1; 1,000 input tokens" in done.err
 
 
 def test_the_fixed_part_is_kept_by_the_service(place: Place) -> None:
@@ -159,7 +159,7 @@ def test_files_that_are_no_pictures_are_not_sent(place: Place) -> None:
     for name in names:
         done = place.run("generate", "a", "--image", name)
         assert done.code == 1, name
-        assert f"cannot read the picture {name}" in done.err, done.err
+        assert f"cannot read the image {name}" in done.err, done.err
         assert done.err.count("\n") <= 2, done.err
     assert not server.requests
     assert not place.runs.exists()
@@ -192,7 +192,7 @@ def test_animate(place: Place) -> None:
 def test_animate_asks_again_for_what_stands_still(place: Place) -> None:
     server = place.serve(answers(cubes(), recorded("n16-newtons-cradle")))
     place.generate("a cradle", "--animate", "-o", "out.scene")
-    assert "the scene does not move: it has one frame" in texts(server.requests[1]["messages"][-1])
+    assert "the scene is not animated: it has only one frame" in texts(server.requests[1]["messages"][-1])
     assert not place.differs(place.work / "out.scene", GOLDEN / "n16-newtons-cradle.json")
 
 
@@ -300,7 +300,7 @@ def test_dry_run_prints_what_would_be_sent(place: Place, monkeypatch: pytest.Mon
     assert dry["request"] == sent
     assert system(sent) in shown
     assert texts(sent["messages"][0]) in shown
-    assert "[a picture, " in shown
+    assert "[image, " in shown
     assert 'output_config: {"effort": "low"}' in shown
     assert dry["tokens"] >= len(json.dumps(sent)) / 4
     assert dry["cost"] > 0
@@ -328,11 +328,11 @@ def test_prompts_that_cannot_be_filled(place: Place) -> None:
     (place.work / "mine" / "user.text.md").rename(place.work / "mine" / "user.txet.md")
     done = place.run("generate", "a cube", "--prompt-dir", "mine")
     assert done.code == 1
-    assert "user.txet.md is no prompt that is read" in done.err
+    assert "unknown prompt template" in done.err
     assert "user.text.md" in done.err
     done = place.run("generate", "a cube", "--prompt-dir", "nowhere")
     assert done.code == 1
-    assert "there is no folder nowhere" in done.err
+    assert "no model directory nowhere" in done.err
     assert not server.requests
 
 
@@ -345,8 +345,8 @@ def test_prompts_that_cannot_be_filled(place: Place) -> None:
         ([], "say what the scene shows"),
         (["  "], "say what the scene shows"),
         (["a", "--animate", "--minecraft"], "not allowed with"),
-        (["a", "--render"], "say where that is with -o"),
-        (["a", "--dsl", "--ablate", "P"], "--ablate P takes away"),
+        (["a", "--render"], "requires -o"),
+        (["a", "--dsl", "--ablate", "P"], "cannot be combined with --ablate P"),
         (["a", "-n", "0"], "-n may be 1 to 64"),
         (["a", "--repair", "99"], "--repair may be 0 to 20"),
         (["a", "--critique", "-1"], "no number of things"),
@@ -355,7 +355,7 @@ def test_prompts_that_cannot_be_filled(place: Place) -> None:
         (["a", "--provider", "antropic"], "there is no provider `antropic`"),
         (["a", "--effort", "enormous"], "has no effort `enormous`"),
         (["a", "--model", "claude-haiku-4-5", "--effort", "low"], "leave --effort out"),
-        (["a", "--max-tokens", "9000000"], "does not answer with 9,000,000 tokens"),
+        (["a", "--max-tokens", "9000000"], "does not support answers of 9,000,000 tokens"),
         (["a", "--ablate", "Q"], "invalid choice"),
         (["x" * 100_001], "100,000 characters"),
     ],
@@ -380,7 +380,7 @@ def test_what_cannot_be_asked(place: Place, monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.delenv("ANTHROPIC_API_KEY")
     done = place.run("generate", "a")
     assert done.code == 1
-    assert "there is no key for `anthropic`" in done.err
+    assert "no API key for `anthropic`" in done.err
     assert not server.requests
     assert not server.counted
     assert not place.runs.exists()

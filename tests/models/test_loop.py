@@ -82,8 +82,8 @@ def test_at_the_limit_of_repairs_the_mistakes_are_shown(place: Place) -> None:
     assert done.code == 1
     assert len(server.requests) == 3
     assert "pillar" in done.err
-    assert "no answer came to a program that works" in done.err
-    assert f"the run is kept in {place.run_folder()}" in done.err
+    assert "no sample produced a valid program" in done.err
+    assert f"the run is saved in {place.run_folder()}" in done.err
     assert (place.work / "out.scene").read_text() == "; mine\n"
     assert "pillar" in (place.run_folder() / "sample-1" / "03-repair" / "diagnostics.txt").read_text()
     assert json.loads((place.run_folder() / "run.json").read_text())["state"] == "failed"
@@ -227,13 +227,13 @@ def test_samples_side_by_side_each_have_an_answer(place: Place) -> None:
     done = place.generate("cubes", "-n", "2", "-o", "out.scene")
     assert len(server.requests) == 2
     assert count(place)["cube"] == 2
-    assert "2,000 tokens sent" in done.err
+    assert "2,000 input tokens" in done.err
 
 
 def test_a_sample_that_fails_does_not_stop_the_others(place: Place) -> None:
     place.serve([Said("", stop="refusal"), Said(cubes(2))])
     done = place.generate("cubes", "-n", "2", "--jobs", "1", "-o", "out.scene")
-    assert "a sample ended early: the model declines" in done.err
+    assert "a sample ended early: the model refused" in done.err
     assert "sample 2;" in done.err
 
 
@@ -247,7 +247,7 @@ def test_what_was_asked_before_is_not_sent_again(place: Place) -> None:
     assert len(server.requests) == 2
     assert len(server.counted) == 2
     assert (place.work / "one.scene").read_text() == (place.work / "two.scene").read_text()
-    assert "0 tokens sent, 0 answered, $0.0000" in done.err
+    assert "0 input tokens, 0 output tokens, $0.0000" in done.err
 
 
 def test_another_task_or_no_cache_is_asked_anew(place: Place) -> None:
@@ -282,7 +282,7 @@ def test_a_cut_answer_gets_more_room_then_is_to_be_shorter(place: Place) -> None
     assert [request["max_tokens"] for request in server.requests] == [32_000, 64_000, 128_000, 128_000]
     assert [len(request["messages"]) for request in server.requests] == [1, 1, 1, 3]
     told = texts(server.requests[3]["messages"][-1])
-    assert "cut off after 128,000 tokens" in told
+    assert "truncated after 128,000 tokens" in told
     assert "more compactly" in told
     assert texts(server.requests[3]["messages"][1]) == cut.text
     assert count(place)["cube"] == 2
@@ -292,14 +292,14 @@ def test_a_length_that_was_chosen_is_not_exceeded(place: Place) -> None:
     server = place.serve([Said("x", stop="max_tokens"), Said(cubes())])
     place.generate("cubes", "--max-tokens", "900")
     assert [request["max_tokens"] for request in server.requests] == [900, 900]
-    assert "cut off after 900 tokens" in texts(server.requests[1]["messages"][-1])
+    assert "truncated after 900 tokens" in texts(server.requests[1]["messages"][-1])
 
 
 def test_answers_that_stay_cut(place: Place) -> None:
     place.serve([Said("x", stop="max_tokens")] * 2)
     done = place.run("generate", "cubes", "--max-tokens", "900", "--repair", "1")
     assert done.code == 1
-    assert "the answer was cut off after 900 tokens" in done.err
+    assert "the answer was truncated after 900 tokens" in done.err
 
 
 def test_a_refusal_is_told(place: Place) -> None:
@@ -308,7 +308,7 @@ def test_a_refusal_is_told(place: Place) -> None:
     )
     done = place.run("generate", "cubes", "-o", "out.scene")
     assert done.code == 1
-    assert "the model declines to answer" in done.err
+    assert "the model refused to answer" in done.err
     assert len(server.requests) == 1
     assert not (place.work / "out.scene").exists()
 
@@ -317,7 +317,7 @@ def test_a_full_context_is_told(place: Place) -> None:
     place.serve([Said("x", stop="model_context_window_exceeded")])
     done = place.run("generate", "cubes")
     assert done.code == 1
-    assert "the model's context is full" in done.err
+    assert "the model's context window is full" in done.err
 
 
 def test_a_broken_stream_is_a_new_attempt(place: Place) -> None:
@@ -339,7 +339,7 @@ def test_streams_that_keep_breaking(place: Place) -> None:
     server = place.serve([Said(cubes(), breaks_after=64)] * 3)
     done = place.run("generate", "cubes", "--max-cost", "50")
     assert done.code == 1
-    assert "the answer broke off 3 times" in done.err
+    assert "the answer was incomplete 3 times" in done.err
     assert len(server.requests) == 3
 
 
@@ -413,7 +413,7 @@ def film():
 
     server = place.serve(answers(film("0"), film("i")))
     place.generate("a sliding cube", "--animate", "-o", "film.scene")
-    assert "all its frames are the same" in texts(server.requests[1]["messages"][-1])
+    assert "all frames are equal" in texts(server.requests[1]["messages"][-1])
 
 
 def test_samples_wait_for_money_that_others_may_give_back(place: Place) -> None:

@@ -176,7 +176,7 @@ def test_examples_of_lists_are_right(kind: TaskKind, ablation: Ablation) -> None
     shown = chosen.example.split("```json\n")[1].split("```")[0]
     whole = re.sub(r",\n\.\.\.\n", "\n", shown)
     verdict = read_list(kind, ablation, whole)
-    assert [d for d in verdict.diagnostics if "does not move" not in d.message] == [], verdict.report_text()
+    assert [d for d in verdict.diagnostics if "not animated" not in d.message] == [], verdict.report_text()
     items = json.loads(whole)[0] if kind is TaskKind.FILM else json.loads(whole)
     assert len(items) >= 7
     assert all(("word" in item) is (ablation is Ablation.P) for item in items)

@@ -85,7 +85,7 @@ def test_a_run_goes_on_after_a_kill(place: Place) -> None:
     assert "2 scenes" in texts(judge["messages"][0])
     assert len(list(place.runs.iterdir())) == 1
     assert json.loads(place.run("count", "out.scene", "--json").out)["cube"] == 3
-    assert "4,000 tokens sent" in done.err, "what the killed process was answered counts"
+    assert "4,000 input tokens" in done.err, "what the killed process was answered counts"
     facts = json.loads((run / "run.json").read_text())
     assert facts["state"] == "done"
     spent = sum(json.loads(path.read_text())["cost"] for path in run.rglob("reply.json"))
@@ -121,7 +121,7 @@ def test_ctrl_c_leaves_a_run_that_can_go_on(place: Place) -> None:
     script.let_go.set()
     run = place.run_folder()
     told = err.decode()
-    assert told.splitlines() == [f"interrupted; to continue: scenelang generate --resume {run.name}", "interrupted"]
+    assert told.splitlines() == [f"interrupted; to resume: scenelang generate --resume {run.name}", "interrupted"]
     assert json.loads((run / "run.json").read_text())["state"] == "interrupted"
     server = place.serve(answers(cubes(4)))
     place.generate("--resume", run.name)
@@ -139,7 +139,7 @@ def test_two_processes_cannot_work_on_one_run(place: Place) -> None:
         waits(lambda: script.is_waiting)
         done = place.run("generate", "--resume", "last")
         assert done.code == 1
-        assert "another process is at work on the run" in done.err
+        assert "another process is using the run" in done.err
         script.let_go.set()
         running.communicate(timeout=PATIENCE)
         assert running.returncode == 0
@@ -285,7 +285,7 @@ def test_a_batch_under_way_is_waited_for(place: Place) -> None:
     forget_replies(place)
     done = place.run("generate", "--resume", "last")
     assert done.code == 1
-    assert "its batch cannot be read" in done.err
+    assert "cannot read its batch" in done.err
 
 
 def test_a_run_goes_on_with_new_limits(place: Place) -> None:
@@ -308,7 +308,7 @@ def test_a_run_goes_on_with_new_limits(place: Place) -> None:
 def test_what_a_run_is_about_does_not_change(finished: tuple[Place, Path], words: tuple[str, ...]) -> None:
     place, _ = finished
     done = place.run("generate", *words, "--resume", "last")
-    assert (done.code, "cannot be changed when a run goes on" in done.err) == (2, True), done.err
+    assert (done.code, "cannot be changed for a resumed run" in done.err) == (2, True), done.err
 
 
 def test_a_run_from_elsewhere_is_not_gone_on_with(finished: tuple[Place, Path]) -> None:
@@ -320,7 +320,7 @@ def test_a_run_from_elsewhere_is_not_gone_on_with(finished: tuple[Place, Path]) 
     victim.write_text("mine")
     (copy / "run.json").write_text(json.dumps(facts | {"output": str(victim)}))
     done = place.run("generate", "--resume", str(copy))
-    assert (done.code, "is not among your runs" in done.err) == (2, True)
+    assert (done.code, "is outside the folder of runs" in done.err) == (2, True)
     assert victim.read_text() == "mine"
 
 

@@ -10,7 +10,7 @@ from models.server import Said
 
 def test_no_runs(place: Place) -> None:
     done = place.run("runs")
-    assert (done.code, done.out) == (0, f"there are no runs in {place.runs}\n")
+    assert (done.code, done.out) == (0, f"no runs in {place.runs}\n")
 
 
 def test_the_list_and_the_attempts_of_one(place: Place) -> None:

@@ -202,9 +202,11 @@ def _faults(folder: Path) -> Iterator[None]:
     try:
         yield
     except FileNotFoundError:
-        raise SceneError("file", f"there is no distillation in {folder}") from None
+        raise SceneError("file", f"no distillation in {folder}") from None
     except (SafetensorError, OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError, IndexError) as e:
-        raise SceneError("file", f"{folder / STATE} is no distillation that can be read: {str(e)[:120]}") from None
+        raise SceneError(
+            "file", f"{folder / STATE} is not a readable distillation checkpoint: {str(e)[:120]}"
+        ) from None
 
 
 def check_same(kept: SavedDistillation, cast: Cast, asked: Mapping[str, Any]) -> None:
@@ -217,7 +219,7 @@ def check_same(kept: SavedDistillation, cast: Cast, asked: Mapping[str, Any]) ->
         raise SceneError("value", f"the run there had other settings: {', '.join(different)}", hint=_AGAIN)
 
 
-_AGAIN = "--force begins anew; --start DIR takes over what is still the same"
+_AGAIN = "use --force to start over, or --start DIR to reuse the parts that did not change"
 
 
 def same_figures(kept: SavedDistillation, cast: Cast) -> dict[int, dict[str, Tensor]]:

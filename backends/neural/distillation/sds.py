@@ -27,7 +27,7 @@ class Guiding:
     "reconstruction" MVDream's distance to the picture that the model sees, whose contrast is brought back by the share
     ``rescale``."""
 
-    guidance: float = setting(50.0, "what a sentence counts (50)", metavar="X", read=float)
+    guidance: float = setting(50.0, "classifier-free guidance scale (default 50)", metavar="X", read=float)
     weighting: str = setting("reconstruction", "of the steps of noise", choices=WEIGHTINGS)
     rescale: float = 0.5
 

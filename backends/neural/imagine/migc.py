@@ -94,7 +94,7 @@ def layer_of(key: str) -> tuple[str, str]:
     """Diffusers' processor and the name within MIGC of a checkpoint's key; raises SceneError("weights")."""
     found = _KEY.match(key)
     if found is None:
-        raise SceneError("weights", f"`{key[:120]}` is no key of MIGC's checkpoint")
+        raise SceneError("weights", f"`{key[:120]}` is not a key of MIGC's checkpoint")
     block, number, inner = found[1], int(found[2]), found[3]
     if block == "middle_block":
         home = "mid_block.attentions.0"
@@ -109,7 +109,7 @@ def original(processor: str) -> str:
     """The block of the original model that holds a layer of diffusers' down or up blocks; raises SceneError."""
     found = _HOME.match(processor)
     if found is None:
-        raise SceneError("weights", f"`{processor[:120]}` is no layer that MIGC knows")
+        raise SceneError("weights", f"`{processor[:120]}` is not a layer of MIGC")
     level, place = int(found[2]), int(found[3])
     return (
         f"input_blocks.{3 * level + place + 1}" if found[1] == "down_blocks" else f"output_blocks.{3 * level + place}"

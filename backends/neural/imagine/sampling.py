@@ -203,7 +203,7 @@ def draw(
         message = f"{checkpoint.device} has too little memory for a picture of {sampling.width} x {sampling.height}"
         raise SceneError("unsupported", message, hint="a smaller --size, or --device cpu") from error
     if not bool(torch.isfinite(decoded).all()):
-        raise SceneError("unsupported", "the model's numbers overflowed, so there is no picture", hint="--device cpu")
+        raise SceneError("unsupported", "numeric overflow in the model: no image was produced", hint="--device cpu")
     shares = (decoded[0].float().permute(1, 2, 0) / 2.0 + 0.5).clamp(0.0, 1.0).cpu().numpy()
     return np.asarray((shares * 255.0).round().astype(np.uint8))
 

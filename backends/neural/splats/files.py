@@ -196,7 +196,7 @@ def _fields(lines: list[list[str]]) -> list[tuple[str, str]]:
         if words[0] != "property":
             break
         if len(words) != 3 or words[1] not in _TYPES or words[2] in found or len(found) >= _MOST_PROPERTIES:
-            raise _wrong(f"the property `{' '.join(words)[:60]}` is none that Gaussians have")
+            raise _wrong(f"unknown Gaussian property `{' '.join(words)[:60]}`")
         found[words[2]] = _TYPES[words[1]]
     missing = [name for name in _NAMES if name not in found and name not in _UNREAD]
     if missing:
@@ -221,7 +221,7 @@ def _gaussians(
 
     for what, values in (("place", places), ("scale", logs), ("turn", turns), ("opacity", logits), ("color", srgb)):
         if not (np.abs(values) < _FARTHEST).all():
-            raise _wrong(f"a Gaussian's {what} is no number, or far too large")
+            raise _wrong(f"a Gaussian's {what} is not a finite number in range")
     if (np.abs(logs) > _ROOM).any():
         raise _wrong("a Gaussian's scale is far too large or too small")
     if (np.linalg.norm(turns, axis=1) < 1e-6).any():

@@ -245,7 +245,7 @@ def _primitive_word(w: Writer, word: ast.expr) -> tuple[str, Code]:
     name = str(word.value)
     if name not in _SHAPES and name not in _BLOCKS:
         hint = suggest(name, [*_SHAPES, *_BLOCKS]) or f"there are {', '.join([*_SHAPES, *_BLOCKS])}"
-        raise w.error("python-call", f"there is no primitive `{name}`", word, hint)
+        raise w.error("python-call", f"unknown primitive `{name}`", word, hint)
     name = {**_SHAPES, **_BLOCKS}.get(name, name)
     return ("primitive" if name in bound else "call"), LiteralCode(name, w.span(word))
 
