@@ -126,7 +126,7 @@ def default_rng(rt: Runtime, seed: int = 0) -> Stream:
 
 
 @registry.define("py-random-stream", "[seed::Integer]", "Stream",
-                 "Create a separate stream for the `:stream` of `py-random` and the like, as Python's `random.Random(seed)`; "
+                 "Create a separate stream for the `:stream` of `py-random`, as Python's `random.Random(seed)`; "
                  "the default seed is 0.",
                  ("(py-randint 5 5 :stream (py-random-stream 3))", "5"))  # fmt: skip
 def py_random_stream(rt: Runtime, seed: int = 0) -> Stream:
