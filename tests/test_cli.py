@@ -217,7 +217,7 @@ def test_diff_names_changes(shell: Shell) -> None:
     assert shell("diff", "row.scene", "changed.json", code=1) == (
         "different: 2 matched, 2 moved, 1 recoloured, 1 missing, 1 extra\n"
         "cone\N{REPLACEMENT CHARACTER}[2J\n  extra [0] at [2 2 2]\n"
-        "cube\n  moved row/post[0]: [0 0 0] -> [0 0.5 0]\n  moved row/post[4] at [8 0 0]: turned\n"
+        "cube\n  moved row/post[0]: [0 0 0] -> [0 0.5 0]\n  moved row/post[4] at [8 0 0]: rotated\n"
         "  recoloured row/post[2] at [4 0 0]: [1 0 0] -> [0 0 1]\n"
         "cylinder\n  missing row/post[5] at [8 0.5 0]\n"
     )
@@ -267,7 +267,7 @@ def test_diff_of_wrong_things(shell: Shell) -> None:
     shell.write("wrong.json", '{"frames": [{"primitives": [5]}]}')
     shell("diff", "wrong.json", "table.scene", code=1)
     assert "E701" in shell.err
-    assert "frames[0].primitives[0] is no primitive" in shell.err
+    assert "frames[0].primitives[0] is not a JSON object" in shell.err
     shell("diff", "table.scene", "wrong.json", "--json", code=1)
     assert [d["code"] for d in json.loads(shell.err.splitlines()[-1])] == ["E701"]
     shell.write("deep.json", "[" * 200_000)
@@ -425,8 +425,8 @@ def test_standard_input(shell: Shell, monkeypatch: pytest.MonkeyPatch) -> None:
 
 USAGE = [
     ["run"], ["run", "a", "b"], ["run", "table.scene", "--nothing"], ["tree", "table.scene", "--depth", "x"],
-    ["render", "table.scene"], ["render", "table.scene", "-o", "x.png", "--size", "0x5"], ["render", "table.scene", "-o", "x.png", "--size", "big"],
-    ["render", "table.scene", "-o", "x.png", "--quality", "best"], ["export", "table.scene"], ["embeddings", "table.scene"],
+    ["render", "table.scene", "-o", "x.png", "--size", "0x5"], ["render", "table.scene", "-o", "x.png", "--size", "big"],
+    ["render", "table.scene", "-o", "x.png", "--quality", "best"], ["embeddings", "table.scene"],
     ["run", "table.scene", "--seed", "x"], ["run", "table.scene", "--max-steps", "-1"], ["run", "table.scene", "--max-memory", "many"],
     ["run", "table.scene", "--max-seconds", "nan"], ["run", "table.scene", "--max-depth", "0"], ["check"],
 ]  # fmt: skip

@@ -272,7 +272,7 @@ def test_scatter_turns_and_functions() -> None:
         ("(ring 3 3)", "parts", "an Integer: 3"),
         (f"(grid {CUBE} :nx -1)", "value", "-1"),
         (f"(grid {CUBE} :spacing [1 2])", "user", "a number or three"),
-        (f"(row {CUBE})", "type", "of type List"),
+        (f"(row {CUBE})", "type", "expects a List"),
         (f"(row (list {CUBE}) :axis 'x)", "user", ":x, :y or :z"),
         ("(stack (list 1 2))", "parts", "an Integer: 1"),
         (f"(align {CUBE} {BALL} :x :left)", "user", ":min, :center, :max, :before or :after"),

@@ -327,7 +327,7 @@ def test_a_hundred_thousand_solids_in_twenty_materials_are_loaded_soon() -> None
 def test_variants_are_tried_before_they_are_used(monkeypatch: pytest.MonkeyPatch) -> None:
     assert mitsuba.works("scalar")
     monkeypatch.setattr(mitsuba, "works", lambda name: False)
-    with pytest.raises(SceneError, match="no NVIDIA GPU") as caught:
+    with pytest.raises(SceneError, match="no compatible NVIDIA GPU") as caught:
         mitsuba.use("cuda", 1, False)
     assert caught.value.hint == "`--variant scalar` works everywhere"
     with pytest.raises(SceneError, match="no LLVM"):

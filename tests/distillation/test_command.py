@@ -82,7 +82,7 @@ def test_ctrl_c_keeps_the_run(words: list[str]) -> None:
     with interruptible(command, Path.cwd()) as running:
         until = time.monotonic() + 90
         assert running.stderr is not None
-        while b"to learn" not in running.stderr.readline():  # it tells that it begins
+        while b"to optimize" not in running.stderr.readline():  # it tells that it begins
             assert time.monotonic() < until
             assert running.poll() is None
         time.sleep(1.0)
