@@ -55,7 +55,7 @@ def _listed(capsys: pytest.CaptureFixture[str]) -> str:
 def test_every_sentence_is_encoded(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
     torch = seeded()
     assert main(["embeddings", "beach.scene", "encode", "--device", "cpu"]) == 0
-    assert "3 sentences of 3 embeddings" in capsys.readouterr().out
+    assert "3 prompts of 3 embeddings encoded with ViT-H-14/laion2b_s32b_b79k" in capsys.readouterr().out
     found = read_encodings(z(place))
     assert found is not None
     assert found.model == "ViT-H-14/laion2b_s32b_b79k"
@@ -184,11 +184,11 @@ def test_what_z_holds_stays(place: Path) -> None:
     ("arguments", "code", "text"),
     [
         (["similar", "<z2>"], 1, "has not been encoded"),
-        (["export", "-o", "a.npz"], 1, "no file of embeddings"),
+        (["export", "-o", "a.npz"], 1, "the embeddings file does not exist"),
         (["export", "-o", "a.png"], 2, ".npz"),
-        (["encode", "--models-dir", "nowhere"], 1, "no folder"),
+        (["encode", "--models-dir", "nowhere"], 1, "no model directory nowhere"),
         (["encode", "--model", "ViT-Q/none", "--models-dir", "."], 1, "no model"),
-        (["encode", "--device", "tpu"], 1, "no device"),
+        (["encode", "--device", "tpu"], 1, "unknown device `tpu`"),
     ],
 )
 def test_mistakes(arguments: list[str], code: int, text: str, place: Path, capsys: pytest.CaptureFixture[str]) -> None:

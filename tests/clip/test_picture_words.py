@@ -118,9 +118,9 @@ def test_other_settings_leave_it_and_clear_forgets_it(beach: Path) -> None:
     [
         ([], 2, "--image"),
         (["--start", "moai"], 2, "--image"),
-        (["--image", "none.png"], 1, "no picture"),
+        (["--image", "none.png"], 1, "cannot read none.png as an image: [Errno 2] No such file or directory: 'none.png'"),
         (["--image", "photo.png", "--start", " "], 1, "no tokens"),
-        (["--image", "photo.png", "--models-dir", "nowhere"], 1, "no folder"),
+        (["--image", "photo.png", "--models-dir", "nowhere"], 1, "no model directory nowhere"),
     ],
 )
 def test_mistakes(words: list[str], code: int, text: str, beach: Path, capsys: pytest.CaptureFixture[str]) -> None:

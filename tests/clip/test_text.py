@@ -148,7 +148,7 @@ def test_what_is_not_there_is_one_clear_line(tmp_path: Path) -> None:
     assert "--models-dir" in (caught.value.hint or "")
     with pytest.raises(SceneError, match="no model `ViT-H-14/nothing`"):
         load_clip(ClipName("ViT-H-14", "nothing"))
-    with pytest.raises(SceneError, match="no folder"):
+    with pytest.raises(SceneError, match="no model directory"):
         shelf(tmp_path / "nowhere")
     (tmp_path / "ViT-H-14").mkdir()
     with pytest.raises(SceneError, match="does not hold") as broken:

@@ -216,7 +216,7 @@ def test_broken_folders(tmp_path: Path, folder: Path, change: Any, said: str) ->
 
 def test_networks_with_other_conditions(tmp_path: Path) -> None:
     seeded()
-    wrong(small_diffusion(tmp_path / "classes", views=False, num_class_embeds=10), "conditions that are no cameras")
+    wrong(small_diffusion(tmp_path / "classes", views=False, num_class_embeds=10), "its `unet` expects conditions other than cameras")
 
 
 def test_parts_that_do_not_belong_together(tmp_path: Path, folder: Path) -> None:
@@ -228,7 +228,7 @@ def test_parts_that_do_not_belong_together(tmp_path: Path, folder: Path) -> None
     small_text(width=64).save_pretrained(tmp_path / "other" / "text_encoder")
     wrong(tmp_path / "other", "listens to states of 32, its text encoder's have 64")
     shutil.rmtree(tmp_path / "other" / "vae")
-    wrong(tmp_path / "other", "4 channels are no squares")
+    wrong(tmp_path / "other", "and 4 channels are not a square number of pixels")
 
 
 def test_what_is_not_there(tmp_path: Path) -> None:
@@ -238,5 +238,5 @@ def test_what_is_not_there(tmp_path: Path) -> None:
             load(shelf=offline)
         assert caught.value.name == "weights"
         assert "--models-dir" in (caught.value.hint or "")
-    wrong(tmp_path / "nowhere", "no folder or file")
+    wrong(tmp_path / "nowhere", "no diffusion model at")
     wrong(tmp_path, "neither a folder `unet` nor a file")

@@ -68,7 +68,7 @@ async def test_hover(client: LanguageClient) -> None:
     assert "(leg-at x z)" in (await hover(editor, "leg-at half") or "")
     assert "How high a seat is" in (await hover(editor, "seat-height 0]") or "")
     assert "(translate" in (await hover(editor, "translate") or "")
-    assert "Define and bind an entity function" in (await hover(editor, "bind") or "")
+    assert "Bind a word to an entity function" in (await hover(editor, "bind") or "")
     chair = await hover(editor, '"chair" :color', 3) or ""
     assert '(call "chair" :color [:width .5])' in chair
     assert "Four legs and a board." in chair

@@ -113,7 +113,7 @@ def test_other_weights_are_told(tmp_path: Path) -> None:
     assert caught.value.name == "weights"
     (tmp_path / "raft_large").mkdir()
     torch.save({"a": torch.zeros(1)}, tmp_path / "raft_large" / "a.pth")
-    with pytest.raises(SceneError, match="no weights of RAFT") as caught:
+    with pytest.raises(SceneError, match="not the weights of torchvision's RAFT large") as caught:
         Raft(Shelf(tmp_path, False))
     assert caught.value.name == "weights"
 

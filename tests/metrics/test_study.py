@@ -135,11 +135,11 @@ def test_hostile_texts_stay_texts() -> None:
     ("tasks", "text"),
     [
         ([], "expected at least one prompt"),
-        ([StudyQuestion("a cube", TASKS[0].results[:1])], "has 1 to choose from"),
+        ([StudyQuestion("a cube", TASKS[0].results[:1])], r"\"a cube\" has 1 methods"),
         ([StudyQuestion("a cube", TASKS[0].results[:1] * 2)], "two results of one method"),
         (
             [StudyQuestion("a cube", tuple(StudyResult(str(n), b"", ".png") for n in range(27)))],
-            "has 27 to choose from",
+            r"\"a cube\" has 27 methods",
         ),
     ],
 )

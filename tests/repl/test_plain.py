@@ -139,7 +139,7 @@ def test_help_lists_every_command() -> None:
     edit seed transpile reset save quit"""
     found = [line.split()[0].lstrip(",") for line in lines(",help") if line.startswith(",")]
     assert found == wanted.split()
-    assert lines(",he ,quit") == [",quit  leave"]
+    assert lines(",he ,quit") == [",quit  exit the REPL"]
 
 
 @pytest.mark.parametrize("asked", ["E401", "e401", "unbound"])
@@ -247,7 +247,7 @@ def test_save_never_overwrites_unasked(program: Path, tmp_path: Path) -> None:
     before = saved.read_text()
     assert "; A leg of the table." in before
     result = drive(f"(define k 1)\n,save {saved}\n", str(program))
-    assert "is there already" in result.stderr
+    assert "already exists" in result.stderr
     assert saved.read_text() == before
     lines(f"(define k 1)\n,save! {saved}\n", str(program))
     assert "(define k 1)" in saved.read_text()
@@ -275,7 +275,7 @@ def test_watch_says_what_changed(program: Path) -> None:
         assert process.stdout is not None
         process.stdin.write(",watch\n")
         process.stdin.flush()
-        assert "is watched" in process.stdout.readline()
+        assert "stop with `,watch`" in process.stdout.readline()
         time.sleep(0.3)
         program.write_text(FILE.replace("union-loop 4", "union-loop 6"))
         line = process.stdout.readline()

@@ -238,7 +238,7 @@ def test_save_asks_before_it_overwrites(tmp_path: Path) -> None:
     terminal.type(",save b.scene\r")
     terminal.wait("overwrite b.scene")
     terminal.type("n\r")
-    terminal.wait("there already")
+    terminal.wait("already exists")
     assert (tmp_path / "b.scene").read_text() == "old"
     terminal.enter("")
     terminal.type(",save b.scene\r")

@@ -103,7 +103,7 @@ def test_wrong_programs_and_files(run: Run) -> None:
 
 def test_a_finished_scene_has_no_z(run: Run) -> None:
     run("export", "a.scene", "-o", "a.json", "-q")
-    assert "finished scene" in run("embed", "a.json", code=1)
+    assert "a.json is a flattened scene and cannot have embeddings" in run("embed", "a.json", code=1)
     assert "ivory" in run("embed", "a.json", "--print")
 
 
