@@ -329,7 +329,7 @@ def test_variants_are_tried_before_they_are_used(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(mitsuba, "works", lambda name: False)
     with pytest.raises(SceneError, match="no compatible NVIDIA GPU") as caught:
         mitsuba.use("cuda", 1, False)
-    assert caught.value.hint == "`--variant scalar` works everywhere"
+    assert caught.value.hint == "use `--variant scalar`, which works everywhere"
     with pytest.raises(SceneError, match="no LLVM"):
         mitsuba.use("llvm", 1, False)
     assert mitsuba.use("auto", 10**9, False).variant() == "scalar_rgb"

@@ -100,7 +100,7 @@ def test_looks_are_missed_before_the_build_is_laid(room: str, monkeypatch: pytes
 
     monkeypatch.setattr("scenelang.backends.deepslate.backend.builds_of", builds_of)
     scene = scene_of('(block "stone" 0 0 0 1 1 1)')
-    with pytest.raises(SceneError, match="the game's textures were not found"):
+    with pytest.raises(SceneError, match="Minecraft's textures were not found on this machine"):
         page_of_scene(scene) if room == "page" else render(scene, backend="deepslate")
 
 
@@ -108,9 +108,9 @@ def test_looks_are_missed_before_the_build_is_laid(room: str, monkeypatch: pytes
     ("arguments", "code", "said"),
     [
         (["--textures", "x"], 2, "requires `--minecraft`"),
-        (["--minecraft", "--html", "a.png"], 2, "a page is an .html file"),
-        (["--minecraft", "--html", "a.html"], 1, "the game's textures were not found on this machine"),
-        (["--minecraft", "--html", "a.html", "--textures", "x"], 1, "there is nothing at `x`"),
+        (["--minecraft", "--html", "a.png"], 2, "a page must be an .html file"),
+        (["--minecraft", "--html", "a.html"], 1, "Minecraft's textures were not found on this machine"),
+        (["--minecraft", "--html", "a.html", "--textures", "x"], 1, "the texture path `x` does not exist"),
     ],
 )
 def test_mistakes_are_said(
@@ -132,7 +132,7 @@ def test_the_backend_is_found() -> None:
 
 
 def test_without_textures_nothing_is_drawn() -> None:
-    with pytest.raises(SceneError, match="the game's textures were not found"):
+    with pytest.raises(SceneError, match="Minecraft's textures were not found on this machine"):
         render(scene_of('(block "stone" 0 0 0 1 1 1)'), backend="deepslate")
 
 
@@ -140,12 +140,12 @@ def test_without_a_browser_the_user_is_told(pack: Path, monkeypatch: pytest.Monk
     monkeypatch.setenv("PATH", "")
     monkeypatch.delenv("SCENELANG_BROWSER", raising=False)
     options = PictureOptions(settings={"textures": str(pack)})
-    with pytest.raises(SceneError, match="there is no Chromium or Chrome") as raised:
+    with pytest.raises(SceneError, match="no Chromium") as raised:
         render(scene_of('(block "stone" 0 0 0 1 1 1)'), options, "deepslate")
     assert "SCENELANG_BROWSER" in (raised.value.diagnostic.hint or "")
 
 
 def test_a_browser_that_is_named_must_be_there(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SCENELANG_BROWSER", "/nowhere/chromium")
-    with pytest.raises(SceneError, match="there is no browser `/nowhere/chromium`, which SCENELANG_BROWSER names"):
+    with pytest.raises(SceneError, match="the browser `/nowhere/chromium` given by SCENELANG_BROWSER does not exist"):
         find_browser()

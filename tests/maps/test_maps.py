@@ -335,7 +335,7 @@ def test_a_set_goes_on_where_it_stopped(tmp_path: Path, capsys: pytest.CaptureFi
     (out / "b/camera-001/frame-002/shot.json").unlink()
     capsys.readouterr()
     assert main(command) == 0
-    assert capsys.readouterr().err.count("is there already") == 9
+    assert capsys.readouterr().err.count("already exists") == 9
     assert kept.stat().st_mtime_ns == stamp
     assert json.loads((out / "coco.json").read_text()) == document
     assert main([*command, "--seed", "5", "-q"]) == 0  # other cameras: all is made anew

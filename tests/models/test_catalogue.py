@@ -194,7 +194,7 @@ def test_a_malformed_row_of_the_configuration(row: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("text", ["models = 5", "[models]\nx = 5"])
 def test_malformed_models_of_the_configuration(text: str, tmp_path: Path) -> None:
     configure(tmp_path, text)
-    assert "is no table of tables" in refused("claude-opus-5-5").message
+    assert "expected `models` to be a table of tables" in refused("claude-opus-5-5").message
 
 
 # --- what is sent to which -----------------------------------------------------------------------------------------------

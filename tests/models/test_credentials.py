@@ -145,7 +145,7 @@ def test_a_configuration_without_a_key_may_be_read(tmp_path: Path) -> None:
         (f'[anthropic]\napi_key = "{KEY}\n', "is no TOML"),
         (f"[anthropic]\napi_key = {KEY}\n", "is no TOML"),
         ("x = " + "[" * 100_000, ""),
-        ("anthropic = 5\n", "`anthropic` is no table"),
+        ("anthropic = 5\n", "expected `anthropic` to be a TOML table"),
         ("# " + "x" * 1_000_000, "too large"),
     ],
 )
@@ -178,13 +178,13 @@ def test_a_configuration_that_is_a_folder(tmp_path: Path) -> None:
 def test_what_is_no_address_is_refused(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ANTHROPIC_BASE_URL", address)
     error = refused()
-    assert (error.name, error.hint) == ("value", "it begins with http:// or https://")
+    assert (error.name, error.hint) == ("value", "use a URL that starts with http:// or https://")
 
 
 def test_an_address_is_a_text(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.delenv("ANTHROPIC_BASE_URL")
     configure(tmp_path, "[anthropic]\nbase_url = 5\n")
-    assert "no address" in refused().message
+    assert "invalid base URL for `anthropic`" in refused().message
 
 
 def test_a_new_line_after_an_address_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -88,7 +88,7 @@ def test_the_scene_difference_is_told_by_path(place: Place, tower: Path) -> None
     assert "  recoloured tower[0] at [0 0.5 0]: [0.2 0.3 0.8] -> [0.8 0.1 0.1]" in lines
     assert "  added tower[4] at [0 4.5 0]" in lines
     assert tower.read_text() == TOWER
-    assert "nothing is overwritten" in done.err
+    assert "to apply the edit" in done.err
 
 
 def test_apply_keeps_what_the_model_did_not_touch(place: Place, tower: Path) -> None:
@@ -186,13 +186,13 @@ def test_dry_run_sends_nothing(place: Place, tower: Path, monkeypatch: pytest.Mo
         (("tower.scene", " "), 2, "expected a program and an instruction"),
         (("-", "x"), 2, "cannot edit standard input"),
         (("tower.scene", "x", "--apply", "-o", "y.scene"), 2, "--apply overwrites FILE"),
-        (("tower.scene", "x", "-o", "no/y.scene"), 1, "no model directory no"),
+        (("tower.scene", "x", "-o", "no/y.scene"), 1, "the folder no does not exist"),
         (("tower.scene", "x", "--picture", "a.glb"), 2, "cannot write an image"),
         (("missing.scene", "x"), 1, "cannot read missing.scene"),
         (("wrong.scene", "x"), 1, "E301"),
-        (("scene.json", "x"), 1, "finished scene"),
-        (("--resume", "nothing"), 1, "there is no run `nothing`"),
-        (("tower.scene", "x", "-n", "0"), 2, "-n may be 1 to 64"),
+        (("scene.json", "x"), 1, "flattened scene"),
+        (("--resume", "nothing"), 1, "unknown run `nothing`"),
+        (("tower.scene", "x", "-n", "0"), 2, "expected -n between 1 and 64"),
         (("tower.scene", "x", "--effort", "huge"), 2, "has no effort `huge`"),
         (("tower.scene", "x", "--max-tokens", "900000"), 2, "does not support answers of 900,000 tokens"),
     ],

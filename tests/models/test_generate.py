@@ -332,7 +332,7 @@ def test_prompts_that_cannot_be_filled(place: Place) -> None:
     assert "user.text.md" in done.err
     done = place.run("generate", "a cube", "--prompt-dir", "nowhere")
     assert done.code == 1
-    assert "no model directory nowhere" in done.err
+    assert "--prompt-dir: not a folder: nowhere" in done.err
     assert not server.requests
 
 
@@ -342,17 +342,17 @@ def test_prompts_that_cannot_be_filled(place: Place) -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ([], "say what the scene shows"),
-        (["  "], "say what the scene shows"),
+        ([], "expected a text prompt, or an image with --image"),
+        (["  "], "expected a text prompt, or an image with --image"),
         (["a", "--animate", "--minecraft"], "not allowed with"),
         (["a", "--render"], "requires -o"),
         (["a", "--dsl", "--ablate", "P"], "cannot be combined with --ablate P"),
-        (["a", "-n", "0"], "-n may be 1 to 64"),
-        (["a", "--repair", "99"], "--repair may be 0 to 20"),
-        (["a", "--critique", "-1"], "no number of things"),
-        (["a", "--max-cost", "free"], "no amount of dollars"),
-        (["a", "--max-cost", "nan"], "no amount of dollars"),
-        (["a", "--provider", "antropic"], "there is no provider `antropic`"),
+        (["a", "-n", "0"], "expected -n between 1 and 64"),
+        (["a", "--repair", "99"], "expected --repair between 0 and 20"),
+        (["a", "--critique", "-1"], "usage: scenelang [-h] [--version] COMMAND ... generate [-h] [-o OUT.scene]"),
+        (["a", "--max-cost", "free"], "expected a positive amount of dollars"),
+        (["a", "--max-cost", "nan"], "expected a positive amount of dollars"),
+        (["a", "--provider", "antropic"], "unknown provider `antropic` (available"),
         (["a", "--effort", "enormous"], "has no effort `enormous`"),
         (["a", "--model", "claude-haiku-4-5", "--effort", "low"], "leave --effort out"),
         (["a", "--max-tokens", "9000000"], "does not support answers of 9,000,000 tokens"),

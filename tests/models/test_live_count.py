@@ -36,7 +36,7 @@ def test_a_new_answer_of_a_sample_takes_the_place_of_the_last() -> None:
 def test_batches_and_no_terminal() -> None:
     stream = io.StringIO()
     LiveCount(stream).waiting(3)
-    assert stream.getvalue().strip() == "waiting for a batch: 3 not done yet"
+    assert stream.getvalue().strip() == "waiting for a batch: 3 requests left"
     silent = LiveCount(None)
     silent.counting(1, 1, "draft")("abc")
     silent.end()

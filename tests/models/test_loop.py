@@ -282,7 +282,7 @@ def test_a_cut_answer_gets_more_room_then_is_to_be_shorter(place: Place) -> None
     assert [request["max_tokens"] for request in server.requests] == [32_000, 64_000, 128_000, 128_000]
     assert [len(request["messages"]) for request in server.requests] == [1, 1, 1, 3]
     told = texts(server.requests[3]["messages"][-1])
-    assert "truncated after 128,000 tokens" in told
+    assert "The answer was cut off after 128,000 tokens" in told
     assert "more compactly" in told
     assert texts(server.requests[3]["messages"][1]) == cut.text
     assert count(place)["cube"] == 2
@@ -292,7 +292,7 @@ def test_a_length_that_was_chosen_is_not_exceeded(place: Place) -> None:
     server = place.serve([Said("x", stop="max_tokens"), Said(cubes())])
     place.generate("cubes", "--max-tokens", "900")
     assert [request["max_tokens"] for request in server.requests] == [900, 900]
-    assert "truncated after 900 tokens" in texts(server.requests[1]["messages"][-1])
+    assert "The answer was cut off after 900 tokens" in texts(server.requests[1]["messages"][-1])
 
 
 def test_answers_that_stay_cut(place: Place) -> None:
