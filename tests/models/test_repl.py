@@ -56,7 +56,7 @@ def test_options_and_mistakes(place: Place, monkeypatch: pytest.MonkeyPatch) -> 
         place, monkeypatch, ",generate", ",generate --modle x y", ",generate --resume last", ",edit higher",
         ",generate --model claude-haiku-5-5 --effort low a cube", ",count",
     )  # fmt: skip
-    assert "`,generate` wants what the scene shows" in err
+    assert "`,generate` requires a text prompt, such as ,generate a lighthouse" in err
     assert "unrecognized arguments: --modle" in err
     assert "`--resume` is for the command line" in err
     assert "no definitions" in err

@@ -197,7 +197,7 @@ def test_last_is_the_last_one_and_a_prefix_of_two_is_none(place: Place) -> None:
     assert "-first, " in done.err
     done = place.run("generate", "--resume", "nothing")
     assert done.code == 1
-    assert "there is no run `nothing`" in done.err
+    assert "unknown run `nothing`" in done.err
 
 
 DAMAGED = {

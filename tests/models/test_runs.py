@@ -41,7 +41,7 @@ def test_what_was_kept_from_an_earlier_run_costs_nothing(place: Place) -> None:
     place.serve([Said(cubes())])
     place.generate("a cube", "-o", "a.scene")
     place.generate("a cube", "-o", "b.scene")
-    assert "kept" in place.run("runs", "last").out.splitlines()[-1]
+    assert "1        1  draft    end   1,000      66  cached  a scene" in place.run("runs", "last").out.splitlines()[-1]
     first, second = json.loads(place.run("runs", "--json").out)
     assert (first["cost"] > 0, second["cost"]) == (True, 0.0)
 
