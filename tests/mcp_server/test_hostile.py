@@ -52,14 +52,14 @@ def test_programs_do_not_reach_outside_either(agent: Any) -> None:
 
 def test_a_camera_file_lies_in_the_project(agent: Any) -> None:
     (agent.project.parent / "camera.json").write_text("{}")
-    assert "`../camera.json` is outside the project folder" in agent.refused("render", program=CUBE, camera="../camera.json")
-    assert "`../camera.json` is outside the project folder" in agent.refused("render", program=CUBE, camera=" /etc/camera.JSON ")
+    assert "is outside the project folder" in agent.refused("render", program=CUBE, camera="../camera.json")
+    assert "is outside the project folder" in agent.refused("render", program=CUBE, camera=" /etc/camera.JSON ")
 
 
 def test_embeddings_beside_a_program_are_no_way_out(agent: Any) -> None:
     (agent.project / "z.scene").write_text(CUBE)
     (agent.project / "z.z.safetensors").symlink_to("/dev/zero")
-    assert "`../camera.json` is outside the project folder" in agent.refused("run", path="z.scene")
+    assert "is outside the project folder" in agent.refused("run", path="z.scene")
 
 
 @pytest.mark.parametrize(
@@ -71,8 +71,8 @@ def test_embeddings_beside_a_program_are_no_way_out(agent: Any) -> None:
         ("check", {"program": "(" * 1_000_001}, "1,000,000"),
         ("render", {"program": CUBE, "width": 1025}, "1024"),
         ("render", {"program": CUBE, "height": 0}, "`height`"),
-        ("render", {"program": CUBE, "frame": "[" * 100_000}, "`frame` exceeds 4,000 characters"),
-        ("render", {"program": CUBE, "camera": "x" * 5_000}, "`frame` exceeds 4,000 characters"),
+        ("render", {"program": CUBE, "frame": "[" * 100_000}, "exceeds 4,000 characters"),
+        ("render", {"program": CUBE, "camera": "x" * 5_000}, "exceeds 4,000 characters"),
         ("count", {"program": CUBE, "frame": -1}, "`frame`"),
         ("diff", {"program_a": CUBE, "program_b": CUBE, "tolerance": 2}, "`tolerance`"),
         ("help", {"name": "\x1b[2J" * 100}, "unknown name"),

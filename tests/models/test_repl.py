@@ -47,7 +47,7 @@ def test_its_runs_are_not_gone_on_with_outside(place: Place, monkeypatch: pytest
     drive(place, monkeypatch, ",generate a cube")
     for command in ("generate", "edit"):
         done = place.run(command, "--resume", "last")
-        assert (done.code, "was made in the REPL" in done.err) == (2, True)
+        assert (done.code, "was created in the REPL" in done.err) == (2, True)
 
 
 def test_options_and_mistakes(place: Place, monkeypatch: pytest.MonkeyPatch) -> None:

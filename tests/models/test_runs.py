@@ -41,7 +41,7 @@ def test_what_was_kept_from_an_earlier_run_costs_nothing(place: Place) -> None:
     place.serve([Said(cubes())])
     place.generate("a cube", "-o", "a.scene")
     place.generate("a cube", "-o", "b.scene")
-    assert "1        1  draft    end   1,000      66  cached  a scene" in place.run("runs", "last").out.splitlines()[-1]
+    assert "cached" in place.run("runs", "last").out.splitlines()[-1]
     first, second = json.loads(place.run("runs", "--json").out)
     assert (first["cost"] > 0, second["cost"]) == (True, 0.0)
 
@@ -74,4 +74,4 @@ def test_a_run_is_found_by_beginning_and_by_path(place: Place) -> None:
     assert first in place.run("runs", first[:-1]).out
     assert second in place.run("runs", str(place.runs / second)).out
     done = place.run("runs", "20")
-    assert (done.code, "could be" in done.err) == (1, True)
+    assert (done.code, "ambiguous run name" in done.err) == (1, True)
