@@ -2,7 +2,7 @@
 import { control } from "./camera.js";
 import { byId } from "./dom.js";
 
-const NARROW = 760; // pixels: a narrower window begins with the scene alone
+const NARROW = 560; // pixels: a narrower window begins with the scene alone
 
 // Connects the elements of the document to `page`.
 export function listen(page) {
