@@ -118,7 +118,11 @@ def test_other_settings_leave_it_and_clear_forgets_it(beach: Path) -> None:
     [
         ([], 2, "--image"),
         (["--start", "moai"], 2, "--image"),
-        (["--image", "none.png"], 1, "cannot read none.png as an image: [Errno 2] No such file or directory: 'none.png'"),
+        (
+            ["--image", "none.png"],
+            1,
+            "cannot read none.png as an image: [Errno 2] No such file or directory: 'none.png'",
+        ),
         (["--image", "photo.png", "--start", " "], 1, "no tokens"),
         (["--image", "photo.png", "--models-dir", "nowhere"], 1, "no model directory nowhere"),
     ],

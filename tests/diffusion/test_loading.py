@@ -216,7 +216,10 @@ def test_broken_folders(tmp_path: Path, folder: Path, change: Any, said: str) ->
 
 def test_networks_with_other_conditions(tmp_path: Path) -> None:
     seeded()
-    wrong(small_diffusion(tmp_path / "classes", views=False, num_class_embeds=10), "its `unet` expects conditions other than cameras")
+    wrong(
+        small_diffusion(tmp_path / "classes", views=False, num_class_embeds=10),
+        "its `unet` expects conditions other than cameras",
+    )
 
 
 def test_parts_that_do_not_belong_together(tmp_path: Path, folder: Path) -> None:

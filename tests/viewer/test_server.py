@@ -145,7 +145,7 @@ def test_values_are_set_and_saved(server: ViewServer) -> None:
     assert state["params"][0] | {"value": 4, "changed": True} == state["params"][0]
     status, answer = post(server, "set", {"file": 0, "name": "n", "value": '4) (define x "'})
     assert status == 409
-    assert "`n` cannot be" in answer["message"]
+    assert "invalid value" in answer["message"]
     status, state = post(server, "save", {"file": 0, "name": "n"})
     assert status == 200
     assert Path(server.workspace.files[0]).read_text() == TEXT.replace("n 2", "n 4")

@@ -115,7 +115,7 @@ def test_mistakes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "a.scene").write_text(PAIR)
     page = ["--html", str(tmp_path / "a.html")]
     for more, code, said in (
-        (["--distilled", str(tmp_path)], 1, "there is no distillation"),
+        (["--distilled", str(tmp_path)], 1, "no distillation in"),
         ([str(tmp_path / "b.scene"), "--distilled", str(tmp_path)], 2, "one program"),
         (["--minecraft", "--splats"], 2, "choose one"),
     ):
