@@ -194,7 +194,7 @@ def test_more_than_thirty_things(place: Path, capsys: pytest.CaptureFixture[str]
     [
         (["-o", "a.jpg"], 2, ".png"),
         (["-o", "a.json"], 2, "--layout-only"),
-        (["-o", "no/a.png"], 1, "no folder"),
+        (["-o", "no/a.png"], 1, "the folder no does not exist"),
         (["-o", "a.png", "--count", "0"], 2, "--count"),
         (["-o", "a.png", "--steps", "0"], 2, "--steps"),
         (["-o", "a.png", "--guidance", "nan"], 2, "--guidance"),
@@ -206,7 +206,7 @@ def test_more_than_thirty_things(place: Path, capsys: pytest.CaptureFixture[str]
         (["-o", "a.png", "--model", "nowhere/none", "--offline"], 1, "E707"),
         (["-o", "a.png", "--control", "nowhere/none", "--offline"], 1, "E707"),
         (["-o", "a.png", "--method", "gligen", "--model", "stable-diffusion-2-1"], 1, "E707"),
-        (["-o", "a.png", "--device", "tpu"], 1, "no device"),
+        (["-o", "a.png", "--device", "tpu"], 1, "unknown device `tpu`"),
     ],
 )
 def test_mistakes(arguments: list[str], code: int, text: str, place: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -250,7 +250,7 @@ def test_other_weights_are_told(tmp_path: Path, checkpoint: Checkpoint) -> None:
     with pytest.raises(SceneError, match="not on this machine") as caught:
         load_migc(shelf=Shelf(None))
     assert FILE in (caught.value.hint or "")
-    with pytest.raises(SceneError, match="no key of MIGC"):
+    with pytest.raises(SceneError, match=r"`model\.weight` is not a key of MIGC's checkpoint"):
         from_checkpoint({"model.weight": torch.zeros(1)})
     with pytest.raises(SceneError, match="empty"):
         from_checkpoint({})

@@ -151,7 +151,7 @@ def test_a_broken_run_goes_on(yard: Path, monkeypatch: pytest.MonkeyPatch, capsy
     assert kept_in(Path("yard.inversion")).done == 2
     monkeypatch.setattr(Inverting, "step", step)
     assert invert("--no-segment") == 1
-    assert "not finished" in capsys.readouterr().err
+    assert "already contains an unfinished run" in capsys.readouterr().err
     Path("photo.png").unlink()
     assert invert("--resume", "-q") == 0
     found, wanted = read_z(Z)[1], read_z(Path("whole.z.safetensors"))[1]
@@ -171,14 +171,14 @@ def test_the_weights_of_all_models_stay(yard: Path, models: Path) -> None:
     [
         (["--no-segment", "--text", "a"], 2, "--no-segment"),
         (["--mask", "a.png", "--text", "a"], 2, "cannot be combined with `--text`"),
-        (["--mask", "none.png"], 1, "no picture"),
+        (["--mask", "none.png"], 1, "as an image"),
         (["--entity", "tower", "--no-segment"], 2, "requires exactly one"),
         (["--resume"], 1, "no inversion in yard.inversion"),
-        (["--resume", "--force"], 2, "choose one"),
+        (["--resume", "--force"], 2, "`--resume` cannot be combined with `--force`"),
         (["--steps", "0"], 1, "steps"),
         (["--model", "nobody/nothing", "--no-segment", "--offline"], 1, "E707"),
         (["--detector", "nobody/nothing", "--offline"], 1, "E707"),
-        (["--device", "tpu"], 1, "no device"),
+        (["--device", "tpu"], 1, "unknown device `tpu`"),
     ],
 )
 def test_mistakes(words: list[str], code: int, text: str, yard: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -193,7 +193,7 @@ def test_names_that_make_no_sense(yard: Path, capsys: pytest.CaptureFixture[str]
         assert text in capsys.readouterr().err
     double = ["invert", "yard.scene", "--from", "photo.png", "--entity", "tower", "--entity", "<z3>"]
     assert main(double) == 1
-    assert "in common" in capsys.readouterr().err
+    assert "two of the entities share an embedding; name only one of them" in capsys.readouterr().err
     assert main(["invert", "-", "--from", "photo.png"]) == 2
     assert "--z" in capsys.readouterr().err
 

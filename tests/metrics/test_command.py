@@ -122,7 +122,7 @@ def test_films_of_others(said: Callable[..., Any], place: Path) -> None:
     assert [len(kept["theirs.webp", name]["views"]) for name in ("clip", "lpips")] == [4, 3]
     for name, text in (("a.txt", "x"), ("a.gif", "x"), ("a.mp4", "x")):
         (place / name).write_text(text)
-        with pytest.raises(SceneError, match="no film"):
+        with pytest.raises(SceneError, match=r"is not a video"):
             read_film(name)
 
 
@@ -214,13 +214,13 @@ def test_a_wrong_program_stops_no_other(place: Path, capsys: pytest.CaptureFixtu
         ([], 2, "expected programs"),
         (["cans.scene", "--metric", "clop"], 2, "clip"),
         (["cans.scene", "--backend", "nothing"], 2, "nothing"),
-        (["cans.scene", "--backend", "gltf"], 2, "draws no pictures"),
+        (["cans.scene", "--backend", "gltf"], 2, "does not draw pictures"),
         (["cans.scene", "--clip-views", "0"], 2, "--clip-views"),
         (["cans.scene", "--fps", "nan"], 2, "--fps"),
         (["cans.scene", "--study", "page.txt"], 2, ".html"),
         (["--study", "page.html"], 2, "expected programs"),
-        (["cans.scene", "--study", "page.html"], 1, "has 1 to choose from"),
-        (["none.json"], 1, "cannot be read"),
+        (["cans.scene", "--study", "page.html"], 1, "has 1 methods"),
+        (["none.json"], 1, "cannot read"),
         (["--study-results", "none.json"], 1, "cannot read the answers"),
         (["cans.scene", "--environment", "mars"], 2, "mars"),
     ],
