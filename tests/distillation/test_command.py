@@ -141,8 +141,8 @@ def test_frames_have_one_theta_and_their_own_poses(words: list[str]) -> None:
         (["--steps", "0"], 2, "at least 1 step"),
         (["--guidance", "nan"], 2, "`--guidance` must be 0 to 10,000"),
         (["--film", "nowhere/a.gif"], 1, "nowhere"),
-        (["--resume", "--start", "b"], 2, "choose one"),
-        (["--resume", "--force"], 2, "choose one"),
+        (["--resume", "--start", "b"], 2, "cannot be combined with"),
+        (["--resume", "--force"], 2, "cannot be combined with"),
         (["--resume"], 1, "no distillation in run"),
         (["--start", "b"], 1, "no distillation in b"),
         (["-o", "a.scene"], 1, "cannot be a folder"),
@@ -164,7 +164,7 @@ def test_wrong_usage_is_one_line(
 def test_nothing_left_to_learn_is_told(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert main([*words, "-q"]) == 0
     assert main([*words, "-o", "again", "--start", "run"]) == 1
-    assert "so there is nothing to learn" in said(capsys)
+    assert "nothing to optimize" in said(capsys)
 
 
 def test_what_was_taken_over_stays_after_a_break(words: list[str]) -> None:

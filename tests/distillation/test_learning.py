@@ -186,7 +186,7 @@ def test_damaged_runs_are_told(models: Any, tmp_path: Path, damage: str) -> None
         save_file({"a": torch.zeros(2)}, path)
     else:
         keep(tmp_path, one.state() | {"figure/0/theta/means": torch.zeros(5, 2)}, one.cast, {}, 0.0)
-    with pytest.raises(SceneError, match="no distillation that can be read"):
+    with pytest.raises(SceneError, match="is not a readable distillation checkpoint"):
         kept_in(tmp_path)
     path.unlink()
     with pytest.raises(SceneError, match="there is no distillation"):
