@@ -122,7 +122,7 @@ def test_films_of_others(said: Callable[..., Any], place: Path) -> None:
     assert [len(kept["theirs.webp", name]["views"]) for name in ("clip", "lpips")] == [4, 3]
     for name, text in (("a.txt", "x"), ("a.gif", "x"), ("a.mp4", "x")):
         (place / name).write_text(text)
-        with pytest.raises(SceneError, match=r"is not a video"):
+        with pytest.raises(SceneError, match=r"cannot read a\.gif as a video"):
             read_film(name)
 
 

@@ -36,7 +36,7 @@ def test_settings_and_their_limits(place: Place) -> None:
     assert made.sample in (1, 2)
     with pytest.raises(sl.UsageError, match="expected `samples` between 1 and 64, got 0"):
         sl.generate("a cube", settings=sl.InferenceSettings(samples=0))
-    with pytest.raises(sl.UsageError, match="say what the scene shows"):
+    with pytest.raises(sl.UsageError, match="expected a text prompt, or an image with --image"):
         sl.generate("")
 
 

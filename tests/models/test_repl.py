@@ -58,7 +58,7 @@ def test_options_and_mistakes(place: Place, monkeypatch: pytest.MonkeyPatch) -> 
     )  # fmt: skip
     assert "`,generate` requires a text prompt, such as ,generate a lighthouse" in err
     assert "unrecognized arguments: --modle" in err
-    assert "`--resume` is for the command line" in err
+    assert "`--resume` is only supported on the command line" in err
     assert "no definitions" in err
     (request,) = server.requests
     assert (request["model"], request["output_config"]) == ("claude-haiku-5-5", {"effort": "low"})

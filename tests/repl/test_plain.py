@@ -280,7 +280,7 @@ def test_watch_says_what_changed(program: Path) -> None:
         program.write_text(FILE.replace("union-loop 4", "union-loop 6"))
         line = process.stdout.readline()
         assert "4 -> 6 primitives" in line
-        assert "2 new" in line
+        assert "table.scene changed: 4 -> 6 primitives, sizes [16 2 1], 2 added" in line
         assert "sizes [16 2 1]" in line
         program.write_text(FILE.replace("(scene", "(scenee"))
         assert "error" in process.stdout.readline()

@@ -117,7 +117,7 @@ def test_mistakes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for more, code, said in (
         (["--distilled", str(tmp_path)], 1, "no distillation in"),
         ([str(tmp_path / "b.scene"), "--distilled", str(tmp_path)], 2, "one program"),
-        (["--minecraft", "--splats"], 2, "choose one"),
+        (["--minecraft", "--splats"], 2, "`--minecraft` cannot be combined with `--splats` or `--distilled`"),
     ):
         assert main(["view", str(tmp_path / "a.scene"), *more, *page]) == code
         assert said in capsys.readouterr().err
