@@ -74,7 +74,7 @@ async def test_hover(client: LanguageClient) -> None:
     assert "Four legs and a board." in chair
     assert "used once" in chair
     assert ":radius" in (await hover(editor, '"cylinder"', 3) or "")
-    assert "a local name" in (await hover(editor, "half half", 1) or "")
+    assert "local variable" in (await hover(editor, "half half", 1) or "")
     assert "radius" in (await hover(editor, ":radius", 2) or "")
     assert ":color" in (await hover(editor, ":color [1 0 0]", 2) or "")
     assert await hover(editor, ".04", 1) is None
