@@ -213,11 +213,7 @@ def test_entries_that_make_no_sense(listed: Any, item: Any, text: str) -> None:
 
 def test_lists_that_cannot_be_read(tmp_path: Path, listed: Any) -> None:
     for text in ("[", "[" * 100_000, '{"a": NaN'):
-        with pytest.raises(
-            SceneError, match="(maximum recursion|Expecting value)"
-        ):
+        with pytest.raises(SceneError, match=r"(maximum recursion|Expecting value)"):
             listed(text)
-    with pytest.raises(
-        SceneError, match="(maximum recursion|Expecting value)"
-    ):
+    with pytest.raises(SceneError, match=r"(maximum recursion|Expecting value)"):
         entries_of([str(tmp_path / "none.json")])
