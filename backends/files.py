@@ -22,6 +22,11 @@ _NONBLOCK = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0) | getattr
 _FOLDERS = {"CACHE": ".cache", "CONFIG": ".config", "STATE": ".local/state"}
 
 
+def reason_of(error: Exception) -> str:
+    """Return what a failed read or write says of its cause, in at most 120 characters and without the path."""
+    return str(getattr(error, "strerror", None) or error)[:120]
+
+
 def check_folder(output: Path) -> None:
     """Check before the work starts that ``output`` can be a file; raises SceneError("file")."""
     if not output.parent.is_dir():

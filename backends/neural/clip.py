@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import need
-from scenelang.backends.files import user_folder, written_whole
+from scenelang.backends.files import reason_of, user_folder, written_whole
 from scenelang.backends.neural.weights import INSTALL, Shelf, shelf
 from scenelang.grammar.diagnostics import SceneError
 
@@ -125,7 +125,7 @@ def open_picture(path: Path | str | BytesIO) -> Any:
                 raise SceneError("file", f"{path} has more than {_LARGEST:,} pixels")
             return need("PIL.ImageOps", "pillow").exif_transpose(picture).convert("RGB")
     except (OSError, ValueError, SyntaxError, image.DecompressionBombError) as error:
-        raise SceneError("file", f"cannot read {path} as an image: {str(error)[:120]}") from None
+        raise SceneError("file", f"cannot read {path} as an image: {reason_of(error)}") from None
 
 
 # Prompts with handles: text in which `<z2>` stands for learned vectors, or for a text of its own.

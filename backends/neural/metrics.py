@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import Progress, need, part_of
+from scenelang.backends.files import reason_of
 from scenelang.backends.neural.clip import JUDGE, ClipModel, ClipName, encode_images, load_clip
 from scenelang.backends.neural.describing import spaced
 from scenelang.backends.neural.diffusion import memory_told
@@ -117,7 +118,7 @@ def _check(path: Path, width: int, height: int) -> None:
 
 
 def _unread(path: Path, error: Exception) -> SceneError:
-    return SceneError("file", f"cannot read {path} as a video: {str(error)[:120]}")
+    return SceneError("file", f"cannot read {path} as a video: {reason_of(error)}")
 
 
 # CLIP similarity: how much pictures of a scene are like a text (the paper's metric of alignment).

@@ -120,9 +120,12 @@ def test_films_of_others(said: Callable[..., Any], place: Path) -> None:
     kept = values(said(listed(place, *entries)))
     assert list(kept) == [("theirs.webp", m) for m in ("clip", "lpips", "dynamic")] + [("wanted.png", "clip")]
     assert [len(kept["theirs.webp", name]["views"]) for name in ("clip", "lpips")] == [4, 3]
-    for name, text in (("a.txt", "x"), ("a.gif", "x"), ("a.mp4", "x")):
-        (place / name).write_text(text)
-        with pytest.raises(SceneError, match=r"cannot read a\.gif as a video"):
+    (place / "a.txt").write_text("x")
+    with pytest.raises(SceneError, match=r"a\.txt is not a video"):
+        read_film("a.txt")
+    for name in ("a.gif", "a.mp4"):
+        (place / name).write_text("x")
+        with pytest.raises(SceneError, match=f"cannot read {name} as a video"):
             read_film(name)
 
 
