@@ -121,7 +121,7 @@ def test_other_settings_leave_it_and_clear_forgets_it(beach: Path) -> None:
         (
             ["--image", "none.png"],
             1,
-            "cannot read none.png as an image: [Errno 2] No such file or directory: 'none.png'",
+            "cannot read none.png as an image: No such file or directory",
         ),
         (["--image", "photo.png", "--start", " "], 1, "no tokens"),
         (["--image", "photo.png", "--models-dir", "nowhere"], 1, "no model directory nowhere"),

@@ -76,5 +76,5 @@ def test_masks_of_files(tmp_path: Path) -> None:
     assert np.array_equal(mask, known >= 128)
     with pytest.raises(SceneError, match="8 x 6 pixels"):
         read_mask(tmp_path / "mask.png", 9, 6)
-    with pytest.raises(SceneError, match=r"as an image: \[Errno 2\] No such file or directory:"):
+    with pytest.raises(SceneError, match=r"as an image: No such file"):
         read_mask(tmp_path / "none.png", 9, 6)
