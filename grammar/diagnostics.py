@@ -47,6 +47,7 @@ CODES: dict[str, DiagnosticCode] = {
     "bracket": DiagnosticCode("E209", "Square brackets, which denote an array, are used instead of parentheses."),
     "strict": DiagnosticCode("E210", "The program is outside the paper's grammar, which `--strict` requires."),
     "empty-application": DiagnosticCode("E211", "`()` cannot be evaluated; the empty list is `'()` or `(list)`."),
+    "foreign-syntax": DiagnosticCode("E212", "A construct of another language is used."),
     # E3xx: names
     "unbound": DiagnosticCode("E301", "The name is not defined."),
     "undefined-yet": DiagnosticCode("E302", "A variable is read before its definition has been evaluated."),
@@ -74,6 +75,7 @@ CODES: dict[str, DiagnosticCode] = {
     "user": DiagnosticCode("E414", "The program raised an error itself, with `error` or `raise`."),
     "escape": DiagnosticCode("E415", "An escape procedure was called after its `let/ec` returned."),
     "format": DiagnosticCode("E416", "A format string is malformed."),
+    "endless-recursion": DiagnosticCode("E417", "A function calls itself whenever it is called, so it never returns."),
     # E5xx: limits
     "steps": DiagnosticCode("E501", "The program exceeded the step limit (`--max-steps`)."),
     "depth": DiagnosticCode("E502", "The program exceeded the recursion limit (`--max-depth`)."),
@@ -140,6 +142,15 @@ CODES: dict[str, DiagnosticCode] = {
     ),
     "unreachable-word": DiagnosticCode("W308", "A word of the file is never reached from the root of the scene."),
     "constant-condition": DiagnosticCode("W309", "A condition is always true or always false."),
+    "conditional-failure": DiagnosticCode(
+        "W401", "An expression always fails, but it may not be evaluated: it is in a branch or inside `guard`."
+    ),
+    "out-of-range": DiagnosticCode("W402", "A literal value is outside the range that makes sense here."),
+    "dropped-value": DiagnosticCode("W403", "An entity is created, but its value is not used."),
+    "unreachable-code": DiagnosticCode("W404", "Code follows an expression that never returns."),
+    "plain-parameter": DiagnosticCode(
+        "W405", "A word is called with an attribute that its function takes as a positional parameter."
+    ),
     "turned-after-moved": DiagnosticCode(
         "W609", "A part is rotated about the origin after it was translated, so it swings to another place."
     ),
@@ -235,7 +246,16 @@ _MAX_NAME = 100
 class Diagnostic:
     """One error or warning.
 
-    ``chain`` is the call stack, innermost call first, as pairs of a word or function name and the location of the call.
+    Attributes
+    ----------
+    chain
+        Call stack, innermost call first, as pairs of a word or function name and the location of the call.
+    expected, found
+        What was expected and what was found, for programs that read diagnostics.
+    signature
+        Signature of the function that is called.
+    near
+        Names that may have been meant.
     """
 
     name: str
@@ -245,6 +265,10 @@ class Diagnostic:
     notes: tuple[Note, ...] = ()
     chain: tuple[tuple[str, Span | None], ...] = ()
     fixes: tuple[Fix, ...] = ()
+    expected: str | None = None
+    found: str | None = None
+    signature: str | None = None
+    near: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Truncate texts that are too long to read: a name or value of the program may have millions of characters."""
@@ -497,6 +521,10 @@ def to_json(diagnostic: Diagnostic) -> dict[str, Any]:
             }
             for fix in diagnostic.fixes
         ],
+        "expected": diagnostic.expected,
+        "found": diagnostic.found,
+        "signature": diagnostic.signature,
+        "near": list(diagnostic.near),
         "chain": [{"word": name, "place": _json_place(span)} for name, span in diagnostic.chain],
     }
 
@@ -516,6 +544,7 @@ _READING = {
 }
 
 _FORMS = {
+    "foreign-syntax": "Write the form that the hint shows; `check --fix` does so where the change is mechanical.",
     "syntax": "Follow the syntax shown in the hint; `docs/reference/forms.md` has an example of each form.",
     "lambda-list": "Write each parameter as `name`, `(name default)`, `:name` or `(:name default)`, and the rest "
     "parameter last.",
@@ -555,6 +584,7 @@ _RUNNING = {
     "assert": "Correct the asserted condition, or the values that make it false.",
     "user": "Read the message, which the program itself supplies, and the call it points at; catch it with `guard`.",
     "escape": "Call the escape procedure only inside the body of its `let/ec`.",
+    "endless-recursion": "Put the call into a branch, such as `(if (> n 0) (f (- n 1)) ...)`.",
     "format": "Write one `{}` for each value, with a format specification that fits the value, such as `{:.2f}`.",
 }
 
@@ -618,6 +648,11 @@ _MODELS = {
 }
 
 _WARNINGS = {
+    "conditional-failure": "Correct the expression as the message says, or remove the branch if it is never needed.",
+    "out-of-range": "Use the unit and range of the hint: radians for angles, 0 to 1 for colours and shares.",
+    "dropped-value": "Put everything that belongs to the scene into one `(union ...)`, which the body returns.",
+    "unreachable-code": "Remove the code, or move it before the call that never returns.",
+    "plain-parameter": "Make it a keyword parameter of the word's function: `(lambda (:height) ...)`.",
     "undefined-word": "Move the `bind` before the call, or call the word inside a function.",
     "shadowed-macro": "Choose another name, or refer to the paper's macro by its full name, such as `std/union`.",
     "bound-twice": "Remove one of the two bindings, or rename one of the words.",

@@ -25,6 +25,7 @@ from scenelang.grammar.ast import check_strict
 from scenelang.grammar.datum import Atom, Datum, ListDatum, Source, Span, Symbol, walk
 from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError, UsageError, error_of
 from scenelang.grammar.reader import read
+from scenelang.interpreter.kinds.book import findings
 from scenelang.interpreter.lint.lint import (
     apply_fixes,
     find_root,
@@ -363,22 +364,22 @@ class Session:
         return Checked(program, settled(diagnostics, program.sources))
 
     def warnings(self, program: Program, is_written: bool = True) -> list[Diagnostic]:
-        """Return the lint warnings of a program without errors, including those about its root.
+        """Return what the kinds of a program show to be wrong, and the lint warnings of a program without errors,
+        including those about its root.
 
         ``is_written`` is False for programs translated from Python, for which unused definitions are not reported.
         """
-        if not program.ok:
-            return lint_of_forms(program) if is_written else []
         try:
-            root = self._root(program)[1]
+            word, root = self._root(program)
         except SceneError as error:
-            root = [] if error.name == "no-root" else [error.diagnostic]
-            has_one_root = False
-        else:
-            has_one_root = not root
+            word, root = None, [] if error.name == "no-root" else [error.diagnostic]
+        found = findings(program, word, is_written)
+        if not program.ok:
+            return [*found, *(lint_of_forms(program) if is_written else ())]
         if not is_written:
-            return [*word_warnings(program), *root]
-        return [*lint(program, lambda: has_one_root and not self._is_imported(program.main)), *root]
+            return [*found, *word_warnings(program), *root]
+        is_scene = lambda: word is not None and not root and not self._is_imported(program.main)
+        return [*found, *lint(program, is_scene), *root]
 
     def _is_imported(self, source: Source) -> bool:
         """Return whether a program in the same or the parent folder imports this one."""
@@ -605,8 +606,16 @@ def _too_deep(limits: Limits, error: RecursionError) -> Diagnostic:
 
 
 def settled(diagnostics: Iterable[Diagnostic], sources: Iterable[Source]) -> tuple[Diagnostic, ...]:
-    """Prepare diagnostics for display: sort by position, remove duplicates and those suppressed by comments."""
-    return tuple(with_fixes(d) for d in _sorted(not_allowed(diagnostics, sources)))
+    """Prepare diagnostics for display: explain constructs of other languages, sort by position, remove duplicates and
+    those suppressed by comments."""
+    sources = tuple(sources)
+    found = list(diagnostics)
+    for source in sources:
+        if not is_python(source) and any(d.is_error for d in found):
+            from scenelang.interpreter.lint.habits import explain
+
+            found = explain(source, [with_fixes(d) for d in found])
+    return tuple(with_fixes(d) for d in _sorted(not_allowed(found, sources)))
 
 
 def _sorted(diagnostics: list[Diagnostic]) -> list[Diagnostic]:

@@ -22,6 +22,7 @@ import numpy.typing as npt
 from scenelang.backends.pictures.studio import from_srgb
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
+from scenelang.interpreter.scene import primitives
 from scenelang.interpreter.scene.primitives import items_of
 
 FloatArray = npt.NDArray[np.float64]
@@ -31,13 +32,7 @@ GLASS = 1.5  # index of refraction of a glossy surface without `:ior`
 _HIGHEST_IOR = 4.0
 
 # One-line descriptions of the material attributes; `:color` belongs to the shape.
-MATERIALS: Mapping[str, str] = MappingProxyType({
-    "emission": "radiance, a number (times the colour) or [r g b]; default 0",
-    "opacity": "from 0 to 1, opaque at 1; default 1",
-    "metallic": "from 0 to 1: metals reflect their colour; default 0",
-    "roughness": "from 0, polished, to 1, rough; default matte, without highlights",
-    "ior": "index of refraction, 1 to 4: glossy, refracts what `:opacity` lets through; default none",
-})  # fmt: skip
+MATERIALS: Mapping[str, str] = MappingProxyType({attribute.name: attribute.doc for attribute in primitives.MATERIALS})
 READ = tuple(MATERIALS)
 
 

@@ -13,6 +13,7 @@ from scenelang.grammar import ast
 from scenelang.grammar.datum import Source, Span
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, SceneError
 from scenelang.grammar.reader import piece_at, read_comments
+from scenelang.interpreter.kinds.book import KindBook, reached_forms
 from scenelang.interpreter.lint.rules import FactBook, Facts, can_go, is_written, keeps_root, remove, spaced
 from scenelang.interpreter.program.program import Program
 from scenelang.interpreter.runtime.types import STD
@@ -95,29 +96,13 @@ def unreachable_words(program: Program) -> Iterator[Diagnostic]:
     root = program.scene.word.value
     if root not in program.words or any(each.makes_strings for each in program.facts):
         return  # words may be put together
-    reached = reachable(program.facts, root)
+    seen = reached_forms(program.facts, root) or ()
+    reached = {root}.union(*(each.strings | {each.word} for each in program.facts if id(each) in seen))
     functions = {each.word for each in program.facts if each.word and type(each.form.function) is ast.Lambda}
     for word, span in program.words.items():
         if word in functions and word not in reached:  # a second name of another word's function is meant for others
             message = f'the root "{root}" never reaches the word "{word}"'
             yield Diagnostic("unreachable-word", message, span)
-
-
-def reachable(facts: Sequence[Facts], root: str) -> set[str]:
-    """The words that the root's function mentions, or a function that it mentions, and so on."""
-    by_word = {each.word: each for each in facts if each.word is not None}
-    by_name = {variable: each for each in facts for variable in each.defined}
-    reached: set[str] = set()
-    seen: set[int] = set()
-    stack = [each for each in facts if each.word is None and not each.defined] + [by_word[root]]
-    while stack:
-        each = stack.pop()
-        if id(each) not in seen:
-            seen.add(id(each))
-            reached |= each.strings | ({each.word} if each.word is not None else set())
-            stack += [by_word[text] for text in each.strings if text in by_word]
-            stack += [by_name[variable] for variable in each.used if variable in by_name]
-    return reached
 
 
 def lint(program: Program, is_scene: Callable[[], bool]) -> list[Diagnostic]:
@@ -185,7 +170,7 @@ def new_form_warnings(
     main: Source, forms: tuple[Any, ...], words: Mapping[str, Span], all_words: Mapping[str, Span]
 ) -> list[Diagnostic]:
     """What is suspicious about core forms, among words that are known already; those of ``WHOLE_FILE`` included."""
-    program = Program(main, (), forms, None, words, all_words, (), (), FactBook())
+    program = Program(main, (), forms, None, words, all_words, (), (), FactBook(), KindBook({}))
     return [*(d for each in program.facts for d in each.local), *word_warnings(program)]
 
 

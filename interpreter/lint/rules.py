@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -14,20 +13,15 @@ from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, SceneError
 from scenelang.grammar.reader import read
 from scenelang.interpreter.compile.analyse import children, pattern_variables, walk
 from scenelang.interpreter.expand.scope import Variable
+from scenelang.interpreter.lint.attributes import unread_attributes
 from scenelang.interpreter.runtime.types import Builtin
-from scenelang.interpreter.runtime.values import Keyword, Pair
-from scenelang.interpreter.scene.primitives import geometry_read, solid_words
+from scenelang.interpreter.runtime.values import Pair
 
 if TYPE_CHECKING:
     from scenelang.interpreter.program.program import Program
 
 
 # Attributes and parameters that never meet.
-
-
-def _all_geometry() -> frozenset[str]:
-    """The attributes that the geometry of some primitive reads."""
-    return frozenset(name for word in solid_words() for name in geometry_read(word) or ())
 
 
 def optional_parameters(form: Any, word: str | None) -> Iterator[Diagnostic]:
@@ -39,41 +33,6 @@ def optional_parameters(form: Any, word: str | None) -> Iterator[Diagnostic]:
                 hint = f"make it a keyword parameter: `(:{parameter.name} default)`"
                 message = f'a `call` of "{word}" never fills `{parameter.name}`; it keeps its default'
                 yield Diagnostic("optional-embedding", message, function.span, hint)
-
-
-def idle_attributes(nodes: Iterable[Any]) -> Iterator[tuple[str, Diagnostic]]:
-    """Attributes of a geometric primitive that its geometry does not read, though another's does, or nearly so."""
-    for node in nodes:
-        word = node.word.value if type(node) is ast.Call and type(node.word) is ast.Constant else None
-        if word is None or geometry_read(word) is None:
-            continue
-        for argument in node.arguments:
-            if type(argument) is ast.Constant and type(argument.value) is Keyword:
-                name, span = str(argument.value), argument.span
-                hint = idle_hint(word, name)
-                if hint is not None:
-                    near = near_attribute(word, name)
-                    fixes = (Fix(f"Change to `:{near}`", (Edit(span, f":{near}"),)),) if near else ()
-                    message = f'a "{word}" does not read the attribute `:{name}`'
-                    yield word, Diagnostic("idle-attribute", message, span, hint, fixes=fixes)
-
-
-def near_attribute(word: str, name: str) -> str | None:
-    """An attribute that the primitive reads and ``name`` may be a misspelling of."""
-    near = get_close_matches(name.lower(), geometry_read(word) or (), n=1, cutoff=0.75)
-    return near[0] if near else None
-
-
-def idle_hint(word: str, name: str) -> str | None:
-    """A hint for an attribute that a geometric primitive does not read, though another's geometry does, or nearly so;
-    None where it is read, or may be the program's own."""
-    read = geometry_read(word) or ()
-    if name in read:
-        return None
-    near = near_attribute(word, name)
-    if near:
-        return f"did you mean `:{near}`?"
-    return "it reads " + ", ".join(f"`:{n}`" for n in read) if name in _all_geometry() else None
 
 
 # Poses that are probably composed in the wrong order.
@@ -458,7 +417,7 @@ class Facts:
     """``word``: the one that the form binds. ``strings``: those outside the function of that very word. ``calls``: the
     constant words of calls; ``early`` those that run as soon as the form does. ``idle``: warnings by the primitive's
     word, should that be no word of the program. ``unfilled``: parameters that no call fills. ``local``: warnings that
-    depend on nothing else."""
+    depend on nothing else. ``binds``: the words that it binds anywhere (None: computed) with their functions."""
 
     form: Any
     word: str | None
@@ -471,6 +430,7 @@ class Facts:
     defined: tuple[Variable, ...]
     used: frozenset[Variable]
     makes_strings: bool
+    binds: tuple[tuple[str | None, Any], ...]
 
 
 def facts_of(form: Any) -> Facts:
@@ -485,7 +445,7 @@ def facts_of(form: Any) -> Facts:
         frozenset(strings - {word}) if word is not None else frozenset(strings),
         tuple(_calls(nodes)),
         tuple(_calls(_running_at_once(form))) if type(form) is not ast.Bind else (),
-        tuple(idle_attributes(nodes)),
+        tuple(unread_attributes(nodes)),
         tuple(optional_parameters(form, word)),
         (
             *unused_locals(nodes, form),
@@ -496,7 +456,16 @@ def facts_of(form: Any) -> Facts:
         tuple(pattern_variables(form.target)) if type(form) is ast.Define else (),
         frozenset(target for target in targets if isinstance(target, Variable) and target.is_global),
         any(isinstance(target, Builtin) and target.result == "String" for target in targets),
+        tuple(_binds(nodes)),
     )
+
+
+def _binds(nodes: Iterable[Any]) -> Iterator[tuple[str | None, Any]]:
+    """Every ``bind`` with its word, None for a computed one, and its function."""
+    for node in nodes:
+        if type(node) is ast.Bind:
+            is_known = type(node.word) is ast.Constant and type(node.word.value) is str
+            yield (node.word.value if is_known else None), node.function
 
 
 def own_word(form: Any) -> str | None:

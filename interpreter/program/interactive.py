@@ -23,6 +23,7 @@ from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError, error_of
 from scenelang.grammar.reader import Chunk, read, split_again
 from scenelang.interpreter.expand.expand import RunMacro
 from scenelang.interpreter.expand.scope import Scope, Variable, base_name
+from scenelang.interpreter.kinds.book import KindBook
 from scenelang.interpreter.lint.lint import WHOLE_FILE, new_form_warnings
 from scenelang.interpreter.lint.rules import FactBook
 from scenelang.interpreter.program.program import (
@@ -114,12 +115,14 @@ class Versions:
         self._state: ProgramState | None = None
         self._file: SourceFile | None = None
         self._book = FactBook()
+        self._kinds = KindBook(prelude.definitions)
 
     def analyse(self, source: Source, load: Callable[[str, Source, Span], Source], run_macro: RunMacro) -> Version:
         """Analyse the next version. ``load`` and ``run_macro`` are as for ``load_program``."""
         previous = self._state.files if self._state is not None else {}
         state = ProgramState(
-            self._prelude, load, {}, run_macro, previous_files=previous, book=self._book, records_uses=True
+            self._prelude, load, {}, run_macro, previous_files=previous, book=self._book, kinds=self._kinds,
+            records_uses=True,
         )
         file = self._file
         if file is None or file.source.name != source.name:

@@ -26,6 +26,7 @@ from scenelang.interpreter.expand.expand import (
 )
 from scenelang.interpreter.expand.forms import FORMS
 from scenelang.interpreter.expand.scope import ConstantBinding, Macro, PaperForm, Scope, Special, Variable, base_name
+from scenelang.interpreter.kinds.book import KindBook
 from scenelang.interpreter.lint.rules import FactBook, Facts
 from scenelang.interpreter.runtime.types import STD, Builtin, Library
 
@@ -289,6 +290,7 @@ class ProgramState:
     params: list[Param] = field(default_factory=list)
     previous_files: Mapping[str, SourceFile] = field(default_factory=dict)
     book: FactBook = field(default_factory=FactBook)
+    kinds: KindBook | None = None
     records_uses: bool = False
 
 
@@ -743,6 +745,8 @@ class Program:
         Errors and warnings.
     book
         Cached facts for lints.
+    kinds
+        Cached kinds of the forms' expressions.
     """
 
     main: Source
@@ -754,6 +758,7 @@ class Program:
     params: tuple[Param, ...]
     diagnostics: tuple[Diagnostic, ...]
     book: FactBook
+    kinds: KindBook
 
     @cached_property
     def facts(self) -> list[Facts]:
@@ -825,7 +830,7 @@ def assembled(file: SourceFile, scene: ast.Call | None) -> Program:
     all_words = {word: span for each in reversed(files) for word, span in each.words.items()}
     return Program(
         file.source, tuple(each.source for each in files), tuple(forms), scene, dict(file.words), all_words,
-        tuple(state.params), tuple(diagnostics), state.book,
+        tuple(state.params), tuple(diagnostics), state.book, state.kinds or KindBook(state.prelude.definitions),
     )  # fmt: skip
 
 

@@ -289,6 +289,7 @@ BASE_TYPES: Mapping[str, Type] = {
         Type("Integer", _integer),
         Type("Float", _float),
         Type("Number", _float),
+        Type("Numeric", _identity),
         Type("Boolean", _boolean),
         Type("Function", _instance(Procedure)),
         Type("List", _list),
@@ -424,6 +425,9 @@ class Builtin(Procedure):
         Version that introduced the builtin.
     intrinsic
         Operation for which the compiler has a fast path.
+    check
+        Function that checks literal arguments before the program runs; it raises ``SceneError``, with the names that
+        may have been meant as its value.
     """
 
     name: str
@@ -435,6 +439,7 @@ class Builtin(Procedure):
     topic: str
     since: str = "0.1"
     intrinsic: str | None = None
+    check: Callable[..., None] | None = None
 
     @cached_property
     def signature(self) -> Signature:
@@ -491,13 +496,14 @@ class Registry:
         doc: str,
         example: tuple[str, str] | None = None,
         intrinsic: str | None = None,
+        check: Callable[..., None] | None = None,
     ) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
         """Register the decorated function under ``name``."""
 
         def register(function: Callable[..., Any]) -> Callable[..., Any]:
             if name in self.entries:
                 raise ValueError(f"{name} is registered twice")
-            entry = Builtin(name, parameters, result, function, doc, example, self.topic, intrinsic=intrinsic)
+            entry = Builtin(name, parameters, result, function, doc, example, self.topic, intrinsic=intrinsic, check=check)
             self.entries[name] = entry
             return function
 

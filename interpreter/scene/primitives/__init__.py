@@ -17,6 +17,7 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter import plugins
 from scenelang.interpreter.scene.primitives.base import (
     COLOR,
+    MATERIALS,
     Attribute,
     Box,
     Placed,
@@ -199,7 +200,7 @@ def forget_packages() -> None:
 
 
 __all__ = [
-    "GROUP", "Attribute", "Box", "Placed", "Point", "Primitive", "Support", "attribute_doc", "attributes_read",
+    "COLOR", "GROUP", "MATERIALS", "Attribute", "Box", "Placed", "Point", "Primitive", "Support", "attribute_doc", "attributes_read",
     "block_words", "class_of", "docs_of_attributes", "docs_of_words", "every", "find", "forget_packages",
     "geometry_read", "is_word", "items_of", "seen_words", "shape_of", "solid_words", "standard_forms", "words",
 ]  # fmt: skip

@@ -13,7 +13,7 @@ from scenelang.interpreter.scene.primitives.base import Attribute, Box, Primitiv
 if TYPE_CHECKING:
     from scenelang.interpreter.scene.primitives.mesh import Mesh
 
-FILE = Attribute("file", "the mesh file: .glb .gltf .obj .ply .stl .off, inside the project's folder", "a string")
+FILE = Attribute("file", "the mesh file: .glb .gltf .obj .ply .stl .off, inside the project's folder", "a string", accepts=("String",))
 
 # Reads a mesh file: the path and the folder in which all that it refers to lies -> triangles; raises SceneError.
 _loaders: list[Callable[[str, str | None], Mesh]] = []

@@ -44,6 +44,10 @@ class Attribute:
     default: Any = None
     read: Callable[[str, str, Any], Any] | None = None
     field: str = ""
+    accepts: tuple[str, ...] = ()
+    low: float | None = None
+    high: float = math.inf
+    aliases: tuple[str, ...] = ()
 
 
 def items_of(value: Any) -> Sequence[Any] | None:
@@ -110,20 +114,39 @@ def color_of(word: str, value: Any) -> Point:
 
 SCALE = Attribute(
     "scale", "sizes along x, y and z in the scene's units, or one number for all; default [1 1 1]",
-    "a number or three", WHITE, size_of, "size",
+    "a number or three", WHITE, size_of, "size", ("Number", "Triple"), 0.0,
+    aliases=("size", "sizes", "dimensions", "dims", "extent", "extents", "half-extents", "scaling"),
 )  # fmt: skip
 RADIUS = Attribute(
     "radius", "the radius in the scene's units, of a cone that of its base, of a torus that of its ring; default 1",
-    "a number", 1.0, length_of, "radius",
+    "a number", 1.0, length_of, "radius", ("Number",), 0.0, aliases=("r", "rad", "base-radius", "bottom-radius", "r1"),
 )  # fmt: skip
-P0 = Attribute("p0", "where the axis begins, a point [x y z]; default [0 0 0]", "a point", ORIGIN, point_of, "p0")
+P0 = Attribute(
+    "p0", "where the axis begins, a point [x y z]; default [0 0 0]", "a point", ORIGIN, point_of, "p0", ("Triple",),
+    aliases=("start", "from", "bottom", "base", "begin", "point-a"),
+)  # fmt: skip
 P1 = Attribute(
     "p1", "where the axis ends, of a cone its apex, a point [x y z]; default [0 1 0]",
-    "a point", (0.0, 1.0, 0.0), point_of, "p1",
+    "a point", (0.0, 1.0, 0.0), point_of, "p1", ("Triple",),
+    aliases=("end", "to", "top", "tip", "apex", "point-b"),
 )  # fmt: skip
 COLOR = Attribute(
     "color", "reflected light, linear sRGB from 0 to 1; default white; `(color \"ivory\")` converts",
-    "three numbers", WHITE,
+    "three numbers", WHITE, accepts=("Color",), low=0.0, high=1.0, aliases=("colour", "rgb", "albedo", "base-color", "diffuse"),
+)  # fmt: skip
+
+# Attributes of the material, which every primitive has and only backends read.
+MATERIALS = (
+    Attribute("emission", "radiance, a number (times the colour) or [r g b]; default 0", "a number or three", 0.0,
+              accepts=("Number", "Triple"), low=0.0, aliases=("emissive", "glow", "light", "radiance")),
+    Attribute("opacity", "from 0 to 1, opaque at 1; default 1", "a number", 1.0, accepts=("Number",), low=0.0, high=1.0,
+              aliases=("alpha", "transparency", "transparent")),
+    Attribute("metallic", "from 0 to 1: metals reflect their colour; default 0", "a number", 0.0, accepts=("Number",),
+              low=0.0, high=1.0, aliases=("metalness", "metal")),
+    Attribute("roughness", "from 0, polished, to 1, rough; default matte, without highlights", "a number",
+              accepts=("Number",), low=0.0, high=1.0, aliases=("shininess", "glossiness", "smoothness")),
+    Attribute("ior", "index of refraction, 1 to 4: glossy, refracts what `:opacity` lets through; default none",
+              "a number", accepts=("Number",), low=1.0, high=4.0, aliases=("refraction", "index-of-refraction")),
 )  # fmt: skip
 
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 ROUNDING = Attribute(
     "rounding", "the radius of a rounded cube's edges and corners, at most half its least side; default .1",
-    "a number", 0.1, length_of, "rounding",
+    "a number", 0.1, length_of, "rounding", ("Number",), 0.0,
 )  # fmt: skip
 
 

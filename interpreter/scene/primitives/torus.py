@@ -27,7 +27,7 @@ _ROUNDS = 60  # of the search for a root, which ends much earlier but for the wo
 _TABLE = 4097  # places round the tube where the area up to there is kept
 
 TUBE = Attribute(
-    "tube", "the radius of a torus's tube, in the scene's units; default .25", "a number", 0.25, length_of, "tube"
+    "tube", "the radius of a torus's tube, in the scene's units; default .25", "a number", 0.25, length_of, "tube", ("Number",), 0.0
 )
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 from scenelang.grammar.diagnostics import suggest
 from scenelang.grammar.reader import is_keyword_name
-from scenelang.interpreter.lint.rules import idle_hint
+from scenelang.interpreter.lint.attributes import unread_hint
 from scenelang.interpreter.scene.primitives import block_words, geometry_read, solid_words
 from scenelang.interpreter.transpile.analysis.inference import POSE, SEQUENCES, SHAPE
 from scenelang.interpreter.transpile.analysis.scopes import Function, PythonVariable, is_none
@@ -279,7 +279,7 @@ def _check_read(w: Writer, word: ast.expr, value: ast.expr) -> None:
         return
     for key in value.keys:
         name = key.value if isinstance(key, ast.Constant) else None
-        if isinstance(name, str) and key is not None and name not in read and idle_hint(kind, name) is None:
+        if isinstance(name, str) and key is not None and name not in read and unread_hint(kind, name) is None:
             hint = "it reads " + ", ".join(f"`{n}`" for n in read)
             w.warn("idle-attribute", f"a `{said}` does not read `{name}`", key, hint)
 

@@ -1,0 +1,308 @@
+"""Kinds of a whole program: forms in the order of their dependencies, with results kept from version to version."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+from scenelang.grammar import ast
+from scenelang.grammar.datum import Span
+from scenelang.grammar.diagnostics import Diagnostic
+from scenelang.interpreter.expand.scope import Variable
+from scenelang.interpreter.kinds.calls import keyword_fixes
+from scenelang.interpreter.kinds.infer import FormKinds, infer_form
+from scenelang.interpreter.kinds.kinds import ANY, ARRAYS, LIST, PARTS, Kind, join
+from scenelang.interpreter.runtime.types import STD
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.lint.rules import Facts
+    from scenelang.interpreter.program.program import Program
+
+_LIBRARY_RESULTS = {"stack": join(LIST, ARRAYS), "call": ANY, "union": LIST, "union-loop": LIST, "transform": ANY}
+
+
+@dataclass(slots=True)
+class _Entry:
+    """Result of one form with what it read: kinds of variables, functions of words, words that may be bound."""
+
+    form: Any
+    result: FormKinds
+    variables: dict[Variable, Kind] = field(default_factory=dict)
+    functions: dict[str, ast.Lambda | None] = field(default_factory=dict)
+    bound: dict[str, bool] = field(default_factory=dict)
+
+
+class _View:
+    """World of one form; records what the form reads."""
+
+    __slots__ = ("_version", "entry", "group")
+
+    def __init__(self, version: _Version, entry: _Entry, group: int) -> None:
+        self._version, self.entry, self.group = version, entry, group
+
+    def kind_of(self, variable: Variable) -> Kind:
+        kind = self.entry.variables.get(variable)
+        if kind is None:
+            kind = self.entry.variables[variable] = self._version.kind_of(variable, self.group)
+        return kind
+
+    def word_function(self, word: str) -> ast.Lambda | None:
+        found = self.entry.functions[word] = self._version.functions.get(word)
+        return found
+
+    def may_be_bound(self, word: str) -> bool:
+        found = self.entry.bound[word] = self._version.may_be_bound(word)
+        return found
+
+
+class _Version:
+    """One version of a program: where its variables and words are defined."""
+
+    def __init__(self, program: Program, library: Mapping[Variable, Any]) -> None:
+        self._library = library
+        self.facts: Sequence[Facts] = program.facts
+        self.homes = {variable: index for index, each in enumerate(self.facts) for variable in each.defined}
+        self.groups = [0] * len(self.facts)
+        self.kinds: dict[Variable, Kind] = {}
+        self.functions, self._bound, self._any_word = _word_functions(program)
+
+    def may_be_bound(self, word: str) -> bool:
+        return self._any_word or word in self._bound
+
+    def kind_of(self, variable: Variable, group: int) -> Kind:
+        """Return the kind of a global variable as seen by the forms of a group."""
+        home = self.homes.get(variable)
+        if home is None:
+            return self._of_library(variable)
+        if self.groups[home] == group:  # forms that depend on each other know nothing but their functions
+            form = self.facts[home].form
+            return Kind("Function", None, ANY, form.value) if type(form.value) is ast.Lambda else ANY
+        return self.kinds.get(variable, ANY)
+
+    def _of_library(self, variable: Variable) -> Kind:
+        definition = self._library.get(variable)
+        if definition is None or type(definition.value) is not ast.Lambda:
+            return ANY
+        return Kind("Function", None, _LIBRARY_RESULTS.get(variable.name, PARTS), definition.value)
+
+
+def _word_functions(program: Program) -> tuple[dict[str, ast.Lambda | None], set[str], bool]:
+    """Return the functions of words that are certain, all words that may be bound, and whether a word is computed."""
+    found: dict[str, ast.Lambda | None] = {}
+    bound, any_word = set(program.all_words), False
+    for each in program.facts:
+        for word, function in each.binds:
+            if word is None:
+                any_word = True
+                continue
+            bound.add(word)
+            is_first = word not in found
+            found[word] = function if is_first and type(function) is ast.Lambda else None
+    if any_word:
+        found = dict.fromkeys(found)
+    return found, bound, any_word
+
+
+class KindBook:
+    """Kinds of the forms of a program. The result of a form is used again while all that it read is the same."""
+
+    def __init__(self, library: Mapping[Variable, Any]) -> None:
+        self._library = library
+        self._entries: dict[int, _Entry] = {}
+
+    def of(self, program: Program) -> list[FormKinds]:
+        """Return the kinds of every form of a program, in the order of its forms."""
+        version = _Version(program, self._library)
+        entries: dict[int, _Entry] = {}
+        for number, group in enumerate(_groups(version)):
+            for index in group:
+                version.groups[index] = number + 1
+            for index in sorted(group):
+                form = version.facts[index].form
+                entry = self._entries.get(id(form))
+                if entry is None or not _is_valid(entry, version, number + 1):
+                    entry = _Entry(form, FormKinds())
+                    entry.result = infer_form(_View(version, entry, number + 1), form)
+                entries[id(form)] = entry
+            for index in group:
+                version.kinds.update(entries[id(version.facts[index].form)].result.defined)
+        self._entries = entries
+        return [entries[id(each.form)].result for each in version.facts]
+
+
+def _is_valid(entry: _Entry, version: _Version, group: int) -> bool:
+    return (
+        all(version.kind_of(variable, group) == kind for variable, kind in entry.variables.items())
+        and all(version.functions.get(word) is function for word, function in entry.functions.items())
+        and all(version.may_be_bound(word) == bound for word, bound in entry.bound.items())
+    )
+
+
+def _groups(version: _Version) -> list[list[int]]:
+    """Return the strongly connected components of the forms' references, each after those it refers to.
+
+    Tarjan's algorithm (1972) without recursion.
+    """
+    homes, facts = version.homes, version.facts
+    order: dict[int, int] = {}
+    low: dict[int, int] = {}
+    stack: list[int] = []
+    on_stack: set[int] = set()
+    groups: list[list[int]] = []
+    for root in range(len(facts)):
+        if root in order:
+            continue
+        work: list[tuple[int, Iterator[int]]] = []
+        node: int | None = root
+        while node is not None or work:
+            if node is not None:
+                order[node] = low[node] = len(order)
+                stack.append(node)
+                on_stack.add(node)
+                references = [homes[variable] for variable in facts[node].used if variable in homes]
+                work.append((node, iter(references)))
+                node = None
+            current, pending = work[-1]
+            for other in pending:
+                if other not in order:
+                    node = other
+                    break
+                if other in on_stack:
+                    low[current] = min(low[current], order[other])
+            if node is not None:
+                continue
+            work.pop()
+            if work:
+                low[work[-1][0]] = min(low[work[-1][0]], low[current])
+            if low[current] == order[current]:
+                group = []
+                while True:
+                    other = stack.pop()
+                    on_stack.discard(other)
+                    group.append(other)
+                    if other == current:
+                        break
+                groups.append(group)
+    return groups
+
+
+def findings(program: Program, root: str | None, is_written: bool = True) -> list[Diagnostic]:
+    """Return what the kinds of a program show to be wrong.
+
+    An error in a form that ``root`` never reaches is a warning, since it is not evaluated. Of programs that were
+    translated from Python (``is_written`` False), only errors and values out of range are reported: the rest may be due
+    to the translation.
+    """
+    results = program.kinds.of(program)
+    reached = reached_forms(program.facts, root) if root is not None else None
+    found: list[Diagnostic] = []
+    for each, result in zip(program.facts, results):
+        own = [d for d in result.findings if not _is_library(d)]
+        if reached is not None and id(each) not in reached:
+            own = [_unreached(d) for d in own if d.found != "`none`"]  # a word may be a stub until it is used
+        found += own
+    found += endless_recursions(results)
+    if not is_written:
+        found = [d for d in found if d.is_error or d.name == "out-of-range"]
+    functions = [each.form.function for each in program.facts if type(each.form) is ast.Bind]
+    return _with_parameters(found, functions)
+
+
+def _unreached(finding: Diagnostic) -> Diagnostic:
+    return replace(finding, name="conditional-failure") if finding.is_error else finding
+
+
+def reached_forms(facts: Sequence[Facts], root: str) -> set[int] | None:
+    """Return the ids of the facts of all forms that may be evaluated: those that the root's function mentions, and so
+    on, apart from words that are computed. None if no form binds the root."""
+    by_word = {each.word: each for each in facts if each.word is not None}
+    if root not in by_word:
+        return None
+    by_name = {variable: each for each in facts for variable in each.defined}
+    seen: set[int] = set()
+    stack = [each for each in facts if each.word is None and not each.defined] + [by_word[root]]
+    while stack:
+        each = stack.pop()
+        if id(each) not in seen:
+            seen.add(id(each))
+            stack += [by_word[text] for text in each.strings if text in by_word]
+            stack += [by_name[variable] for variable in each.used if variable in by_name]
+    return seen
+
+
+def _with_parameters(found: Sequence[Diagnostic], functions: Sequence[Any]) -> list[Diagnostic]:
+    """Explain errors about the embedding that a positional parameter of a word's function holds, once for each
+    parameter: it was meant to be a keyword parameter."""
+    own: dict[tuple[Any, str], Diagnostic] = {}
+    rest: list[Diagnostic] = []
+    for finding in found:
+        span = finding.span
+        parameter = _parameter_at(span, functions) if finding.found == "an Embedding" and span is not None else None
+        if parameter is None:
+            rest.append(finding)
+            continue
+        function, name = parameter
+        if (function, name) not in own:
+            target = next(p for p in function.parameters if p.name == name)
+            hint = f"`{name}` is the entity's embedding; make it a keyword parameter: `(lambda (:{name}) ...)`"
+            own[function, name] = replace(finding, hint=hint, fixes=keyword_fixes(target, function))
+    names = {name for _, name in own}
+    rest = [d for d in rest if not (d.name == "plain-parameter" and d.span is not None and d.span.text[1:] in names)]
+    return [*rest, *own.values()]
+
+
+def _parameter_at(span: Span, functions: Sequence[Any]) -> tuple[ast.Lambda, str] | None:
+    """Return the function and the name of its positional parameter that the text at ``span`` names."""
+    for function in functions:
+        if type(function) is ast.Lambda and function.span.source is span.source:
+            if function.span.start <= span.start < function.span.end:
+                text = span.text
+                if any(p.name == text and p.kind == "required" for p in function.parameters):
+                    return function, text
+    return None
+
+
+def _is_library(finding: Diagnostic) -> bool:
+    return finding.span is not None and str(finding.span.source.name).startswith(STD)
+
+
+# Recursion without end: functions that call themselves, directly or through others, whenever they are called.
+
+
+def endless_recursions(results: Sequence[FormKinds]) -> list[Diagnostic]:
+    """Return one error for each cycle of functions that always call the next one."""
+    edges: dict[Any, list[tuple[Any, Any]]] = {}
+    for result in results:
+        for caller, callee, span in result.always_calls:
+            edges.setdefault(caller, []).append((callee, span))
+    found: list[Diagnostic] = []
+    done: set[Any] = set()
+    for start in edges:
+        path: list[Any] = []
+        pending: list[Iterator[tuple[Any, Any]]] = []
+        node: Any = start
+        while node is not None or pending:
+            if node is not None:
+                path.append(node)
+                pending.append(iter(edges.get(node, ())))
+            node = None
+            for callee, span in pending[-1]:
+                if callee in path:
+                    found.append(_endless(callee, span))
+                elif callee in edges and callee not in done:
+                    node = callee
+                    break
+            if node is None:
+                pending.pop()
+                done.add(path.pop())
+    return found
+
+
+def _endless(function: ast.Lambda, span: Span) -> Diagnostic:
+    name = function.name if function.name.startswith('"') else f"`{function.name}`"
+    message = f"{name} calls itself whenever it is called, so it never ends"
+    hint = "put the call into a branch: `(if test (...) ...)`"
+    return Diagnostic("endless-recursion", message, span, hint)
+
+

@@ -1,0 +1,1225 @@
+"""Checks of calls: arguments against the signatures of builtins, of the program's functions and of its words."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from scenelang.grammar import ast
+from scenelang.grammar.datum import Span
+from scenelang.grammar.diagnostics import Edit, Fix, SceneError, near_names
+from scenelang.interpreter.expand.scope import Variable
+from scenelang.interpreter.kinds.builtins import (
+    ANGLES,
+    IMMUTABLE,
+    MUTATED,
+    PAIRS,
+    TRIPLES,
+    result_of,
+    result_of_pair,
+)
+from scenelang.interpreter.kinds.kinds import (
+    ANY,
+    ENTITY,
+    LIST,
+    NEVER,
+    PART,
+    PARTS,
+    Kind,
+    accepts,
+    describe,
+    join,
+    length_of,
+)
+from scenelang.interpreter.runtime.types import Builtin, BuiltinParameter
+from scenelang.interpreter.runtime.values import Keyword
+from scenelang.interpreter.scene.primitives import COLOR, MATERIALS, Attribute, find
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.kinds.infer import Inference, RecordCode
+
+_MAX_SHOWN = 40  # characters of source text in a message
+_FEW = 4  # keyword arguments that a hint lists
+_ENTITY_ARGUMENTS = 2
+
+
+def function_of(builtin: Builtin) -> Kind:
+    """Return the kind of a builtin as a value."""
+    return Kind("Function", None, None, builtin)
+
+
+def shown(node: Any, kind: Kind) -> str:
+    """Return what was found, for messages: the kind, and the source text where it is short."""
+    text = node.span.text
+    if node.span.expansion is None and len(text) <= _MAX_SHOWN and "\n" not in text:
+        return f"{describe(kind)}: {text}"
+    return describe(kind)
+
+
+def expected_name(name: str) -> str:
+    """Return a type of the registry with its article."""
+    if name == "Parts":
+        return "an Entity, a pair or a list of these"
+    if name == "Numeric":
+        return "a number or an array"
+    return ("an " if name[0] in "AEIOU" else "a ") + name
+
+
+def plural(count: int, noun: str) -> str:
+    return f"{count} {noun}{'s' * (count != 1)}"
+
+
+# --- calls -----------------------------------------------------------------------------------------------------------
+
+
+def call(inference: Inference, node: ast.Application, function: Kind, arguments: Sequence[Kind]) -> Kind:
+    """Check the application of a value of the kind ``function``, and return the kind of its result."""
+    if function is ANY or function is NEVER:
+        return ANY
+    if not accepts("Function", function):
+        return report_not_a_function(inference, node, function, arguments)
+    if function.tag != "Function":
+        return ANY
+    code = function.code
+    if isinstance(code, Builtin):
+        return call_builtin(inference, node, code, arguments)
+    if isinstance(code, ast.Lambda):
+        return _call_lambda(inference, node, code, arguments, function)
+    if code is not None and not isinstance(code, str):
+        return _call_record(inference, node, code, arguments, function)
+    return function.item if function.item is not None else ANY
+
+
+def report_not_a_function(
+    inference: Inference, node: ast.Application, function: Kind, arguments: Sequence[Kind]
+) -> Kind:
+    head = node.function
+    found = describe(function)
+    text = head.span.text
+    hint = 'write a list of values as `(list ...)`, a call of a word as `(call "word" ...)`'
+    fixes: tuple[Fix, ...] = ()
+    is_written = head.span.expansion is None and node.span.expansion is None
+    if function.tag in ("Vector", "List", "Array", "Matrix", "MutableList", "Table") and len(arguments) == 1:
+        if is_written and type(head) is ast.Reference:
+            written = f"(ref {text} {node.arguments[0].span.text})"
+            hint = f"write `{written}`" if len(written) <= _MAX_SHOWN else "use `ref` to read an item"
+            fixes = (Fix(f"Write `{written[:_MAX_SHOWN]}`", (Edit(node.span, written),)),)
+        else:
+            hint = "use `ref` to read an item: `(ref sequence index)`"
+    elif type(head) is ast.Constant and function.tag == "String" and is_written:
+        hint = f"call a word with `call`: `(call {text} ...)`"
+        fixes = (Fix("Call the word", (Edit(Span(head.span.source, head.span.start, head.span.start), "call "),), safe=True),)
+    elif type(head) is ast.Reference and isinstance(head.target, Variable) and head.target.shadows:
+        hint = f"`{head.target.name}` is redefined here; call the builtin function as `std/{head.target.name}`"
+    elif not node.arguments and is_written and type(head) in (
+        ast.Constant, ast.Reference, ast.Application, ast.Call,
+    ):
+        hint = f"remove the parentheses: `{text}`" if len(text) <= _MAX_SHOWN else "remove the parentheses"
+        fixes = (Fix("Remove the parentheses", (Edit(node.span, text),), safe=True),)
+    return inference.report(
+        "not-a-procedure", f"expected a function to call, got {shown(head, function)}", node.span, hint, fixes=fixes,
+        expected="a Function", found=found,
+    )  # fmt: skip
+
+
+def split(inference: Inference, node: Any, arguments: Sequence[Any], name: str, usage: str) -> Any:
+    """Split the argument nodes of a call into positional ones and ``(name, keyword node, value node)`` rows.
+
+    Returns None after a report, or if an argument may be a keyword that the text does not show.
+    """
+    positional: list[Any] = []
+    keywords: list[tuple[str, Any, Any]] = []
+    pending = iter(arguments)
+    for argument in pending:
+        kind = inference.result.kinds[argument]
+        if type(argument) is ast.Constant and type(argument.value) is Keyword:
+            key = str(argument.value)
+            value = next(pending, None)
+            if value is None:
+                inference.report("keyword", f"missing value after `:{key}` in a call of {name}", argument.span)
+                return None
+            if any(key == known for known, _, _ in keywords):
+                hint = f"parameters: {usage}" if usage else None
+                inference.report("keyword", f"duplicate argument `:{key}` of {name}", argument.span, hint)
+                return None
+            keywords.append((key, argument, value))
+        elif kind is ANY or any(option.tag == "Keyword" for option in kind.options):
+            if kind is not ANY:
+                return None
+            positional.append(argument)
+        else:
+            positional.append(argument)
+    return positional, keywords
+
+
+def _may_hide_keywords(inference: Inference, positional: Sequence[Any]) -> bool:
+    """Return whether a positional argument of unknown kind may be a keyword, which takes the next argument along."""
+    return any(
+        inference.result.kinds[node] is ANY and _may_be_keyword(node) for node in positional
+    )
+
+
+def _may_be_keyword(node: Any) -> bool:
+    """Return whether an expression of unknown kind could give a keyword: a call of the program's, or a parameter."""
+    return type(node) is ast.Reference and isinstance(node.target, Variable)
+
+
+# --- builtins --------------------------------------------------------------------------------------------------------
+
+
+def call_builtin(inference: Inference, node: ast.Application, builtin: Builtin, arguments: Sequence[Kind]) -> Kind:
+    """Check a call of a builtin, and return the kind of its result."""
+    signature = builtin.signature
+    nodes: Sequence[Any] = node.arguments
+    if signature.keywords:
+        parts = split(inference, node, nodes, f"`{builtin.name}`", builtin.usage)
+        if parts is None:
+            return ANY
+        nodes, keywords = parts
+        if not _check_builtin_keywords(inference, builtin, keywords):
+            return ANY
+    parameters = (*signature.required, *signature.optional)
+    count = len(nodes)
+    is_wrong = count < len(signature.required) or (count > len(parameters) and signature.rest is None)
+    if is_wrong:
+        if signature.keywords and _may_hide_keywords(inference, nodes):
+            return ANY
+        return _report_arity(inference, node, builtin, nodes)
+    kinds = [inference.result.kinds[each] for each in nodes]
+    for index, (argument, kind) in enumerate(zip(nodes, kinds)):
+        parameter = parameters[index] if index < len(parameters) else signature.rest
+        assert parameter is not None
+        if not _fits(parameter, argument, kind):
+            return _report_type(inference, node, builtin, parameter, argument, kind, nodes, kinds)
+    if not _check_values(inference, node, builtin, nodes, kinds):
+        return ANY
+    callback = _CALLBACKS.get(builtin.name)
+    if callback is not None:
+        callback(inference, node, builtin, nodes, kinds)
+    return result_of(builtin, kinds, bool(signature.keywords and len(nodes) < len(node.arguments)))
+
+
+def _fits(parameter: BuiltinParameter, argument: Any, kind: Kind) -> bool:
+    name = parameter.type.name
+    if name == "Integer" and type(argument) is ast.Constant and type(argument.value) is float:
+        return argument.value.is_integer()
+    return accepts(parameter.type, kind)
+
+
+def _report_arity(inference: Inference, node: ast.Application, builtin: Builtin, nodes: Sequence[Any]) -> Kind:
+    signature = builtin.signature
+    required, most = len(signature.required), len(signature.required) + len(signature.optional)
+    if signature.rest is not None:
+        expected = f"at least {required}"
+    else:
+        expected = str(required) if required == most else f"{required} to {most}"
+    given = len(nodes)
+    noun = "argument" if expected.split()[-1] == "1" else "arguments"
+    hint, fixes = _grouped(inference, node, builtin, nodes)
+    return inference.report(
+        "arity", f"`{builtin.name}` expects {expected} {noun}, got {given}", node.span,
+        hint or f"signature: {builtin.usage}", fixes=fixes, expected=f"{expected} {noun}", found=plural(given, "argument"),
+        signature=builtin.usage,
+    )  # fmt: skip
+
+
+def _grouped(
+    inference: Inference, node: ast.Application, builtin: Builtin, nodes: Sequence[Any]
+) -> tuple[str | None, tuple[Fix, ...]]:
+    """Return a hint and a fix for numbers that belong into an array: ``(translate 1 2 3)``."""
+    parameters = (*builtin.signature.required, *builtin.signature.optional)
+    vectors = [i for i, parameter in enumerate(parameters) if parameter.type.name in ("Vector", "Point")]
+    if builtin.name == "scale":
+        vectors = [0]
+    numeric = {"Integer", "Float"}
+    for index in vectors:
+        group = nodes[index : index + 3]
+        rest = nodes[index + 3 :]
+        if len(group) < 3 or index + 1 + len(rest) > len(parameters):
+            continue
+        kinds = [inference.result.kinds[each] for each in group]
+        if any(kind is ANY or not {option.tag for option in kind.options} <= numeric for kind in kinds):
+            continue
+        if any(each.span.expansion is not None for each in group):
+            continue
+        written = "[" + " ".join(each.span.text for each in group) + "]"
+        span = Span(node.span.source, group[0].span.start, group[-1].span.end)
+        before = " ".join(each.span.text for each in nodes[:index])
+        text = f"({builtin.name} {before + ' ' if before else ''}{written}{' ...' if rest else ''})"
+        return f"write `{text}`", (Fix("Write an array", (Edit(span, written),), safe=True),)
+    return None, ()
+
+
+def _report_type(
+    inference: Inference,
+    node: ast.Application,
+    builtin: Builtin,
+    parameter: BuiltinParameter,
+    argument: Any,
+    kind: Kind,
+    nodes: Sequence[Any],
+    kinds: Sequence[Kind],
+) -> Kind:
+    expected = expected_name(parameter.type.name)
+    hint, fixes = _swapped(builtin, node, nodes, kinds)
+    if hint is None:
+        hint, fixes = _advice(inference, builtin, parameter, argument, kind, node)
+    return inference.report(
+        "type", f"`{builtin.name}` expects {expected} for `{parameter.name}`, got {shown(argument, kind)}", node.span,
+        hint or f"signature: {builtin.usage}", fixes=fixes, expected=expected, found=describe(kind),
+        signature=builtin.usage,
+    )  # fmt: skip
+
+
+def _swapped(
+    builtin: Builtin, node: Any, nodes: Sequence[Any], kinds: Sequence[Kind]
+) -> tuple[str | None, tuple[Fix, ...]]:
+    """Return a hint and a fix for two arguments in the wrong order."""
+    parameters = (*builtin.signature.required, *builtin.signature.optional)
+    for i in range(len(nodes)):
+        for j in range(i + 1, min(len(nodes), len(parameters))):
+            a, b = parameters[i], parameters[j]
+            if a.type.name == "Any" or b.type.name == "Any" or ANY in (kinds[i], kinds[j]):
+                continue
+            rest = all(
+                accepts(parameters[k].type, kinds[k]) for k in range(min(len(nodes), len(parameters))) if k not in (i, j)
+            )
+            wrong = not (accepts(a.type, kinds[i]) and accepts(b.type, kinds[j]))
+            if rest and wrong and accepts(a.type, kinds[j]) and accepts(b.type, kinds[i]):
+                return swap_fix(node, nodes[i], nodes[j])
+    return None, ()
+
+
+def swap_fix(node: Any, first: Any, second: Any) -> tuple[str, tuple[Fix, ...]]:
+    """Return the hint and fix that exchange two arguments of a call."""
+    hint = "the arguments are in the wrong order"
+    if any(each.span.expansion is not None for each in (node, first, second)):
+        return hint, ()
+    edits = (Edit(first.span, second.span.text), Edit(second.span, first.span.text))
+    return hint, (Fix("Swap the arguments", edits, safe=True),)
+
+
+def _advice(
+    inference: Inference, builtin: Builtin, parameter: BuiltinParameter, argument: Any, kind: Kind, node: Any
+) -> tuple[str | None, tuple[Fix, ...]]:
+    """Return a hint and a fix for one argument of the wrong kind."""
+    name = parameter.type.name
+    text = argument.span.text if argument.span.expansion is None else ""
+    is_short = bool(text) and len(text) <= _MAX_SHOWN and "\n" not in text
+    if name == "Numeric" and kind.tag == "List":
+        if is_short:
+            return f"arithmetic needs an array: `(array {text})`", (_wrap(argument, "array"),)
+        return "arithmetic needs an array: `(vector a b)`, `(array list)`", ()
+    if name in ("Numeric", "Number", "Float", "Integer") and kind.tag == "String":
+        number = re.fullmatch(r'"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*"', text)
+        if number:
+            return f"write the number without quotes: `{number[1]}`", (_replace(argument, number[1]),)
+        if builtin.name == "+":
+            return "texts are joined by `string-append` or `string`", ()
+    if name == "String" and kind.tag in ("Integer", "Float"):
+        return "convert the number: `(number->string n)`, `(string x)`", ()
+    if name in ("Vector", "Point") and kind.tag in ("Integer", "Float"):
+        return "write a point as `[x y z]`", ()
+    if name == "Integer" and kind.tag == "Float":
+        return "round it: `(round n)`, `(floor n)`", ()
+    if name == "Function" and is_short:
+        return f"pass a function: `(lambda (x) ...)`, or a name such as `{'even?' if builtin.name == 'filter' else 'square'}`", ()
+    if name == "Entity" and kind.tag == "String" and is_short:
+        return f"call the word: `(call {text})`", (_wrap(argument, "call"),)
+    if name == "Parts" and kind.tag == "String" and is_short:
+        return f"call the word: `(call {text})`", (_wrap(argument, "call"),)
+    return None, ()
+
+
+def _wrap(node: Any, head: str) -> Fix:
+    return Fix(f"Write `({head} ...)`", (Edit(node.span, f"({head} {node.span.text})"),), safe=True)
+
+
+def _replace(node: Any, text: str) -> Fix:
+    return Fix(f"Change to `{text}`", (Edit(node.span, text),), safe=True)
+
+
+def _check_builtin_keywords(
+    inference: Inference, builtin: Builtin, keywords: Sequence[tuple[str, Any, Any]]
+) -> bool:
+    known = {parameter.name: parameter for parameter in builtin.signature.keywords}
+    ok = True
+    for key, key_node, value in keywords:
+        parameter = known.get(key)
+        kind = inference.result.kinds[value]
+        if parameter is None:
+            report_unknown_keyword(inference, f"`{builtin.name}`", key, key_node.span, known, builtin.usage)
+            ok = False
+        elif not accepts(parameter.type, kind):
+            expected = expected_name(parameter.type.name)
+            inference.report(
+                "type", f"`{builtin.name}` expects {expected} for `:{key}`, got {shown(value, kind)}", value.span,
+                f"signature: {builtin.usage}", expected=expected, found=describe(kind), signature=builtin.usage,
+            )  # fmt: skip
+            ok = False
+    return ok
+
+
+def report_unknown_keyword(
+    inference: Inference, owner: str, key: str, span: Span, known: Any, usage: str, what: str = "parameter"
+) -> None:
+    """Report a keyword argument that a function does not have, with the name that was meant."""
+    near = near_names(key, known) or _abbreviated(key, known)
+    fixes = tuple(Fix(f"Change to `:{other}`", (Edit(span, f":{other}"),), safe=len(near) == 1) for other in near)
+    hint = f"did you mean {' or '.join(f'`:{other}`' for other in near)}?" if near else f"parameters: {usage}"
+    inference.report(
+        "keyword", f"{owner} has no {what} `:{key}`", span, hint, fixes=fixes,
+        expected=", ".join(f":{name}" for name in known) or "no keyword", found=f":{key}", signature=usage,
+        near=[f":{other}" for other in near],
+    )  # fmt: skip
+
+
+def _abbreviated(key: str, known: Any) -> list[str]:
+    """Return the names that ``key`` abbreviates, or that abbreviate it: ``:h`` for ``:height``."""
+    return [name for name in known if name.startswith(key) or (len(name) > 1 and key.startswith(name))][:2]
+
+
+# --- values of arguments ---------------------------------------------------------------------------------------------
+
+
+_TURN = 2 * math.pi
+
+
+def _number(node: Any) -> float | None:
+    """Return the value of a literal number."""
+    if type(node) is ast.Constant and type(node.value) in (int, float):
+        return float(node.value)
+    return None
+
+
+def _check_values(
+    inference: Inference, node: ast.Application, builtin: Builtin, nodes: Sequence[Any], kinds: Sequence[Kind]
+) -> bool:
+    """Check literal arguments: divisors, indices, angles, and what the registry entry itself checks."""
+    name = builtin.name
+    if name in _DIVISIONS and any(map(_is_zero, nodes[1:] if len(nodes) > 1 else nodes if name == "/" else ())):
+        if not any(kind is ANY or kind.tag not in ("Integer", "Float") for kind in kinds[:1]):
+            inference.report("zero-division", f"division by zero in `{name}`", node.span)
+            return False
+    index = _INDEXED.get(name)
+    if index is not None and len(nodes) > index[1]:
+        if not _check_index(inference, node, name, nodes[index[0]], kinds[index[0]], nodes[index[1]]):
+            return False
+    for position in TRIPLES.get(name, ()):
+        if position < len(nodes) and not _check_triple(inference, node, builtin, position, nodes, kinds):
+            return False
+    goes_through = name in ("set-ref!", "update!") and len(nodes) > 3  # several indices, one in the other
+    if name in MUTATED and not goes_through and not _check_mutable(inference, node, name, nodes[0], kinds[0]):
+        return False
+    if _CXR.fullmatch(name) and not _check_cxr(inference, node, name, nodes[0], kinds[0]):
+        return False
+    angle = ANGLES.get(name)
+    if angle is not None and len(nodes) > angle:
+        check_angle(inference, nodes[angle])
+    if builtin.check is not None and all(type(each) is ast.Constant for each in nodes):
+        try:
+            builtin.check(*(each.value for each in nodes))
+        except SceneError as error:
+            inference.report(error.name, error.message, node.span, error.hint, fixes=_near_fixes(error, nodes),
+                             near=error.value or ())  # fmt: skip
+            return False
+    return True
+
+
+def _check_triple(
+    inference: Inference, node: Any, builtin: Builtin, position: int, nodes: Sequence[Any], kinds: Sequence[Kind]
+) -> bool:
+    """Check that an argument that is a point or direction has three numbers."""
+    parameters = (*builtin.signature.required, *builtin.signature.optional)
+    kind = kinds[position]
+    length = length_of(kind) if kind.tag in ("Vector", "List") else None
+    if length is None or length == 3:
+        return True
+    inference.report(
+        "value", f"`{builtin.name}` expects three numbers for `{parameters[position].name}`, got {length}", node.span,
+        f"signature: {builtin.usage}", expected="a Vector of 3 numbers", found=describe(kind), signature=builtin.usage,
+    )  # fmt: skip
+    return False
+
+
+def _check_mutable(inference: Inference, node: Any, name: str, argument: Any, kind: Kind) -> bool:
+    """Check that what a procedure changes can be changed."""
+    tags = {option.tag for option in kind.options}
+    if kind is ANY or tags & MUTATED[name]:
+        return True
+    if tags <= IMMUTABLE:
+        what = describe(kind)
+        twin = "mutable-array" if tags <= {"Vector", "Array", "Matrix"} else "mutable-list"
+        hint = f"create it with `({twin} ...)`, or copy it with `(mutable x)`"
+        inference.report("immutable", f"`{name}` cannot change {what}", node.span, hint, expected=f"a {twin}",
+                         found=what)  # fmt: skip
+        return False
+    expected = " or ".join(describe(Kind(tag)) for tag in sorted(MUTATED[name]))
+    inference.report("type", f"`{name}` expects {expected}, got {shown(argument, kind)}", node.span, expected=expected,
+                     found=describe(kind))  # fmt: skip
+    return False
+
+
+_CXR = re.compile(r"c[ad]{1,4}r")
+
+
+def _check_cxr(inference: Inference, node: Any, name: str, argument: Any, kind: Kind) -> bool:
+    """Check ``car``, ``cdr`` and their compositions, from the innermost operation on."""
+    for letter in reversed(name[1:-1]):
+        if kind is ANY or len(kind.options) > 1:
+            return True
+        if kind.tag not in PAIRS:
+            inference.report(
+                "type", f"`{name}` expects a pair or a list, got {shown(argument, kind)}", node.span,
+                expected="a pair or a list", found=describe(kind),
+            )  # fmt: skip
+            return False
+        if kind.items == ():
+            inference.report("index", f"`{name}` expects a longer list, got {shown(argument, kind)}", node.span)
+            return False
+        kind = result_of_pair(letter, kind)
+    return True
+
+
+def _is_zero(node: Any) -> bool:
+    return _number(node) == 0.0
+
+
+def _near_fixes(error: SceneError, nodes: Sequence[Any]) -> tuple[Fix, ...]:
+    """Return fixes that replace a misspelled string by the names that the error suggests."""
+    if not isinstance(error.value, (list, tuple)) or len(nodes) != 1 or nodes[0].span.expansion is not None:
+        return ()
+    return tuple(Fix(f'Change to "{near}"', (Edit(nodes[0].span, f'"{near}"'),)) for near in error.value)
+
+
+_DIVISIONS = frozenset(("/", "//", "%", "modulo", "quotient", "remainder", "floor/", "truncate/"))
+_INDEXED = {"ref": (0, 1), "list-ref": (0, 1), "vector-ref": (0, 1), "string-ref": (0, 1)}
+
+
+def _check_index(inference: Inference, node: Any, name: str, sequence: Any, kind: Kind, index: Any) -> bool:
+    length = length_of(kind) if kind.tag in ("List", "Vector") else None
+    if type(sequence) is ast.Constant and type(sequence.value) is str:
+        length = len(sequence.value)
+    value = _number(index)
+    if length is None or value is None or not value.is_integer():
+        return True
+    lowest = -length if name == "ref" else 0
+    if not lowest <= value < length:
+        last = f"0 to {length - 1}" if length else "none"
+        inference.report(
+            "index", f"index {int(value)} is out of range for {plural(length, 'item')}", node.span,
+            f"indices begin at 0; valid: {last}" if length else None, expected=last, found=str(int(value)),
+        )  # fmt: skip
+        return False
+    return True
+
+
+def check_angle(inference: Inference, node: Any) -> None:
+    """Warn about a literal angle that is surely given in degrees: more than two turns of radians."""
+    value = _number(node)
+    if value is None or abs(value) <= 2 * _TURN or node.span.expansion is not None:
+        return
+    text = node.span.text
+    inference.warn(
+        "out-of-range", f"angles are in radians, and {text} is {abs(value) / _TURN:.0f} turns", node.span,
+        f"convert degrees: `(radians {text})`", (Fix("Convert from degrees", (Edit(node.span, f"(radians {text})"),)),),
+    )  # fmt: skip
+
+
+# --- functions that are passed to builtins ---------------------------------------------------------------------------
+
+
+def check_callback(
+    inference: Inference, node: Any, function: Kind, arguments: Sequence[Kind], caller: str, runs: bool
+) -> None:
+    """Check that a function can be called with so many arguments. ``runs``: it is surely called at least once."""
+    if function.tag != "Function":
+        return
+    code, count = function.code, len(arguments)
+    low, high, name, usage = _arity(code)
+    if low is None or low <= count <= high:
+        return
+    expected = f"{'at least ' if high == math.inf else ''}{low if low == high or high == math.inf else f'{low} to {high}'}"
+    inference.report(
+        "arity", f"{caller} calls {name} with {plural(count, 'argument')}, but it expects {expected}", node.span,
+        f"parameters: {usage}", always=runs, expected=f"a Function of {plural(count, 'argument')}",
+        found=f"a Function of {expected}", signature=usage,
+    )  # fmt: skip
+
+
+def _arity(code: Any) -> tuple[int | None, float, str, str]:
+    """Return the least and greatest number of positional arguments, the function's name and its usage."""
+    if isinstance(code, Builtin):
+        signature = code.signature
+        low = len(signature.required)
+        high = math.inf if signature.rest is not None else low + len(signature.optional)
+        return low, high, f"`{code.name}`", code.usage
+    if isinstance(code, ast.Lambda):
+        kinds = [parameter.kind for parameter in code.parameters]
+        low = kinds.count("required")
+        high = math.inf if "rest" in kinds else low + kinds.count("optional")
+        name = "this function" if code.name in ("lambda", "do") else f"`{code.name}`"
+        return low, high, name, code.usage
+    return None, 0, "", ""
+
+
+def _mapped(inference: Inference, node: Any, builtin: Builtin, nodes: Sequence[Any], kinds: Sequence[Kind]) -> None:
+    """Check the function of ``map`` and its like against the number of sequences."""
+    sequences = kinds[1:]
+    runs = bool(sequences) and all(kind.items for kind in sequences)
+    check_callback(inference, nodes[0], kinds[0], sequences, f"`{builtin.name}`", runs)
+
+
+def _tested(inference: Inference, node: Any, builtin: Builtin, nodes: Sequence[Any], kinds: Sequence[Kind]) -> None:
+    check_callback(inference, nodes[0], kinds[0], [ANY], f"`{builtin.name}`", bool(kinds[1].items))
+
+
+def _folded(inference: Inference, node: Any, builtin: Builtin, nodes: Sequence[Any], kinds: Sequence[Kind]) -> None:
+    sequences = kinds[2:]
+    runs = bool(sequences) and all(kind.items for kind in sequences)
+    check_callback(inference, nodes[0], kinds[0], [ANY, *sequences], f"`{builtin.name}`", runs)
+
+
+_CALLBACKS: dict[str, Callable[..., None]] = {
+    "map": _mapped, "for-each": _mapped, "append-map": _mapped, "filter-map": _mapped, "any": _mapped,
+    "every": _mapped, "filter": _tested, "remove": _tested, "partition": _tested, "find": _tested,
+    "list-index": _tested, "fold": _folded, "fold-left": _folded, "fold-right": _folded,
+}  # fmt: skip
+
+
+# --- functions of the program ----------------------------------------------------------------------------------------
+
+
+def _call_lambda(
+    inference: Inference, node: ast.Application, code: ast.Lambda, arguments: Sequence[Kind], function: Kind
+) -> Kind:
+    owner = f"`{code.name}`" if code.name not in ("lambda", "do") else "this function"
+    result = function.item if function.item is not None else ANY
+    named = {p.name: p for p in code.parameters if p.kind == "keyword"}
+    takes_any = any(p.kind == "keys" for p in code.parameters)
+    nodes: Sequence[Any] = node.arguments
+    keywords: Sequence[tuple[str, Any, Any]] = ()
+    if named or takes_any:
+        parts = split(inference, node, nodes, owner, code.usage)
+        if parts is None:
+            return ANY
+        nodes, keywords = parts
+        if not takes_any and _report_positional_keyword(inference, code, owner, nodes, keywords):
+            return ANY
+    elif _written_keyword(nodes) is not None and _report_plain_keyword(inference, node, code, owner):
+        return ANY
+    given = [p for p in code.parameters if p.kind in ("required", "optional")]
+    required = sum(p.kind == "required" for p in given)
+    has_rest = any(p.kind == "rest" for p in code.parameters)
+    unsure = bool(named or takes_any) and _may_hide_keywords(inference, nodes)
+    if (len(nodes) < required or (len(nodes) > len(given) and not has_rest)) and not unsure:
+        return _report_lambda_arity(inference, node, code, nodes, owner, required, len(given), has_rest, named, keywords)
+    swap = _swapped_parameters(inference, node, given, nodes)
+    if swap is not None:
+        hint, fixes = swap
+        return inference.report(
+            "type", f"two arguments of {owner} are swapped", node.span, f"{hint}: `{code.usage}`", fixes=fixes,
+            expected=code.usage, found=" ".join(describe(inference.result.kinds[n]) for n in nodes), signature=code.usage,
+        )  # fmt: skip
+    ok = [
+        _check_parameter(inference, owner, parameter, argument, code.usage)
+        for parameter, argument in zip(given, nodes)
+    ]
+    ok.append(_check_keywords(inference, node, owner, "argument", code, keywords, () if unsure else None))
+    return result if all(ok) else ANY
+
+
+def _swapped_parameters(
+    inference: Inference, node: Any, parameters: Sequence[ast.Parameter], nodes: Sequence[Any]
+) -> tuple[str, tuple[Fix, ...]] | None:
+    """Return the hint and fix for two neighbouring arguments in the wrong order, where a type shows it."""
+    for i in range(min(len(parameters), len(nodes)) - 1):
+        first, second = parameters[i], parameters[i + 1]
+        a, b = inference.result.kinds[nodes[i]], inference.result.kinds[nodes[i + 1]]
+        if first.type is None or accepts(first.type, a) or b is ANY or not accepts(first.type, b):
+            continue
+        if second.type is None or accepts(second.type, a):
+            return swap_fix(node, nodes[i], nodes[i + 1])
+    return None
+
+
+def _check_keywords(
+    inference: Inference,
+    node: Any,
+    owner: str,
+    what: str,
+    code: ast.Lambda,
+    keywords: Sequence[tuple[str, Any, Any]],
+    positional: Sequence[Any] | None,
+) -> bool:
+    """Check the keyword arguments of a function: names, types, and that none is missing unless ``positional`` is not
+    None, as what is passed by position may then bring them."""
+    named = {p.name: p for p in code.parameters if p.kind == "keyword"}
+    takes_any = any(p.kind == "keys" for p in code.parameters)
+    unknown = [key for key in keywords if key[0] not in named and not takes_any]
+    for key, key_node, _ in unknown:
+        report_unknown_keyword(inference, owner, key, key_node.span, named, code.usage)
+    ok = [_check_parameter(inference, owner, named[key], value, code.usage) for key, _, value in keywords if key in named]
+    given = {key for key, _, _ in keywords}
+    missing = [name for name, p in named.items() if p.default is None and name not in given]
+    if missing and not unknown and positional is None:  # an unknown name is probably the missing one, misspelled
+        _report_missing(inference, node, owner, missing, code.usage, what)
+        return False
+    return all(ok) and not unknown
+
+
+def _check_parameter(inference: Inference, owner: str, parameter: ast.Parameter, value: Any, usage: str) -> bool:
+    """Check an argument against the type of a parameter."""
+    if parameter.type is None:
+        return True
+    kind = inference.result.kinds[value]
+    fits = accepts(parameter.type, kind)
+    if fits and parameter.type.name == "Integer" and (number := _number(value)) is not None:
+        fits = number.is_integer()
+    if fits:
+        return True
+    sign = ":" if parameter.kind == "keyword" else ""
+    expected = expected_name(parameter.type.name)
+    inference.report(
+        "type", f"the parameter `{sign}{parameter.name}` of {owner} expects {expected}, got {shown(value, kind)}",
+        value.span, f"parameters: {usage}", expected=expected, found=describe(kind), signature=usage,
+    )  # fmt: skip
+    return False
+
+
+def _written_keyword(nodes: Sequence[Any]) -> Any:
+    return next((n for n in nodes if type(n) is ast.Constant and type(n.value) is Keyword), None)
+
+
+def _report_plain_keyword(inference: Inference, node: Any, code: ast.Lambda, owner: str) -> bool:
+    """Report ``(f :height 2)`` where the function has positional parameters of these names; keywords are plain values
+    for it, so that the number of arguments is wrong."""
+    key = _written_keyword(node.arguments)
+    names = [p.name for p in code.parameters if p.kind in ("required", "optional")]
+    required = sum(p.kind == "required" for p in code.parameters)
+    has_rest = any(p.kind == "rest" for p in code.parameters)
+    if str(key.value) not in names or has_rest or required <= len(node.arguments) <= len(names):
+        return False
+    hint = f"pass `{key.value}` by position, or make it a keyword parameter: `(:{key.value} default)`"
+    inference.report(
+        "keyword", f"{owner} takes `{key.value}` by position, not as the keyword `:{key.value}`", key.span, hint,
+        expected=f"{plural(len(names), 'positional argument')}", found=f":{key.value}", signature=code.usage,
+    )  # fmt: skip
+    return True
+
+
+def _report_positional_keyword(
+    inference: Inference,
+    code: ast.Lambda,
+    owner: str,
+    nodes: Sequence[Any],
+    keywords: Sequence[tuple[str, Any, Any]],
+) -> bool:
+    """Report ``(f :h 1)`` where the function has keyword parameters, but takes ``h`` by position."""
+    given = [p.name for p in code.parameters if p.kind in ("required", "optional")]
+    for key, key_node, value in keywords:
+        if key in given:
+            span = key_node.span
+            fixes: tuple[Fix, ...] = ()
+            if span.expansion is None and given.index(key) == len(nodes) and key_node is keywords[0][1]:
+                fixes = (Fix("Pass it by position", (Edit(Span(span.source, span.start, value.span.start), ""),)),)
+            inference.report(
+                "keyword", f"{owner} takes `{key}` by position, not as the keyword `:{key}`", span,
+                f"parameters: {code.usage}", fixes=fixes, expected=f"`{key}` by position", found=f":{key}",
+                signature=code.usage,
+            )  # fmt: skip
+            return True
+    return False
+
+
+def _report_lambda_arity(
+    inference: Inference,
+    node: Any,
+    code: ast.Lambda,
+    nodes: Sequence[Any],
+    owner: str,
+    required: int,
+    most: int,
+    has_rest: bool,
+    named: dict[str, ast.Parameter],
+    keywords: Sequence[tuple[str, Any, Any]],
+) -> Kind:
+    given = len(nodes)
+    if has_rest:
+        expected = f"at least {required}"
+    else:
+        expected = str(required) if required == most else f"{required} to {most}"
+    noun = "argument" if expected.split()[-1] == "1" else "arguments"
+    positional = "positional " if named else ""
+    hint = f"parameters: {code.usage}"
+    free = [name for name in named if name not in {key for key, _, _ in keywords}]
+    fixes: tuple[Fix, ...] = ()
+    extra = nodes[most:]
+    if named and extra and len(extra) <= len(free) and all(each.span.expansion is None for each in extra):
+        pairs = [f":{name} {each.span.text}" for name, each in zip(free, extra)]
+        hint = f"name the argument{'s' * (len(pairs) > 1)}: `{' '.join(pairs)}`"
+        safe = len(extra) == len(free) == 1
+        fixes = (Fix("Name the arguments", tuple(Edit(e.span, p) for e, p in zip(extra, pairs)), safe),)
+    return inference.report(
+        "arity", f"{owner} expects {expected} {positional}{noun}, got {given}", node.span, hint, fixes=fixes,
+        expected=f"{expected} {positional}{noun}", found=plural(given, "argument"), signature=code.usage,
+    )  # fmt: skip
+
+
+def _report_missing(
+    inference: Inference, node: Any, owner: str, missing: Sequence[str], usage: str, what: str
+) -> Kind:
+    names = " and ".join(f"`:{name}`" for name in missing)
+    return inference.report(
+        "keyword", f"missing {what}{'s' * (len(missing) > 1)} {names} of {owner}", node.span, f"parameters: {usage}",
+        expected=" ".join(f":{name}" for name in missing), found="nothing", signature=usage,
+    )  # fmt: skip
+
+
+def _call_record(
+    inference: Inference, node: ast.Application, code: RecordCode, arguments: Sequence[Kind], function: Kind
+) -> Kind:
+    result = function.item if function.item is not None else ANY
+    if code.role == "new":
+        return _call_constructor(inference, node, code, result)
+    count = 2 if code.role == "set" else 1
+    if len(arguments) != count:
+        return inference.report(
+            "arity", f"`{code.name}` expects {plural(count, 'argument')}, got {len(arguments)}", node.span,
+            expected=plural(count, "argument"), found=plural(len(arguments), "argument"),
+        )  # fmt: skip
+    if code.role != "test" and not accepts(code.record, arguments[0]):
+        expected = expected_name(code.record)
+        return inference.report(
+            "type", f"`{code.name}` expects {expected}, got {shown(node.arguments[0], arguments[0])}", node.span,
+            expected=expected, found=describe(arguments[0]),
+        )  # fmt: skip
+    return result
+
+
+def _call_constructor(inference: Inference, node: ast.Application, code: RecordCode, result: Kind) -> Kind:
+    usage = "(" + " ".join((code.record, *code.fields)) + ")"
+    parts = split(inference, node, node.arguments, f"`{code.record}`", usage)
+    if parts is None:
+        return ANY
+    positional, keywords = parts
+    if _may_hide_keywords(inference, positional):
+        return result
+    if len(positional) > len(code.fields):
+        return inference.report(
+            "arity", f"`{code.record}` has {len(code.fields)} fields, got {plural(len(positional), 'argument')}",
+            node.span, f"usage: {usage}", expected=plural(len(code.fields), "field"),
+            found=plural(len(positional), "argument"), signature=usage,
+        )  # fmt: skip
+    filled = set(code.fields[: len(positional)])
+    for key, key_node, _ in keywords:
+        if key in filled or key not in code.fields:
+            report_unknown_keyword(
+                inference, f"`{code.record}`", key, key_node.span, [f for f in code.fields if f not in filled], usage,
+                "field",
+            )  # fmt: skip
+            return ANY
+        filled.add(key)
+    missing = [field for field in code.fields if field in code.required and field not in filled]
+    if missing:
+        return inference.report(
+            "keyword", f"missing field `{missing[0]}` of `{code.record}`", node.span, f"usage: {usage}",
+            expected=" ".join(missing), found="nothing", signature=usage,
+        )  # fmt: skip
+    return result
+
+
+# --- words -----------------------------------------------------------------------------------------------------------
+
+
+def call_word(inference: Inference, node: ast.Call, word: Kind, arguments: Sequence[Kind]) -> Kind:
+    """Check ``(call word argument ...)``."""
+    if not accepts("Word", word):
+        report_word(inference, node.word, word, "call")
+        return ENTITY
+    name = node.word.value if type(node.word) is ast.Constant else None
+    owner = f'"{name}"' if name is not None else "the word"
+    if not _check_embeddings(inference, node, owner):
+        return ENTITY
+    parts = split(inference, node, node.arguments, owner, "")
+    if parts is None or name is None:
+        return ENTITY
+    positional, keywords = parts
+    function = inference.world.word_function(name)
+    if function is not None:
+        _call_bound(inference, node, name, function, positional, keywords)
+    elif not inference.world.may_be_bound(name):
+        check_primitive(inference, node, name, positional, keywords)
+    return ENTITY
+
+
+def report_word(inference: Inference, node: Any, kind: Kind, form: str) -> None:
+    text = node.span.text
+    is_name = type(node) is ast.Reference and node.span.expansion is None
+    hint = f'write the word in quotes: `"{text}"`' if is_name else None
+    inference.report(
+        "word", f"`{form}` expects a string for the word, got {shown(node, kind)}", node.span, hint,
+        expected="a String", found=describe(kind),
+    )  # fmt: skip
+
+
+def _check_embeddings(inference: Inference, node: ast.Call, owner: str) -> bool:
+    """Check that what is passed by position can be an embedding."""
+    pending = iter(node.arguments)
+    for argument in pending:
+        if type(argument) is ast.Constant and type(argument.value) is Keyword:
+            if next(pending, None) is None:
+                break
+            continue
+        kind = inference.result.kinds[argument]
+        if kind is ANY or kind is NEVER:
+            continue
+        tags = {option.tag for option in kind.options}
+        if tags & {"Embedding", "String", "Keyword"}:
+            continue
+        text = argument.span.text
+        hint = f"name the attribute: `:name {text}`" if len(text) <= _MAX_SHOWN else "name the attribute: `:name value`"
+        fixes: tuple[Fix, ...] = ()
+        if len(node.arguments) == 1 and type(node.word) is ast.Constant and argument.span.expansion is None:
+            only = _only_attribute(inference, node.word.value, kind)
+            if only is not None:
+                hint = f"name the attribute: `:{only} {text}`" if len(text) <= _MAX_SHOWN else f"write `:{only}` before it"
+                fixes = (Fix(f"Name it `:{only}`", (Edit(argument.span, f":{only} {text}"),), safe=True),)
+        inference.report(
+            "embedding", f"`call` expects embeddings and `:name value` attributes, but {owner} got {shown(argument, kind)}",
+            argument.span, hint, fixes=fixes, expected="an Embedding", found=describe(kind),
+        )  # fmt: skip
+        return False
+    return True
+
+
+def _only_attribute(inference: Inference, word: str, kind: Kind) -> str | None:
+    """Return the one attribute of a word that a value of this kind can be."""
+    function = inference.world.word_function(word)
+    if function is not None:
+        names = [p.name for p in function.parameters if p.kind == "keyword" and _takes(p, kind)]
+        return names[0] if len(names) == 1 else None
+    if inference.world.may_be_bound(word) or (cls := _primitive(word)) is None:
+        return None
+    names = [each.name for each in cls.attributes if any(accepts(name, kind) for name in each.accepts)]
+    return names[0] if len(names) == 1 else None
+
+
+def _primitive(word: str) -> Any:
+    try:
+        return find(word)
+    except SceneError:
+        return None
+
+
+def _takes(parameter: ast.Parameter, kind: Kind) -> bool:
+    return parameter.type is None or accepts(parameter.type, kind)
+
+
+def _call_bound(
+    inference: Inference,
+    node: ast.Call,
+    word: str,
+    function: ast.Lambda,
+    positional: Sequence[Any],
+    keywords: Sequence[tuple[str, Any, Any]],
+) -> None:
+    owner = f'"{word}"'
+    named = {p.name: p for p in function.parameters if p.kind == "keyword"}
+    takes_any = any(p.kind == "keys" for p in function.parameters)
+    required = sum(p.kind == "required" for p in function.parameters)
+    if required > _ENTITY_ARGUMENTS:
+        _report_too_many_required(inference, node, word, function, required)
+        return
+    if not named and not takes_any:
+        _warn_plain_parameters(inference, node, word, function, keywords)
+        return
+    brings = () if any(map(_may_carry_attributes, positional)) else None
+    _check_keywords(inference, node, owner, "attribute", function, keywords, brings)
+
+
+def _may_carry_attributes(node: Any) -> bool:
+    """Return whether an embedding may have attributes of its own; a text has none, a handle may have some in Z."""
+    return not (type(node) is ast.Constant and type(node.value) is str)
+
+
+def _report_too_many_required(
+    inference: Inference, node: ast.Call, word: str, function: ast.Lambda, required: int
+) -> None:
+    hint = f"make them keyword parameters, such as `:{function.parameters[0].name}`; parameters: {function.usage}"
+    inference.report(
+        "arity", f'the function of "{word}" has {required} required parameters, but `call` passes at most two', node.span,
+        hint, expected="at most 2 required parameters", found=str(required), signature=function.usage,
+    )  # fmt: skip
+
+
+def _warn_plain_parameters(
+    inference: Inference, node: ast.Call, word: str, function: ast.Lambda, keywords: Sequence[tuple[str, Any, Any]]
+) -> None:
+    """Warn about ``(call "leg" :height 2)`` where the function has ``height`` as a positional parameter."""
+    names = {p.name: p for p in function.parameters if p.kind in ("required", "optional")}
+    for key, key_node, _ in keywords:
+        if key in names:
+            what = "the embedding" if names[key] is function.parameters[0] else "an embedding"
+            message = f'"{word}" takes `{key}` by position, so that it is {what}, not the value of `:{key}`'
+            hint = f"make it a keyword parameter: `(lambda (:{key}) ...)`"
+            fixes = keyword_fixes(names[key], function)
+            inference.warn("plain-parameter", message, key_node.span, hint, fixes)
+            return
+
+
+def keyword_fixes(parameter: ast.Parameter, function: ast.Lambda) -> tuple[Fix, ...]:
+    """Return the fix that makes a positional parameter a keyword parameter."""
+    span = parameter.target.span if isinstance(parameter.target, Variable) else None
+    if span is None or span.expansion is not None or function.span.expansion is not None:
+        return ()
+    return (Fix("Make it a keyword parameter", (Edit(Span(span.source, span.start, span.start), ":"),)),)
+
+
+# --- primitives ------------------------------------------------------------------------------------------------------
+
+
+def check_primitive(
+    inference: Inference,
+    node: Any,
+    word: str,
+    positional: Sequence[Any],
+    keywords: Sequence[tuple[str, Any, Any]],
+) -> None:
+    """Check the attributes of a primitive: their kinds, and the values of literals."""
+    cls = _primitive(word)
+    attributes = cls.attributes if cls is not None else ()
+    known = {attribute.name: attribute for attribute in (COLOR, *MATERIALS, *attributes)}
+    for key, _, value in keywords:
+        attribute = known.get(key)
+        if attribute is not None and attribute.accepts:
+            _check_attribute(inference, word, attribute, value)
+
+
+def _check_attribute(inference: Inference, word: str, attribute: Attribute, value: Any) -> None:
+    kind = inference.result.kinds[value]
+    if kind is ANY or kind is NEVER or any(option.tag == "None" for option in kind.options):
+        return
+    if not any(accepts(name, kind) for name in attribute.accepts):
+        hint, fixes = _attribute_advice(attribute, value, kind)
+        inference.report(
+            "attribute", f'the attribute `:{attribute.name}` of "{word}" must be {attribute.type}, got {shown(value, kind)}',
+            value.span, hint or attribute.doc, fixes=fixes, expected=attribute.type, found=describe(kind),
+        )  # fmt: skip
+        return
+    _check_range(inference, word, attribute, value)
+
+
+def _attribute_advice(attribute: Attribute, value: Any, kind: Kind) -> tuple[str | None, tuple[Fix, ...]]:
+    text = value.span.text
+    is_literal = type(value) is ast.Constant and type(value.value) is str and value.span.expansion is None
+    if attribute.name == "color" and is_literal:
+        return f"convert the name: `(color {text})`", (_wrap(value, "color"),)
+    if is_literal and re.fullmatch(r'"[-+]?[\d.]+"', text):
+        return f"write the number without quotes: `{text[1:-1]}`", (_replace(value, text[1:-1]),)
+    if "Triple" in attribute.accepts and "Number" not in attribute.accepts and kind.tag in ("Integer", "Float"):
+        return "write a point as `[x y z]`", ()
+    if attribute.accepts == ("Number",) and kind.tag in ("Vector", "List"):
+        return "it is one number", ()
+    return None, ()
+
+
+def _check_range(inference: Inference, word: str, attribute: Attribute, value: Any) -> None:
+    """Warn about literal values that are outside the range of an attribute."""
+    if attribute.low is None or value.span.expansion is not None:
+        return
+    numbers = [_number(item) for item in value.items] if type(value) is ast.ArrayLiteral else [_number(value)]
+    wrong = [n for n in numbers if n is not None and (n < attribute.low or n > attribute.high)]
+    if not wrong:
+        return
+    hint = _range_hint(attribute, value, numbers)
+    limits = "not be negative" if attribute.high == math.inf else f"be {attribute.low:g} to {attribute.high:g}"
+    inference.warn(
+        "out-of-range", f'the attribute `:{attribute.name}` of "{word}" should {limits}, got {value.span.text}',
+        value.span, hint,
+    )  # fmt: skip
+
+
+def _range_hint(attribute: Attribute, value: Any, numbers: Sequence[float | None]) -> str | None:
+    """Return what may have been meant by a value out of range: components up to 255, or percent."""
+    known = [number for number in numbers if number is not None]
+    if attribute.name == "color" and len(known) == len(numbers) == 3 and max(known) <= 255 and min(known) >= 0:
+        return f"components from 0 to 255 are converted by `rgb`: `(rgb {' '.join(i.span.text for i in value.items)})`"
+    if attribute.high == 1.0 and len(known) == 1 and 1.0 < known[0] <= 100.0:
+        return f"a share of 1, not percent: write `{known[0] / 100:g}`"
+    return attribute.doc
+
+
+# --- transform and parts ---------------------------------------------------------------------------------------------
+
+
+def transform(inference: Inference, node: ast.Transform, part: Kind, matrix: Kind) -> Kind:
+    """Check ``(transform part matrix)``."""
+    from scenelang.interpreter.kinds.infer import may_be_parts
+
+    is_part, is_pose = may_be_parts(part), accepts("Matrix", matrix)
+    if not (is_part and is_pose):
+        if part is not ANY and matrix is not ANY and accepts("Matrix", part) and may_be_parts(matrix):
+            hint, fixes = swap_fix(node, node.part, node.matrix)
+            usage = "(transform part matrix)"
+            inference.report(
+                "parts", f"`transform` expects the part first and the pose second, got {describe(part)} first",
+                node.span, f"{hint}: write `{usage}`", fixes=fixes, expected="an Entity", found=describe(part),
+                signature=usage,
+            )  # fmt: skip
+        elif not is_part:
+            report_parts(inference, node.part, part, "`transform`")
+        else:
+            _report_pose(inference, node, matrix)
+        return PART
+    if part is ENTITY or part is PART:
+        return PART
+    return PARTS if part.tag == "List" else join(PART, LIST)
+
+
+def _report_pose(inference: Inference, node: ast.Transform, kind: Kind) -> None:
+    value = node.matrix
+    hint, fixes = "a vector becomes a pose with `(translate [x y z])`", ()
+    if kind.tag in ("Vector", "List") and value.span.expansion is None and (length_of(kind) in (3, None)):
+        fixes = (_wrap(value, "translate"),)  # type: ignore[assignment]
+    elif kind.tag == "Function":
+        hint = "call the function to get its pose"
+    inference.report(
+        "pose", f"a pose must be a 4x4 matrix whose last row is 0 0 0 1, got {shown(value, kind)}", value.span, hint,
+        fixes=fixes, expected="a Matrix", found=describe(kind),
+    )  # fmt: skip
+
+
+def report_parts(inference: Inference, node: Any, kind: Kind, place: str) -> None:
+    """Report a value that is neither an entity nor a list of parts."""
+    hint = None
+    fixes: tuple[Fix, ...] = ()
+    culprit = _not_a_part(kind)
+    text = node.span.text
+    is_written = node.span.expansion is None and len(text) <= _MAX_SHOWN
+    if culprit.tag == "None":
+        hint = "use `for/union` in place of `for`" if type(node) is ast.For else "nothing at all is `(union)`"
+        if type(node) is ast.For and node.span.expansion is None and text.startswith("(for "):
+            start = node.span.start + 1
+            fixes = (Fix("Use `for/union`", (Edit(Span(node.span.source, start, start + 3), "for/union"),), safe=True),)
+    elif culprit.tag == "Boolean":
+        hint = "nothing at all is `(union)`"
+    elif culprit.tag == "Matrix":
+        hint = "a pose belongs to an entity: `(transform entity matrix)`"
+    elif culprit.tag == "String" and is_written:
+        hint = f"a word is called: `(call {text})`"
+        fixes = (_wrap(node, "call"),) if type(node) is ast.Constant else ()
+    elif culprit.tag == "Function":
+        hint = f"call the function: `({text})`" if is_written else "call the function"
+        if is_written and type(node) is ast.Reference:
+            fixes = (Fix("Call the function", (Edit(node.span, f"({text})"),), safe=_takes_nothing(kind)),)
+    elif culprit.tag == "Embedding":
+        hint = 'an embedding belongs to a call: `(call "word" embedding)`'
+    elif culprit.tag == "Frames":
+        hint = "only the root's value can be `(frames ...)`"
+    inference.report(
+        "parts", f"{place} expects entities or (entity . matrix) pairs, got {shown(node, culprit)}", node.span, hint,
+        fixes=fixes, expected="an Entity, a posed entity or a list of these", found=describe(culprit),
+    )  # fmt: skip
+
+
+def _takes_nothing(kind: Kind) -> bool:
+    low, _, _, _ = _arity(kind.code)
+    return low == 0
+
+
+def _not_a_part(kind: Kind) -> Kind:
+    """Return the kind of the item that is no part, of a list; otherwise the kind itself."""
+    from scenelang.interpreter.kinds.infer import may_be_parts
+    from scenelang.interpreter.kinds.kinds import item_of
+
+    while kind.tag == "List":
+        items = kind.items if kind.items is not None else (item_of(kind),)
+        inner = next((item for item in items if not may_be_parts(item)), None)
+        if inner is None:
+            return kind
+        kind = inner
+    return kind
+
+
+def report_dropped(inference: Inference, node: Any, kind: Kind) -> None:
+    """Warn about an entity that is made and then not used."""
+    if type(node) is ast.For and node.kind == "each" and node.span.expansion is None:
+        made = inference.result.kinds.get(node.body, ANY)
+        if made is ENTITY or made is PART or _is_parts(made):
+            inference.warn(
+                "dropped-value", "the entities that this loop creates are not used", node.span,
+                "collect them with `for/union`",
+            )  # fmt: skip
+        return
+    if kind is not ENTITY and kind is not PART and not _is_parts(kind):
+        return
+    if node.span.expansion is None:
+        inference.warn(
+            "dropped-value", "this entity is not used: only the last value of a body counts", node.span,
+            "put all parts into one `(union ...)`",
+        )  # fmt: skip
+
+
+def _is_parts(kind: Kind) -> bool:
+    return kind.tag == "List" and kind.item is PART
+
+
+def report_array_item(inference: Inference, node: Any, kind: Kind) -> None:
+    text = node.span.text
+    hint = "use `(list ...)` for a list of other values"
+    fixes: tuple[Fix, ...] = ()
+    if type(node) is ast.Constant and node.span.expansion is None and re.fullmatch(r'"[-+]?[\d.]+"', text):
+        hint, fixes = f"write the number without quotes: `{text[1:-1]}`", (_replace(node, text[1:-1]),)
+    inference.report(
+        "type", f"expected a number in an array, got {shown(node, kind)}", node.span, hint, fixes=fixes,
+        expected="a number", found=describe(kind),
+    )  # fmt: skip
+
+
+def check_appended(inference: Inference, node: Any, kind: Kind) -> None:
+    """Report a body of ``for/append`` whose value is no list."""
+    if not accepts("List", kind):
+        found = describe(kind)
+        inference.report(
+            "type", f"`for/append` expects a List from its body, got {shown(node, kind)}", node.span,
+            "use `for/list` to collect single values", expected="a List", found=found,
+        )  # fmt: skip
+
+
+def report_bound_value(inference: Inference, node: ast.Bind, kind: Kind) -> None:
+    """Report ``bind`` of something other than a function."""
+    word = f'"{node.word.value}"' if type(node.word) is ast.Constant else "the word"
+    value = node.function
+    fixes: tuple[Fix, ...] = ()
+    hint = "write an entity function as `(lambda (z gamma) ...)` or `(lambda () ...)`"
+    from scenelang.interpreter.kinds.infer import may_be_parts
+
+    if may_be_parts(kind) and value.span.expansion is None:
+        hint = "wrap it in a function: `(lambda () ...)`"
+        fixes = (Fix("Wrap it in a function", (Edit(value.span, f"(lambda () {value.span.text})"),), safe=True),)
+    inference.report(
+        "type", f"`bind` expects a function for {word}, got {describe(kind)}", value.span, hint, fixes=fixes,
+        expected="a Function", found=describe(kind),
+    )  # fmt: skip
+
+
+def report_swapped_loop(inference: Inference, node: ast.UnionLoop) -> None:
+    hint, fixes = swap_fix(node, node.count, node.function)
+    usage = "(union-loop count function)"
+    inference.report(
+        "type", "`union-loop` expects the count first and the function second", node.span, f"{hint}: `{usage}`",
+        fixes=fixes, expected="an Integer", found="a Function", signature=usage,
+    )  # fmt: skip
+
+
+def report_count(inference: Inference, node: Any, kind: Kind) -> None:
+    inference.report(
+        "type", f"`union-loop` expects an Integer count, got {shown(node, kind)}", node.span,
+        "round it: `(round n)`, `(floor n)`", expected="an Integer", found=describe(kind),
+    )  # fmt: skip
+
+
+__all__ = ["call", "call_builtin", "call_word", "transform"]

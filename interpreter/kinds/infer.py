@@ -1,0 +1,667 @@
+"""Inference of kinds by abstract interpretation of the core AST, one top-level form at a time.
+
+Each expression is given a kind that contains every value it can have. A variable that is assigned, a parameter without
+a type, and everything that another file or a loop can change has the kind ANY, so that nothing is concluded from it. A
+mistake that is found is reported where it is, and its value then has the kind ANY: one mistake gives one finding.
+
+A finding is an error if its expression fails whenever it is evaluated. After a test that can be false it is a warning,
+and inside the body of a ``guard`` it is not reported.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+from scenelang.grammar import ast
+from scenelang.grammar.datum import Span
+from scenelang.grammar.diagnostics import Diagnostic, Fix
+from scenelang.interpreter.compile.analyse import pattern_variables, walk
+from scenelang.interpreter.expand.scope import Variable
+from scenelang.interpreter.kinds import calls
+from scenelang.interpreter.kinds.kinds import (
+    ANY,
+    ARRAY,
+    BOOLEAN,
+    EMBEDDING,
+    EMPTY,
+    ENTITY,
+    HANDLES,
+    INTEGER,
+    LIST,
+    MATRIX,
+    NEVER,
+    NONE,
+    NUMBER,
+    NUMERIC,
+    PARTS,
+    SET,
+    TABLE,
+    VECTOR,
+    Kind,
+    accepts,
+    describe,
+    is_truthy,
+    item_of,
+    join,
+    join_all,
+    kind_of_type,
+    kind_of_value,
+    list_of,
+    list_with,
+    union_of,
+    vector_of,
+    without_falsy,
+)
+from scenelang.interpreter.runtime.procedures import MAKE_RECORD
+from scenelang.interpreter.runtime.types import Builtin
+
+_ARRAYS = union_of((VECTOR, ARRAY, MATRIX))
+_MAX_DEPTH = 400  # of nested expressions; what is deeper has the kind ANY
+
+
+class World(Protocol):
+    """What a form can refer to outside itself."""
+
+    def kind_of(self, variable: Variable) -> Kind:
+        """Return the kind of a global variable."""
+
+    def word_function(self, word: str) -> ast.Lambda | None:
+        """Return the function of a word that is bound exactly once and never in a body; None if it is not certain."""
+
+    def may_be_bound(self, word: str) -> bool:
+        """Return whether the program may bind a word."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RecordCode:
+    """Procedure of a record type: ``role`` is new, test, get or set; ``fields`` are those without a default first."""
+
+    name: str
+    record: str
+    role: str
+    fields: tuple[str, ...] = ()
+    required: frozenset[str] = frozenset()
+    types: tuple[Any, ...] = ()
+
+
+@dataclass(slots=True)
+class FormKinds:
+    """Result of the inference of one top-level form.
+
+    Attributes
+    ----------
+    kinds
+        Kind of each expression.
+    findings
+        Errors and warnings.
+    failing
+        The expressions that always fail, with the names of their diagnostics.
+    defined
+        Kinds of the variables that the form defines.
+    always_calls
+        Calls that a function makes whenever it is called: caller, callee and the location of the call.
+    """
+
+    kinds: dict[Any, Kind] = field(default_factory=dict)
+    findings: list[Diagnostic] = field(default_factory=list)
+    failing: list[tuple[Any, str]] = field(default_factory=list)
+    defined: dict[Variable, Kind] = field(default_factory=dict)
+    always_calls: list[tuple[ast.Lambda, ast.Lambda, Span]] = field(default_factory=list)
+
+
+class Inference:
+    """Inference of one form."""
+
+    def __init__(self, world: World) -> None:
+        self.world = world
+        self.result = FormKinds()
+        self.env: dict[Variable, Kind] = {}
+        self.is_certain = True
+        self.is_guarded = False  # inside the body of a ``guard``, where failures are expected
+        self.nodes: list[Any] = []  # the expression that is inferred, behind those around it
+        self.narrowed: set[Variable] = set()  # variables whose kind a test may have narrowed
+        self.caller: ast.Lambda | None = None  # the function around
+        self.is_reached = True  # whether the function around always comes here
+
+    # --- findings ----------------------------------------------------------------------------------------------
+
+    def report(
+        self,
+        name: str,
+        message: str,
+        span: Span,
+        hint: str | None = None,
+        *,
+        fixes: tuple[Fix, ...] = (),
+        always: bool = True,
+        expected: str | None = None,
+        found: str | None = None,
+        signature: str | None = None,
+        near: Sequence[str] = (),
+    ) -> Kind:
+        """Report a mistake and return ANY. ``always`` is False if the evaluation may succeed."""
+        if self.is_guarded:
+            return ANY
+        if not (self.is_certain and always):
+            name = "conditional-failure"
+        if span.expansion is not None:
+            fixes = ()
+        self.result.failing.append((self.nodes[-1], name))
+        self.result.findings.append(
+            Diagnostic(
+                name, message, span, hint, fixes=fixes, expected=expected, found=found, signature=signature,
+                near=tuple(near),
+            )
+        )  # fmt: skip
+        return ANY
+
+    def warn(self, name: str, message: str, span: Span, hint: str | None = None, fixes: tuple[Fix, ...] = ()) -> None:
+        self.result.findings.append(Diagnostic(name, message, span, hint, fixes=fixes))
+
+    @contextmanager
+    def uncertain(self, *tests: Any) -> Iterator[None]:
+        """Context of code that may not run. Variables that ``tests`` mention may have a narrower kind there."""
+        before, narrowed, reached = self.is_certain, self.narrowed, self.is_reached
+        self.is_certain = self.is_reached = False
+        if tests:
+            mentioned = {node.target for node in walk(*tests) if type(node) is ast.Reference}
+            self.narrowed = narrowed | {target for target in mentioned if isinstance(target, Variable)}
+        try:
+            yield
+        finally:
+            self.is_certain, self.narrowed, self.is_reached = before, narrowed, reached
+
+    # --- expressions -------------------------------------------------------------------------------------------
+
+    def infer(self, node: Any) -> Kind:
+        """Return the kind of an expression, and record it."""
+        nodes = self.nodes
+        nodes.append(node)
+        kind = _HANDLERS[type(node)](self, node) if len(nodes) < _MAX_DEPTH else ANY
+        nodes.pop()
+        self.result.kinds[node] = kind
+        return kind
+
+    def infer_all(self, nodes: Sequence[Any]) -> list[Kind]:
+        return [self.infer(node) for node in nodes]
+
+    def variable(self, variable: Variable) -> Kind:
+        """Return the kind of a variable's value where it is read."""
+        if variable.assigned or variable in self.narrowed:
+            return ANY
+        if variable in self.env:
+            return self.env[variable]
+        return self.world.kind_of(variable) if variable.is_global else ANY
+
+    def bind(self, target: Any, kind: Kind, span: Span) -> None:
+        """Bind a variable or destructuring pattern to a value of a kind."""
+        if isinstance(target, Variable):
+            self.env[target] = kind
+        elif isinstance(target, tuple):
+            self._take_apart(target, kind, span)
+
+    def _take_apart(self, pattern: tuple[Any, ...], kind: Kind, span: Span) -> None:
+        items, rest = pattern
+        has_rest = rest is not False
+        if kind is not ANY and not accepts("Sequence", kind):
+            found = describe(kind)
+            self.report("type", f"expected a sequence to take apart, got {found}", span, expected="a sequence",
+                        found=found)  # fmt: skip
+            kind = ANY
+        known = kind.items if kind.tag in ("List", "Vector") else None
+        if known is not None and (len(known) < len(items) or (len(known) > len(items) and not has_rest)):
+            expected = f"{'at least ' if has_rest else ''}{len(items)} item{'s' * (len(items) != 1)}"
+            self.report("pattern", f"the pattern needs {expected}, but the value has {len(known)}", span,
+                        expected=expected, found=f"{len(known)} items")  # fmt: skip
+            known = None
+        each = ANY if kind is ANY or len(kind.options) > 1 else item_of(kind)
+        for index, item in enumerate(items):
+            self.bind(item, known[index] if known is not None else _or_any(each), span)
+        if has_rest:
+            self.bind(rest, list_of(known[len(items) :]) if known is not None else LIST, span)
+
+    # --- functions ---------------------------------------------------------------------------------------------
+
+    def function(self, node: ast.Lambda, entity_word: bool = False, arguments: Sequence[Kind] | None = None) -> Kind:
+        """Infer the body of a function once, and return the kind of the function."""
+        caller, reached = self.caller, self.is_reached
+        self.caller, self.is_reached = node, True
+        position = 0
+        for parameter in node.parameters:
+            kind = _kind_of_parameter(parameter, position, entity_word)
+            if kind is ANY and arguments is not None and position < len(arguments) and parameter.kind == "required":
+                kind = arguments[position]
+            if parameter.kind in ("required", "optional"):
+                position += 1
+            if parameter.default is not None:
+                with self.uncertain():
+                    self.infer(parameter.default)
+            if isinstance(parameter.target, Variable):
+                self.env[parameter.target] = kind
+            elif parameter.target is not None:
+                for variable in pattern_variables(parameter.target):
+                    self.env[variable] = ANY
+        result = self.infer(node.body)
+        self.caller, self.is_reached = caller, reached
+        return Kind("Function", None, result, node)
+
+    def note_call(self, callee: Any, span: Span) -> None:
+        """Record a call that the function around makes whenever it is called; it ends where a call may escape."""
+        if isinstance(callee, ast.Lambda):
+            if self.is_reached and self.caller is not None:
+                self.result.always_calls.append((self.caller, callee, span))
+        elif callee is None or isinstance(callee, str):
+            self.is_reached = False
+
+    # --- loops -------------------------------------------------------------------------------------------------
+
+    def items(self, node: Any, kind: Kind) -> Kind:
+        """Return the kind of the items over which a ``for`` clause iterates; report what cannot be iterated."""
+        if kind is ANY or kind is NEVER:
+            return ANY
+        found = NEVER
+        for option in kind.options:
+            if option.tag == "Integer":
+                found = join(found, INTEGER)
+            elif accepts("Sequence", option) and option.tag not in ("Entity", "Handles"):
+                found = join(found, _or_any(item_of(option)))
+        if found is NEVER and not any(option.tag in ("Integer", "List") for option in kind.options):
+            shown = describe(kind)
+            hint = None
+            if kind is ENTITY:
+                hint = "the list of its parts is `(cdr entity)`"
+            elif kind.tag == "Float":
+                hint = "iterate over an Integer: `(round n)`, `(floor n)`"
+            elif kind is HANDLES:
+                hint = "take a finite part: `(list-head gamma n)`"
+            return self.report("type", f"expected a sequence to iterate over, got {shown}", node.span, hint,
+                               expected="a sequence", found=shown)  # fmt: skip
+        return _or_any(found)
+
+    # --- parts -------------------------------------------------------------------------------------------------
+
+    def check_parts(self, node: Any, kind: Kind, place: str) -> None:
+        """Report a value that cannot be parts of an entity."""
+        if not may_be_parts(kind):
+            calls.report_parts(self, node, kind, place)
+
+
+def _or_any(kind: Kind) -> Kind:
+    return ANY if kind is NEVER else kind
+
+
+def may_be_parts(kind: Kind) -> bool:
+    """Return whether a value may be parts: an entity, a posed entity, or a list of these."""
+    if kind is ANY or kind is NEVER:
+        return True
+    return any(_may_be_parts(option) for option in kind.options)
+
+
+def _may_be_parts(kind: Kind) -> bool:
+    if kind.tag == "List":
+        return all(map(may_be_parts, kind.items)) if kind.items is not None else may_be_parts(item_of(kind))
+    return kind.tag in ("Entity", "Part", "Pair", "MutableList")
+
+
+def _kind_of_parameter(parameter: ast.Parameter, position: int, entity_word: bool) -> Kind:
+    if parameter.type is not None:
+        return kind_of_type(parameter.type.name) if parameter.kind != "rest" else LIST
+    if parameter.kind == "rest":
+        return ANY if entity_word else LIST
+    if parameter.kind == "keys":
+        return TABLE
+    if entity_word and parameter.kind == "required" and position == 0:
+        return EMBEDDING
+    return ANY
+
+
+# --- handlers of nodes -------------------------------------------------------------------------------------------------
+
+
+def _constant(inference: Inference, node: ast.Constant) -> Kind:
+    return kind_of_value(node.value)
+
+
+def _handle(inference: Inference, node: ast.HandleLiteral) -> Kind:
+    return EMBEDDING
+
+
+def _reference(inference: Inference, node: ast.Reference) -> Kind:
+    target = node.target
+    if isinstance(target, Builtin):
+        return calls.function_of(target)
+    return inference.variable(target) if isinstance(target, Variable) else ANY
+
+
+def _assignment(inference: Inference, node: ast.Assignment) -> Kind:
+    inference.infer(node.value)
+    return NONE
+
+
+def _if(inference: Inference, node: ast.If) -> Kind:
+    test = inference.infer(node.test)
+    always = is_truthy(test) if type(node.test) is not ast.Constant else _truth(node.test.value)
+    if always is not None and type(node.test) is ast.Constant:
+        taken, other = (node.then, node.otherwise) if always else (node.otherwise, node.then)
+        if other is not None:
+            with inference.uncertain(node.test):
+                inference.infer(other)
+        return inference.infer(taken) if taken is not None else NONE
+    with inference.uncertain(node.test):
+        then = inference.infer(node.then)
+        otherwise = inference.infer(node.otherwise) if node.otherwise is not None else NONE
+    return join(then, otherwise)
+
+
+def _truth(value: Any) -> bool:
+    return value is not False and value is not None
+
+
+def _and(inference: Inference, node: ast.And) -> Kind:
+    if not node.items:
+        return BOOLEAN
+    kinds = _tests(inference, node.items)
+    falsy = [_falsy(kind) for kind in kinds[:-1]]
+    return join_all([*falsy, kinds[-1]])
+
+
+def _falsy(kind: Kind) -> Kind:
+    """Return the kind of a value that failed a test."""
+    if kind is ANY:
+        return union_of((BOOLEAN, NONE))
+    return union_of(option for option in kind.options if option.tag in ("Boolean", "None"))
+
+
+def _or(inference: Inference, node: ast.Or) -> Kind:
+    if not node.items:
+        return BOOLEAN
+    kinds = _tests(inference, node.items)
+    return join_all([*map(without_falsy, kinds[:-1]), kinds[-1]])
+
+
+def _tests(inference: Inference, items: Sequence[Any]) -> list[Kind]:
+    kinds = [inference.infer(items[0])]
+    for index, item in enumerate(items[1:], 1):
+        with inference.uncertain(*items[:index]):
+            kinds.append(inference.infer(item))
+    return kinds
+
+
+def _lambda(inference: Inference, node: ast.Lambda) -> Kind:
+    return inference.function(node)
+
+
+def _define(inference: Inference, node: ast.Define) -> Kind:
+    value = node.value
+    if isinstance(node.target, Variable) and type(value) is ast.Lambda:
+        inference.env[node.target] = Kind("Function", None, ANY, value)
+    kind = inference.infer(value)
+    record = _record(node)
+    if record is not None:
+        inference.env.update(record)
+    else:
+        inference.bind(node.target, kind, value.span)
+    return NONE
+
+
+def _record(node: ast.Define) -> dict[Variable, Kind] | None:
+    """Return the kinds of the procedures of a ``define-record``; None for any other definition."""
+    value = node.value
+    if not (type(value) is ast.Application and type(value.function) is ast.Reference):
+        return None
+    if value.function.target is not MAKE_RECORD or type(value.arguments[0]) is not ast.Constant:
+        return None
+    name, fields, types = value.arguments[0].value
+    defaults = value.arguments[1:]
+    required = frozenset(
+        field for field, default in zip(fields, defaults) if type(default) is ast.Constant and default.value is False
+    )
+    variables = list(node.target[0])
+    codes = [
+        RecordCode(name, name, "new", fields, required, types),
+        RecordCode(f"{name}?", name, "test"),
+        *(RecordCode(f"{name}-{field}", name, "get") for field in fields),
+        *(RecordCode(f"set-{name}-{field}!", name, "set") for field in fields),
+    ]
+    results = {"new": Kind("Record", code=name), "test": BOOLEAN, "get": ANY, "set": NONE}
+    return {
+        variable: Kind("Function", None, results[code.role], code)
+        for variable, code in zip(variables, codes)
+        if isinstance(variable, Variable)
+    }
+
+
+def _body(inference: Inference, node: ast.Body) -> Kind:
+    for item in node.items:  # functions may be called before their definition in the text
+        if type(item) is ast.Define and isinstance(item.target, Variable) and type(item.value) is ast.Lambda:
+            inference.env.setdefault(item.target, Kind("Function", None, ANY, item.value))
+    kind = NONE
+    for index, item in enumerate(node.items):
+        kind = inference.infer(item)
+        if index + 1 < len(node.items):
+            following = node.items[index + 1]
+            if kind is NEVER:
+                _report_unreachable(inference, following)
+                return NEVER
+            if type(item) is not ast.Define:
+                calls.report_dropped(inference, item, kind)
+    return kind
+
+
+def _report_unreachable(inference: Inference, node: Any) -> None:
+    if node.span.expansion is None and type(node) is not ast.Constant:
+        inference.warn("unreachable-code", "this is never evaluated: what comes before it always ends here", node.span)
+
+
+def _first(inference: Inference, node: ast.First) -> Kind:
+    return inference.infer_all(node.items)[0]
+
+
+def _application(inference: Inference, node: ast.Application) -> Kind:
+    function = node.function
+    if type(function) is ast.Lambda:
+        arguments = inference.infer_all(node.arguments)
+        kind = inference.function(function, arguments=arguments)
+        inference.result.kinds[function] = kind
+        return calls.call(inference, node, kind, arguments)
+    kind = inference.infer(function)
+    arguments = inference.infer_all(node.arguments)
+    inference.note_call(kind.code, node.span)
+    return calls.call(inference, node, kind, arguments)
+
+
+def _array(inference: Inference, node: ast.ArrayLiteral) -> Kind:
+    kinds = inference.infer_all(node.items)
+    for item, kind in zip(node.items, kinds):
+        tags = {option.tag for option in kind.options}
+        if kind is not ANY and kind is not NEVER and not tags & _ROWS:
+            calls.report_array_item(inference, item, kind)
+            return ANY
+    if all(kind.tag in ("Integer", "Float") or kind is NUMBER for kind in kinds):
+        return vector_of(len(kinds), all(kind is INTEGER for kind in kinds))
+    return _ARRAYS
+
+
+_ROWS = frozenset(("Integer", "Float", "Vector", "Matrix", "Array", "MutableArray", "List", "Pair", "Part",
+                   "MutableList"))  # fmt: skip
+
+
+def _while(inference: Inference, node: ast.While) -> Kind:
+    inference.infer(node.test)
+    always = type(node.test) is ast.Constant and _truth(node.test.value)
+    if always:
+        inference.infer(node.body)
+    else:
+        with inference.uncertain(node.test):
+            inference.infer(node.body)
+    return NONE
+
+
+def _for(inference: Inference, node: ast.For) -> Kind:
+    for accumulator in node.accumulators:
+        inference.infer(accumulator.value)
+        for variable in pattern_variables(accumulator.target):
+            inference.env[variable] = ANY  # its kind may change from one iteration to the next
+    certain, narrowed, reached = inference.is_certain, inference.narrowed, inference.is_reached
+    inference.is_reached = False
+    for clause in node.clauses:
+        if clause.kind == "each":
+            for target, value in zip(clause.targets, clause.values):
+                inference.bind(target, inference.items(value, inference.infer(value)), value.span)
+        else:
+            inference.infer(clause.values[0])
+            inference.is_certain = False
+            mentioned = {part.target for part in walk(clause.values[0]) if type(part) is ast.Reference}
+            inference.narrowed = inference.narrowed | {t for t in mentioned if isinstance(t, Variable)}
+    body = inference.infer(node.body)
+    if node.kind == "union":
+        inference.check_parts(_value_of(node.body), body, "`for/union`")
+    elif node.kind == "append":
+        calls.check_appended(inference, _value_of(node.body), body)
+    inference.is_certain, inference.narrowed, inference.is_reached = certain, narrowed, reached
+    return _result_of_loop(node, body)
+
+
+def _result_of_loop(node: ast.For, body: Kind) -> Kind:
+    if node.kind == "list":
+        return list_with(body) if body is not NEVER else LIST
+    if node.kind in _LOOP_RESULTS:
+        return _LOOP_RESULTS[node.kind]
+    return ANY
+
+
+_LOOP_RESULTS = {"each": NONE, "union": PARTS, "append": LIST, "table": TABLE, "set": SET, "sum": NUMERIC}
+
+
+def _value_of(node: Any) -> Any:
+    """Return the expression whose value a body has."""
+    while type(node) is ast.Body and node.items and type(node.items[-1]) is not ast.Define:
+        node = node.items[-1]
+    return node
+
+
+def _let_escape(inference: Inference, node: ast.LetEscape) -> Kind:
+    inference.env[node.target] = Kind("Function", None, NEVER, "escape")
+    inference.infer(node.body)
+    return ANY
+
+
+def _guard(inference: Inference, node: ast.Guard) -> Kind:
+    guarded = inference.is_guarded
+    with inference.uncertain():
+        inference.is_guarded = True
+        body = inference.infer(node.body)
+        inference.is_guarded = guarded
+        inference.env[node.target] = ANY
+        handler = inference.infer(node.handler)
+    return join(body, handler)
+
+
+def _bind(inference: Inference, node: ast.Bind) -> Kind:
+    word = inference.infer(node.word)
+    if not accepts("Word", word):
+        calls.report_word(inference, node.word, word, "bind")
+    function = node.function
+    if type(function) is not ast.Lambda:
+        kind = inference.infer(function)
+        if not accepts("Function", kind):
+            calls.report_bound_value(inference, node, kind)
+        return NONE
+    kind = inference.function(function, entity_word=True)
+    inference.result.kinds[function] = kind
+    result = kind.item or ANY
+    name = node.word.value if type(node.word) is ast.Constant else None
+    if not may_be_parts(result) and not (result.tag == "Frames" or _has_frames(result)):
+        calls.report_parts(inference, _value_of(function.body), result, f'"{name}"' if name else "the word's function")
+    return NONE
+
+
+def _has_frames(kind: Kind) -> bool:
+    return any(option.tag == "Frames" for option in kind.options)
+
+
+def _call(inference: Inference, node: ast.Call) -> Kind:
+    word = inference.infer(node.word)
+    if type(node.word) is ast.Constant and type(node.word.value) is str:
+        function = inference.world.word_function(node.word.value)
+        if function is not None:
+            inference.note_call(function, node.span)
+    return calls.call_word(inference, node, word, inference.infer_all(node.arguments))
+
+
+def _union(inference: Inference, node: ast.Union) -> Kind:
+    for member in node.members:
+        inference.check_parts(_value_of(member), inference.infer(member), "`union`")
+    return PARTS if node.members else EMPTY
+
+
+def _union_loop(inference: Inference, node: ast.UnionLoop) -> Kind:
+    count = inference.infer(node.count)
+    if count.tag == "Function" and inference.infer(node.function).tag == "Integer":
+        calls.report_swapped_loop(inference, node)
+        return PARTS
+    if not accepts("Integer", count) or (type(node.count) is ast.Constant and _is_fraction(node.count.value)):
+        calls.report_count(inference, node.count, count)
+    runs = type(node.count) is ast.Constant and type(node.count.value) is int and node.count.value > 0
+    if type(node.function) is ast.Lambda:
+        function = inference.function(node.function, arguments=[INTEGER])
+        inference.result.kinds[node.function] = function
+        if function.item is not None:
+            inference.check_parts(_value_of(node.function.body), function.item, "`union-loop`")
+    else:
+        function = inference.infer(node.function)
+    if not accepts("Function", function):
+        shown = describe(function)
+        inference.report("not-a-procedure", f"`union-loop` expects a function of the index, got {shown}",
+                         node.function.span,
+                         "write `(lambda (i) ...)` around the body", expected="a Function", found=shown)  # fmt: skip
+    else:
+        calls.check_callback(inference, node.function, function, [INTEGER], "`union-loop`", runs)
+    return PARTS
+
+
+def _is_fraction(value: Any) -> bool:
+    return type(value) is float and not value.is_integer()
+
+
+def _transform(inference: Inference, node: ast.Transform) -> Kind:
+    part, matrix = inference.infer(node.part), inference.infer(node.matrix)
+    return calls.transform(inference, node, part, matrix)
+
+
+_HANDLERS: dict[type, Callable[[Inference, Any], Kind]] = {
+    ast.Constant: _constant,
+    ast.HandleLiteral: _handle,
+    ast.Reference: _reference,
+    ast.Assignment: _assignment,
+    ast.If: _if,
+    ast.And: _and,
+    ast.Or: _or,
+    ast.Lambda: _lambda,
+    ast.Define: _define,
+    ast.Body: _body,
+    ast.First: _first,
+    ast.Application: _application,
+    ast.ArrayLiteral: _array,
+    ast.While: _while,
+    ast.For: _for,
+    ast.LetEscape: _let_escape,
+    ast.Guard: _guard,
+    ast.Bind: _bind,
+    ast.Call: _call,
+    ast.Union: _union,
+    ast.UnionLoop: _union_loop,
+    ast.Transform: _transform,
+}
+
+
+def infer_form(world: World, form: Any) -> FormKinds:
+    """Infer the kinds of a top-level form."""
+    inference = Inference(world)
+    inference.infer(form)
+    if type(form) is ast.Define:
+        inference.result.defined = {v: inference.env.get(v, ANY) for v in pattern_variables(form.target)}
+    return inference.result

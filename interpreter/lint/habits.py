@@ -1,0 +1,658 @@
+"""Constructs of other languages in a program: what they are called here, and the code to write instead.
+
+People bring habits from Python, JavaScript, Clojure, Common Lisp, Scheme and OpenSCAD. The tables below say what each
+one looks like and what replaces it. They are consulted only where a program has errors, and only what explains an
+error is reported: a program that is right may use any of these names for itself.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from scenelang.grammar.datum import Source, Span
+from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix
+from scenelang.interpreter.scene.primitives import is_word
+
+MAX_TEXT = 200_000  # characters of a program that is searched for habits
+_MAX_SHOWN = 60
+
+
+@dataclass(frozen=True, slots=True)
+class Name:
+    """Name of another language. ``instead`` replaces it where it stands; without it only the hint is given."""
+
+    language: str
+    instead: str = ""
+    hint: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """Form of another language, as a pattern of datums: ``?x`` is one datum, ``?x ...`` all that follow.
+
+    ``instead`` is the same in this language; ``?x/2`` groups the datums in pairs. ``defines`` is the variable of the
+    pattern with the name that the form defines.
+    """
+
+    language: str
+    pattern: str
+    instead: str
+    hint: str
+    defines: str = ""
+    is_sure: bool = True  # the replacement means the same in every program
+
+
+@dataclass(frozen=True, slots=True)
+class Spelling:
+    """Spelling of a literal, comment or access: a regular expression over the text outside strings."""
+
+    language: str
+    pattern: str
+    instead: str
+    hint: str
+    is_sure: bool = True
+
+
+NAMES: Mapping[str, Name] = {
+    "True": Name("Python", "#t"), "False": Name("Python", "#f"), "None": Name("Python", "none"),
+    "true": Name("JavaScript", "#t"), "false": Name("JavaScript", "#f"), "null": Name("JavaScript", "none"),
+    "undefined": Name("JavaScript", "none"), "undef": Name("OpenSCAD", "none"), "nil": Name("Clojure", "none"),
+    "NIL": Name("Common Lisp", "none"), "t": Name("Common Lisp", "#t"), "T": Name("Common Lisp", "#t"),
+    "math.pi": Name("Python", "pi"), "np.pi": Name("Python", "pi"), "Math.PI": Name("JavaScript", "pi"),
+    "PI": Name("OpenSCAD", "pi"), "+inf.0": Name("Scheme", "inf"), "-inf.0": Name("Scheme", "(- inf)"),
+    "+nan.0": Name("Scheme", "nan"), "math.inf": Name("Python", "inf"), "math.tau": Name("Python", "tau"),
+    "len": Name("Python", "length"), "str": Name("Python", "string"), "ceil": Name("Python", "ceiling"),
+    "pow": Name("Python", "expt"), "float": Name("Python", "inexact"), "int": Name("Python", "truncate"),
+    "mod": Name("Common Lisp", "%"), "fmod": Name("Python", "%"), "mapcar": Name("Common Lisp", "map"),
+    "concat": Name("Clojure", "append"), "println": Name("Clojure", "print"), "echo": Name("OpenSCAD", "print"),
+    "displayln": Name("Scheme", "print"), "vec": Name("Clojure", "list->vector"),
+    "mapv": Name("Clojure", "map"), "filterv": Name("Clojure", "filter"),
+    "every?": Name("Clojure", "every"), "some": Name("Clojure", "any"),
+    "==": Name("Python", "="), "===": Name("JavaScript", "="), "&&": Name("JavaScript", "and"),
+    "||": Name("JavaScript", "or"), "!": Name("JavaScript", "not"), "**": Name("Python", "expt"),
+    "^": Name("OpenSCAD", "expt"), "progn": Name("Common Lisp", "begin"), "random.random": Name("Python", "random"),
+    "random.uniform": Name("Python", "uniform"), "random.randint": Name("Python", "py-randint"),
+    "vector-length": Name("Scheme", "length"), "string-length": Name("Scheme", "length"),
+    "difference": Name("OpenSCAD", hint="there is no subtraction of solids; build the shape from parts with `union`"),
+    "intersection": Name("OpenSCAD", hint="there is no intersection of solids; build the shape from parts"),
+    "hull": Name("OpenSCAD", hint="there is no convex hull; use a \"capsule\" or \"rounded-cube\", or several parts"),
+    "minkowski": Name("OpenSCAD", hint="there is no Minkowski sum; `(call \"rounded-cube\" :rounding .1)` rounds edges"),
+    "linear_extrude": Name("OpenSCAD", hint="there is no extrusion; use \"cube\" or \"cylinder\" of that height"),
+    "rotate_extrude": Name("OpenSCAD", hint="there is no revolution; use \"torus\", \"cylinder\" or \"cone\""),
+    "polygon": Name("OpenSCAD", hint="there are no flat shapes; use a thin \"cube\" or \"cylinder\""),
+    "circle": Name("OpenSCAD", hint="use a thin \"cylinder\""),
+    "nth": Name("Common Lisp", hint="an item is read by `(ref sequence index)`"),
+    "aref": Name("Common Lisp", "ref"), "get": Name("Clojure", "ref"), "elt": Name("Common Lisp", "ref"),
+    "conj": Name("Clojure", hint="lists are joined by `append`: `(append xs (list x))`"),
+    "math.radians": Name("Python", "radians"), "math.degrees": Name("Python", "degrees"),
+}  # fmt: skip
+
+# Functions of a module that are called the same here, or as the second name says.
+_MODULES = ("math", "Math", "np", "numpy")
+_SAME = frozenset(("sin", "cos", "tan", "asin", "acos", "atan", "sqrt", "exp", "log", "floor", "abs", "min", "max",
+                   "hypot", "round", "cross", "dot", "linspace", "arange", "array", "zeros", "ones", "eye", "sign",
+                   "mean", "sum", "clip"))  # fmt: skip
+_OTHER = {"ceil": "ceiling", "pow": "expt", "atan2": "atan", "fabs": "abs", "power": "expt", "random": "random"}
+
+FORMS: Sequence[Form] = (
+    Form("Clojure", "(defn ?name [?args ...] ?body ...)", "(define (?name ?args ...) ?body ...)",
+         "functions are defined by `define`", "name"),
+    Form("Common Lisp", "(defun ?name (?args ...) ?body ...)", "(define (?name ?args ...) ?body ...)",
+         "functions are defined by `define`", "name"),
+    Form("Python", "(def (?name ?args ...) ?body ...)", "(define (?name ?args ...) ?body ...)",
+         "functions are defined by `define`", "name"),
+    Form("Python", "(def ?name (?args ...) ?body ?more ...)", "(define (?name ?args ...) ?body ?more ...)",
+         "functions are defined by `define`", "name"),
+    Form("Clojure", "(def ?name ?value)", "(define ?name ?value)", "names are defined by `define`", "name"),
+    Form("Common Lisp", "(defvar ?name ?value)", "(define ?name ?value)", "names are defined by `define`", "name"),
+    Form("Common Lisp", "(defparameter ?name ?value)", "(define ?name ?value)", "names are defined by `define`", "name"),
+    Form("Common Lisp", "(defconstant ?name ?value)", "(define ?name ?value)", "names are defined by `define`", "name"),
+    Form("JavaScript", "(const ?name ?value)", "(define ?name ?value)", "names are defined by `define`", "name"),
+    Form("JavaScript", "(var ?name ?value)", "(define ?name ?value)", "names are defined by `define`", "name"),
+    Form("JavaScript", "(let ?name ?value)", "(define ?name ?value)", "names are defined by `define`", "name"),
+    Form("Common Lisp", "(setq ?name ?value)", "(define ?name ?value)",
+         "names are defined by `define`, and changed by `set!`", "name", is_sure=False),
+    Form("Common Lisp", "(setf ?name ?value)", "(set! ?name ?value)", "variables are changed by `set!`"),
+    Form("Clojure", "(fn [?args ...] ?body ...)", "(lambda (?args ...) ?body ...)", "functions are written `lambda`"),
+    Form("Clojure", "(fn (?args ...) ?body ...)", "(lambda (?args ...) ?body ...)", "functions are written `lambda`"),
+    Form("JavaScript", "(function (?args ...) ?body ...)", "(lambda (?args ...) ?body ...)",
+         "functions are written `lambda`"),
+    Form("JavaScript", "((?args ...) => ?body ...)", "(lambda (?args ...) ?body ...)", "functions are written `lambda`"),
+    Form("Python", "(lambda: ?body ...)", "(lambda () ?body ...)", "the parameters of `lambda` stand in parentheses"),
+    Form("Python", "(lambda ?x: ?body ...)", "(lambda (?x) ?body ...)",
+         "the parameters of `lambda` stand in parentheses"),
+    Form("Clojure", "(let [?pairs ...] ?body ...)", "(let* (?pairs/2 ...) ?body ...)",
+         "each binding of `let` stands in parentheses"),
+    Form("Clojure", "(when-let [?name ?value] ?body ...)", "(let ((?name ?value)) (when ?name ?body ...))",
+         "use `let` and `when`"),
+    Form("Python", "(?name = ?value)", "(?name ?value)", "a binding is `(name value)`, without `=`"),
+    Form("Common Lisp", "(dotimes (?i ?n) ?body ...)", "(for/union ((?i ?n)) ?body ...)",
+         "`for/union` collects the entities of a loop, `for/list` its values", is_sure=False),
+    Form("Clojure", "(dotimes [?i ?n] ?body ...)", "(for/union ((?i ?n)) ?body ...)",
+         "`for/union` collects the entities of a loop, `for/list` its values", is_sure=False),
+    Form("Common Lisp", "(dolist (?x ?xs) ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
+         "`for/union` collects the entities of a loop, `for/list` its values", is_sure=False),
+    Form("Clojure", "(doseq [?x ?xs] ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
+         "`for/union` collects the entities of a loop, `for/list` its values", is_sure=False),
+    Form("Clojure", "(for [?x ?xs] ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
+         "`for/union` collects the entities of a loop, `for/list` its values", is_sure=False),
+    Form("Python", "(for ?x in range (?n) : ?body ...)", "(for/union ((?x ?n)) ?body ...)",
+         "`for/union` collects the entities of a loop, `for/list` its values", is_sure=False),
+    Form("JavaScript", "(bind ?word {?body ...})", "(bind ?word (lambda () (?body ...)))",
+         "a word is bound to a function"),
+    Form("Python", "(for ?x in ?xs ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
+         "`for/union` collects the entities of a loop, `for/list` its values", is_sure=False),
+    Form("JavaScript", "(for (?x in ?xs) ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
+         "`for/union` collects the entities of a loop, `for/list` its values", is_sure=False),
+    Form("JavaScript", "(for (?x of ?xs) ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
+         "`for/union` collects the entities of a loop, `for/list` its values", is_sure=False),
+    Form("Common Lisp", "(loop for ?x in ?xs collect ?body)", "(for/list ((?x ?xs)) ?body)",
+         "`for/list` collects the values of a loop"),
+    Form("Common Lisp", "(loop for ?x below ?n collect ?body)", "(for/list ((?x ?n)) ?body)",
+         "`for/list` collects the values of a loop"),
+    Form("Python", "(not= ?a ?b)", "(not (= ?a ?b))", "inequality is `(not (= a b))`"),
+    Form("Python", "(!= ?a ?b)", "(not (= ?a ?b))", "inequality is `(not (= a b))`"),
+    Form("Common Lisp", "(/= ?a ?b)", "(not (= ?a ?b))", "inequality is `(not (= a b))`"),
+    Form("Clojure", "(inc ?x)", "(+ ?x 1)", "add one with `+`"),
+    Form("Clojure", "(dec ?x)", "(- ?x 1)", "subtract one with `-`"),
+    Form("Common Lisp", "(1+ ?x)", "(+ ?x 1)", "add one with `+`"),
+    Form("Common Lisp", "(1- ?x)", "(- ?x 1)", "subtract one with `-`"),
+    Form("Common Lisp", "(incf ?x)", "(set! ?x (+ ?x 1))", "variables are changed by `set!`"),
+    Form("JavaScript", "(++ ?x)", "(set! ?x (+ ?x 1))", "variables are changed by `set!`"),
+    Form("Python", "(?x += ?y)", "(set! ?x (+ ?x ?y))", "variables are changed by `set!`"),
+    Form("Common Lisp", "(nth ?i ?xs)", "(ref ?xs ?i)", "an item is read by `(ref sequence index)`", is_sure=False),
+    Form("Python", "(if ?test ?a else ?b)", "(if ?test ?a ?b)", "`if` takes the second value without `else`"),
+    Form("Python", "(if ?test ?a elif ?other ?b)", "(cond (?test ?a) (?other ?b))", "several tests make a `cond`"),
+    Form("Python", "(if ?test ?a elif ?other ?b else ?c)", "(cond (?test ?a) (?other ?b) (else ?c))",
+         "several tests make a `cond`"),
+    Form("Python", "(when ?test ?a else ?b)", "(if ?test ?a ?b)", "`if` takes the second value without `else`"),
+    Form("Python", "(return ?x)", "?x", "the last expression of a body is its value"),
+    Form("Clojure", "(-> ?x ?body ...)", "", "nest the calls: `(g (f x))`"),
+    Form("Common Lisp", "(#' ?name)", "?name", "a function is named without `#'`"),
+    Form("Clojure", "(call ?word {?pairs ...})", "(call ?word ?pairs ...)",
+         "attributes are written one after another, without braces"),
+    Form("Clojure", "{?pairs ...}", "(table ?pairs ...)", "a table is written `(table key value ...)`", is_sure=False),
+    Form("OpenSCAD", "(translate ?v ?child)", "(transform ?child (translate ?v))",
+         "`translate` makes a pose; `transform` applies it to an entity"),
+    Form("OpenSCAD", "(translate ?v ?child ?more ...)", "(transform (union ?child ?more ...) (translate ?v))",
+         "`translate` makes a pose; `transform` applies it to an entity"),
+    Form("OpenSCAD", "(rotate ?a ?axis ?child)", "(transform ?child (rotate ?a ?axis))",
+         "`rotate` makes a pose; `transform` applies it to an entity"),
+    Form("OpenSCAD", "(scale ?s ?child)", "(transform ?child (scale ?s))",
+         "`scale` makes a pose; `transform` applies it to an entity"),
+    Form("OpenSCAD", "(color ?c ?child)", "", "the colour is an attribute of the call: `:color (color \"red\")`"),
+    *(Form("Python", f"(?a {op} ?b)", f"({name} ?a ?b)", "the operator comes first")
+      for op, name in (("+", "+"), ("-", "-"), ("*", "*"), ("/", "/"), ("%", "%"), ("//", "//"), ("**", "expt"),
+                       ("<", "<"), (">", ">"), ("<=", "<="), (">=", ">="), ("==", "="), ("and", "and"), ("or", "or"))),
+    *(Form("Python", f"(?a {op} ?b {op} ?c)", f"({name} ?a ?b ?c)", "the operator comes first")
+      for op, name in (("+", "+"), ("*", "*"))),
+)  # fmt: skip
+
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)"
+_WORD = r"[A-Za-z_][\w-]*"
+_SYMBOL = r"[A-Za-z_][^\s\"']*"
+SPELLINGS: Sequence[Spelling] = (
+    Spelling("JavaScript", r"(?m)(?<![^\s])//(?=[^\n]*$)[^\n]*", "", "a comment begins with `;`"),
+    Spelling("Python", r"(?m)^[ \t]*#(?![|;\\(tf])[^\n]*|(?m:^[ \t]*#[tf]\w[^\n]*)", "", "a comment begins with `;`"),
+    Spelling("JavaScript", r"/\*.*?\*/", "", "a comment of several lines is `#| ... |#`"),
+    Spelling("Python", r"(?<![\w\"])'([^'\n()\[\]{}\"]+)'", r'"\1"', "strings stand in double quotes"),
+    Spelling("Python", r"\bf(?=\")", "", "values are put into a text by `(format \"{} m\" x)`"),
+    Spelling("CSS", rf"(?<![\w#])({_NUMBER})deg\b", r"(radians \1)", "angles are in radians; `radians` converts"),
+    Spelling("CSS", rf"(?<![\w#])({_NUMBER})°", r"(radians \1)", "angles are in radians; `radians` converts"),
+    Spelling("CSS", rf"(?<![\w#])({_NUMBER})%", r"(/ \1 100)", "shares are numbers from 0 to 1"),
+    Spelling("CSS", rf"(?<![\w#])({_NUMBER})(?:px|pt|cm|mm|m|in|em)\b", r"\1", "lengths have no unit"),
+    Spelling("CSS", r"(?<![\w\"])#([0-9a-fA-F]{6}|[0-9a-fA-F]{3})\b", r'(color "#\1")',
+             "colours are converted by `color`"),
+    Spelling("Python", r"(?<![\w.])(\d+)_(\d{3})\b", r"\1\2", "digits of a number are not grouped"),
+    Spelling("Scheme", r"#\(([^()\[\]]*)\)", r"[\1]", "an array is written in square brackets"),
+    Spelling("Scheme", r"#\\(\w)(?!\w)", r'"\1"', "a character is a string of length 1"),
+    Spelling("Clojure", r"(?<![\w])#'(?=\w)", "", "a function is named without `#'`"),
+    Spelling("OpenSCAD", rf"(?<=[\s(])({_WORD})\s*=\s*(?=[\[(\"'\w.:<+-])", r":\1 ", "an attribute is `:name value`"),
+    Spelling("JavaScript", rf"(?<=[\s({{])({_WORD}):(?=[\s\[(\"'\d.-])", r":\1", "an attribute is `:name value`"),
+    Spelling("Python", rf"(?<![\w.$\"])({_WORD})\.([xyz])\b(?![.(])", r"(\2-of \1)",
+             "a coordinate is read by `x-of`, `y-of` or `z-of`"),
+    Spelling("Python", rf"(?<![\w.])({_WORD}|{_NUMBER})\*\*({_WORD}|{_NUMBER})(?![\w.*])", r"(expt \1 \2)",
+             "the operator comes first"),
+    Spelling("Python", rf"(?<![\w.*/+-])({_WORD}|{_NUMBER})([*/+])({_WORD}|{_NUMBER})(?![\w.*/+-])", r"(\2 \1 \3)",
+             "the operator comes first"),
+    Spelling("PHP", rf"\$({_WORD})", r"\1", "names have no `$`"),
+    Spelling("JavaScript", r";(?=\s*[)\]])", "", "statements have no `;` at their end"),
+)
+
+# Text that is another language as a whole, by lines that only that language has.
+_LANGUAGES: Sequence[tuple[str, re.Pattern[str], str]] = (
+    ("Python", re.compile(r"^(?:def \w+\(.*\).*:|class \w+.*:|import \w+|from \w[\w.]* import|for \w.* in .*:|"
+                          r"if .*:|while .*:|@\w+|with .*:|return\b|print\(|\w+ ?= ?\w[\w.]*\()"),
+     "translate it with `scenelang transpile FILE.py`, or give the file the extension .py"),
+    ("OpenSCAD", re.compile(r"^(?:module \w+\(|\$fn ?=|(?:translate|rotate|scale|color|difference|union|hull|"
+                            r"linear_extrude|cube|sphere|cylinder|rotate_extrude)\(|include <|use <|for ?\(\w+ ?=)"),
+     "a part is placed by `(transform (call \"cube\" :scale 2) (translate [1 2 3]))`"),
+    ("JavaScript", re.compile(r"^(?:function \w+\(|(?:const|let|var) \w+ ?=|export |import .* from|\w+\.\w+\(|=>)"),
+     "a program is made of `(bind \"word\" (lambda () ...))` forms"),
+    ("JSON", re.compile(r"^[{\[]\s*(?:$|\"[\w-]+\"\s*:)|^\s*\"[\w-]+\"\s*:"),
+     "a scene as JSON is read from a file with the extension .json"),
+    ("C", re.compile(r"^(?:#include|int main|void \w+\()"),
+     "a program is made of `(bind \"word\" (lambda () ...))` forms"),
+)  # fmt: skip
+
+
+# --- a tree of a text that may not read ------------------------------------------------------------------------------
+
+_TOKEN = re.compile(
+    r"""(?P<space>\s+)|(?P<comment>;[^\n]*|\#\|.*?\|\#)|(?P<string>"(?:[^"\\]|\\.)*")|(?P<open>[(\[{])"""
+    r"""|(?P<close>[)\]}])|(?P<prefix>'|`|,@|,)|(?P<atom>[^\s()\[\]{}";'`,]+)|(?P<other>.)""",
+    re.S,
+)
+_CLOSERS = {"(": ")", "[": "]", "{": "}"}
+
+
+@dataclass(slots=True)
+class Tree:
+    """Datum of a text that may be malformed: an atom, or a list with its opening bracket."""
+
+    start: int
+    end: int
+    text: str
+    opener: str = ""
+    items: list[Tree] = field(default_factory=list)
+
+
+def trees(text: str) -> Tree:
+    """Return the datums of a text under one root. Brackets that do not match are closed where a list ends."""
+    root = Tree(0, len(text), text, "top")
+    stack = [root]
+    for match in _TOKEN.finditer(text):
+        kind = match.lastgroup
+        if kind in ("space", "comment"):
+            continue
+        if kind == "open":
+            tree = Tree(match.start(), len(text), "", match.group())
+            stack[-1].items.append(tree)
+            stack.append(tree)
+        elif kind == "close":
+            if len(stack) > 1:
+                tree = stack.pop()
+                tree.end = match.end()
+        else:
+            stack[-1].items.append(Tree(match.start(), match.end(), match.group()))
+    return root
+
+
+def _walk(root: Tree) -> Iterator[Tree]:
+    stack = [root]
+    while stack:
+        tree = stack.pop()
+        if tree is not root:
+            yield tree
+        stack.extend(tree.items)
+
+
+@dataclass(frozen=True, slots=True)
+class Habit:
+    """One occurrence of a construct of another language: its place, the names it defines, and the diagnostic."""
+
+    start: int
+    end: int
+    inner: tuple[tuple[int, int], ...]  # parts of the program's own, whose errors have other causes
+    names: frozenset[str]
+    diagnostic: Diagnostic
+    row: Any = None
+    hides: bool = False  # brackets behind it, so that others are not closed
+
+
+def explain(source: Source, diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
+    """Replace the errors of a text that constructs of other languages explain by one diagnostic for each construct."""
+    own = [d for d in diagnostics if d.name in _EXPLAINED and d.span is not None and d.span.source.name == source.name]
+    if not own or len(source.text) > MAX_TEXT:
+        return list(diagnostics)
+    found = [each for each in _foreign_pieces(source) if any(_explains(each, d) for d in own)]
+    rest: list[Habit] = []
+    for habit in sorted(_habits(source), key=lambda each: (each.start, -each.end)):
+        if any(_covers(other, habit) for other in found):
+            continue
+        (found if any(_explains(habit, d) for d in own) else rest).append(habit)
+    rows = {id(habit.row) for habit in found if isinstance(habit.row, Spelling)}  # a reader stops at the first of its kind
+    found += [habit for habit in rest if id(habit.row) in rows and not any(_covers(other, habit) for other in found)]
+    if not found:
+        return list(diagnostics)
+    names = frozenset(name for habit in found for name in habit.names)
+    kept = [d for d in diagnostics if not _is_explained(d, found, names, source)]
+    return [*kept, *(habit.diagnostic for habit in found)]
+
+
+def _covers(outer: Habit, inner: Habit) -> bool:
+    if not outer.start <= inner.start < outer.end:
+        return False
+    return not any(start <= inner.start and inner.end <= end for start, end in outer.inner)
+
+
+def _explains(habit: Habit, diagnostic: Diagnostic) -> bool:
+    span = diagnostic.span
+    assert span is not None
+    knows = any(fix.safe or diagnostic.name == "bad-atom" for fix in diagnostic.fixes)
+    if habit.row != "whole" and knows and diagnostic.name != "bracket":
+        return False  # the diagnostic knows better what to do
+    if diagnostic.name == "unclosed":
+        return habit.hides and span.start < habit.start
+    is_inside = habit.start <= span.start < max(habit.end, habit.start + 1)
+    if habit.row == "commas" and diagnostic.name != "misplaced":
+        return False
+    if not is_inside and not (diagnostic.name == "bad-atom" and span.start == habit.end):
+        around = span.start <= habit.start and habit.end <= span.end
+        return around and isinstance(habit.row, Form) and diagnostic.name in _AROUND
+    if diagnostic.name in _STRUCTURE and (span.start, span.end) in habit.inner:
+        return True
+    return not any(start <= span.start and span.end <= end for start, end in habit.inner)
+
+
+# Errors that a construct of another language may be the cause of.
+_EXPLAINED = frozenset((
+    "unbound", "bad-atom", "bad-string", "bad-dot", "misplaced", "syntax", "bracket", "unclosed", "extra-close",
+    "lambda-list", "empty-application", "not-a-procedure", "arity", "type", "value", "parts", "embedding", "word",
+))  # fmt: skip
+
+# Errors whose place is the whole form in which the construct stands, and errors about the structure of a form.
+_AROUND = frozenset(("syntax", "bracket", "arity", "type", "not-a-procedure", "parts", "embedding", "word"))
+_STRUCTURE = frozenset(("syntax", "bracket", "lambda-list"))
+
+
+def _is_explained(diagnostic: Diagnostic, found: Sequence[Habit], names: frozenset[str], source: Source) -> bool:
+    span = diagnostic.span
+    if diagnostic.name not in _EXPLAINED or span is None or span.source.name != source.name:
+        return False
+    if diagnostic.name == "unbound" and span.text in names:
+        return True
+    return any(_explains(habit, diagnostic) for habit in found)
+
+
+def _diagnostic(source: Source, start: int, end: int, message: str, hint: str, fix: Fix | None) -> Diagnostic:
+    return Diagnostic("foreign-syntax", message, Span(source, start, end), hint, fixes=(fix,) if fix else ())
+
+
+def _shown(text: str) -> str:
+    text = " ".join(text.split())
+    return text if len(text) <= _MAX_SHOWN else text[: _MAX_SHOWN - 4] + " ..."
+
+
+def _habits(source: Source) -> Iterator[Habit]:
+    root = trees(source.text)
+    yield from _commas(source, root)
+    yield from _spellings(source)
+    for tree in _walk(root):
+        if tree.opener:
+            yield from _forms(source, tree)
+            yield from _calls_of_words(source, tree)
+        else:
+            yield from _named(source, tree)
+    yield from _assignments(source, root)
+
+
+# --- names -----------------------------------------------------------------------------------------------------------
+
+
+def _named(source: Source, tree: Tree) -> Iterator[Habit]:
+    name = NAMES.get(tree.text)
+    instead = name.instead if name is not None else _module_function(tree.text)
+    language = name.language if name is not None else "Python"
+    hint = name.hint if name is not None else ""
+    if not instead and not hint:
+        return
+    fix = None
+    if instead:
+        hint = f"write `{instead}`"
+        fix = Fix(f"Change to `{instead}`", (Edit(Span(source, tree.start, tree.end), instead),), safe=True)
+    message = f"`{tree.text}` is {language}, not the Scene Language"
+    yield Habit(tree.start, tree.end, (), frozenset(), _diagnostic(source, tree.start, tree.end, message, hint, fix))
+
+
+def _module_function(text: str) -> str:
+    """Return what a function of a module such as ``math.sin`` is called here."""
+    module, dot, name = text.partition(".")
+    if not dot or module not in _MODULES:
+        return ""
+    return name if name in _SAME else _OTHER.get(name, "")
+
+
+def _calls_of_words(source: Source, tree: Tree) -> Iterator[Habit]:
+    """``(cube :scale 2)`` and ``(call cube)``: words that are used as names."""
+    items = tree.items
+    if tree.opener != "(" or not items:
+        return
+    head = items[0]
+    if is_word(head.text):
+        instead = f'call "{head.text}"'
+        rest = source.text[head.end : tree.end]
+        text = f"({instead}{rest}"
+        hint = f"write `{_shown(text)}`"
+        fix = Fix("Call the word", (Edit(Span(source, head.start, head.end), instead),), safe=True)
+        message = f'"{head.text}" is a word, not a function: it is called by `call`'
+        inner = tuple((item.start, item.end) for item in items[1:])
+        yield Habit(tree.start, tree.end, inner, frozenset(),
+                    _diagnostic(source, head.start, head.end, message, hint, fix))  # fmt: skip
+    elif head.text in ("call", "bind", "primitive") and len(items) > 1 and re.fullmatch(_WORD, items[1].text):
+        word = items[1]
+        fix = Fix("Write the word in quotes", (Edit(Span(source, word.start, word.end), f'"{word.text}"'),), safe=True)
+        message = f"a word is a string: `{word.text}` has no quotes"
+        yield Habit(word.start, word.end, (), frozenset(),
+                    _diagnostic(source, word.start, word.end, message, f'write `"{word.text}"`', fix))  # fmt: skip
+
+
+def _assignments(source: Source, root: Tree) -> Iterator[Habit]:
+    """``x = 3`` at top level."""
+    items = root.items
+    for name, sign, value in zip(items, items[1:], items[2:]):
+        if sign.text == "=" and re.fullmatch(_WORD, name.text):
+            text = f"(define {name.text} {source.text[value.start : value.end]})"
+            span = Span(source, name.start, value.end)
+            fix = Fix("Write a definition", (Edit(span, text),), safe=True)
+            yield Habit(name.start, value.end, ((value.start, value.end),), frozenset((name.text,)),
+                        _diagnostic(source, name.start, value.end, "names are defined by `define`, not by `=`",
+                                    f"write `{_shown(text)}`", fix))  # fmt: skip
+
+
+def _commas(source: Source, root: Tree) -> Iterator[Habit]:
+    """Commas between the items of an array or a call."""
+    for tree in [root, *_walk(root)]:
+        commas = [item for item in tree.items if item.text == ","]
+        if not commas or tree is root:
+            continue
+        edits = []
+        for comma in commas:
+            after = source.text[comma.end : comma.end + 1]
+            edits.append(Edit(Span(source, comma.start, comma.end), "" if after.isspace() else " "))
+        what = "items of an array" if tree.opener == "[" else "arguments"
+        written = source.text[tree.start : tree.end]
+        for edit in reversed(edits):
+            at = edit.span.start - tree.start
+            written = written[:at] + edit.text + written[at + 1 :]
+        fix = Fix("Remove the commas", tuple(edits), safe=True)
+        inner = tuple((item.start, item.end) for item in tree.items if item.opener)
+        yield Habit(tree.start, tree.end, inner, frozenset(),
+                    _diagnostic(source, commas[0].start, commas[0].end,
+                                f"{what} are separated by spaces, not by commas", f"write `{_shown(written)}`",
+                                fix), "commas")  # fmt: skip
+
+
+def _spellings(source: Source) -> Iterator[Habit]:
+    text = _masked(source.text)
+    for row in SPELLINGS:
+        for match in re.finditer(row.pattern, text, re.S):
+            start, end = match.span()
+            written = source.text[start:end]
+            if "comment" in row.hint and row.instead == "":
+                yield _comment(source, start, end, row)
+                continue
+            instead = match.expand(row.instead)
+            fix = Fix(f"Change to `{_shown(instead)}`" if instead else "Remove it",
+                      (Edit(Span(source, start, end), instead),), row.is_sure)  # fmt: skip
+            hint = f"write `{_shown(instead.strip())}`: {row.hint}" if instead.strip() else row.hint
+            message = f"`{_shown(written)}` is {row.language}, not the Scene Language"
+            hides = row.pattern.startswith(";")
+            if hides:
+                message = "`;` begins a comment, which hides the rest of the line"
+            diagnostic = _diagnostic(source, start, end, message, hint, fix)
+            yield Habit(start, end, (), frozenset(), diagnostic, row, hides)
+
+
+def _comment(source: Source, start: int, end: int, row: Spelling) -> Habit:
+    written = source.text[start:end]
+    lead = len(written) - len(written.lstrip())
+    mark = re.match(r"//|#|/\*", written.strip())
+    begin = start + lead
+    length = len(mark.group()) if mark else 1
+    if written.strip().startswith("/*"):
+        edits: tuple[Edit, ...] = (Edit(Span(source, begin, begin + 2), "#|"), Edit(Span(source, end - 2, end), "|#"))
+    else:
+        edits = (Edit(Span(source, begin, begin + length), ";"),)
+    message = f"`{mark.group() if mark else '#'}` does not begin a comment"
+    return Habit(begin, end, (), frozenset(),
+                 _diagnostic(source, begin, begin + length, message, row.hint, Fix("Write `;`", edits, safe=True)))  # fmt: skip
+
+
+_HIDDEN = re.compile(r'"(?:[^"\\]|\\.)*"|;[^\n]*(?=\n|$)', re.S)
+
+
+def _masked(text: str) -> str:
+    """Return a text of the same length without its strings and comments; a comment that only hides brackets stays."""
+
+    def blank(match: re.Match[str]) -> str:
+        found = match.group()
+        if found.startswith(";"):
+            return found if not found.strip(";)] \t") else " " * len(found)
+        return '"' + " " * (len(found) - 2) + '"'
+
+    return _HIDDEN.sub(blank, text)
+
+
+# --- forms -----------------------------------------------------------------------------------------------------------
+
+_PATTERNS: dict[str, Tree] = {}
+
+
+def _forms(source: Source, tree: Tree) -> Iterator[Habit]:
+    for form in FORMS:
+        pattern = _PATTERNS.get(form.pattern)
+        if pattern is None:
+            pattern = _PATTERNS[form.pattern] = trees(form.pattern).items[0]
+        bound: dict[str, list[Tree]] = {}
+        if not _matches(pattern, tree, bound):
+            continue
+        start, end = tree.start, tree.end
+        inner = tuple((part.start, part.end) for parts in bound.values() for part in parts)
+        names = frozenset(part.text for part in bound.get(form.defines, ()) if part.text)
+        message = f"`{_shown(source.text[start:end])}` is {form.language}, not the Scene Language"
+        if not form.instead:
+            yield Habit(start, end, inner, names, _diagnostic(source, start, end, message, form.hint, None), form)
+            return
+        instead = _filled(source, form.instead, bound)
+        fix = Fix(f"Change to `{_shown(instead)}`", (Edit(Span(source, start, end), instead),), form.is_sure)
+        hint = f"write `{_shown(instead)}`: {form.hint}"
+        yield Habit(start, end, inner, names, _diagnostic(source, start, end, message, hint, fix), form)
+        return
+
+
+def _matches(pattern: Tree, tree: Tree, bound: dict[str, list[Tree]]) -> bool:
+    if not pattern.opener:
+        if pattern.text.startswith("?"):
+            if pattern.text.endswith(":"):
+                if not tree.text.endswith(":"):
+                    return False
+                tree = Tree(tree.start, tree.end - 1, tree.text[:-1])
+            if pattern.text == "?name" and (tree.opener or not re.fullmatch(_SYMBOL, tree.text)):
+                return False
+            bound[pattern.text[1:].rstrip(":")] = [tree]
+            return True
+        return tree.text == pattern.text
+    if tree.opener != pattern.opener:
+        return False
+    items, wanted = tree.items, pattern.items
+    if len(wanted) > 1 and wanted[-1].text == "...":
+        fixed = wanted[:-2]
+        if len(items) < len(fixed):
+            return False
+        bound[wanted[-2].text[1:]] = items[len(fixed) :]
+        return all(_matches(p, item, bound) for p, item in zip(fixed, items))
+    return len(items) == len(wanted) and all(_matches(p, item, bound) for p, item in zip(wanted, items))
+
+
+_VARIABLE = re.compile(r"\?([a-z]+)(/2)?( \.\.\.)?")
+
+
+def _filled(source: Source, template: str, bound: Mapping[str, Sequence[Tree]]) -> str:
+    """Return a template with the source text of its variables."""
+
+    def text_of(match: re.Match[str]) -> str:
+        parts = bound.get(match[1], ())
+        if not parts:
+            return ""
+        if match[2]:
+            texts = [source.text[part.start : part.end] for part in parts]
+            return " ".join(f"({' '.join(texts[i : i + 2])})" for i in range(0, len(texts), 2))
+        return source.text[parts[0].start : parts[-1].end]
+
+    filled = _VARIABLE.sub(text_of, template)
+    return re.sub(r"(?<=\() +| +(?=\))", "", filled)
+
+
+# --- whole languages -------------------------------------------------------------------------------------------------
+
+_OWN = re.compile(r"^\s*[(\[;'`\"#)]")
+_FEW_LINES = 3
+
+
+def _foreign_pieces(source: Source) -> list[Habit]:
+    """Pieces of at least one line at top level that are another language as a whole."""
+    found = []
+    for start, end, lines in _pieces(source.text):
+        language = _language(lines)
+        if language is None:
+            continue
+        name, hint = language
+        first = source.text.find("\n", start, end)
+        shown_end = first if first > 0 else end
+        message = f"this is {name}, not the Scene Language"
+        found.append(Habit(start, end, (), _names_in(lines),
+                           _diagnostic(source, start, shown_end, message, hint, None), "whole"))  # fmt: skip
+    return found
+
+
+def _pieces(text: str) -> Iterator[tuple[int, int, list[str]]]:
+    """Runs of lines that begin outside all brackets of the language, with their lines."""
+    offset, start, lines = 0, 0, []
+    for line in [*text.splitlines(keepends=True), "("]:
+        is_foreign = bool(line.strip()) and not _OWN.match(line) if not lines else not re.match(r"[(;]", line)
+        if is_foreign or (lines and not line.strip()):
+            if not lines:
+                start = offset
+            lines.append(line)
+        elif lines:
+            end = start + len("".join(lines).rstrip())
+            yield start, end, [each for each in lines if each.strip()]
+            lines = []
+        offset += len(line)
+
+
+def _language(lines: Sequence[str]) -> tuple[str, str] | None:
+    best: tuple[int, str, str] | None = None
+    for name, pattern, hint in _LANGUAGES:
+        count = sum(bool(pattern.match(line.strip())) for line in lines)
+        if count and (best is None or count > best[0]):
+            best = (count, name, hint)
+    if best is None or (len(lines) > 1 and best[0] * _FEW_LINES < len(lines) and best[0] < _FEW_LINES):
+        return None
+    return best[1], best[2]
+
+
+def _names_in(lines: Sequence[str]) -> frozenset[str]:
+    """Names that foreign code defines, which the rest of the text may use."""
+    text = "".join(lines)
+    return frozenset(re.findall(r"(?:def|function|module|class|const|let|var)\s+(\w+)|^(\w+)\s*=", text, re.M) and [
+        name for pair in re.findall(r"(?:def|function|module|class|const|let|var)\s+(\w+)|^(\w+)\s*=", text, re.M)
+        for name in pair if name
+    ])  # fmt: skip
+
+
+__all__ = ["FORMS", "NAMES", "SPELLINGS", "Habit", "explain"]
