@@ -341,7 +341,7 @@ class Session:
             return Checked(None, (error.diagnostic,))
         found = translation.diagnostics if translation is not None else ()
         if translation is not None and not translation.ok:
-            return Checked(None, found)
+            return Checked(None, settled([*found, *self._partial_findings(source, translation)], (source,)))
         watched = link()
         if watched is not None:
             watched.note(Span(source, 0, 1))
@@ -362,6 +362,17 @@ class Session:
                 diagnostics.append(error.diagnostic)
         diagnostics += self.warnings(program, translation is None)
         return Checked(program, settled(diagnostics, program.sources))
+
+    def _partial_findings(self, source: Source, translation: Translation) -> list[Diagnostic]:
+        """Return the mistakes in the parts of a Python program that were translated, though others were not."""
+        runner = macro_runner(self.library, self._macro_limits)
+        program = load_program(source, self.library, self.importer(source), runner, {}, translation.partial)
+        known = [d.span for d in translation.diagnostics if d.is_error and d.span is not None]
+        return [
+            d
+            for d in findings(program, None, is_written=False)
+            if d.span is not None and not any(s.start < d.span.end and d.span.start < s.end for s in known)
+        ]
 
     def warnings(self, program: Program, is_written: bool = True) -> list[Diagnostic]:
         """Return what the kinds of a program show to be wrong, and the lint warnings of a program without errors,

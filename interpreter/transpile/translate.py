@@ -30,11 +30,24 @@ _LONGEST_PROSE = 1200
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Translation:
-    """``forms`` have their places in the Python; ``text`` is the program, empty when there are errors."""
+    """Program translated from Python.
+
+    Attributes
+    ----------
+    forms
+        The program's forms, with their spans in the Python; empty if there are errors.
+    text
+        Text of the program.
+    diagnostics
+        Errors and warnings.
+    partial
+        If there are errors, the forms with ``(void)`` in place of what was not translated, for further checks.
+    """
 
     forms: tuple[Datum, ...]
     text: str
     diagnostics: tuple[Diagnostic, ...]
+    partial: tuple[Datum, ...] = ()
 
     def checked(self, diagnostics: tuple[Diagnostic, ...]) -> Translation:
         """The same with what the checker says of it; without a program if that is an error."""
@@ -63,7 +76,8 @@ def translate(source: Source, with_text: bool = True) -> Translation:
         hint = "a scene's function has @register() above it"
         diagnostics.append(Diagnostic("no-root", "the Python registers no function", place, hint))
     if any(d.is_error for d in diagnostics):
-        return Translation((), "", tuple(diagnostics))
+        partial = _written(text, writer, forms, header, diagnostics, False)
+        return Translation((), "", tuple(diagnostics), partial.forms)
     return _written(text, writer, forms, header, diagnostics, with_text)
 
 

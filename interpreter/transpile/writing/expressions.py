@@ -76,9 +76,9 @@ def write_expression(w: Writer, node: ast.expr) -> Code:
         raise w.unsupported(f"`{type(node).__name__.lower()}`", node)
     try:
         code = write(w, node)
-    except SceneError as error:  # noted, so that the rest is looked at as well; nothing is written in the end
+    except SceneError as error:  # recorded, so that the rest is checked as well; the translation fails in the end
         w.diagnostics.append(error.diagnostic)
-        return form("list")
+        return form("void")
     if code.span is None:
         code.span = w.span(node)
     is_made = isinstance(node, (ast.Call, ast.BinOp, ast.Subscript))
