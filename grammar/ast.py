@@ -449,6 +449,13 @@ def prepare() -> None:
     _core_parser()
 
 
+@dataclass(eq=False)
+class FormError(SceneError):
+    """Error in the structure of a core form; ``form`` is its datum."""
+
+    form: Datum | None = None
+
+
 def parse_core(datums: Sequence[Datum]) -> tuple[Any, ...]:
     """Parse expanded top-level forms into the core AST; raise ``SceneError`` at a datum that does not fit its form."""
     try:
@@ -468,13 +475,12 @@ def _misfit(unexpected: UnexpectedToken) -> SceneError:
     name = _spelling(head, span)
     if token.type in ("RPAR", "RSQB"):
         if name is None:
-            return SceneError(
-                "empty-application", "`()` cannot be evaluated", "write the empty list as `'()` or `(list)`", span
-            )
-        return SceneError("syntax", f"incomplete `{name}` form", span=span, value=name)
+            hint = "write the empty list as `'()` or `(list)`"
+            return FormError("empty-application", "`()` cannot be evaluated", hint, span, form=form)
+        return FormError("syntax", f"incomplete `{name}` form", span=span, value=name, form=form)
     if name is None:
-        return SceneError("syntax", "malformed form", span=datum.span)
-    return SceneError("syntax", f"unexpected operand of `{name}`", span=datum.span, value=name)
+        return FormError("syntax", "malformed form", span=datum.span, form=form)
+    return FormError("syntax", f"unexpected operand of `{name}`", span=datum.span, value=name, form=form)
 
 
 def _spelling(head: Any, span: Span) -> str | None:

@@ -98,6 +98,7 @@ class Pending:
 
 
 _MAX_SEARCHES = 100
+UNKNOWN = Variable("?", None)  # takes the place of an expression that has an error
 
 
 class Expander:
@@ -111,6 +112,7 @@ class Expander:
         self.expansions = 0
         self.expanded = 0
         self.searches = 0  # number of searches for similar names
+        self.recovers = True  # whether an expression with an error is replaced by a placeholder
         self.template_scope: Scope | None = None  # set while a define-macro's body is expanded or run
         self.template_aliases: dict[Symbol, Symbol] = {}
         self.uses: list[Use] | None = None  # occurrences of identifiers, if an editor requested them
@@ -277,7 +279,23 @@ class Expander:
     # --- expressions -------------------------------------------------------------------------------------------
 
     def expand(self, datum: Datum, scope: Scope) -> Datum:
-        """Expand an expression into a core datum."""
+        """Expand an expression into a core datum. An error is recorded, and a value that nothing is known of takes the
+        expression's place, so that everything else is still checked."""
+        try:
+            return self._expand(datum, scope)
+        except LimitError:
+            raise
+        except SceneError as error:
+            return self.recover(error, datum.span)
+
+    def recover(self, error: SceneError, span: Span) -> Datum:
+        """Record an error and return a placeholder; raise it where the expansion is going to be run at once."""
+        if not self.recovers:
+            raise error
+        self.diagnostics.append(error.diagnostic)
+        return Atom(UNKNOWN, error.span or span)
+
+    def _expand(self, datum: Datum, scope: Scope) -> Datum:
         while True:
             if isinstance(datum, Atom):
                 return self._expand_atom(datum, scope)
@@ -318,20 +336,16 @@ class Expander:
         return self._each([lambda datum=datum: self.expand(datum, scope) for datum in datums])  # type: ignore[misc]
 
     def _each(self, steps: Sequence[Callable[[], Datum]]) -> list[Datum]:
-        """Run independent steps and return their values. Raise the last error; earlier ones are recorded."""
+        """Run independent steps and return their values, with placeholders for those that fail."""
         found: list[Datum] = []
-        mistake: SceneError | None = None
         for step in steps:
             try:
                 found.append(step())
             except LimitError:
                 raise
             except SceneError as error:
-                if mistake is not None:
-                    self.diagnostics.append(mistake.diagnostic)
-                mistake = error
-        if mistake is not None:
-            raise mistake
+                assert error.span is not None
+                found.append(self.recover(error, error.span))
         return found
 
     def _expand_atom(self, atom: Atom, scope: Scope) -> Datum:

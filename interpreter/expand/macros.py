@@ -161,10 +161,11 @@ def procedural(
     """
     visible = _macro_scope(scope)
     outer, expander.template_scope = expander.template_scope, scope
+    recovers, expander.recovers = expander.recovers, False  # the function is run at once
     try:
         function = expander.expand_lambda(parameters, body, visible, span, name)
     finally:
-        expander.template_scope = outer
+        expander.template_scope, expander.recovers = outer, recovers
 
     def transform(use: Datum, use_scope: Scope) -> Datum:
         origins: dict[int, Datum] = {}

@@ -10,6 +10,7 @@ and inside the body of a ``guard`` it is not reported.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -322,7 +323,12 @@ def _kind_of_parameter(parameter: ast.Parameter, position: int, entity_word: boo
 
 
 def _constant(inference: Inference, node: ast.Constant) -> Kind:
+    if node.value is None and _ATOM.fullmatch(node.span.text):
+        return ANY  # the reader has `none` in place of an atom that it cannot read
     return kind_of_value(node.value)
+
+
+_ATOM = re.compile(r"(?!none$)[^\s()\[\]]+")
 
 
 def _handle(inference: Inference, node: ast.HandleLiteral) -> Kind:

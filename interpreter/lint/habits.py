@@ -123,7 +123,7 @@ FORMS: Sequence[Form] = (
     Form("JavaScript", "((?args ...) => ?body ...)", "(lambda (?args ...) ?body ...)", "functions are written `lambda`"),
     Form("Python", "(lambda: ?body ...)", "(lambda () ?body ...)", "the parameters of `lambda` stand in parentheses"),
     Form("Python", "(lambda ?x: ?body ...)", "(lambda (?x) ?body ...)",
-         "the parameters of `lambda` stand in parentheses"),
+         "the parameters of `lambda` stand in parentheses", "x"),
     Form("Clojure", "(let [?pairs ...] ?body ...)", "(let* (?pairs/2 ...) ?body ...)",
          "each binding of `let` stands in parentheses"),
     Form("Clojure", "(when-let [?name ?value] ?body ...)", "(let ((?name ?value)) (when ?name ?body ...))",
@@ -335,6 +335,8 @@ def _explains(habit: Habit, diagnostic: Diagnostic) -> bool:
     knows = any(fix.safe or diagnostic.name == "bad-atom" for fix in diagnostic.fixes)
     if habit.row != "whole" and knows and diagnostic.name != "bracket":
         return False  # the diagnostic knows better what to do
+    if diagnostic.name == "unbound" and span.text in habit.names:
+        return True
     if diagnostic.name == "unclosed":
         return habit.hides and span.start < habit.start
     is_inside = habit.start <= span.start < max(habit.end, habit.start + 1)
@@ -636,14 +638,16 @@ def _pieces(text: str) -> Iterator[tuple[int, int, list[str]]]:
 
 
 def _language(lines: Sequence[str]) -> tuple[str, str] | None:
-    best: tuple[int, str, str] | None = None
+    """Return the language of a piece and a hint: the one that its first line belongs to, else most of its lines."""
+    best: tuple[bool, int, str, str] | None = None
     for name, pattern, hint in _LANGUAGES:
-        count = sum(bool(pattern.match(line.strip())) for line in lines)
-        if count and (best is None or count > best[0]):
-            best = (count, name, hint)
-    if best is None or (len(lines) > 1 and best[0] * _FEW_LINES < len(lines) and best[0] < _FEW_LINES):
+        matches = [bool(pattern.match(line.strip())) for line in lines]
+        row = (matches[0], sum(matches), name, hint)
+        if any(matches) and (best is None or row[:2] > best[:2]):
+            best = row
+    if best is None or not (best[0] or best[1] * _FEW_LINES >= len(lines) or best[1] >= _FEW_LINES):
         return None
-    return best[1], best[2]
+    return best[2], best[3]
 
 
 def _names_in(lines: Sequence[str]) -> frozenset[str]:

@@ -119,7 +119,8 @@ def lint(program: Program, is_scene: Callable[[], bool]) -> list[Diagnostic]:
 
 def lint_of_forms(program: Program) -> list[Diagnostic]:
     """Warnings about single forms, for a program that has errors elsewhere."""
-    local = (warning for each in program.facts if not _is_library(each.form) for warning in each.local)
+    whole = (each for each in program.facts if not _is_library(each.form) and id(each.form) not in program.broken)
+    local = (warning for each in whole for warning in each.local)
     return [_with_safe_fixes(warning, program) for warning in local]
 
 
@@ -186,6 +187,8 @@ def with_fixes(diagnostic: Diagnostic) -> Diagnostic:
     """A diagnostic with its fixes, or with those that its kind and the text at its place suggest. Its place is one in
     the whole text of a file."""
     span = diagnostic.span
+    if diagnostic.name == "foreign-syntax":
+        return diagnostic
     if diagnostic.fixes:
         return replace(diagnostic, fixes=tuple(_careful(_with_lines(fix)) for fix in diagnostic.fixes))
     if span is None or span.expansion is not None:

@@ -9,13 +9,14 @@ from functools import cached_property, lru_cache
 from typing import Any
 
 from scenelang.grammar import ast
-from scenelang.grammar.ast import parse_core
+from scenelang.grammar.ast import FormError, parse_core
 from scenelang.grammar.datum import Atom, Datum, Keyword, ListDatum, Source, Span, Symbol
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, suggest
 from scenelang.grammar.reader import read_pieces
 from scenelang.interpreter.expand.expand import (
     MAX_EXPANDED,
     MAX_EXPANSIONS,
+    UNKNOWN,
     Expander,
     Pending,
     RunMacro,
@@ -294,6 +295,7 @@ class ProgramState:
     records_uses: bool = False
 
 
+_MAX_MISFITS = 20  # forms with a wrong structure in one top-level form that are reported
 _MISSING = ("file", "import-cycle", "import-outside")
 _UNREADABLE = ("unclosed", "extra-close", "nesting", "bad-dot", "syntax")
 
@@ -420,10 +422,13 @@ class SourceFile:
         try:
             return action()
         except SceneError as error:
-            if error.name == "syntax" and isinstance(error.value, str):
-                error.hint = error.hint or _usage_hint(error.value)
-            self.expander.diagnostics.append(error.diagnostic)
+            self._record(error)
             return None
+
+    def _record(self, error: SceneError) -> None:
+        if error.name == "syntax" and isinstance(error.value, str):
+            error.hint = error.hint or _usage_hint(error.value)
+        self.expander.diagnostics.append(error.diagnostic)
 
     def _scan_form(self, datum: Datum, form: TopForm) -> None:
         while isinstance(datum, ListDatum) and datum.items and datum.tail is None:
@@ -545,8 +550,20 @@ class SourceFile:
             if isinstance(item, Import):
                 form.asts.append(item)
                 continue
-            for tree in self._try(lambda item=item: parse_core([item.finish()])) or ():  # type: ignore[misc]
+            for tree in self._try(lambda item=item: self._parse(item.finish())) or ():  # type: ignore[misc]
                 form.asts.append(replace(tree, top_level=True) if type(tree) is ast.Bind else tree)
+
+    def _parse(self, datum: Datum) -> tuple[Any, ...]:
+        """Parse an expanded form. A form inside with a wrong structure is recorded, and a placeholder takes its place."""
+        for _ in range(_MAX_MISFITS):
+            try:
+                return parse_core([datum])
+            except FormError as error:
+                if error.form is None or error.form is datum:
+                    raise
+                self._record(error)
+                datum = _without(datum, error.form)
+        return ()
 
     def finish_scene(self) -> ast.Call | None:
         """Return the ``(scene word argument ...)`` of the main file as a call."""
@@ -568,6 +585,13 @@ class SourceFile:
         for form in self.forms:
             yield from form.asts
 
+    def broken(self) -> Iterator[Any]:
+        """Iterate over the core AST of the forms that have errors."""
+        for form in self.forms:
+            steps = (step for step in (form.scan, form.expansion) if step is not None)
+            if any(d.is_error for d in form.read) or any(d.is_error for step in steps for d in step.problems):
+                yield from form.asts
+
     def diagnostics(self) -> list[Diagnostic]:
         """Return the problems of the file.
 
@@ -579,6 +603,15 @@ class SourceFile:
             for step in (form.scan, form.expansion):
                 found += step.problems if step is not None else ()
         return [d for d in found if not (self.is_incomplete and d.name == "unbound")]
+
+
+def _without(datum: Datum, form: Datum) -> Datum:
+    """Return a datum with a placeholder in place of one of the forms inside it."""
+    if datum is form:
+        return Atom(UNKNOWN, form.span)
+    if isinstance(datum, Atom):
+        return datum
+    return replace(datum, items=tuple(_without(item, form) for item in datum.items))
 
 
 def _no_macros(function: Datum, arguments: list[Any]) -> tuple[Any, bool]:
@@ -747,6 +780,8 @@ class Program:
         Cached facts for lints.
     kinds
         Cached kinds of the forms' expressions.
+    broken
+        Ids of the forms with errors, in which placeholders stand for what could not be expanded.
     """
 
     main: Source
@@ -759,6 +794,7 @@ class Program:
     diagnostics: tuple[Diagnostic, ...]
     book: FactBook
     kinds: KindBook
+    broken: frozenset[int] = frozenset()
 
     @cached_property
     def facts(self) -> list[Facts]:
@@ -831,6 +867,7 @@ def assembled(file: SourceFile, scene: ast.Call | None) -> Program:
     return Program(
         file.source, tuple(each.source for each in files), tuple(forms), scene, dict(file.words), all_words,
         tuple(state.params), tuple(diagnostics), state.book, state.kinds or KindBook(state.prelude.definitions),
+        frozenset(id(tree) for each in files for tree in each.broken()),
     )  # fmt: skip
 
 
