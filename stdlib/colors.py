@@ -53,6 +53,11 @@ def linear(encoded: float) -> float:
     return encoded / 12.92 if encoded <= 0.04045 else float(((encoded + 0.055) / 1.055) ** 2.4)
 
 
+def encoded(light: float) -> float:
+    """Return a component of linear light, 0 to 1, as sRGB."""
+    return light * 12.92 if light <= 0.0031308 else float(1.055 * light ** (1 / 2.4) - 0.055)
+
+
 def _from_hex(text: str) -> Vector | None:
     digits = text[1:]
     if len(digits) == 3:

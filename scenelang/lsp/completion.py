@@ -19,6 +19,7 @@ from scenelang.interpreter.scene.primitives import docs_of_words, geometry_read,
 from scenelang.lsp.names import Around, CursorContext, Names, context, local_bindings, range_of
 from scenelang.lsp.references import Document
 from scenelang.primer import attribute_doc, attributes_of
+from scenelang.stdlib.colors import named_colors
 from scenelang.stdlib.reference import RecordKind, ReferenceRecord, lookup, records
 
 # Hover: signatures and documentation of names, words and attributes as Markdown.
@@ -264,6 +265,9 @@ def _in_string(document: Document, around: CursorContext) -> Iterator[lsp.Comple
     head = around.inner.head if around.inner is not None else ""
     if head == "import" and around.position == 1:
         yield from _files(document)
+    elif head == "color" and around.position == 1:
+        for name, digits in named_colors().items():
+            yield lsp.CompletionItem(name, kind=lsp.CompletionItemKind.Color, documentation=f"#{digits}")
     elif head in _WORDS and around.position == 1:
         for word, form in document.definitions().items():
             if not isinstance(word, str):

@@ -15,7 +15,7 @@ from pygls.lsp.server import LanguageServer
 from scenelang.formatting import indents_of
 from scenelang.grammar.datum import Span
 from scenelang.grammar.formatter import UnreadableError, edit_between, format_range, format_text
-from scenelang.lsp import completion, references
+from scenelang.lsp import completion, decorations, references
 from scenelang.lsp.completion import of_attribute, of_binding, of_word
 from scenelang.lsp.names import file_of, offset, path_of, range_of, shown, uri_of
 from scenelang.lsp.references import Document, Documents
@@ -29,6 +29,7 @@ class Server(LanguageServer):
     def __init__(self, version: str) -> None:
         super().__init__("scenelang", version)
         self.documents = Documents()
+        self.shows_kinds = False  # whether inlay hints have the inferred kinds of definitions
         self.completed: Document | None = None  # document of the last completion, to resolve its items
         self._uris: dict[Path, str] = {}  # URIs of open documents, as sent by the editor
         self._waiting: dict[str, asyncio.TimerHandle] = {}
@@ -112,6 +113,11 @@ def _cursor(document: Document, position: lsp.Position) -> int:
 
 
 def _lifecycle(server: Server) -> None:
+    @server.feature(lsp.INITIALIZE)
+    def initialize(params: lsp.InitializeParams) -> None:
+        options = params.initialization_options
+        server.shows_kinds = isinstance(options, dict) and options.get("inlayHintsOfKinds") is True
+
     @server.feature(lsp.INITIALIZED)
     def initialized(_: lsp.InitializedParams) -> None:
         root = server.workspace.root_path
@@ -180,6 +186,23 @@ def _reading(server: Server) -> None:
     def range_tokens(document: Document, params: lsp.SemanticTokensRangeParams) -> lsp.SemanticTokens:
         names, lines = document.names, (params.range.start.line, params.range.end.line)
         return lsp.SemanticTokens(references.semantic_tokens(names, *lines) if names is not None else [])
+
+    @server.answers(lsp.TEXT_DOCUMENT_INLAY_HINT)
+    def inlay_hints(document: Document, params: lsp.InlayHintParams) -> list[lsp.InlayHint]:
+        first, last = params.range.start.line, params.range.end.line
+        return decorations.inlay_hints(document, first, last, server.shows_kinds)
+
+    @server.answers(lsp.TEXT_DOCUMENT_DOCUMENT_COLOR)
+    def document_colors(document: Document, params: lsp.DocumentColorParams) -> list[lsp.ColorInformation]:
+        return decorations.colors(document)
+
+    @server.answers(lsp.TEXT_DOCUMENT_COLOR_PRESENTATION)
+    def color_presentation(document: Document, params: lsp.ColorPresentationParams) -> list[lsp.ColorPresentation]:
+        return decorations.color_presentations(document.source, params.color, params.range)
+
+    @server.answers(lsp.TEXT_DOCUMENT_FOLDING_RANGE)
+    def folding_ranges(document: Document, params: lsp.FoldingRangeParams) -> list[lsp.FoldingRange]:
+        return decorations.folding_ranges(document)
 
 
 def _hover(text: str, span: Span) -> lsp.Hover:

@@ -14,6 +14,8 @@ from pygls.exceptions import JsonRpcException
 from pytest_lsp import LanguageClient
 
 from scenelang.cli.main import main
+from scenelang.lsp.decorations import inlay_hints
+from scenelang.lsp.references import Documents
 
 CHAIR = """\
 ; How high a seat is.
@@ -448,3 +450,94 @@ def test_without_its_package_one_line_says_so(
     said = capsys.readouterr().err
     assert "pip install 'scenelang[lsp]'" in said
     assert "Traceback" not in said
+
+
+DECORATED = """\
+; Two comment
+; lines.
+(define (leg-at x z)
+  (transform (call "leg") (translate [x 0 z])))
+
+(define size [1 2 3])
+
+(bind "chair"
+  (lambda ()
+    (union
+      (leg-at 1 2)
+      (transform (call "cube" :color (color "red") :scale size) (rotate 1.5 [0 1 0]))
+      (call "cube" :color [0 1 0])
+      (call "cube" :color (rgb 0 0 255)))))
+
+(bind "leg" (lambda () (call "cylinder")))
+"""
+
+
+@pytest.mark.asyncio(loop_scope="module")
+async def test_inlay_hints_name_the_parameters_of_literals(client: LanguageClient) -> None:
+    editor = Editor(client, "hints.scene", DECORATED)
+    await editor.diagnostics()
+    whole = lsp.Range(lsp.Position(0, 0), lsp.Position(99, 0))
+    found = await client.text_document_inlay_hint_async(lsp.InlayHintParams(editor.document, whole))
+    assert [(hint.label, hint.position.line, hint.position.character) for hint in found] == [
+        ("x:", 10, 14), ("z:", 10, 16), ("angle:", 11, 72), ("axis:", 11, 76),
+        ("red:", 13, 31), ("green:", 13, 33), ("blue:", 13, 35),
+    ]  # fmt: skip
+    some = lsp.Range(lsp.Position(0, 0), lsp.Position(10, 0))
+    found = await client.text_document_inlay_hint_async(lsp.InlayHintParams(editor.document, some))
+    assert [hint.label for hint in found] == ["x:", "z:"]
+
+
+def test_inlay_hints_of_kinds_are_requested(tmp_path: Path) -> None:
+    documents = Documents()
+    document = documents.open(tmp_path / "a.scene", DECORATED)
+    labels = [hint.label for hint in inlay_hints(document, 0, 99, kinds=True)]
+    assert ": Vector of 3 numbers" in labels
+    assert len(labels) == len(inlay_hints(document, 0, 99)) + 1
+
+
+@pytest.mark.asyncio(loop_scope="module")
+async def test_colours_have_swatches_and_a_picker(client: LanguageClient) -> None:
+    editor = Editor(client, "colours.scene", DECORATED)
+    await editor.diagnostics()
+    found = await client.text_document_document_color_async(lsp.DocumentColorParams(editor.document))
+    assert [(round(c.color.red), round(c.color.green), round(c.color.blue)) for c in found] == [
+        (1, 0, 0), (0, 1, 0), (0, 0, 1),
+    ]  # fmt: skip
+    texts = []
+    for each in found:
+        ways = await client.text_document_color_presentation_async(
+            lsp.ColorPresentationParams(editor.document, lsp.Color(1.0, 0.5, 0.0, 1.0), each.range)
+        )
+        texts.append(ways[0].label)
+        assert len({way.label for way in ways}) == 3
+    assert texts == ['(color "#ff8000")', "[1 0.214 0]", "(rgb 255 128 0)"]
+
+
+@pytest.mark.asyncio(loop_scope="module")
+async def test_names_of_colours_are_completed(client: LanguageClient) -> None:
+    editor = Editor(client, "named.scene", '(bind "a" (lambda () (call "cube" :color (color "stee')
+    items = await complete(editor, '"stee')
+    assert set(items) == {"steelblue", "lightsteelblue"}
+    assert items["steelblue"].documentation == "#4682b4"
+
+
+@pytest.mark.asyncio(loop_scope="module")
+async def test_folding(client: LanguageClient) -> None:
+    editor = Editor(client, "folding.scene", DECORATED)
+    await editor.diagnostics()
+    found = await client.text_document_folding_range_async(lsp.FoldingRangeParams(editor.document))
+    assert [(each.start_line, each.end_line, each.kind) for each in found] == [
+        (0, 1, "comment"), (2, 3, None), (7, 13, None), (8, 13, None), (9, 13, None),
+    ]  # fmt: skip
+
+
+@pytest.mark.asyncio(loop_scope="module")
+async def test_mistakes_of_kinds_are_shown_as_one_types(client: LanguageClient) -> None:
+    editor = Editor(client, "kinds.scene", '(bind "a" (lambda () (transform (call "cube") (translate [1 2 3]))))\n')
+    assert await editor.diagnostics() == []
+    editor.replace("[1 2 3]", "1 2 3")
+    (found,) = await editor.diagnostics()
+    assert found.code == "E402"
+    context = lsp.CodeActionContext([found])
+    actions = await client.text_document_code_action_async(lsp.CodeActionParams(editor.document, found.range, context))
+    assert "Write an array" in [action.title for action in actions]
