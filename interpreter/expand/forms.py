@@ -175,6 +175,7 @@ ABSENT: dict[str, str] = {
     "call/cc": "use `let/ec` to exit early",
     "call-with-current-continuation": "use `let/ec` to exit early",
     "dynamic-wind": "use `guard` to handle errors",
+    "case-lambda": "give one function optional parameters: `(define (f a (b 2)) ...)`",
     "eval": "data cannot be evaluated; use functions or macros",
     "delay": "wrap it in `(lambda () ...)`",
     "force": "call the function instead",

@@ -13,7 +13,7 @@ from scenelang.grammar import ast
 from scenelang.grammar.datum import Source, Span
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, SceneError
 from scenelang.grammar.reader import piece_at, read_comments
-from scenelang.interpreter.kinds.book import KindBook, reached_forms
+from scenelang.interpreter.kinds.book import KindBook, findings, reached_forms
 from scenelang.interpreter.lint.rules import FactBook, Facts, can_go, is_written, keeps_root, remove, spaced
 from scenelang.interpreter.program.program import Program
 from scenelang.interpreter.runtime.types import STD
@@ -172,7 +172,8 @@ def new_form_warnings(
 ) -> list[Diagnostic]:
     """What is suspicious about core forms, among words that are known already; those of ``WHOLE_FILE`` included."""
     program = Program(main, (), forms, None, words, all_words, (), (), FactBook(), KindBook({}))
-    return [*(d for each in program.facts for d in each.local), *word_warnings(program)]
+    kinds = [d for d in findings(program, None) if not d.is_error]  # an error is reported when the form runs
+    return [*(d for each in program.facts for d in each.local), *word_warnings(program), *kinds]
 
 
 # Mending programs: the fixes that a diagnostic's place alone suggests, and applying fixes to a text.

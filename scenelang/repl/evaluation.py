@@ -190,6 +190,21 @@ def _brief(text: str) -> str:
     return line if len(line) <= _MAX_INPUT_LENGTH else line[: _MAX_INPUT_LENGTH - 3] + "..."
 
 
+# What people type to leave a REPL or to get help, and the command that does it here.
+_COMMANDS = {
+    **dict.fromkeys(("help", "?", "h"), "`,help` lists the commands, `,doc name` explains a name"),
+    **dict.fromkeys(("quit", "exit", "bye", "q"), "`,quit` or Ctrl-D ends the session"),
+    "clear": "Ctrl-L clears the screen", "history": "the last values are `*1`, `*2` and `*3`",
+}  # fmt: skip
+
+
+def _with_command(problem: Diagnostic) -> Diagnostic:
+    """Replace the hint of an undefined name that is a command in other REPLs."""
+    text = problem.span.text if problem.name == "unbound" and problem.span is not None else ""
+    hint = _COMMANDS.get(text)
+    return replace(problem, hint=hint, fixes=()) if hint is not None else problem
+
+
 class ReplEvaluation:
     """State of a REPL: session, top level, initial file and number of inputs."""
 
@@ -278,10 +293,10 @@ class ReplEvaluation:
             self._recent = (_brief(source.text), values[-1]) if values and not whole else None
         seconds = time.perf_counter() - started
         found += rt.warnings.values()
-        shown = list(settled(found, {d.span.source.name: d.span.source for d in found if d.span}.values()))
         if problem is not None:
-            shown.append(problem)
-        return EvaluationOutcome(tuple(values), tuple(shown), tuple(rt.log), seconds, rt.meter.total, rt.entities)
+            found.append(_with_command(problem))
+        shown = settled(found, {d.span.source.name: d.span.source for d in found if d.span}.values())
+        return EvaluationOutcome(tuple(values), shown, tuple(rt.log), seconds, rt.meter.total, rt.entities)
 
     def attempt(self, action: Callable[[], Any]) -> Diagnostic | None:
         """Run an action as a separate evaluation; an error is stored in ``*e`` and returned."""
