@@ -307,11 +307,15 @@ Unit: TypeAlias = range  # positions of parts that stay together: a keyword and 
 
 
 def units(page: Page, first: int) -> list[Unit]:
-    """Group the parts from ``first`` on: a keyword with its value, `...` with the part it repeats."""
+    """Group the parts from ``first`` on: a keyword with its value, `...` with the part it repeats.
+
+    In a call, the value may be a keyword too, as in ``(align a b :x :min)``; elsewhere keywords in a row are data.
+    """
     parts, found, position = page.parts, [], first
+    is_call = page.shape.kind in (HeadKind.CALL, HeadKind.ORDINARY)
     while position < len(parts):
         stop = position + 1
-        if is_keyword(parts[position]) and stop < len(parts) and not is_keyword(parts[stop]):
+        if is_keyword(parts[position]) and stop < len(parts) and (is_call or not is_keyword(parts[stop])):
             stop += 1
         while stop < len(parts) and is_ellipsis(parts[stop]):
             stop += 1

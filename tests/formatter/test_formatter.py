@@ -209,3 +209,15 @@ def test_speed_is_linear() -> None:
         settled(form * count, INDENTS)
         times.append(time.perf_counter() - started)
     assert times[1] < 12 * times[0]
+
+
+@pytest.mark.parametrize("width", [40, 60, 88])
+def test_a_keyword_stays_with_its_value(width: int) -> None:
+    text = (
+        "(define a (align (row (map tub (iota 3)) :gap .25) some-long-paving-name :x :min :y :after :z :max"
+        " :and-another-keyword (list 1 2 3 4 5 6 7 8) :color (color \"lightgoldenrodyellow\")))\n"
+    )
+    lines = format_text(text, INDENTS, width=width).splitlines()
+    assert len(lines) > 1
+    for pair in (":x :min", ":y :after", ":z :max", ":gap .25", ":color (color", ":and-another-keyword (list"):
+        assert any(pair in line for line in lines), pair
