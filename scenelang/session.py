@@ -32,6 +32,7 @@ from scenelang.interpreter.lint.lint import (
     lint,
     lint_of_forms,
     not_allowed,
+    unread_attributes,
     with_fixes,
     word_warnings,
 )
@@ -368,9 +369,12 @@ class Session:
         runner = macro_runner(self.library, self._macro_limits)
         program = load_program(source, self.library, self.importer(source), runner, {}, translation.partial)
         known = [d.span for d in translation.diagnostics if d.is_error and d.span is not None]
+        from scenelang.interpreter.transpile.translate import in_python
+
+        found = [*findings(program, None, is_written=False), *unread_attributes(program)]
         return [
-            d
-            for d in findings(program, None, is_written=False)
+            in_python(d)
+            for d in found
             if d.span is not None and not any(s.start < d.span.end and d.span.start < s.end for s in known)
         ]
 
@@ -385,6 +389,10 @@ class Session:
         except SceneError as error:
             word, root = None, [] if error.name == "no-root" else [error.diagnostic]
         found = findings(program, word, is_written)
+        if not is_written:
+            from scenelang.interpreter.transpile.translate import in_python
+
+            found = [in_python(d) for d in found]
         if not program.ok:
             return [*found, *(lint_of_forms(program) if is_written else ())]
         if not is_written:

@@ -288,12 +288,15 @@ class Expander:
         except SceneError as error:
             return self.recover(error, datum.span)
 
-    def recover(self, error: SceneError, span: Span) -> Datum:
+    def recover(self, error: SceneError, span: Span | None) -> Datum:
         """Record an error and return a placeholder; raise it where the expansion is going to be run at once."""
         if not self.recovers:
             raise error
+        place = error.span or span
+        if place is None:
+            raise error
         self.diagnostics.append(error.diagnostic)
-        return Atom(UNKNOWN, error.span or span)
+        return Atom(UNKNOWN, place)
 
     def _expand(self, datum: Datum, scope: Scope) -> Datum:
         while True:
@@ -344,7 +347,6 @@ class Expander:
             except LimitError:
                 raise
             except SceneError as error:
-                assert error.span is not None
                 found.append(self.recover(error, error.span))
         return found
 

@@ -67,8 +67,12 @@ def word_warnings(program: Program) -> list[Diagnostic]:
                 if near[word]:
                     found.append(_misspelled(word, str(near[word]), span))
         found += each.unfilled
-        found += [diagnostic for word, diagnostic in each.idle if word not in program.all_words]
-    return found
+    return [*found, *unread_attributes(program)]
+
+
+def unread_attributes(program: Program) -> list[Diagnostic]:
+    """Attributes of calls of primitives that no primitive of the word reads."""
+    return [d for each in program.facts for word, d in each.idle if word not in program.all_words]
 
 
 def _early_calls(program: Program, facts: Facts, bound: set[str]) -> Iterator[Diagnostic]:

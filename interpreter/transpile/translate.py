@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import ast
-from dataclasses import dataclass
+import re
+from dataclasses import dataclass, replace
 
 from scenelang.grammar.datum import Datum, Source, Span
 from scenelang.grammar.diagnostics import Diagnostic
@@ -19,7 +20,7 @@ from scenelang.interpreter.transpile.analysis.scopes import (
     registered_words,
     resolve,
 )
-from scenelang.interpreter.transpile.python_text import PythonText, parse_python
+from scenelang.interpreter.transpile.python_text import HELPERS, PythonText, parse_python
 from scenelang.interpreter.transpile.writing.code import Code, Namer, Output, prose
 from scenelang.interpreter.transpile.writing.expressions import write_expression
 from scenelang.interpreter.transpile.writing.statements import opening_texts, write_program, write_statement
@@ -180,3 +181,69 @@ def _written(
 def _sorted(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
     unique = {(d.name, d.message, d.span): d for d in diagnostics}
     return sorted(unique.values(), key=lambda d: d.span.start if d.span is not None else 0)
+
+
+# Diagnostics of the checker in the words of Python. The checker knows the forms that were written; their places are in
+# the Python, and their messages name what the language calls it.
+
+_FUNCTIONS = {
+    **{helper.counterpart: name for name, helper in HELPERS.items() if helper.counterpart}, "length": "len", "string": "str",
+    "string-append": "+", "list": "list", "map": "map", "expt": "**", "modulo": "%", "ceiling": "math.ceil",
+    "floor": "math.floor", "sqrt": "math.sqrt", "sin": "math.sin", "cos": "math.cos", "tan": "math.tan",
+    "atan": "math.atan2", "hypot": "math.hypot", "radians": "math.radians", "append": "+", "ref": "[]",
+    "set-ref!": "[]=", "push!": "append", "for/union": "a loop of shapes",
+}  # fmt: skip
+_KINDS = (
+    ("a Vector of", "a tuple of"), ("an Entity", "a Shape"), ("a posed entity", "a Shape"),
+    ("a List of parts", "a Shape"), ("entities or (entity . matrix) pairs", "shapes"), ("a Matrix", "a 4x4 matrix"),
+    ("an Integer", "an int"), ("a Float", "a float"), ("a String", "a str"), ("a Boolean", "a bool"),
+    ("`none`", "None"), ("the empty list", "an empty list"), ("a List", "a list"), ("a Function", "a function"),
+    ("a table", "a dict"), ("a Sequence", "a sequence"), ("a Vector", "three numbers"), ("a Number", "a number"),
+    ("a Point", "three numbers"), ("a mutable list", "a list"), ("a mutable array", "an array"),
+)  # fmt: skip
+_NAMED = re.compile(r"`([^`\s]+)`")
+
+
+def in_python(diagnostic: Diagnostic) -> Diagnostic:
+    """Return a diagnostic about translated Python in the words of Python, without fixes and signatures of the language."""
+    message = _in_python_words(diagnostic.message)
+    return replace(
+        diagnostic,
+        message=message,
+        hint=_python_hint(diagnostic),
+        fixes=(),
+        signature=None,
+        expected=_in_python_words(diagnostic.expected) if diagnostic.expected is not None else None,
+        found=_in_python_words(diagnostic.found) if diagnostic.found is not None else None,
+    )
+
+
+def _in_python_words(text: str) -> str:
+    text = _NAMED.sub(lambda match: f"`{_python_name(match[1])}`", text)
+    for ours, theirs in _KINDS:
+        text = text.replace(ours, theirs)
+    return text
+
+
+def _python_name(name: str) -> str:
+    """Return what Python calls an attribute, `:block-type`, or a function."""
+    return name[1:].replace("-", "_") if name.startswith(":") else _FUNCTIONS.get(name, name)
+
+
+def _python_hint(diagnostic: Diagnostic) -> str | None:
+    """Return a hint for Python: the table's for what models often write, else one that has no code of the language."""
+    hint, span = diagnostic.hint or "", diagnostic.span
+    text = span.text if span is not None else ""
+    if diagnostic.name == "attribute" and "color" in diagnostic.message and diagnostic.found == "a String":
+        return "a colour is a tuple of three numbers from 0 to 1: (1.0, 0.0, 0.0) is red"
+    if diagnostic.name == "out-of-range" and "color" in diagnostic.message:
+        return "the components of a colour are from 0 to 1: divide them by 255"
+    if diagnostic.name == "out-of-range" and "radians" in diagnostic.message:
+        return f"convert degrees: `math.radians({text})`"
+    if "wrong order" in hint:
+        return "the arguments are in the wrong order: `transform_shape(shape, pose)`"
+    if diagnostic.name == "parts" and diagnostic.found == "`none`":
+        return "every path of the function must return a shape"
+    if "(" in hint:
+        return None
+    return _in_python_words(hint) or None
