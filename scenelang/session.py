@@ -34,6 +34,7 @@ from scenelang.interpreter.lint.lint import (
     not_allowed,
     unread_attributes,
     with_fixes,
+    without_consequences,
     word_warnings,
 )
 from scenelang.interpreter.program.interactive import JournaledRuntime, TopLevel, Version, Versions
@@ -362,7 +363,7 @@ class Session:
             except SceneError as error:
                 diagnostics.append(error.diagnostic)
         diagnostics += self.warnings(program, translation is None)
-        return Checked(program, settled(diagnostics, program.sources))
+        return Checked(program, settled(diagnostics, program.sources, program))
 
     def _partial_findings(self, source: Source, translation: Translation) -> list[Diagnostic]:
         """Return the mistakes in the parts of a Python program that were translated, though others were not."""
@@ -624,7 +625,9 @@ def _too_deep(limits: Limits, error: RecursionError) -> Diagnostic:
     )
 
 
-def settled(diagnostics: Iterable[Diagnostic], sources: Iterable[Source]) -> tuple[Diagnostic, ...]:
+def settled(
+    diagnostics: Iterable[Diagnostic], sources: Iterable[Source], program: Program | None = None
+) -> tuple[Diagnostic, ...]:
     """Prepare diagnostics for display: explain constructs of other languages, sort by position, remove duplicates and
     those suppressed by comments."""
     sources = tuple(sources)
@@ -634,6 +637,7 @@ def settled(diagnostics: Iterable[Diagnostic], sources: Iterable[Source]) -> tup
             from scenelang.interpreter.lint.habits import explain
 
             found = explain(source, [with_fixes(d) for d in found])
+    found = without_consequences(found, program)
     return tuple(with_fixes(d) for d in _sorted(not_allowed(found, sources)))
 
 

@@ -3,15 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from difflib import get_close_matches
+from difflib import SequenceMatcher, get_close_matches
 from typing import Any
 
 from scenelang.grammar import ast
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, SceneError
 from scenelang.interpreter.runtime.values import Keyword
-from scenelang.interpreter.scene.primitives import COLOR, MATERIALS, find, geometry_read, solid_words
+from scenelang.interpreter.scene.primitives import (
+    COLOR,
+    MATERIALS,
+    SCALE,
+    find,
+    geometry_read,
+    is_word,
+    solid_words,
+)
 
 _NEAR = 0.75
+_TYPO = 0.8
 
 # What people write for what is no attribute of a primitive, and what to write instead. Rows of a word come before "*".
 _PLACED = 'a part is placed by `transform`: `(transform (call "{word}") (translate [x y z]))`'
@@ -51,12 +60,13 @@ def unread_attributes(nodes: Iterable[Any]) -> Iterator[tuple[str, Diagnostic]]:
     """Yield attributes of calls of geometric primitives that are probably meant to be another, by the word."""
     for node in nodes:
         word = node.word.value if type(node) is ast.Call and type(node.word) is ast.Constant else None
-        if word is None or geometry_read(word) is None:
+        if word is None or type(word) is not str:
             continue
         for argument in node.arguments:
             if type(argument) is ast.Constant and type(argument.value) is Keyword:
                 name, span = str(argument.value), argument.span
-                hint = unread_hint(word, name)
+                is_geometric = geometry_read(word) is not None
+                hint = unread_hint(word, name) if is_geometric else _semantic_hint(word, name)
                 if hint is not None:
                     near = near_attribute(word, name)
                     fixes = (Fix(f"Change to `:{near}`", (Edit(span, f":{near}"),)),) if near else ()
@@ -77,7 +87,7 @@ def near_attribute(word: str, name: str) -> str | None:
         cls = find(word)
     except SceneError:
         cls = None
-    known = [*(cls.attributes if cls is not None else ()), COLOR, *MATERIALS]
+    known = [*(cls.attributes if cls is not None else (SCALE,)), COLOR, *MATERIALS]
     for attribute in known:
         if name.lower() in attribute.aliases and name != "transparency":
             return attribute.name
@@ -100,6 +110,15 @@ def unread_hint(word: str, name: str) -> str | None:
     if near:
         return f"did you mean `:{near}`?"
     return "it reads " + ", ".join(f"`:{n}`" for n in read) if name in _all_geometry() else None
+
+
+def _semantic_hint(word: str, name: str) -> str | None:
+    """Return a hint for an attribute of a word without geometry that is one letter away from one that is read."""
+    if is_word(word):
+        return None  # blocks and mesh files check their own
+    near = near_attribute(word, name)
+    is_typo = near is not None and near != name and SequenceMatcher(None, near, name).ratio() >= _TYPO
+    return f"did you mean `:{near}`?" if is_typo else None
 
 
 def _all_geometry() -> frozenset[str]:

@@ -13,6 +13,8 @@ from scenelang.grammar import ast
 from scenelang.grammar.datum import Source, Span
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, SceneError
 from scenelang.grammar.reader import piece_at, read_comments
+from scenelang.interpreter.compile.analyse import walk
+from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.kinds.book import KindBook, findings, reached_forms
 from scenelang.interpreter.lint.rules import FactBook, Facts, can_go, is_written, keeps_root, remove, spaced
 from scenelang.interpreter.program.program import Program
@@ -90,7 +92,7 @@ def _near_word(word: str, known: Sequence[str]) -> str | None:
 def _misspelled(word: str, near: str, span: Span) -> Diagnostic:
     message = f'"{word}" is never bound, so it is drawn as a labelled box'
     fix = Fix(f'Change to "{near}"', (Edit(span, f'"{near}"'),))
-    return Diagnostic("near-word", message, span, f'did you mean "{near}"?', fixes=(fix,))
+    return Diagnostic("near-word", message, span, f'did you mean "{near}"?', fixes=(fix,), near=(near,))
 
 
 def unreachable_words(program: Program) -> Iterator[Diagnostic]:
@@ -178,6 +180,113 @@ def new_form_warnings(
     program = Program(main, (), forms, None, words, all_words, (), (), FactBook(), KindBook({}))
     kinds = [d for d in findings(program, None) if not d.is_error]  # an error is reported when the form runs
     return [*(d for each in program.facts for d in each.local), *word_warnings(program), *kinds]
+
+
+# Consequences: what is reported only because of another mistake, which is reported too.
+
+
+_DEFINES = re.compile(r"\(\s*([^\s()\[\]]+)\s+\(?([^\s()\[\]]+)")
+_DEFINING = frozenset(("define", "define-record", "define-syntax", "define-macro", "param"))
+
+
+def without_consequences(diagnostics: Sequence[Diagnostic], program: Program | None = None) -> list[Diagnostic]:
+    """Return the diagnostics without those that follow from another one."""
+    found = list(diagnostics)
+    if any(d.name == "unclosed" and "string" in d.message for d in found):
+        found = [d for d in found if d.name not in ("bad-atom", "bad-string")]  # quotes open and close the wrong way
+    defined = {name for d in found if d.name == "unbound" for name in _defined_by(d)}
+    found = [d for d in found if not (d.name == "unbound" and d.span is not None and d.span.text in defined)]
+    found = _once_for_each_word(found)
+    return _misspelled_parameters(found, program) if program is not None else found
+
+
+def _defined_by(diagnostic: Diagnostic) -> Iterator[str]:
+    """The name that a form with a misspelled head, such as ``(defien x 1)``, was meant to define."""
+    span = diagnostic.span
+    assert span is not None
+    match = _DEFINES.match(span.source.text, max(0, span.start - 1))
+    if match is not None and match.start(1) == span.start and get_close_matches(match[1], _DEFINING, 1, 0.7):
+        yield match[2]
+
+
+def _once_for_each_word(found: list[Diagnostic]) -> list[Diagnostic]:
+    """Report a word that looks misspelled once; which word is the root is then no question of its own."""
+    seen: set[str] = set()
+    kept = []
+    for d in found:
+        word = d.span.text if d.name == "near-word" and d.span is not None else None
+        if word is None or word not in seen:
+            kept.append(d)
+        if word is not None:
+            seen.add(word)
+    near = {near for d in kept if d.name == "near-word" for near in d.near}
+    return [d for d in kept if not (d.name == "ambiguous-root" and any(f'"{word}"' in d.message for word in near))]
+
+
+def _misspelled_parameters(found: list[Diagnostic], program: Program) -> list[Diagnostic]:
+    """Report a keyword parameter whose name is misspelled where it stands: its function reads, and its callers pass,
+    another name."""
+    calls = [d for d in found if d.found is not None and d.found.startswith(":") and len(d.near) == 1]
+    for call in {(d.found, d.near[0]): d for d in calls}.values():
+        passed, spelled = str(call.found)[1:], call.near[0][1:]
+        parameter = _unread_parameter(program, spelled, passed)
+        if parameter is None:
+            continue
+        span = parameter.target.span
+        function = next(node for node in _functions(program) if parameter in node.parameters)
+        message = f"the parameter `:{spelled}` is never used, but `{passed}` is read here and passed as `:{passed}`"
+        place = replace_end(span, spelled)
+        fix = Fix(f"Change to `{passed}`", (Edit(place, passed),), safe=True)
+        own = Diagnostic("keyword", message, span, f"did you mean `:{passed}`?", fixes=(fix,), near=(f":{passed}",),
+                         expected=f":{passed}", found=f":{spelled}")  # fmt: skip
+        inside = lambda d, f=function: _inside_function(d, f)
+        found = [
+            d
+            for d in found
+            if d not in calls
+            or (d.found, d.near) != (call.found, call.near)
+        ]
+        found = [d for d in found if not (inside(d) and _is_about(d, passed, spelled))]
+        found.append(own)
+    return found
+
+
+def replace_end(span: Span, name: str) -> Span:
+    """The place of a parameter's name alone, without the colon and the type around it."""
+    start = span.start + (1 if span.text.startswith(":") else 0)
+    return Span(span.source, start, start + len(name))
+
+
+def _functions(program: Program) -> Iterator[ast.Lambda]:
+    for each in program.facts:
+        for node in walk(each.form):
+            if type(node) is ast.Lambda:
+                yield node
+
+
+def _unread_parameter(program: Program, spelled: str, passed: str) -> Any:
+    """The keyword parameter ``spelled`` that its function does not read, though it mentions ``passed``."""
+    for function in _functions(program):
+        for parameter in function.parameters:
+            if parameter.kind == "keyword" and parameter.name == spelled and isinstance(parameter.target, Variable):
+                nodes = list(walk(function.body))
+                is_read = any(type(n) is ast.Reference and n.target is parameter.target for n in nodes)
+                if not is_read and re.search(rf"(?<![\w-]){re.escape(passed)}(?![\w-])", function.span.text):
+                    return parameter
+    return None
+
+
+def _inside_function(diagnostic: Diagnostic, function: ast.Lambda) -> bool:
+    span, around = diagnostic.span, function.span
+    return span is not None and span.source is around.source and around.start <= span.start <= span.end <= around.end
+
+
+def _is_about(diagnostic: Diagnostic, passed: str, spelled: str) -> bool:
+    """Whether a diagnostic is about the name that is read in place of the parameter, or says that it is unused."""
+    assert diagnostic.span is not None
+    if diagnostic.name == "unused":
+        return f"`{spelled}`" in diagnostic.message
+    return re.search(rf"(?<![\w-]){re.escape(passed)}(?![\w-])", diagnostic.span.text) is not None
 
 
 # Mending programs: the fixes that a diagnostic's place alone suggests, and applying fixes to a text.

@@ -18,6 +18,7 @@ from scenelang.interpreter import plugins
 from scenelang.interpreter.scene.primitives.base import (
     COLOR,
     MATERIALS,
+    SCALE,
     Attribute,
     Box,
     Placed,
@@ -200,7 +201,7 @@ def forget_packages() -> None:
 
 
 __all__ = [
-    "COLOR", "GROUP", "MATERIALS", "Attribute", "Box", "Placed", "Point", "Primitive", "Support", "attribute_doc", "attributes_read",
+    "COLOR", "GROUP", "MATERIALS", "SCALE", "Attribute", "Box", "Placed", "Point", "Primitive", "Support", "attribute_doc", "attributes_read",
     "block_words", "class_of", "docs_of_attributes", "docs_of_words", "every", "find", "forget_packages",
     "geometry_read", "is_word", "items_of", "seen_words", "shape_of", "solid_words", "standard_forms", "words",
 ]  # fmt: skip
