@@ -1,0 +1,113 @@
+"""Mistakes that newcomers and language models make, one in each program: `check` reports it, and nothing else, before
+the program runs.
+
+The first line of a program says which finding is expected; ``undecidable`` says why only a run can find it. Beside it
+is what `check` prints, and the text that was meant where `check --fix` can restore it.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from mistakes.typos import typos
+from scenelang import Session, Source
+from scenelang.grammar.diagnostics import Diagnostic, render_text
+
+HERE = Path(__file__).parent
+PROGRAMS = sorted(path for path in HERE.rglob("*") if path.suffix in (".scene", ".py") and path.parent != HERE)
+FIXED = sorted(HERE.rglob("*.fixed"))
+UPDATE = bool(os.environ.get("SCENELANG_UPDATE_GOLDENS"))
+_QUIET = ("W306",)  # what is left over by the mistake
+
+
+def name_of(path: Path) -> str:
+    return str(path.relative_to(HERE).with_suffix(""))
+
+
+def source_of(path: Path) -> Source:
+    suffix = ".py" if path.with_suffix(".py").exists() else ".scene"
+    return Source(path.stem + suffix, path.read_text("utf-8"))
+
+
+def expected_of(path: Path) -> str:
+    match = re.match(r"[;#] expect ([EW]\d+)\n", path.read_text("utf-8"))
+    assert match is not None, path
+    return match[1]
+
+
+def is_undecidable(path: Path) -> bool:
+    return "undecidable:" in path.read_text("utf-8").split("\n")[1]
+
+
+def checked(path: Path) -> list[Diagnostic]:
+    return [d for d in Session().check(source_of(path)).diagnostics if d.code not in _QUIET]
+
+
+@pytest.mark.parametrize("path", PROGRAMS, ids=name_of)
+def test_it_is_the_one_finding(path: Path) -> None:
+    found = checked(path)
+    text = "\n".join(render_text(d, color=False) for d in found) + "\n"
+    golden = path.with_suffix(".txt")
+    if UPDATE:
+        golden.write_text(text, "utf-8")
+    assert text == golden.read_text("utf-8")
+    if not is_undecidable(path):
+        assert [d.code for d in found] == [expected_of(path)]
+
+
+@pytest.mark.parametrize("path", FIXED, ids=name_of)
+def test_it_is_fixed_to_what_was_meant(path: Path) -> None:
+    source, count = Session().autofix(source_of(path.with_suffix(".scene")))
+    assert count >= 1
+    assert source.text == path.read_text("utf-8")
+    assert [d for d in checked(path) if d.is_error] == []
+
+
+def test_the_corpus_is_broad() -> None:
+    decidable = [path for path in PROGRAMS if not is_undecidable(path)]
+    assert len(PROGRAMS) >= 150
+    assert len(PROGRAMS) - len(decidable) <= 0.15 * len(PROGRAMS)
+    assert len({path.parent for path in PROGRAMS}) >= 5
+    fixable = [path for path in PROGRAMS if path.suffix == ".scene"]
+    assert len(FIXED) >= len(fixable) / 2
+
+
+AT_RUN = [p for p in PROGRAMS if p.suffix == ".scene" and expected_of(p)[:2] in ("E4", "E6") and not is_undecidable(p)]
+# Without the check, the run ends at a limit, or another mistake of the same kind comes first.
+_OTHER_AT_RUN = {"E417": ("E501", "E502", "E507")}
+
+
+@pytest.mark.parametrize("path", AT_RUN, ids=name_of)
+def test_the_run_fails_in_the_same_way(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An error that is found before the run has the code that the run would give."""
+    monkeypatch.setattr("scenelang.session.findings", lambda program, root, is_written=True: [])
+    evaluated = Session().evaluate(source_of(path))
+    (error,) = [d for d in evaluated.diagnostics if d.is_error]
+    code = expected_of(path)
+    assert error.code in _OTHER_AT_RUN.get(code, (code,))
+
+
+SOUND = {name: (HERE.parents[1] / "examples" / f"{name}.scene").read_text("utf-8") for name in ("jenga", "toys")}
+# What no check can know: words of the author's own, texts, attributes that are passed on, names of materials in them.
+_OPEN = re.compile(r'"jenga|"number|"[a-z]+ [a-z ]+"|-> "#|"toys|"ball')
+
+
+@pytest.mark.parametrize("name", SOUND)
+def test_typos(name: str) -> None:
+    counts: Counter[str] = Counter()
+    missed: list[str] = []
+    for kind, change, text in typos(SOUND[name], 1, 60):
+        if _OPEN.search(change):
+            continue
+        found = [d for d in Session().check(Source("a.scene", text)).diagnostics if d.code not in _QUIET]
+        counts[kind] += 1
+        if not found:
+            missed.append(f"{kind}: {change}")
+    assert len(missed) <= 0.05 * counts.total(), missed
+
+

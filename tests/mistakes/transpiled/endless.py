@@ -1,0 +1,6 @@
+# expect E417
+from helper import *
+
+@register("tree")
+def tree() -> Shape:
+    return concat_shapes(primitive_call('cube', shape_kwargs={'scale': 1}), tree())

@@ -1,0 +1,11 @@
+# expect E405
+from helper import *
+
+@register("leg")
+def leg(height: float) -> Shape:
+    return primitive_call('cylinder', shape_kwargs={'radius': 0.1, 'p0': (0, 0, 0), 'p1': (0, height, 0)})
+
+@register("table")
+def table() -> Shape:
+    heights = (1, 2, 3)
+    return library_call('leg', height=heights[3])
