@@ -372,10 +372,26 @@ def did_you_mean(near: Sequence[str]) -> str | None:
 
 
 def rename_fixes(span: Span | None, name: str, near: Iterable[str]) -> tuple[Fix, ...]:
-    """Return fixes that replace the misspelled ``name`` at ``span`` with each of the names in ``near``."""
+    """Return fixes that replace the misspelled ``name`` at ``span`` with each of the names in ``near``.
+
+    A fix is safe if there is one name, and it differs by one letter: the program fails without it.
+    """
     if span is None or span.expansion is not None or span.text != name:
         return ()
-    return tuple(Fix(f"Change to `{other}`", (Edit(span, other),)) for other in near)
+    names = tuple(near)
+    is_sure = len(names) == 1 and len(name) >= _LONG and _is_one_letter_off(name, names[0])
+    return tuple(Fix(f"Change to `{other}`", (Edit(span, other),), is_sure) for other in names)
+
+
+_LONG = 5  # shorter names are one letter away from too many others
+
+
+def _is_one_letter_off(a: str, b: str) -> bool:
+    """Return whether one letter is missing, added or different, or two neighbours are swapped."""
+    start = next((i for i, (x, y) in enumerate(zip(a, b)) if x != y), min(len(a), len(b)))
+    x, y = a[start:], b[start:]
+    swapped = len(x) > 1 and len(y) > 1 and x[0] == y[1] and x[1] == y[0] and x[2:] == y[2:]
+    return x[1:] == y or x == y[1:] or x[1:] == y[1:] or swapped
 
 
 # --- rendering -------------------------------------------------------------------------------------------------

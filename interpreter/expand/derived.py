@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 from scenelang.grammar.ast import Head
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Span, Symbol
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.diagnostics import Edit, Fix, SceneError
 from scenelang.interpreter.expand import expand
 from scenelang.interpreter.expand.expand import Expander, core, is_identifier, opaque, syntax_error
 from scenelang.interpreter.expand.forms import FORMS
@@ -155,9 +155,18 @@ def _bindings(datum: ListDatum, operand: Datum, form: str) -> list[tuple[Datum, 
             )
         if not isinstance(binding, ListDatum) or len(binding.items) != 2 or binding.tail is not None:
             hint = "write each binding as `(name value)`, and put all of them in another pair of parentheses"
-            raise syntax_error(form, "invalid binding", binding.span, hint)
+            raise _with_parentheses(syntax_error(form, "invalid binding", binding.span, hint), operand)
         pairs.append((binding.items[0], binding.items[1]))
     return pairs
+
+
+def _with_parentheses(error: SceneError, operand: ListDatum) -> SceneError:
+    """Add the fix for a single binding or clause ``(name value)`` without the parentheses around all of them."""
+    if len(operand.items) == 2 and is_identifier(operand.items[0]) and operand.span.expansion is None:
+        text = f"({operand.span.text})"
+        error.hint = f"write `{text}`" if len(text) < 40 else error.hint
+        error.fixes = (Fix("Add parentheses", (Edit(operand.span, text),), safe=True),)
+    return error
 
 
 def _check_distinct(pairs: Sequence[tuple[Datum, Datum]]) -> None:
@@ -454,16 +463,16 @@ def _clauses(expander: Expander, operand: Datum, scope: Scope, form: str, nested
         if is_test:
             clauses.append(_test_clause(expander, items, scope, form))
             continue
-        group.append(_sequence_clause(items.pop(0), form))
+        group.append(_sequence_clause(items.pop(0), form, operand))
     return clauses, scope
 
 
-def _sequence_clause(item: Datum, form: str) -> tuple[Datum, Datum]:
+def _sequence_clause(item: Datum, form: str, operand: ListDatum) -> tuple[Datum, Datum]:
     if isinstance(item, ArrayDatum):
         raise SceneError("bracket", "expected parentheses around a clause, found square brackets", None, item.span)
     if not isinstance(item, ListDatum) or len(item.items) != 2 or item.tail is not None:
         hint = "write each clause as `(name sequence)`, and put all of them in another pair of parentheses"
-        raise syntax_error(form, "invalid clause", item.span, hint)
+        raise _with_parentheses(syntax_error(form, "invalid clause", item.span, hint), operand)
     return item.items[0], item.items[1]
 
 

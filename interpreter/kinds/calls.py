@@ -105,7 +105,7 @@ def report_not_a_function(
         if is_written and type(head) is ast.Reference:
             written = f"(ref {text} {node.arguments[0].span.text})"
             hint = f"write `{written}`" if len(written) <= _MAX_SHOWN else "use `ref` to read an item"
-            fixes = (Fix(f"Write `{written[:_MAX_SHOWN]}`", (Edit(node.span, written),)),)
+            fixes = (Fix(f"Write `{written[:_MAX_SHOWN]}`", (Edit(node.span, written),), safe=True),)
         else:
             hint = "use `ref` to read an item: `(ref sequence index)`"
     elif type(head) is ast.Constant and function.tag == "String" and is_written:
@@ -113,6 +113,10 @@ def report_not_a_function(
         fixes = (Fix("Call the word", (Edit(Span(head.span.source, head.span.start, head.span.start), "call "),), safe=True),)
     elif type(head) is ast.Reference and isinstance(head.target, Variable) and head.target.shadows:
         hint = f"`{head.target.name}` is redefined here; call the builtin function as `std/{head.target.name}`"
+    elif function is ENTITY and is_written and type(head) is ast.Call:
+        at = Span(head.span.source, head.span.start, head.span.start)
+        hint = "several parts are put together by `union`"
+        fixes = (Fix("Write `union`", (Edit(at, "union "),), safe=True),)
     elif not node.arguments and is_written and type(head) in (
         ast.Constant, ast.Reference, ast.Application, ast.Call,
     ):
@@ -313,19 +317,23 @@ def _advice(
             return f"arithmetic needs an array: `(array {text})`", (_wrap(argument, "array"),)
         return "arithmetic needs an array: `(vector a b)`, `(array list)`", ()
     if name in ("Numeric", "Number", "Float", "Integer") and kind.tag == "String":
-        number = re.fullmatch(r'"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*"', text)
-        if number:
-            return f"write the number without quotes: `{number[1]}`", (_replace(argument, number[1]),)
-        if builtin.name == "+":
-            return "texts are joined by `string-append` or `string`", ()
+        hint, fixes = _unquoted(argument)
+        if hint is None and builtin.name == "+" and node.function.span.expansion is None:
+            head = Edit(node.function.span, "string-append")
+            return "texts are joined by `string-append`", (Fix("Write `string-append`", (head,), safe=True),)
+        return hint, fixes
     if name == "String" and kind.tag in ("Integer", "Float"):
-        return "convert the number: `(number->string n)`, `(string x)`", ()
+        fixes = (_wrap(argument, "string"),) if is_short else ()
+        return "convert the number: `(string x)`", fixes
     if name in ("Vector", "Point") and kind.tag in ("Integer", "Float"):
         return "write a point as `[x y z]`", ()
     if name == "Integer" and kind.tag == "Float":
         return "round it: `(round n)`, `(floor n)`", ()
-    if name == "Function" and is_short:
-        return f"pass a function: `(lambda (x) ...)`, or a name such as `{'even?' if builtin.name == 'filter' else 'square'}`", ()
+    if name == "Function":
+        fixes = ()
+        if kind is ENTITY and is_short:
+            fixes = (Fix("Write a function", (Edit(argument.span, f"(lambda (_) {text})"),), safe=True),)
+        return "pass a function: `(lambda (x) ...)`", fixes
     if name == "Entity" and kind.tag == "String" and is_short:
         return f"call the word: `(call {text})`", (_wrap(argument, "call"),)
     if name == "Parts" and kind.tag == "String" and is_short:
@@ -542,9 +550,14 @@ def check_callback(
     if low is None or low <= count <= high:
         return
     expected = f"{'at least ' if high == math.inf else ''}{low if low == high or high == math.inf else f'{low} to {high}'}"
+    fixes: tuple[Fix, ...] = ()
+    head = re.match(r"\(lambda\s+\(\)", node.span.text) if node.span.expansion is None else None
+    if head is not None and count == 1:
+        at = Span(node.span.source, node.span.start + head.end() - 1, node.span.start + head.end() - 1)
+        fixes = (Fix("Add a parameter", (Edit(at, "_"),), safe=True),)
     inference.report(
         "arity", f"{caller} calls {name} with {plural(count, 'argument')}, but it expects {expected}", node.span,
-        f"parameters: {usage}", always=runs, expected=f"a Function of {plural(count, 'argument')}",
+        f"parameters: {usage}", fixes=fixes, always=runs, expected=f"a Function of {plural(count, 'argument')}",
         found=f"a Function of {expected}", signature=usage,
     )  # fmt: skip
 
@@ -682,11 +695,24 @@ def _check_parameter(inference: Inference, owner: str, parameter: ast.Parameter,
         return True
     sign = ":" if parameter.kind == "keyword" else ""
     expected = expected_name(parameter.type.name)
+    hint, fixes = _unquoted(value) if parameter.type.name in _NUMBERS else (None, ())
     inference.report(
         "type", f"the parameter `{sign}{parameter.name}` of {owner} expects {expected}, got {shown(value, kind)}",
-        value.span, f"parameters: {usage}", expected=expected, found=describe(kind), signature=usage,
+        value.span, hint or f"parameters: {usage}", fixes=fixes, expected=expected, found=describe(kind), signature=usage,
     )  # fmt: skip
     return False
+
+
+_NUMBERS = ("Number", "Float", "Integer")
+_QUOTED_NUMBER = re.compile(r'"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*"')
+
+
+def _unquoted(node: Any) -> tuple[str | None, tuple[Fix, ...]]:
+    """Return the hint and fix for a number that is written as a string."""
+    match = _QUOTED_NUMBER.fullmatch(node.span.text) if node.span.expansion is None else None
+    if match is None:
+        return None, ()
+    return f"write the number without quotes: `{match[1]}`", (_replace(node, match[1]),)
 
 
 def _written_keyword(nodes: Sequence[Any]) -> Any:
@@ -704,7 +730,7 @@ def _report_plain_keyword(inference: Inference, node: Any, code: ast.Lambda, own
         return False
     hint = f"pass `{key.value}` by position, or make it a keyword parameter: `(:{key.value} default)`"
     inference.report(
-        "keyword", f"{owner} takes `{key.value}` by position, not as the keyword `:{key.value}`", key.span, hint,
+        "arity", f"{owner} takes `{key.value}` by position, not as the keyword `:{key.value}`", key.span, hint,
         expected=f"{plural(len(names), 'positional argument')}", found=f":{key.value}", signature=code.usage,
     )  # fmt: skip
     return True
@@ -757,7 +783,12 @@ def _report_lambda_arity(
     free = [name for name in named if name not in {key for key, _, _ in keywords}]
     fixes: tuple[Fix, ...] = ()
     extra = nodes[most:]
-    if named and extra and len(extra) <= len(free) and all(each.span.expansion is None for each in extra):
+    first = next((p for p in code.parameters if p.kind == "required"), None)
+    if extra and first is not None and first.name == "things" and most == 1:
+        span = Span(node.span.source, nodes[0].span.start, nodes[-1].span.end)
+        hint = "the things are given as one list: `(list ...)`"
+        fixes = (Fix("Write a list", (Edit(span, f"(list {span.text})"),), safe=True),)
+    elif named and extra and len(extra) <= len(free) and all(each.span.expansion is None for each in extra):
         pairs = [f":{name} {each.span.text}" for name, each in zip(free, extra)]
         hint = f"name the argument{'s' * (len(pairs) > 1)}: `{' '.join(pairs)}`"
         safe = len(extra) == len(free) == 1
@@ -875,6 +906,7 @@ def _check_embeddings(inference: Inference, node: ast.Call, owner: str) -> bool:
             continue
         kind = inference.result.kinds[argument]
         if kind is ANY or kind is NEVER:
+            next(pending, None)  # it may be a keyword, and this its value
             continue
         tags = {option.tag for option in kind.options}
         if tags & {"Embedding", "String", "Keyword"}:
@@ -975,7 +1007,8 @@ def keyword_fixes(parameter: ast.Parameter, function: ast.Lambda) -> tuple[Fix, 
     span = parameter.target.span if isinstance(parameter.target, Variable) else None
     if span is None or span.expansion is not None or function.span.expansion is not None:
         return ()
-    return (Fix("Make it a keyword parameter", (Edit(Span(span.source, span.start, span.start), ":"),)),)
+    edit = Edit(Span(span.source, span.start, span.start), ":")
+    return (Fix("Make it a keyword parameter", (edit,), safe=True),)
 
 
 # --- primitives ------------------------------------------------------------------------------------------------------
@@ -1017,8 +1050,8 @@ def _attribute_advice(attribute: Attribute, value: Any, kind: Kind) -> tuple[str
     is_literal = type(value) is ast.Constant and type(value.value) is str and value.span.expansion is None
     if attribute.name == "color" and is_literal:
         return f"convert the name: `(color {text})`", (_wrap(value, "color"),)
-    if is_literal and re.fullmatch(r'"[-+]?[\d.]+"', text):
-        return f"write the number without quotes: `{text[1:-1]}`", (_replace(value, text[1:-1]),)
+    if is_literal and _unquoted(value)[0] is not None:
+        return _unquoted(value)
     if "Triple" in attribute.accepts and "Number" not in attribute.accepts and kind.tag in ("Integer", "Float"):
         return "write a point as `[x y z]`", ()
     if attribute.accepts == ("Number",) and kind.tag in ("Vector", "List"):
@@ -1065,7 +1098,7 @@ def transform(inference: Inference, node: ast.Transform, part: Kind, matrix: Kin
             hint, fixes = swap_fix(node, node.part, node.matrix)
             usage = "(transform part matrix)"
             inference.report(
-                "parts", f"`transform` expects the part first and the pose second, got {describe(part)} first",
+                "pose", f"`transform` expects the part first and the pose second, got {describe(part)} first",
                 node.span, f"{hint}: write `{usage}`", fixes=fixes, expected="an Entity", found=describe(part),
                 signature=usage,
             )  # fmt: skip
@@ -1167,12 +1200,20 @@ def _is_parts(kind: Kind) -> bool:
     return kind.tag == "List" and kind.item is PART
 
 
-def report_array_item(inference: Inference, node: Any, kind: Kind) -> None:
-    text = node.span.text
+def _is_no_number(inference: Inference, node: Any) -> bool:
+    kind = inference.result.kinds[node]
+    return kind is not ANY and not any(option.tag in ("Integer", "Float") for option in kind.options)
+
+
+def report_array_item(inference: Inference, around: ast.ArrayLiteral, node: Any, kind: Kind) -> None:
     hint = "use `(list ...)` for a list of other values"
     fixes: tuple[Fix, ...] = ()
-    if type(node) is ast.Constant and node.span.expansion is None and re.fullmatch(r'"[-+]?[\d.]+"', text):
-        hint, fixes = f"write the number without quotes: `{text[1:-1]}`", (_replace(node, text[1:-1]),)
+    number, number_fixes = _unquoted(node)
+    if number is not None:
+        hint, fixes = number, number_fixes
+    elif around.span.expansion is None and around.span.text.startswith("["):
+        edit = Edit(around.span, f"(list {around.span.text[1:-1]})")
+        fixes = (Fix("Write a list", (edit,), safe=all(_is_no_number(inference, item) for item in around.items)),)
     inference.report(
         "type", f"expected a number in an array, got {shown(node, kind)}", node.span, hint, fixes=fixes,
         expected="a number", found=describe(kind),
@@ -1212,6 +1253,18 @@ def report_swapped_loop(inference: Inference, node: ast.UnionLoop) -> None:
     inference.report(
         "type", "`union-loop` expects the count first and the function second", node.span, f"{hint}: `{usage}`",
         fixes=fixes, expected="an Integer", found="a Function", signature=usage,
+    )  # fmt: skip
+
+
+def report_loop_body(inference: Inference, node: ast.UnionLoop, kind: Kind) -> None:
+    """Report a body of ``union-loop`` that is no function."""
+    body, found = node.function, describe(kind)
+    fixes: tuple[Fix, ...] = ()
+    if body.span.expansion is None:
+        fixes = (Fix("Write a function", (Edit(body.span, f"(lambda (i) {body.span.text})"),), safe=True),)
+    inference.report(
+        "not-a-procedure", f"`union-loop` expects a function of the index, got {found}", body.span,
+        "write `(lambda (i) ...)` around the body", fixes=fixes, expected="a Function", found=found,
     )  # fmt: skip
 
 

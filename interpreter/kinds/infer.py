@@ -484,7 +484,7 @@ def _array(inference: Inference, node: ast.ArrayLiteral) -> Kind:
     for item, kind in zip(node.items, kinds):
         tags = {option.tag for option in kind.options}
         if kind is not ANY and kind is not NEVER and not tags & _ROWS:
-            calls.report_array_item(inference, item, kind)
+            calls.report_array_item(inference, node, item, kind)
             return ANY
     if all(kind.tag in ("Integer", "Float") or kind is NUMBER for kind in kinds):
         return vector_of(len(kinds), all(kind is INTEGER for kind in kinds))
@@ -620,10 +620,7 @@ def _union_loop(inference: Inference, node: ast.UnionLoop) -> Kind:
     else:
         function = inference.infer(node.function)
     if not accepts("Function", function):
-        shown = describe(function)
-        inference.report("not-a-procedure", f"`union-loop` expects a function of the index, got {shown}",
-                         node.function.span,
-                         "write `(lambda (i) ...)` around the body", expected="a Function", found=shown)  # fmt: skip
+        calls.report_loop_body(inference, node, function)
     else:
         calls.check_callback(inference, node.function, function, [INTEGER], "`union-loop`", runs)
     return PARTS

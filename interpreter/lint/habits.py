@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 from scenelang.grammar.datum import Source, Span
@@ -114,7 +115,7 @@ FORMS: Sequence[Form] = (
     Form("JavaScript", "(var ?name ?value)", "(define ?name ?value)", "names are defined by `define`", "name"),
     Form("JavaScript", "(let ?name ?value)", "(define ?name ?value)", "names are defined by `define`", "name"),
     Form("Common Lisp", "(setq ?name ?value)", "(define ?name ?value)",
-         "names are defined by `define`, and changed by `set!`", "name", is_sure=False),
+         "names are defined by `define`, and changed by `set!`", "name"),
     Form("Common Lisp", "(setf ?name ?value)", "(set! ?name ?value)", "variables are changed by `set!`"),
     Form("Clojure", "(fn [?args ...] ?body ...)", "(lambda (?args ...) ?body ...)", "functions are written `lambda`"),
     Form("Clojure", "(fn (?args ...) ?body ...)", "(lambda (?args ...) ?body ...)", "functions are written `lambda`"),
@@ -130,25 +131,25 @@ FORMS: Sequence[Form] = (
          "use `let` and `when`"),
     Form("Python", "(?name = ?value)", "(?name ?value)", "a binding is `(name value)`, without `=`"),
     Form("Common Lisp", "(dotimes (?i ?n) ?body ...)", "(for/union ((?i ?n)) ?body ...)",
-         "`for/union` collects the entities of a loop, `for/list` its values", is_sure=False),
+         "`for/union` collects the entities of a loop, `for/list` its values"),
     Form("Clojure", "(dotimes [?i ?n] ?body ...)", "(for/union ((?i ?n)) ?body ...)",
-         "`for/union` collects the entities of a loop, `for/list` its values", is_sure=False),
+         "`for/union` collects the entities of a loop, `for/list` its values"),
     Form("Common Lisp", "(dolist (?x ?xs) ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
-         "`for/union` collects the entities of a loop, `for/list` its values", is_sure=False),
+         "`for/union` collects the entities of a loop, `for/list` its values"),
     Form("Clojure", "(doseq [?x ?xs] ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
-         "`for/union` collects the entities of a loop, `for/list` its values", is_sure=False),
+         "`for/union` collects the entities of a loop, `for/list` its values"),
     Form("Clojure", "(for [?x ?xs] ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
-         "`for/union` collects the entities of a loop, `for/list` its values", is_sure=False),
+         "`for/union` collects the entities of a loop, `for/list` its values"),
     Form("Python", "(for ?x in range (?n) : ?body ...)", "(for/union ((?x ?n)) ?body ...)",
-         "`for/union` collects the entities of a loop, `for/list` its values", is_sure=False),
+         "`for/union` collects the entities of a loop, `for/list` its values"),
     Form("JavaScript", "(bind ?word {?body ...})", "(bind ?word (lambda () (?body ...)))",
          "a word is bound to a function"),
     Form("Python", "(for ?x in ?xs ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
-         "`for/union` collects the entities of a loop, `for/list` its values", is_sure=False),
+         "`for/union` collects the entities of a loop, `for/list` its values"),
     Form("JavaScript", "(for (?x in ?xs) ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
-         "`for/union` collects the entities of a loop, `for/list` its values", is_sure=False),
+         "`for/union` collects the entities of a loop, `for/list` its values"),
     Form("JavaScript", "(for (?x of ?xs) ?body ...)", "(for/union ((?x ?xs)) ?body ...)",
-         "`for/union` collects the entities of a loop, `for/list` its values", is_sure=False),
+         "`for/union` collects the entities of a loop, `for/list` its values"),
     Form("Common Lisp", "(loop for ?x in ?xs collect ?body)", "(for/list ((?x ?xs)) ?body)",
          "`for/list` collects the values of a loop"),
     Form("Common Lisp", "(loop for ?x below ?n collect ?body)", "(for/list ((?x ?n)) ?body)",
@@ -260,16 +261,17 @@ class Tree:
     items: list[Tree] = field(default_factory=list)
 
 
-def trees(text: str) -> Tree:
-    """Return the datums of a text under one root. Brackets that do not match are closed where a list ends."""
-    root = Tree(0, len(text), text, "top")
+def trees(text: str, start: int = 0, end: int | None = None) -> Tree:
+    """Return the datums of a piece of a text under one root. Brackets that do not match are closed where a list ends."""
+    end = len(text) if end is None else end
+    root = Tree(start, end, "", "top")
     stack = [root]
-    for match in _TOKEN.finditer(text):
+    for match in _TOKEN.finditer(text, start, end):
         kind = match.lastgroup
         if kind in ("space", "comment"):
             continue
         if kind == "open":
-            tree = Tree(match.start(), len(text), "", match.group())
+            tree = Tree(match.start(), end, "", match.group())
             stack[-1].items.append(tree)
             stack.append(tree)
         elif kind == "close":
@@ -310,7 +312,7 @@ def explain(source: Source, diagnostics: Sequence[Diagnostic]) -> list[Diagnosti
         return list(diagnostics)
     found = [each for each in _foreign_pieces(source) if any(_explains(each, d) for d in own)]
     rest: list[Habit] = []
-    for habit in sorted(_habits(source), key=lambda each: (each.start, -each.end)):
+    for habit in sorted(_habits(source, _regions(source.text, own)), key=lambda each: (each.start, -each.end)):
         if any(_covers(other, habit) for other in found):
             continue
         (found if any(_explains(habit, d) for d in own) else rest).append(habit)
@@ -333,7 +335,7 @@ def _explains(habit: Habit, diagnostic: Diagnostic) -> bool:
     span = diagnostic.span
     assert span is not None
     knows = any(fix.safe or diagnostic.name == "bad-atom" for fix in diagnostic.fixes)
-    if habit.row != "whole" and knows and diagnostic.name != "bracket":
+    if habit.row != "whole" and knows and diagnostic.name not in ("bracket", "unbound"):
         return False  # the diagnostic knows better what to do
     if diagnostic.name == "unbound" and span.text in habit.names:
         return True
@@ -379,17 +381,33 @@ def _shown(text: str) -> str:
     return text if len(text) <= _MAX_SHOWN else text[: _MAX_SHOWN - 4] + " ..."
 
 
-def _habits(source: Source) -> Iterator[Habit]:
-    root = trees(source.text)
-    yield from _commas(source, root)
-    yield from _spellings(source)
-    for tree in _walk(root):
-        if tree.opener:
-            yield from _forms(source, tree)
-            yield from _calls_of_words(source, tree)
+def _habits(source: Source, regions: Sequence[tuple[int, int]]) -> Iterator[Habit]:
+    words = frozenset(re.findall(r'\(bind\s+"([^"\s]+)"', source.text))
+    for start, end in regions:
+        root = trees(source.text, start, end)
+        yield from _commas(source, root)
+        yield from _spellings(source, start, end)
+        for tree in _walk(root):
+            if tree.opener:
+                yield from _forms(source, tree)
+                yield from _calls_of_words(source, tree, words)
+            else:
+                yield from _named(source, tree)
+        yield from _assignments(source, root)
+
+
+def _regions(text: str, errors: Sequence[Diagnostic]) -> list[tuple[int, int]]:
+    """Return the pieces of a text, from one line that begins with a bracket to the next, in which the errors are."""
+    found: list[tuple[int, int]] = []
+    for start, end in sorted({(d.span.start, d.span.end) for d in errors if d.span is not None}):
+        first = text.rfind("\n(", 0, start) + 1
+        next_ = text.find("\n(", max(end, start + 1))
+        last = len(text) if next_ < 0 else next_ + 1
+        if found and first < found[-1][1]:
+            found[-1] = (found[-1][0], max(found[-1][1], last))
         else:
-            yield from _named(source, tree)
-    yield from _assignments(source, root)
+            found.append((first, last))
+    return found
 
 
 # --- names -----------------------------------------------------------------------------------------------------------
@@ -418,13 +436,13 @@ def _module_function(text: str) -> str:
     return name if name in _SAME else _OTHER.get(name, "")
 
 
-def _calls_of_words(source: Source, tree: Tree) -> Iterator[Habit]:
+def _calls_of_words(source: Source, tree: Tree, words: frozenset[str]) -> Iterator[Habit]:
     """``(cube :scale 2)`` and ``(call cube)``: words that are used as names."""
     items = tree.items
     if tree.opener != "(" or not items:
         return
     head = items[0]
-    if is_word(head.text):
+    if is_word(head.text) or head.text in words:
         instead = f'call "{head.text}"'
         rest = source.text[head.end : tree.end]
         text = f"({instead}{rest}"
@@ -478,11 +496,11 @@ def _commas(source: Source, root: Tree) -> Iterator[Habit]:
                                 fix), "commas")  # fmt: skip
 
 
-def _spellings(source: Source) -> Iterator[Habit]:
-    text = _masked(source.text)
+def _spellings(source: Source, first: int, last: int) -> Iterator[Habit]:
+    text = _masked(source.text[first:last])
     for row in SPELLINGS:
         for match in re.finditer(row.pattern, text, re.S):
-            start, end = match.span()
+            start, end = match.start() + first, match.end() + first
             written = source.text[start:end]
             if "comment" in row.hint and row.instead == "":
                 yield _comment(source, start, end, row)
@@ -531,14 +549,21 @@ def _masked(text: str) -> str:
 
 # --- forms -----------------------------------------------------------------------------------------------------------
 
-_PATTERNS: dict[str, Tree] = {}
+@cache
+def _patterns() -> dict[str, list[tuple[Form, Tree]]]:
+    """The patterns by what they must begin with: the head, or for infix operators the second datum."""
+    found: dict[str, list[tuple[Form, Tree]]] = {}
+    for form in FORMS:
+        tree = trees(form.pattern).items[0]
+        literal = next((item.text for item in tree.items[:2] if item.text and not item.text.startswith("?")), "")
+        found.setdefault(literal, []).append((form, tree))
+    return found
 
 
 def _forms(source: Source, tree: Tree) -> Iterator[Habit]:
-    for form in FORMS:
-        pattern = _PATTERNS.get(form.pattern)
-        if pattern is None:
-            pattern = _PATTERNS[form.pattern] = trees(form.pattern).items[0]
+    patterns = _patterns()
+    keys = dict.fromkeys([*(item.text for item in tree.items[:2] if item.text), ""])
+    for form, pattern in (row for key in keys for row in patterns.get(key, ())):
         bound: dict[str, list[Tree]] = {}
         if not _matches(pattern, tree, bound):
             continue
@@ -547,12 +572,13 @@ def _forms(source: Source, tree: Tree) -> Iterator[Habit]:
         names = frozenset(part.text for part in bound.get(form.defines, ()) if part.text)
         message = f"`{_shown(source.text[start:end])}` is {form.language}, not the Scene Language"
         if not form.instead:
-            yield Habit(start, end, inner, names, _diagnostic(source, start, end, message, form.hint, None), form)
-            return
-        instead = _filled(source, form.instead, bound)
-        fix = Fix(f"Change to `{_shown(instead)}`", (Edit(Span(source, start, end), instead),), form.is_sure)
-        hint = f"write `{_shown(instead)}`: {form.hint}"
-        yield Habit(start, end, inner, names, _diagnostic(source, start, end, message, hint, fix), form)
+            diagnostic = _diagnostic(source, start, end, message, form.hint, None)
+        else:
+            instead = _filled(source, form.instead, bound)
+            fix = Fix(f"Change to `{_shown(instead)}`", (Edit(Span(source, start, end), instead),), form.is_sure)
+            hint = f"write `{_shown(instead)}`: {form.hint}"
+            diagnostic = _diagnostic(source, start, end, message, hint, fix)
+        yield Habit(start, end, inner, names, diagnostic, form)
         return
 
 
@@ -650,13 +676,12 @@ def _language(lines: Sequence[str]) -> tuple[str, str] | None:
     return best[2], best[3]
 
 
+_DEFINED = re.compile(r"(?:def|function|module|class|const|let|var)\s+(\w+)|^(\w+)\s*=", re.M)
+
+
 def _names_in(lines: Sequence[str]) -> frozenset[str]:
-    """Names that foreign code defines, which the rest of the text may use."""
-    text = "".join(lines)
-    return frozenset(re.findall(r"(?:def|function|module|class|const|let|var)\s+(\w+)|^(\w+)\s*=", text, re.M) and [
-        name for pair in re.findall(r"(?:def|function|module|class|const|let|var)\s+(\w+)|^(\w+)\s*=", text, re.M)
-        for name in pair if name
-    ])  # fmt: skip
+    """Return the names that foreign code defines, which the rest of the text may use."""
+    return frozenset(name for pair in _DEFINED.findall("".join(lines)) for name in pair if name)
 
 
 __all__ = ["FORMS", "NAMES", "SPELLINGS", "Habit", "explain"]

@@ -314,6 +314,8 @@ def with_fixes(diagnostic: Diagnostic) -> Diagnostic:
         fix = Fix("Write it in quotes", (Edit(span, f'"{text}"'),), safe=True)
     elif diagnostic.name == "bad-atom" and (match := _FRACTION.match(text)):
         fix = Fix("Write a division", (Edit(span, f"(/ {match[1]} {match[2]})"),), safe=not _is_quoted(span))
+    elif diagnostic.name == "extra-close" and text in (")", "]") and "unmatched" in diagnostic.message:
+        fix = Fix("Remove the bracket", (Edit(span, ""),), safe=True)
     return replace(diagnostic, fixes=(fix,)) if fix is not None else diagnostic
 
 

@@ -1,4 +1,4 @@
-# expect E601
+# expect E602
 from helper import *
 
 @register("leg")
