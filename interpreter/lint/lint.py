@@ -220,7 +220,8 @@ def _once_for_each_word(found: list[Diagnostic]) -> list[Diagnostic]:
         if word is not None:
             seen.add(word)
     near = {near for d in kept if d.name == "near-word" for near in d.near}
-    return [d for d in kept if not (d.name == "ambiguous-root" and any(f'"{word}"' in d.message for word in near))]
+    about_roots = ("ambiguous-root", "unreachable-word")
+    return [d for d in kept if not (d.name in about_roots and any(f'"{word}"' in d.message for word in near))]
 
 
 def _misspelled_parameters(found: list[Diagnostic], program: Program) -> list[Diagnostic]:
