@@ -42,7 +42,7 @@ from scenelang.interpreter.runtime.procedures import Closure
 from scenelang.interpreter.runtime.runtime import Runtime, ZEntry
 from scenelang.interpreter.runtime.types import STD
 from scenelang.interpreter.scene.entity import Scene
-from scenelang.interpreter.scene.numbering import automatic_entries, graft, serials_at
+from scenelang.interpreter.scene.numbering import apply_overrides, overrides_by_path, serials_at
 from scenelang.sandbox.supervision import limited, link
 from scenelang.sandbox.worker import trial
 from scenelang.stdlib.library import build_library
@@ -523,13 +523,13 @@ class Session:
     def _with_entries(self, program: Program, runtime: Runtime, word: str, scene: Scene) -> Scene:
         """Apply embeddings to entities with automatic handles; the program runs again to restore the states of the
         random streams."""
-        entries, unused = automatic_entries(scene, self.options.z_entries)
+        entries, unused = overrides_by_path(scene, self.options.z_entries)
         for name in unused:
             runtime.warn("unused-entry", f"the embedding `<{name}>` matches no entity of the scene")
         if not entries:
             return scene
         again = self._runtime(program.main, serials_at(scene, entries))
-        grafted = graft(again, self._run_once(program, again, word), entries)
+        grafted = apply_overrides(again, self._run_once(program, again, word), entries)
         runtime.warnings.update(again.warnings)
         return grafted
 

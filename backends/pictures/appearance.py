@@ -107,7 +107,7 @@ def look_of(entity: Entity) -> Look:
     attributes, shape = entity.embedding.attributes, entity.shape
     color = shape.color if shape is not None else (1.0, 1.0, 1.0)
     if attributes.get("color") is None and shape is not None:
-        chosen = shape.own_color(entity.word, attributes)
+        chosen = shape.color_seed(entity.word, attributes)
         color = color if chosen is None else tint(*chosen)
     given = {name: value for name in READ if (value := attributes.get(name)) is not None}
     if not given:

@@ -16,7 +16,7 @@ from scenelang.interpreter.compile.analyse import children, pattern_variables, w
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.runtime.types import Builtin
 from scenelang.interpreter.runtime.values import Keyword, Pair
-from scenelang.interpreter.scene.primitives import geometry_read, solid_words
+from scenelang.interpreter.scene.primitives import geometry_attributes, solid_words
 
 if TYPE_CHECKING:
     from scenelang.interpreter.program.program import Program
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 def _all_geometry() -> frozenset[str]:
     """The attributes that the geometry of some primitive reads."""
-    return frozenset(name for word in solid_words() for name in geometry_read(word) or ())
+    return frozenset(name for word in solid_words() for name in geometry_attributes(word) or ())
 
 
 def optional_parameters(form: Any, word: str | None) -> Iterator[Diagnostic]:
@@ -45,7 +45,7 @@ def idle_attributes(nodes: Iterable[Any]) -> Iterator[tuple[str, Diagnostic]]:
     """Attributes of a geometric primitive that its geometry does not read, though another's does, or nearly so."""
     for node in nodes:
         word = node.word.value if type(node) is ast.Call and type(node.word) is ast.Constant else None
-        if word is None or geometry_read(word) is None:
+        if word is None or geometry_attributes(word) is None:
             continue
         for argument in node.arguments:
             if type(argument) is ast.Constant and type(argument.value) is Keyword:
@@ -60,14 +60,14 @@ def idle_attributes(nodes: Iterable[Any]) -> Iterator[tuple[str, Diagnostic]]:
 
 def near_attribute(word: str, name: str) -> str | None:
     """An attribute that the primitive reads and ``name`` may be a misspelling of."""
-    near = get_close_matches(name.lower(), geometry_read(word) or (), n=1, cutoff=0.75)
+    near = get_close_matches(name.lower(), geometry_attributes(word) or (), n=1, cutoff=0.75)
     return near[0] if near else None
 
 
 def idle_hint(word: str, name: str) -> str | None:
     """A hint for an attribute that a geometric primitive does not read, though another's geometry does, or nearly so;
     None where it is read, or may be the program's own."""
-    read = geometry_read(word) or ()
+    read = geometry_attributes(word) or ()
     if name in read:
         return None
     near = near_attribute(word, name)

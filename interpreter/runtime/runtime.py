@@ -142,8 +142,8 @@ class ZEntry:
 
 def _note_place(entity: Entity, span: Span) -> None:
     """Record the location of another call that created a shared primitive."""
-    if len(entity.places) < _MAX_PLACES and all(place is not span for place in entity.places):
-        entity.places = (*entity.places, span)
+    if len(entity.call_sites) < _MAX_PLACES and all(place is not span for place in entity.call_sites):
+        entity.call_sites = (*entity.call_sites, span)
 
 
 class Runtime:
@@ -527,7 +527,7 @@ class Runtime:
         entity = self._primitives.get((word, key))
         if entity is None:
             entity = self._primitives[word, key] = self._new_primitive(word, z, False, span)
-        elif span is not None and (not entity.places or span is not entity.places[-1]):
+        elif span is not None and (not entity.call_sites or span is not entity.call_sites[-1]):
             _note_place(entity, span)
         return entity
 
@@ -538,7 +538,7 @@ class Runtime:
         cls = class_of(word)
         if cls.is_file:
             asset, attributes = parts.load_asset(self, attributes)
-        shape = cls.made(word, attributes, asset)
+        shape = cls.from_attributes(word, attributes, asset)
         if shape.is_flat:
             self.warn("no-extent", f'the primitive "{word}" has zero extent along some axis', span)
         return Entity(word, z, (), shape, tainted, () if span is None else (span,))

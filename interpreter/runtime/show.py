@@ -400,7 +400,7 @@ def primitive_attributes(entity: Entity) -> dict[str, Any]:
     """Return a primitive's attributes as JSON data, including defaults, without those that cannot be serialized."""
     found = plain_attributes(entity)
     if entity.shape is not None:
-        defaults = entity.shape.defining()
+        defaults = entity.shape.defining_attributes()
         found = {
             **{k: v for k, v in defaults.items() if k not in found or k != "fill"},
             **_unnormalised(found, defaults),

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from scenelang.grammar.diagnostics import suggest
 from scenelang.grammar.reader import is_keyword_name
 from scenelang.interpreter.lint.rules import idle_hint
-from scenelang.interpreter.scene.primitives import block_words, geometry_read, solid_words
+from scenelang.interpreter.scene.primitives import block_words, geometry_attributes, solid_words
 from scenelang.interpreter.transpile.analysis.inference import POSE, SEQUENCES, SHAPE
 from scenelang.interpreter.transpile.analysis.scopes import Function, PythonVariable, is_none
 from scenelang.interpreter.transpile.python_text import HELPERS
@@ -274,7 +274,7 @@ def _check_read(w: Writer, word: ast.expr, value: ast.expr) -> None:
     """Warn about arguments that no primitive has; those of other primitives are for the checker to find."""
     said = word.value if isinstance(word, ast.Constant) else None
     kind = _SHAPES.get(said) if isinstance(said, str) else None
-    read = None if kind is None else geometry_read(kind)
+    read = None if kind is None else geometry_attributes(kind)
     if not isinstance(said, str) or kind is None or read is None or not isinstance(value, ast.Dict):
         return
     for key in value.keys:
