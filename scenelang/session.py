@@ -29,9 +29,9 @@ from scenelang.interpreter.lint.lint import (
     apply_fixes,
     find_root,
     lint,
-    lint_of_forms,
-    not_allowed,
+    lint_forms,
     with_fixes,
+    without_suppressed,
     word_warnings,
 )
 from scenelang.interpreter.program.interactive import JournaledRuntime, TopLevel, Version, Versions
@@ -368,7 +368,7 @@ class Session:
         ``is_written`` is False for programs translated from Python, for which unused definitions are not reported.
         """
         if not program.ok:
-            return lint_of_forms(program) if is_written else []
+            return lint_forms(program) if is_written else []
         try:
             root = self._root(program)[1]
         except SceneError as error:
@@ -416,7 +416,7 @@ class Session:
             return Evaluated(checked.program, None, checked.diagnostics)
         program = checked.program
         runtime = self._runtime(source)
-        runtime.meter.renew(started)
+        runtime.meter.reset(started)
         run = lambda: self._run(program, runtime)
         try:
             scene = run_with_room(run, self.options.limits.depth, runtime.meter.cancel, self.folders(source))
@@ -427,7 +427,7 @@ class Session:
             used = ", ".join(f"<{name}>" for name in list(self.options.z_entries)[:8])
             note = Note(f"embeddings are applied to {used}; remove one with `embeddings FILE set HANDLE --clear`")
             problem = replace(problem, notes=(*problem.notes, note))
-        warnings = not_allowed(runtime.warnings.values(), program.sources)
+        warnings = without_suppressed(runtime.warnings.values(), program.sources)
         diagnostics = [*checked.diagnostics, *warnings, *([problem] if problem else [])]
         return Evaluated(program, scene, tuple(diagnostics), tuple(runtime.log), runtime.meter.total)
 
@@ -444,7 +444,7 @@ class Session:
             except SceneError as error:
                 found = [error.diagnostic]
         sources = result.program.sources if result.program is not None else ()
-        return [*result.diagnostics, *not_allowed(found, sources)]
+        return [*result.diagnostics, *without_suppressed(found, sources)]
 
     @property
     def _macro_limits(self) -> Limits:
@@ -606,7 +606,7 @@ def _too_deep(limits: Limits, error: RecursionError) -> Diagnostic:
 
 def settled(diagnostics: Iterable[Diagnostic], sources: Iterable[Source]) -> tuple[Diagnostic, ...]:
     """Prepare diagnostics for display: sort by position, remove duplicates and those suppressed by comments."""
-    return tuple(with_fixes(d) for d in _sorted(not_allowed(diagnostics, sources)))
+    return tuple(with_fixes(d) for d in _sorted(without_suppressed(diagnostics, sources)))
 
 
 def _sorted(diagnostics: list[Diagnostic]) -> list[Diagnostic]:

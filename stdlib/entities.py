@@ -168,7 +168,7 @@ def call_embeddings(rt: Runtime, word: str, arguments: Any) -> Any:
     ("(apply-entity-function (lambda (z gamma) (length gamma)) <z1> (list <z2>))", "1"),
 )
 def apply_entity_function(rt: Runtime, function: Procedure, z: Embedding, rest: Any) -> Any:
-    return rt.shared_application(function, z, rest)
+    return rt.apply_memoised(function, z, rest)
 
 
 @define(

@@ -24,7 +24,7 @@ from scenelang.grammar.reader import Chunk, read, split_again
 from scenelang.interpreter.expand.expand import RunMacro
 from scenelang.interpreter.expand.scope import Scope, Variable, base_name
 from scenelang.interpreter.lint.lint import WHOLE_FILE, new_form_warnings
-from scenelang.interpreter.lint.rules import FactBook
+from scenelang.interpreter.lint.rules import FactCache
 from scenelang.interpreter.program.program import (
     Import,
     LookupRecord,
@@ -113,13 +113,13 @@ class Versions:
         self._pieces: tuple[tuple[int, Piece], ...] = ()
         self._state: ProgramState | None = None
         self._file: SourceFile | None = None
-        self._book = FactBook()
+        self._fact_cache = FactCache()
 
     def analyse(self, source: Source, load: Callable[[str, Source, Span], Source], run_macro: RunMacro) -> Version:
         """Analyse the next version. ``load`` and ``run_macro`` are as for ``load_program``."""
         previous = self._state.files if self._state is not None else {}
         state = ProgramState(
-            self._prelude, load, {}, run_macro, previous_files=previous, book=self._book, records_uses=True
+            self._prelude, load, {}, run_macro, previous_files=previous, fact_cache=self._fact_cache, records_uses=True
         )
         file = self._file
         if file is None or file.source.name != source.name:
@@ -173,12 +173,12 @@ class JournaledRuntime(Runtime):
         self.clock += 1
         self._start = self.clock
         self._streams = self.streams.snapshot()
-        self.drew = False
+        self.drew_random = False
 
     @property
     def has_changed(self) -> bool:
         """Return whether an object older than the transaction was modified or a random number was drawn."""
-        return bool(self._journal) or self.drew
+        return bool(self._journal) or self.drew_random
 
     @property
     def has_written(self) -> bool:
@@ -192,7 +192,7 @@ class JournaledRuntime(Runtime):
                 setattr(thing, name, value)
         self._journal = {}
         self.streams.restore(self._streams)
-        self.forget_calls()
+        self.invalidate_calls()
 
     def write(self, thing: Mutable) -> None:
         if 0 <= thing.birth < self._start and id(thing) not in self._journal:
@@ -244,7 +244,7 @@ class History:
 
     def _put(self, cell: Cell, value: Any) -> None:
         if cell.observed:  # a cached call has read it
-            self._rt.forget_calls()
+            self._rt.invalidate_calls()
             cell.observed = False
         cell.value = value
 
@@ -575,7 +575,7 @@ class TopLevel:
         file.imports = [each for old in self.forms for each in old.imports]
         self.state.params = [param for each in self.forms for param in each.params]
         if defined or form.imports:
-            self.rt.forget_calls()
+            self.rt.invalidate_calls()
             self._update_dependents(before)
 
     def _update_dependents(self, before: Snapshot) -> None:
@@ -651,7 +651,7 @@ class TopLevel:
                 if f'"{word}"' not in remaining:
                     self.rt.words[word].function = None
         self.file.words = {word: span for form in self.forms for word, span in form.words}
-        self.rt.forget_calls()
+        self.rt.invalidate_calls()
 
     # --- queries -----------------------------------------------------------------------------------------------
 

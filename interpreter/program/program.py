@@ -26,7 +26,7 @@ from scenelang.interpreter.expand.expand import (
 )
 from scenelang.interpreter.expand.forms import FORMS
 from scenelang.interpreter.expand.scope import ConstantBinding, Macro, PaperForm, Scope, Special, Variable, base_name
-from scenelang.interpreter.lint.rules import FactBook, Facts
+from scenelang.interpreter.lint.rules import FactCache, FormFacts
 from scenelang.interpreter.runtime.types import STD, Builtin, Library
 
 # Expander of a single file, with access to the enclosing program.
@@ -288,7 +288,7 @@ class ProgramState:
     loading: list[str] = field(default_factory=list)
     params: list[Param] = field(default_factory=list)
     previous_files: Mapping[str, SourceFile] = field(default_factory=dict)
-    book: FactBook = field(default_factory=FactBook)
+    fact_cache: FactCache = field(default_factory=FactCache)
     records_uses: bool = False
 
 
@@ -753,12 +753,12 @@ class Program:
     all_words: Mapping[str, Span]
     params: tuple[Param, ...]
     diagnostics: tuple[Diagnostic, ...]
-    book: FactBook
+    fact_cache: FactCache
 
     @cached_property
-    def facts(self) -> list[Facts]:
+    def facts(self) -> list[FormFacts]:
         """Facts about each of ``forms``, for lints."""
-        return self.book.of(self.forms)
+        return self.fact_cache.of(self.forms)
 
     @property
     def ok(self) -> bool:
@@ -825,7 +825,7 @@ def assembled(file: SourceFile, scene: ast.Call | None) -> Program:
     all_words = {word: span for each in reversed(files) for word, span in each.words.items()}
     return Program(
         file.source, tuple(each.source for each in files), tuple(forms), scene, dict(file.words), all_words,
-        tuple(state.params), tuple(diagnostics), state.book,
+        tuple(state.params), tuple(diagnostics), state.fact_cache,
     )  # fmt: skip
 
 

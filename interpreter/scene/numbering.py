@@ -370,7 +370,7 @@ def _reevaluated(rt: Runtime, entity: Entity, entry: ZEntry) -> Entity:
         return _with_embedding(rt, entity, z)
     if entity.serial in rt.snapshots:
         rt.streams.restore(rt.snapshots[entity.serial])
-    return rt.remake(entity, z)
+    return rt.reevaluate(entity, z)
 
 
 def _with_embedding(rt: Runtime, entity: Entity, z: Embedding) -> Entity:

@@ -100,7 +100,7 @@ class Tracer:
             function = function_of(top, name)
             if function is not None and function.body is function.code.body:
                 function.body = self._telling(top, name, function)
-                top.rt.forget_calls()
+                top.rt.invalidate_calls()
 
     def toggle(self, top: TopLevel, name: str) -> bool:
         """Toggle tracing of a name; returns whether it is traced now."""
@@ -218,7 +218,7 @@ class ReplEvaluation:
         """Seed the random streams."""
         self.seed = seed % (1 << 32)
         self.top.rt.streams.seed(self.seed)
-        self.top.rt.forget_calls()
+        self.top.rt.invalidate_calls()
 
     # --- evaluating --------------------------------------------------------------------------------------------
 
@@ -301,7 +301,7 @@ class ReplEvaluation:
         """Run an action under fresh limits; Ctrl-C interrupts it. Re-raises its exceptions; raises Ended, with the
         previous state restored, if the monitor killed the process."""
         rt = self.top.rt
-        rt.renew()
+        rt.reset()
         self.tracer.attach(self.top)
         depth = max(EXPANSION_DEPTH, self.session.options.limits.depth)
         folders = self.session.folders(self.top.main)
