@@ -179,15 +179,15 @@ def read_param(datum: ListDatum, name: str) -> Param:
     doc = ""
     if rest and isinstance(rest[0], Atom) and type(rest[0].value) is str:
         doc = rest.pop(0).value
-    ends: dict[str, float] = {}
+    bounds: dict[str, float] = {}
     while rest:
         key = rest.pop(0)
         known = isinstance(key, Atom) and isinstance(key.value, Keyword) and str(key.value) in ("min", "max")
         if not known or not rest or not isinstance(rest[0], Atom) or type(rest[0].value) not in (int, float):
             raise syntax_error("param", "unexpected operand of `param`", key.span)
-        ends[str(key.value)] = rest.pop(0).value
+        bounds[str(key.value)] = rest.pop(0).value
     default = " ".join(datum.items[2].span.text.split())
-    return Param(name, default, doc, ends.get("min"), ends.get("max"), datum.span)
+    return Param(name, default, doc, bounds.get("min"), bounds.get("max"), datum.span)
 
 
 def checked_value(param: Param, value: Any, span: Span) -> Datum:
@@ -485,8 +485,8 @@ class SourceFile:
         else:
             source = state.load(path, self.source, span)
         if source.name in state.loading:
-            circle = " -> ".join([*state.loading[state.loading.index(source.name) :], source.name])
-            raise SceneError("import-cycle", f"import cycle: {circle}", None, span)
+            cycle = " -> ".join([*state.loading[state.loading.index(source.name) :], source.name])
+            raise SceneError("import-cycle", f"import cycle: {cycle}", None, span)
         if source.name not in state.files:
             file = state.previous_files.get(source.name)
             if file is None or file.source.text != source.text:
@@ -712,9 +712,8 @@ class Prelude:
             self._load(self._pending.pop(0))
         yield from self.library.builtins
         yield from self.library.constants
-        yield from (
-            name for name in self._exports if not name.startswith("%")
-        )  # names with `%` are private to the library
+        # Names that start with `%` are private to the library.
+        yield from (name for name in self._exports if not name.startswith("%"))
 
 
 @lru_cache(maxsize=4)
@@ -741,8 +740,8 @@ class Program:
         Declared params.
     diagnostics
         Errors and warnings.
-    book
-        Cached facts for lints.
+    fact_cache
+        Cached facts about forms, for lints.
     """
 
     main: Source
@@ -808,14 +807,14 @@ def finish_program(file: SourceFile) -> Program:
     state.loading.pop()
     for each in list(state.files.values()):
         each.finish()
-    return assembled(file, file.finish_scene())
+    return assemble_program(file, file.finish_scene())
 
 
-def assembled(file: SourceFile, scene: ast.Call | None) -> Program:
+def assemble_program(file: SourceFile, scene: ast.Call | None) -> Program:
     """Assemble the program of an expanded main file and its imports."""
     state = file.state
     assert state is not None
-    files = _in_order(file)
+    files = _import_order(file)
     diagnostics = [d for each in files for d in each.diagnostics()]
     for name in state.overrides.keys() - {param.name for param in state.params}:
         hint = suggest(name, (p.name for p in state.params)) or _known_params(state.params)
@@ -833,7 +832,7 @@ def _known_params(params: Sequence[Param]) -> str | None:
     return "available params: " + ", ".join(f"`{p.name}`" for p in params) if params else None
 
 
-def _in_order(file: SourceFile) -> list[SourceFile]:
+def _import_order(file: SourceFile) -> list[SourceFile]:
     """Return the files of a program, each before the files it imports."""
     found: dict[int, SourceFile] = {}
     stack = [file]
