@@ -315,7 +315,7 @@ class Session:
         def work() -> Translation:
             translation = translate(source)
             checked = self._check(source, translation)
-            return translation.checked(checked.diagnostics)
+            return translation.with_diagnostics(checked.diagnostics)
 
         try:
             with limited(self.options.limits):
