@@ -204,8 +204,10 @@ WHOLE_FILE = frozenset(("unused", "bound-twice", "undefined-word", "unreachable-
 def new_form_warnings(
     main: Source, forms: tuple[Any, ...], words: Mapping[str, Span], all_words: Mapping[str, Span]
 ) -> list[Diagnostic]:
-    """Return the warnings about core forms, given the words that are bound already; they include those of
-    ``WHOLE_FILE``."""
+    """Return the warnings about core forms, given the words that are bound already.
+
+    They include those of ``WHOLE_FILE``.
+    """
     program = Program(main, (), forms, None, words, all_words, (), (), FactCache())
     return [*(d for each in program.facts for d in each.warnings), *word_warnings(program)]
 

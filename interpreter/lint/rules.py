@@ -232,8 +232,10 @@ def _enclosing_list(outer: Span, inner: Span) -> ListDatum | None:
 
 
 def with_spacing(span: Span, text: str) -> str | None:
-    """Pad ``text`` for insertion at ``span`` so that it does not merge with its neighbours; None if a prefix forbids
-    it."""
+    """Pad ``text`` for insertion at ``span`` so that it does not merge with its neighbours.
+
+    Returns None if a prefix forbids it.
+    """
     around = span.source.text
     before, after = around[: span.start][-1:], around[span.end : span.end + 1]
     if before == "," and text.startswith("@"):

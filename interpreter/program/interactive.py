@@ -456,8 +456,10 @@ class TopLevel:
                     self._evaluate_group([fresh(form)], on_result, warn, whole)
 
     def _expands(self, group: Sequence[TopForm]) -> bool:
-        """Return whether forms expand together without errors; otherwise they are expanded one by one to find the
-        error."""
+        """Return whether forms expand together without errors.
+
+        Otherwise the caller expands them one by one to find the error.
+        """
         snapshot = self._snapshot()
         problems = self._add_forms([fresh(form) for form in group])
         self._roll_back(snapshot)

@@ -519,8 +519,10 @@ class _Pairing:
             self._augment(rule)
 
     def _augment(self, rule: _Rule) -> None:
-        """Search augmenting paths from the unpaired rows of ``a``; without one, a matching is maximum (Berge's
-        theorem)."""
+        """Search augmenting paths from the unpaired rows of ``a``.
+
+        Without one, a matching is maximum (Berge's theorem).
+        """
         rows_a, rows_b = self.unpaired()
         if not len(rows_a) or not len(rows_b):
             return
@@ -532,8 +534,10 @@ class _Pairing:
             self._search(row, near, visited, searches)
 
     def _search(self, row: int, near: _Neighbours, visited: set[int], searches: list[int]) -> None:
-        """Search an augmenting path from ``row`` and apply it. ``searches[0]`` is the remaining number of visited
-        rows."""
+        """Search an augmenting path from ``row`` and apply it.
+
+        ``searches[0]`` is the remaining number of visited rows.
+        """
         came_from: dict[int, int] = {}
         queue = deque([row])
         while queue and searches[0] > 0:

@@ -126,8 +126,10 @@ def descendants(*roots: Entity) -> Iterator[Entity]:
 
 
 def contains_blocks(entity: Entity, charge: Callable[[int], None]) -> bool:
-    """Return whether ``entity`` or a descendant is a primitive made of Minecraft blocks; ``charge`` accounts for the
-    work."""
+    """Return whether ``entity`` or a descendant is a primitive made of Minecraft blocks.
+
+    ``charge`` accounts for the work.
+    """
     stack = [entity]
     while stack:
         top = stack[-1]

@@ -381,8 +381,10 @@ def _with_embedding(rt: Runtime, entity: Entity, z: Embedding) -> Entity:
 
 
 def _replace_at(rt: Runtime, root: Entity, path: Path, replacement: Entity) -> Entity:
-    """Return ``root`` with the instance at ``path`` replaced; its ancestors are copied, all other entities are
-    shared."""
+    """Return ``root`` with the instance at ``path`` replaced.
+
+    Its ancestors are copied, all other entities are shared.
+    """
     chain = [root]
     for position in path[:-1]:
         chain.append(chain[-1].children[position].car)

@@ -206,8 +206,10 @@ def not_an_embedding(word: str, value: Any) -> SceneError:
 
 
 def with_attributes(runtime: Runtime, z: Embedding, attributes: Mapping[str, Any]) -> Embedding:
-    """Return ``z`` with ``attributes`` merged in, overriding its own. Tables are copied, so later mutation has no
-    effect."""
+    """Return ``z`` with ``attributes`` merged in, overriding its own.
+
+    Tables are copied, so later mutation has no effect.
+    """
     copied = {name: copy_table(runtime, value) if type(value) is Table else value for name, value in attributes.items()}
     if len(z.attributes) + len(copied) > _FREE_ATTRIBUTES:
         runtime.charge((len(z.attributes) + len(copied)) >> 4)

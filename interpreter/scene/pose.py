@@ -38,8 +38,10 @@ def about(linear: Sequence[float], point: Sequence[float]) -> Matrix:
 
 
 def rotation(angle: float, axis: Sequence[float], point: Sequence[float]) -> Matrix:
-    """Return the right-handed rotation by ``angle`` radians about the ``axis`` through ``point``; ValueError for a zero
-    axis."""
+    """Return the right-handed rotation by ``angle`` radians about the ``axis`` through ``point``.
+
+    Raises ValueError for a zero axis.
+    """
     x, y, z = axis
     norm = math.sqrt(x * x + y * y + z * z)
     if norm == 0.0 or not math.isfinite(norm):

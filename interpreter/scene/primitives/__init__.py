@@ -132,8 +132,10 @@ def docs_of_words() -> dict[str, str]:
 
 
 def docs_of_attributes() -> dict[str, str]:
-    """Return a one-line description of each attribute, by name; the first primitive that has the attribute defines
-    it."""
+    """Return a one-line description of each attribute, by name.
+
+    The first primitive that has the attribute defines it.
+    """
     classes = all_primitives()
     solids = [attribute for cls in classes if cls.is_solid for attribute in cls.attributes]
     others = [attribute for cls in classes if not cls.is_solid for attribute in cls.attributes]

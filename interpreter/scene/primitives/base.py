@@ -254,8 +254,10 @@ class Primitive:
         return self if self.color == WHITE else replace(self, color=WHITE)
 
     def color_seed(self, word: str, attributes: Mapping[str, Any]) -> tuple[str, float, float] | None:
-        """Return the seed of the default colour: a text that determines the hue, HSV saturation and value; None to use
-        ``color``."""
+        """Return the seed of the default colour: a text that determines the hue, HSV saturation and value.
+
+        Returns None to use ``color``.
+        """
         return None
 
     def display_name(self, word: str) -> str | None:
@@ -313,8 +315,10 @@ class Primitive:
         return None
 
     def triangulate(self, tolerance: float) -> Mesh:
-        """Return the closed surface as a mesh within ``tolerance`` of the true surface; empty if the primitive is
-        invisible."""
+        """Return the closed surface as a mesh within ``tolerance`` of the true surface.
+
+        The mesh is empty if the primitive is invisible.
+        """
         from scenelang.interpreter.scene.primitives.forms import segments_within
         from scenelang.interpreter.scene.primitives.mesh import empty, posed
 

@@ -18,8 +18,10 @@ if TYPE_CHECKING:
 
 
 class ConeForm(CanonicalForm):
-    """The cone x^2 + z^2 <= ((1 - y) / 2)^2 between y = -1 and the apex at y = 1. Mitsuba has no cone, so it is a mesh
-    there."""
+    """The cone x^2 + z^2 <= ((1 - y) / 2)^2 between y = -1 and the apex at y = 1.
+
+    Mitsuba has no cone, so it is a mesh there.
+    """
 
     name = "cone"
 

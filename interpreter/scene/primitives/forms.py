@@ -159,8 +159,10 @@ def on_circle(radius: FloatArray, fraction: FloatArray, y: FloatArray) -> FloatA
 
 
 def rectangle_chart(half: Sequence[float], axis: int, side: float, distance: float | None = None) -> Chart:
-    """Return a face of a box with the half sizes ``half``, at ``distance`` from the centre; u runs along the longer
-    side."""
+    """Return a face of a box with the half sizes ``half``, at ``distance`` from the centre.
+
+    The parameter u runs along the longer side.
+    """
     long, short = sorted((k for k in range(3) if k != axis), key=lambda k: -half[k])
     offset = half[axis] if distance is None else distance
 

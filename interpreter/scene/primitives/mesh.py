@@ -107,8 +107,10 @@ def posed(mesh: Mesh, matrices: FloatArray) -> Mesh:
 
 
 def cofactors_of(linear: FloatArray) -> FloatArray:
-    """Return the cofactor matrices of (N, 3, 3), ``det(A) inv(A).T``; their columns are cross products of columns of
-    A."""
+    """Return the cofactor matrices of (N, 3, 3), ``det(A) inv(A).T``.
+
+    Their columns are cross products of columns of A.
+    """
     a, b, c = linear[:, :, 0], linear[:, :, 1], linear[:, :, 2]
     return np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=2)
 
@@ -122,8 +124,10 @@ def inverses_of(linear: FloatArray) -> FloatArray:
 
 
 def triangle_normals(corners: FloatArray) -> FloatArray:
-    """Return the unit normals (F, 3) of triangles (F, 3, 3), counter-clockwise seen from outside; zero for degenerate
-    ones."""
+    """Return the unit normals (F, 3) of triangles (F, 3, 3), counter-clockwise seen from outside.
+
+    The normals of degenerate triangles are zero.
+    """
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.linalg.norm(normals, axis=1, keepdims=True)
     unit: FloatArray = normals / np.where(length > 0.0, length, 1.0)

@@ -134,8 +134,10 @@ class TorusForm(CanonicalForm):
 
 
 def _max_tube_angle(ring: float) -> float:
-    """Return the angle around the tube, from its outermost point, where the surface meets the axis; pi if it does
-    not."""
+    """Return the angle around the tube, from its outermost point, where the surface meets the axis.
+
+    Returns pi if it does not.
+    """
     tube = 1.0 - ring
     return math.pi if ring > tube else math.acos(-ring / tube)
 

@@ -176,8 +176,10 @@ class _Finder:
     def _collection_from(
         self, start: ast.stmt, segment: Sequence[ast.stmt], variable: PythonVariable
     ) -> Collection | None:
-        """Return the collection that starts with ``start``; ``segment`` are the later statements that mention the
-        list."""
+        """Return the collection that starts with ``start``.
+
+        ``segment`` are the later statements that mention the list.
+        """
         adders = [s for s in segment if self._adds(s, variable)]
         if not adders:
             return None

@@ -72,8 +72,10 @@ class AbstractType:
         self.references = references
 
     def __or__(self, other: AbstractType) -> AbstractType:
-        """Return the join. It is one of the operands if that covers the other, so that growth is detected by
-        identity."""
+        """Return the join.
+
+        It is one of the operands if that covers the other, so that growth is detected by identity.
+        """
         if other is self or (not other.kinds & ~self.kinds and other.references <= self.references):
             return self
         if not self.kinds & ~other.kinds and self.references <= other.references:
@@ -311,8 +313,10 @@ class InferenceState:
         key: AbstractType = NOTHING,
         items: Sequence[AbstractType] | None = None,
     ) -> AbstractType:
-        """Join types into the contents of a site, and return the type of its containers. If they grow, readers are
-        analysed again."""
+        """Join types into the contents of a site, and return the type of its containers.
+
+        If they grow, readers are analysed again.
+        """
         joined, joined_key = site.element | element, site.key | key
         changed = joined is not site.element or joined_key is not site.key
         site.element, site.key = joined, joined_key

@@ -108,8 +108,10 @@ def _shaped(
 
 
 def _random_result(number: AbstractType, position: int = 2) -> Result:
-    """Return the transfer function of a random function; with a size, the argument at ``position``, it returns an
-    array."""
+    """Return the transfer function of a random function.
+
+    With a size, the argument at ``position``, it returns an array.
+    """
 
     def result(
         infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]

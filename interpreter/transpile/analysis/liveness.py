@@ -479,8 +479,10 @@ class CellDefinitions:
             self.before.setdefault(first, []).append(variable)
 
     def _descend(self, statement: ast.stmt, variable: PythonVariable) -> bool:
-        """Define the variable inside a compound statement if all its occurrences are in one block; return whether it
-        was."""
+        """Define the variable inside a compound statement if all its occurrences are in one block.
+
+        Returns whether that is the case.
+        """
         if variable.function is self._names.module:
             return False  # the definition must be visible to all functions
         is_loop = isinstance(statement, (ast.For, ast.While))

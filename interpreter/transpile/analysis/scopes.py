@@ -59,8 +59,10 @@ class PythonVariable:
 
 @dataclass(eq=False, slots=True)
 class PythonParameter:
-    """Parameter of a function. ``kind`` is ``plain``, ``rest`` (``*args``), ``keys`` (``**kw``) or ``keyword`` (after
-    ``*``)."""
+    """Parameter of a function.
+
+    ``kind`` is ``plain``, ``rest`` (``*args``), ``keys`` (``**kw``) or ``keyword`` (after ``*``).
+    """
 
     variable: PythonVariable
     default: ast.expr | None
@@ -534,8 +536,10 @@ class LibraryPaths:
         self._names = names
 
     def of(self, node: ast.expr) -> str | None:
-        """Return the dotted path of ``node``, such as ``numpy.sin``, ``len`` or ``library_call``; None for the
-        program's values."""
+        """Return the dotted path of ``node``, such as ``numpy.sin``, ``len`` or ``library_call``.
+
+        Returns None for the program's values.
+        """
         if isinstance(node, ast.Name):
             variable = self._names.variables.get(node)
             if variable is None:

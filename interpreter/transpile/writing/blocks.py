@@ -77,8 +77,10 @@ class CollectedPiece:
 
 @dataclass(eq=False, slots=True)
 class Collecting:
-    """List that is being collected. ``as_union`` is set if its shapes are only combined, so that its value may be
-    parts."""
+    """List that is being collected.
+
+    ``as_union`` is set if its shapes are only combined, so that its value may be parts.
+    """
 
     collection: Collection
     as_union: bool

@@ -400,8 +400,10 @@ def _is_inside(node: ast.AST, outer: ast.AST) -> bool:
 
 
 def _branch_value(block: Block, variable: PythonVariable, is_missing: bool) -> Code:
-    """Return the value of a variable at the end of a branch; none if neither the branch nor the code before assigns
-    it."""
+    """Return the value of a variable at the end of a branch.
+
+    The value is none if neither the branch nor the code before assigns it.
+    """
     is_set = any(variable in item.variables for item in block.items)
     return none() if is_missing and not is_set else VariableRef(variable)
 

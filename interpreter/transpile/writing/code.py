@@ -18,8 +18,10 @@ from scenelang.interpreter.transpile.analysis.scopes import PythonVariable
 
 
 class Code:
-    """Node of the output. ``span`` is its location in the Python code; ``before``, ``after`` and ``blank`` are comments
-    and spacing."""
+    """Node of the output.
+
+    ``span`` is its location in the Python code; ``before``, ``after`` and ``blank`` are comments and spacing.
+    """
 
     __slots__ = ("after", "before", "blank", "span")
 

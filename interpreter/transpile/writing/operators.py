@@ -129,8 +129,10 @@ def _spec(flags: str, width: str | None, precision: str | None, kind: str) -> st
 
 
 def format_method(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
-    """Return the code of ``"...".format(...)``. Named fields become positions; fields cannot access attributes or
-    items."""
+    """Return the code of ``"...".format(...)``.
+
+    Named fields become positions; fields cannot access attributes or items.
+    """
     named = {k.arg: position for position, k in enumerate(node.keywords, len(node.args)) if k.arg is not None}
     values = [*node.args, *(k.value for k in node.keywords)]
     if not isinstance(func.value, ast.Constant):
